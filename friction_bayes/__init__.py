@@ -1,0 +1,1 @@
+"""Friction from free decay: closed-form Bayesian estimators checked against MCMC."""

@@ -1,0 +1,44 @@
+"""Checks of single arguments, so that every refusal reads alike."""
+
+from __future__ import annotations
+
+import math
+
+from friction_bayes.errors import InputError
+
+__all__ = ["finite", "in_range", "non_negative", "positive"]
+
+
+def finite(name: str, value: float) -> float:
+    """Return ``value`` as a float, refusing what is not a finite number."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InputError(name, f"{value!r} is not a number", "give a finite number") from None
+    if not math.isfinite(number):
+        raise InputError(name, f"{number} is not finite", "give a finite number")
+    return number
+
+
+def positive(name: str, value: float) -> float:
+    """Return ``value`` as a float, refusing zero and below."""
+    number = finite(name, value)
+    if number <= 0.0:
+        raise InputError(name, f"{number:g} is not positive", "give a number above zero")
+    return number
+
+
+def non_negative(name: str, value: float) -> float:
+    """Return ``value`` as a float, refusing negative numbers."""
+    number = finite(name, value)
+    if number < 0.0:
+        raise InputError(name, f"{number:g} is negative", "give zero or a positive number")
+    return number
+
+
+def in_range(name: str, value: float, low: float, high: float) -> float:
+    """Return ``value`` as a float, refusing what lies outside ``[low, high]``."""
+    number = finite(name, value)
+    if not low <= number <= high:
+        raise InputError(name, f"{number:g} lies outside {low:g} .. {high:g}", "give a number in that range")
+    return number

@@ -1,0 +1,1 @@
+"""Conjugate pairs, one a file, and the estimators built on them."""

@@ -1,0 +1,1 @@
+"""Mechanics of free decay: systems, the exact Coulomb decay, the effect catalogue, the integrator."""
