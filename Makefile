@@ -1,0 +1,50 @@
+# Every target does its own set-up in a virtual environment; nothing is installed outside it.
+PYTHON ?= python3
+VENV ?= .venv
+OUT ?= friction_bayes_demo
+PYTEST_ARGS ?= -n 2
+
+BIN = $(VENV)/bin
+INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
+
+.PHONY: help demo test lint build clean
+
+help:
+	@echo "make demo    the main job on two synthetic records, by every estimator, in under a minute"
+	@echo "make test    the whole test suite"
+	@echo "make lint    style, format and types"
+	@echo "make build   wheel and sdist, tried out from an empty folder"
+	@echo "make clean   remove what the targets made"
+
+$(VENV)/.base: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(INSTALL) --editable .
+	@touch $@
+
+$(VENV)/.test: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(INSTALL) --editable ".[test]"
+	@touch $@
+
+$(VENV)/.dev: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(INSTALL) --editable ".[dev]"
+	@touch $@
+
+demo: $(VENV)/.base
+	$(BIN)/friction-bayes demo --out $(OUT) --force
+
+test: $(VENV)/.test
+	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+build: $(VENV)/.dev
+	$(BIN)/python -m build --outdir dist .
+	VENV_PYTHON=$(abspath $(BIN)/python) sh .ci/try-wheel dist/*.whl
+
+clean:
+	rm -rf $(VENV) build dist .cache .mypy_cache .ruff_cache .pytest_cache .hypothesis friction_bayes_demo
