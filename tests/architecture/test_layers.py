@@ -19,7 +19,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("mechanics",),
     ("free_decay", "halfcycles", "peaks", "likelihood", "signal_likelihood"),
     ("conjugate", "scaled"),
-    ("batch", "acceptance", "estimate"),
+    ("batch", "acceptance", "estimation"),
     ("reference",),
     ("agreement", "calibration", "testing"),
     ("loop", "monitor"),

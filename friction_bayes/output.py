@@ -1,0 +1,198 @@
+"""What commands leave behind: folders and files that appear whole or not at all, strict JSON, a manifest."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import platform
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from friction_bayes.errors import InputError
+
+__all__ = [
+    "check_file_target",
+    "manifest",
+    "output_folder",
+    "sha256_of",
+    "strict_json",
+    "write_file",
+    "write_json",
+]
+
+MANIFEST_NAME = "manifest.json"
+_VERSIONED = ("numpy", "scipy", "numba", "xarray", "emcee", "arviz-base", "arviz-stats", "matplotlib")
+
+
+def _plain(value: Any) -> Any:
+    """Turn NumPy values, tuples and paths into what JSON knows, and every non-finite number into None."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, list | tuple | set | frozenset):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Path):
+        return str(value)
+    return value
+
+
+def strict_json(value: Mapping[str, Any], *, indent: int | None = 2) -> str:
+    """Return ``value`` as JSON without NaN or infinities, which become null."""
+    return json.dumps(_plain(value), indent=indent, allow_nan=False, ensure_ascii=False)
+
+
+def write_json(path: Path, value: Mapping[str, Any]) -> None:
+    """Write ``value`` as strict JSON, with a newline at the end."""
+    path.write_text(strict_json(value) + "\n", encoding="utf-8")
+
+
+def sha256_of(path: Path) -> str:
+    """Digest of a file, or of all files below a folder together with their names (a Zarr store)."""
+    digest = hashlib.sha256()
+    if path.is_dir():
+        for part in sorted(p for p in path.rglob("*") if p.is_file()):
+            digest.update(part.relative_to(path).as_posix().encode())
+            digest.update(bytes.fromhex(sha256_of(part)))
+        return digest.hexdigest()
+    with path.open("rb") as stream:
+        while block := stream.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+def _version_of(distribution: str) -> str | None:
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return None
+
+
+def manifest(
+    command: str, *, options: Mapping[str, Any], seed: int | None, inputs: Iterable[str | Path] = ()
+) -> dict[str, Any]:
+    """Collect what is needed to make a result again.
+
+    Parameters
+    ----------
+    command : str
+        Name of the command.
+    options : mapping
+        Its options as parsed.
+    seed : int or None
+        Seed of everything random in it.
+    inputs : iterable of str or path
+        Records that were read; existing paths are named with their sha256, others by name alone.
+
+    Returns
+    -------
+    dict
+        Command, options, seed, inputs, versions of Python and packages, platform and time (UTC).
+    """
+    read = [
+        {"path": str(item), "sha256": sha256_of(Path(item)) if Path(item).exists() else None}
+        for item in inputs
+    ]
+    versions = {"python": platform.python_version(), "friction-bayes": _version_of("friction-bayes")}
+    versions.update({name: _version_of(name) for name in _VERSIONED})
+    return {
+        "command": command,
+        "options": dict(options),
+        "seed": seed,
+        "inputs": read,
+        "versions": versions,
+        "platform": platform.platform(),
+        "written": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def _nearest_existing(path: Path) -> Path:
+    while not path.exists():
+        path = path.parent
+    return path
+
+
+def _check_folder_target(folder: Path, force: bool) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"--out {folder}", "is a file", "give a folder")
+    if not folder.is_dir() or not any(folder.iterdir()):
+        return
+    if not force:
+        raise InputError(f"--out {folder}", "already holds files", "choose another folder or add --force")
+    if not (folder / MANIFEST_NAME).is_file():
+        # --force replaces the whole folder: never one that somebody else filled.
+        raise InputError(
+            f"--out {folder}", f"holds files but no {MANIFEST_NAME} of an earlier run", "choose another folder"
+        )
+
+
+@contextmanager
+def _aside(target: Path) -> Iterator[Path]:
+    """Yield an empty folder on the file system of ``target``, gone afterwards whatever happens."""
+    try:
+        aside = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=_nearest_existing(target.parent)))
+    except OSError as error:
+        raise InputError(f"--out {target}", f"cannot be written ({error.strerror})", "choose another") from None
+    try:
+        yield aside
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+@contextmanager
+def output_folder(target: str | Path, *, force: bool = False) -> Iterator[Path]:
+    """Yield a folder beside ``target`` to write into, renamed to ``target`` if all went well.
+
+    Parameters
+    ----------
+    target : path
+        The folder that shall exist afterwards; its parents are made when needed.
+    force : bool
+        Replace a folder that an earlier run wrote (one with a manifest); never any other.
+
+    Raises
+    ------
+    InputError
+        If ``target`` holds files and ``force`` is not given, is a file, or cannot be written.
+    """
+    folder = Path(target).absolute()
+    _check_folder_target(folder, force)
+    with _aside(folder) as aside:
+        yield aside
+        aside.chmod(0o755)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        if folder.exists():
+            shutil.rmtree(folder)
+        aside.rename(folder)
+
+
+def check_file_target(target: str | Path, *, force: bool = False) -> Path:
+    """Return ``target`` as a path, refusing an existing file unless ``force`` is given."""
+    path = Path(target)
+    if path.is_dir():
+        raise InputError(f"--out {target}", "is a folder", "give a file")
+    if path.exists() and not force:
+        raise InputError(f"--out {target}", "already exists", "choose another file or add --force")
+    return path
+
+
+def write_file(target: str | Path, write: Callable[[Path], None], *, force: bool = False) -> None:
+    """Let ``write`` make a file of the same name elsewhere, then move it to ``target``."""
+    path = check_file_target(target, force=force).absolute()
+    with _aside(path) as aside:
+        write(aside / path.name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        (aside / path.name).replace(path)
