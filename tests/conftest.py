@@ -1,0 +1,41 @@
+"""One seed for every test, and the environment that must stand before numba or matplotlib is imported."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import zlib
+from pathlib import Path
+
+import pytest
+
+_ROOT = Path(__file__).resolve().parents[1]
+
+
+def _source_digest() -> str:
+    """Numba does not notice a change in a kernel that another file calls, so the cache is keyed by all sources."""
+    digest = hashlib.sha256()
+    for path in sorted((_ROOT / "friction_bayes").rglob("*.py")):
+        digest.update(path.relative_to(_ROOT).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+os.environ.setdefault("NUMBA_CACHE_DIR", str(_ROOT / ".cache" / "numba" / _source_digest()))
+os.environ["MPLBACKEND"] = "Agg"
+
+import numpy as np  # noqa: E402  (after the environment is set)
+
+from friction_bayes.testing import base_seed  # noqa: E402
+
+
+@pytest.fixture
+def seed(request: pytest.FixtureRequest) -> int:
+    """A seed of this test's own, derived from the one base seed and the name of the test."""
+    return int(np.random.SeedSequence([base_seed(), zlib.crc32(request.node.nodeid.encode())]).generate_state(1)[0])
+
+
+@pytest.fixture
+def rng(seed: int) -> np.random.Generator:
+    """A generator of this test's own; the order in which tests run does not matter."""
+    return np.random.default_rng(seed)
