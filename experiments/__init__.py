@@ -1,0 +1,1 @@
+"""Questions put to the estimators, one module each; ``python -m experiments.NAME`` answers one."""

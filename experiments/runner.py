@@ -1,0 +1,180 @@
+"""Run an experiment: spread its cells over workers, resume what was interrupted, save, tabulate.
+
+A cell is a pure function of its settings and its own seed, so any cell can be lost and redone with the same bits.
+Cells wait as small files beside the result until all are there; then they become one dataset.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import shutil
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import dask
+import numpy as np
+import xarray as xr
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+import friction_bayes
+from friction_bayes.output import manifest, write_file, write_json
+
+__all__ = ["Experiment", "Row", "main"]
+
+Cell = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of the table that an experiment ends in, beside the paper's number where it has one."""
+
+    what: str
+    ours: str
+    paper: str = ""
+    remark: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """One question, answered by many independent cells.
+
+    Attributes
+    ----------
+    name : str
+        Module name; results go to ``results/NAME.nc``.
+    question : str
+        The question in one sentence.
+    config : dataclass
+        Frozen settings; they and the seed determine every number.
+    cells : callable, (config, full) -> sequence of dict
+        Coordinates of every cell; JSON-able values.
+    run : callable, (config, cell, SeedSequence) -> dict
+        The numbers of one cell: floats, or flat lists of them.
+    assemble : callable, (list of cells, list of results) -> xarray.Dataset
+        Gathers the cells into one dataset with named dimensions.
+    rows : callable, Dataset -> sequence of Row
+        The closing table.
+    """
+
+    name: str
+    question: str
+    config: Any
+    cells: Callable[[Any, bool], Sequence[Cell]]
+    run: Callable[[Any, Cell, np.random.SeedSequence], dict[str, Any]]
+    assemble: Callable[[Sequence[Cell], Sequence[dict[str, Any]]], xr.Dataset]
+    rows: Callable[[xr.Dataset], Sequence[Row]]
+
+
+def _key(experiment: Experiment, cell: Cell, seed: int) -> str:
+    """Digest of everything a cell's numbers depend on."""
+    settings = [experiment.name, asdict(experiment.config), dict(cell), seed, friction_bayes.__version__]
+    return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:20]
+
+
+def _cell_seed(key: str) -> np.random.SeedSequence:
+    """Seed sequence of one cell, the same wherever and in whatever order it runs."""
+    return np.random.SeedSequence(int(key, 16))
+
+
+def _run_cell(experiment: Experiment, cell: Cell, key: str, folder: Path) -> None:
+    numbers = experiment.run(experiment.config, cell, _cell_seed(key))
+    write_file(folder / f"{key}.json", lambda path: write_json(path, numbers), force=True)
+
+
+def _compute(tasks: list[Any], scheduler: str | None, workers: int) -> None:
+    """Compute the missing cells with Dask, showing how many are done."""
+    console = Console(stderr=True)
+    columns = (TextColumn("cells"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
+        bar = progress.add_task("cells", total=len(tasks))
+        if scheduler is not None:
+            from dask.distributed import Client, as_completed
+
+            with Client(scheduler) as client:
+                for future in as_completed(client.compute(tasks)):
+                    future.result()
+                    progress.advance(bar)
+            return
+        # processes, not threads: a sampler's Python steps hold the interpreter lock and would queue up
+        chosen = {"scheduler": "processes", "num_workers": workers} if workers > 1 else {"scheduler": "sync"}
+        chunk = 4 * workers
+        with dask.config.set(**chosen):
+            for start in range(0, len(tasks), chunk):
+                dask.compute(*tasks[start : start + chunk])
+                progress.advance(bar, len(tasks[start : start + chunk]))
+
+
+def _print(experiment: Experiment, rows: Sequence[Row], seconds: float) -> None:
+    table = Table(title=f"{experiment.name}: {experiment.question}", title_justify="left")
+    for heading in ("what", "ours", "paper", "remark"):
+        table.add_column(heading, overflow="fold")
+    for row in rows:
+        table.add_row(row.what, row.ours, row.paper, row.remark)
+    console = Console()
+    console.print(table)
+    console.print(f"{seconds:.0f} s")
+
+
+def main(experiment: Experiment, argv: Sequence[str] | None = None) -> xr.Dataset:
+    """Run an experiment from the command line and return its dataset.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        What to run.
+    argv : sequence of str, optional
+        Options; ``sys.argv[1:]`` when left out.
+
+    Returns
+    -------
+    xarray.Dataset
+        The same as saved to ``results/NAME.nc``.
+    """
+    parser = argparse.ArgumentParser(
+        prog=f"python -m experiments.{experiment.name}", description=experiment.question
+    )
+    parser.add_argument("--full", action="store_true", help="more seeds and finer steps; resumable")
+    parser.add_argument("--seed", type=int, default=20210607, help="root seed (default %(default)s)")
+    parser.add_argument(
+        "--workers", type=int, default=os.cpu_count() or 1, help="worker processes (default: one a core)"
+    )
+    parser.add_argument("--scheduler", help="address of a dask.distributed scheduler, tcp://...")
+    parser.add_argument("--results", type=Path, default=Path("results"), help="folder (default %(default)s)")
+    options = parser.parse_args(argv)
+
+    started = time.perf_counter()
+    cells = list(experiment.cells(experiment.config, options.full))
+    keys = [_key(experiment, cell, options.seed) for cell in cells]
+    waiting = options.results / f"{experiment.name}.cells"
+    waiting.mkdir(parents=True, exist_ok=True)
+    missing = [i for i, key in enumerate(keys) if not (waiting / f"{key}.json").exists()]
+    if len(missing) < len(cells):
+        print(f"resuming: {len(cells) - len(missing)} of {len(cells)} cells are there", file=sys.stderr)
+    tasks = [dask.delayed(_run_cell)(experiment, cells[i], keys[i], waiting) for i in missing]
+    _compute(tasks, options.scheduler, options.workers)
+
+    results = [json.loads((waiting / f"{key}.json").read_text()) for key in keys]
+    dataset = experiment.assemble(cells, results)
+    dataset.attrs.update(experiment=experiment.name, question=experiment.question, seed=options.seed)
+    rows = list(experiment.rows(dataset))
+    target = options.results / f"{experiment.name}.nc"
+    write_file(target, lambda path: dataset.to_netcdf(path, engine="h5netcdf"), force=True)
+    seconds = time.perf_counter() - started
+    record = manifest(
+        f"python -m experiments.{experiment.name}",
+        options={"config": asdict(experiment.config), "full": options.full, "cells": len(cells)},
+        seed=options.seed,
+    ) | {"elapsed_s": seconds, "table": [asdict(row) for row in rows]}
+    write_file(target.with_suffix(".json"), lambda path: write_json(path, record), force=True)
+    shutil.rmtree(waiting)
+    _print(experiment, rows, seconds)
+    return dataset
