@@ -1,6 +1,6 @@
 """Run an experiment: spread its cells over workers, resume what was interrupted, save, tabulate.
 
-A cell is a pure function of its settings and its own seed, so any cell can be lost and redone with the same bits.
+A cell is a pure function of its settings and its own seed: lost ones are redone with the same bits.
 Cells wait as small files beside the result until all are there; then they become one dataset.
 """
 
