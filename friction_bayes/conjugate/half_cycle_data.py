@@ -1,0 +1,196 @@
+r"""Two numbers a half cycle that hold all a Coulomb decay says of friction: its amplitude and its centre.
+
+Given the phase ``theta(t)``, a sample is ``c + a f + u g`` (:func:`friction_bayes.phase_tracking.coulomb_shapes`).
+Within one half cycle that is a constant plus a multiple of ``f`` alone, so the samples of a half cycle are
+exhausted by their projections on ``f`` and on the constant. Both are taken orthogonal to ``df/dtheta``, so that an
+error of the local phase does not enter, and to each other, and are scaled to unit norm: white noise of the signal
+becomes independent noise of the same variance, and the design entries are the exact projections of ``f``, ``g`` and 1
+at whatever instants were sampled. No peak is picked, and nothing telescopes.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from friction_bayes.mechanics.swing import linear_amplitude
+from friction_bayes.phase_tracking import coulomb_shapes, phase_at, solve_spd, track_phase
+
+__all__ = ["envelope_statistics", "half_cycle_rows", "least_squares"]
+
+_MIN_SAMPLES = 6.0
+_SMALLEST_SHARE = 1e-3
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True)
+def half_cycle_rows(
+    values: Array, polynomial: Array, order: int, swing_frequency: float
+) -> tuple[Array, Array, int]:
+    """Amplitude and centre of every half cycle, as rows of a regression on ``(a, u, c)``.
+
+    Where a half cycle holds fewer than 6 samples, blocks of several are projected together.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        The moving samples.
+    polynomial : ndarray, shape (k,)
+        Phase of the signal, from :func:`friction_bayes.phase_tracking.track_phase`.
+    order : int
+        Derivative order of the signal.
+    swing_frequency : float
+        Natural frequency of a pendulum [rad/s], whose amplitudes are then replaced by those that friction
+        lowers linearly (incomplete half cycles are left out); zero for a linear system.
+
+    Returns
+    -------
+    response : ndarray, shape (rows,)
+    design : ndarray, shape (rows, 3)
+        Columns: initial amplitude ``a``, friction coefficient ``u``, rest position ``c``.
+    blocks : int
+        How many half cycles (or blocks of them) gave an amplitude.
+    """
+    n = values.size
+    shift = 0.5 * order * math.pi
+    first, _ = phase_at(polynomial, -1.0)
+    last, _ = phase_at(polynomial, 1.0)
+    per_half_cycle = math.pi * (n - 1) / (last - first)
+    stride = int(math.ceil(_MIN_SAMPLES / per_half_cycle))
+    first_block = int(math.floor((first - shift) / (math.pi * stride)))
+    blocks = int(math.floor((last - shift) / (math.pi * stride))) - first_block + 1
+    # Sums of products of (slope, f, 1) with (slope, f, g, 1, y), one set a block.
+    sums = np.zeros((blocks, 3, 5))
+    for i in range(n):
+        chi, _ = phase_at(polynomial, 2.0 * i / (n - 1) - 1.0)
+        f, g, slope, half = coulomb_shapes(chi - shift, order)
+        block = min(max(int(math.floor(half / stride)) - first_block, 0), blocks - 1)
+        right = (slope, f, g, 1.0, values[i])
+        left = (slope, f, 1.0)
+        for a in range(3):
+            for b in range(5):
+                sums[block, a, b] += left[a] * right[b]
+
+    response = np.zeros(2 * blocks)
+    design = np.zeros((2 * blocks, 3))
+    is_amplitude = np.zeros(2 * blocks, dtype=np.bool_)
+    rows = 0
+    used = 0
+    for block in range(blocks):
+        s = sums[block]
+        count = s[2, 3]
+        whole = 0 < block < blocks - 1 or count > per_half_cycle * stride - 1.5
+        if count < 2 or s[0, 0] <= _SMALLEST_SHARE * count or (swing_frequency > 0.0 and not whole):
+            continue
+        f_row = s[1] - s[0, 1] / s[0, 0] * s[0]
+        one_row = s[2] - s[0, 3] / s[0, 0] * s[0]
+        f_norm = f_row[1]
+        if f_norm <= _SMALLEST_SHARE * count:
+            continue
+        one_row = one_row - f_row[3] / f_norm * f_row
+        is_amplitude[rows] = True
+        used += 1
+        for row, norm in ((f_row, f_norm), (one_row, one_row[3])):
+            if norm > _SMALLEST_SHARE * count:
+                scale = 1.0 / math.sqrt(norm)
+                design[rows] = row[1:4] * scale
+                response[rows] = row[4] * scale
+                rows += 1
+    response = response[:rows]
+    design = design[:rows]
+    if swing_frequency > 0.0:
+        _straighten(response, design, is_amplitude[:rows], order, swing_frequency)
+    return response, design, used
+
+
+@njit(cache=True, nogil=True)
+def _straighten(
+    response: Array, design: Array, is_amplitude: Array, order: int, swing_frequency: float
+) -> None:
+    """Replace a pendulum's Fourier amplitudes, in place, by ones linear in friction, keeping the noise variance."""
+    found, ok, _ = least_squares(design, response)
+    centre = found[2] if ok else 0.0
+    for i in range(response.size):
+        if is_amplitude[i]:
+            norm = design[i, 0]
+            amplitude, slope = linear_amplitude(
+                (response[i] - centre * design[i, 2]) / norm, order, swing_frequency
+            )
+            response[i] = amplitude * norm / slope + centre * design[i, 2]
+            design[i, 0] /= slope
+            design[i, 1] /= slope
+
+
+@njit(cache=True, nogil=True)
+def least_squares(design: Array, response: Array) -> tuple[Array, bool, float]:
+    """Coefficients, whether they are determined, and the residual sum of squares."""
+    found, ok = solve_spd(design.T @ design, design.T @ response)
+    residual = response - design @ found
+    return found, ok, (residual * residual).sum()
+
+
+@njit(cache=True, nogil=True)
+def envelope_statistics(
+    records: Array,
+    step: float,
+    frequency: Array,
+    phase: Array,
+    start: NDArray[np.int64],
+    stop: NDArray[np.int64],
+    order: int,
+    swing_frequency: float,
+) -> tuple[Array, Array, Array, NDArray[np.int64], NDArray[np.int64]]:
+    """Sufficient statistics of the envelope regression for many records at once.
+
+    Parameters
+    ----------
+    records : ndarray, shape (r, n)
+    step : float
+        Sampling interval [s].
+    frequency, phase : ndarray, shape (r,)
+        Rough angular frequency [rad/s] and displacement phase of sample ``start`` [rad].
+    start, stop : ndarray of int, shape (r,)
+        The moving part, ``start <= i < stop``; an empty one marks a record to skip.
+    order : int
+        Derivative order of the signal.
+    swing_frequency : float
+        Natural frequency of a pendulum [rad/s], zero for a linear system.
+
+    Returns
+    -------
+    gram : ndarray, shape (r, 3, 3)
+        ``X'X`` over ``(a, u, c)``.
+    coefficients : ndarray, shape (r, 3)
+        Least-squares coefficients, NaN where they are not determined.
+    residual : ndarray, shape (r,)
+        Residual sum of squares.
+    rows, half_cycles : ndarray of int, shape (r,)
+        Data of the regression, and how many amplitudes are among them.
+    """
+    r = records.shape[0]
+    gram = np.zeros((r, 3, 3))
+    coefficients = np.full((r, 3), np.nan)
+    residual = np.full(r, np.nan)
+    rows = np.zeros(r, dtype=np.int64)
+    half_cycles = np.zeros(r, dtype=np.int64)
+    for k in range(r):
+        if stop[k] - start[k] < 8:
+            continue
+        values = records[k, start[k] : stop[k]]
+        reference = values.mean()
+        values = values - reference
+        polynomial = track_phase(values, step, frequency[k], phase[k], order)
+        response, design, used = half_cycle_rows(values, polynomial, order, swing_frequency)
+        found, ok, left = least_squares(design, response)
+        rows[k] = response.size
+        half_cycles[k] = used
+        if ok:
+            gram[k] = design.T @ design
+            coefficients[k] = found
+            coefficients[k, 2] += reference
+            residual[k] = left
+    return gram, coefficients, residual, rows, half_cycles

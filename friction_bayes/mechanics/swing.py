@@ -1,0 +1,104 @@
+r"""Large swings of a pendulum: from what a signal shows to an amplitude that friction lowers linearly.
+
+Over a half cycle from amplitude ``A`` to ``A'`` friction takes ``r (A + A')`` from the energy
+``k (1 - cos A)``. With ``M = (A + A')/2`` and ``h = (A - A')/2`` that is ``k sin M sin h = r M``, a midpoint
+step of ``(sin A / A) dA = -2 d`` per half cycle with ``d = r/k``. So the sine integral
+:math:`\mathrm{Si}(A) = \int_0^A \sin x / x\,dx` falls by ``2 d`` each half cycle, as ``A`` itself does in a linear
+system, up to terms of order ``d^3``.
+
+The frictionless swing itself is an odd Fourier series in its nome ``x^2``: ``theta = B sin(Omega t) + ...`` with
+``B = 8 x / (1 + x^2)`` and ``Omega = w0 / theta3^2``, ``sin(A/2) = (theta2/theta3)^2`` (Jacobi theta constants).
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+__all__ = ["amplitude_of_fundamental", "friction_of_period", "linear_amplitude", "sine_integral"]
+
+_LARGEST = 3.6
+"""Fundamental of a swing of 2.9 rad; beyond it a swing is not a decay about the bottom any more."""
+
+
+@njit(cache=True, nogil=True)
+def sine_integral(amplitude: float) -> float:
+    """``Si(A)`` by its power series, exact to rounding for ``|A| <= pi``."""
+    term = amplitude
+    total = amplitude
+    for k in range(1, 30):
+        term *= -amplitude * amplitude / ((2 * k) * (2 * k + 1))
+        total += term / (2 * k + 1)
+        if abs(term) < 1e-18 * abs(total):
+            break
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _theta3(fundamental: float) -> tuple[float, float, float]:
+    """Return ``x``, ``theta3`` and ``d(theta3)/dB`` for the fundamental ``B`` of the angle."""
+    root = math.sqrt(16.0 - fundamental * fundamental)
+    x = fundamental / (4.0 + root)
+    x_slope = (1.0 + x * x) ** 2 / (8.0 * (1.0 - x * x))
+    return x, 1.0 + 2.0 * x**2 + 2.0 * x**8, (4.0 * x + 16.0 * x**7) * x_slope
+
+
+@njit(cache=True, nogil=True)
+def amplitude_of_fundamental(fundamental: float) -> tuple[float, float]:
+    """Swing amplitude [rad] of a frictionless pendulum whose angle has this Fourier fundamental; with slope."""
+    x, theta3, _ = _theta3(fundamental)
+    theta2 = 1.0 + x**4 + x**12
+    k = 4.0 * x * (theta2 / theta3) ** 2
+    x_slope = (1.0 + x * x) ** 2 / (8.0 * (1.0 - x * x))
+    ratio = 2.0 * (4.0 * x**3 + 12.0 * x**11) / theta2 - 2.0 * (4.0 * x + 16.0 * x**7) / theta3
+    k_slope = 4.0 * (theta2 / theta3) ** 2 * (1.0 + x * ratio)
+    return 2.0 * math.asin(k), 2.0 / math.sqrt(1.0 - k * k) * k_slope * x_slope
+
+
+@njit(cache=True, nogil=True)
+def linear_amplitude(fundamental: float, order: int, frequency: float) -> tuple[float, float]:
+    """Amplitude that falls by ``2 u`` each half cycle, from the fundamental of a pendulum's signal.
+
+    Parameters
+    ----------
+    fundamental : float
+        Fourier amplitude of the signal over a half cycle [rad/s**order].
+    order : int
+        0 for angle, 1 for angular velocity, 2 for angular acceleration.
+    frequency : float
+        Natural frequency ``w0`` of small swings [rad/s].
+
+    Returns
+    -------
+    amplitude, slope : float
+        ``w0**order Si(A)`` and its derivative with respect to ``fundamental``.
+    """
+    unit = frequency**order
+    sign = 1.0 if fundamental >= 0.0 else -1.0
+    wanted = abs(fundamental) / unit
+    b = min(wanted, _LARGEST)
+    for _ in range(60 if order else 0):
+        _, theta3, _ = _theta3(b)
+        following = min(wanted * theta3 ** (2 * order), _LARGEST)
+        if abs(following - b) < 1e-14:
+            break
+        b = following
+    _, theta3, theta3_slope = _theta3(b)
+    signal_slope = theta3 ** (-2 * order) * (1.0 - 2.0 * order * b * theta3_slope / theta3)
+    amplitude, amplitude_slope = amplitude_of_fundamental(b)
+    si_slope = math.sin(amplitude) / amplitude if amplitude > 1e-8 else 1.0
+    return sign * unit * sine_integral(amplitude), si_slope * amplitude_slope / signal_slope
+
+
+@njit(cache=True, nogil=True)
+def friction_of_period(first: float, second: float) -> float:
+    """Friction over stiffness [rad] from two amplitudes one period apart: ``d = (sin M / M) sin(h) / 2``.
+
+    The sum of the energy lost in two half cycles, ``k (cos A'' - cos A) = r (A + 2 A' + A'')``, with the
+    amplitude between them ``A' = (A + A'')/2 = M`` and ``h = (A - A'')/2``.
+    """
+    middle = 0.5 * (first + second)
+    half_drop = 0.5 * (first - second)
+    ratio = math.sin(middle) / middle if abs(middle) > 1e-8 else 1.0
+    return 0.5 * ratio * math.sin(half_drop)
