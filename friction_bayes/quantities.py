@@ -7,7 +7,15 @@ from dataclasses import dataclass
 
 from friction_bayes.errors import InputError
 
-__all__ = ["QUANTITIES", "STANDARD_GRAVITY", "Quantity", "quantity_named", "to_si"]
+__all__ = [
+    "QUANTITIES",
+    "STANDARD_GRAVITY",
+    "UNCALIBRATED_UNITS",
+    "Quantity",
+    "known_units",
+    "quantity_named",
+    "to_si",
+]
 
 STANDARD_GRAVITY = 9.80665
 """m/s2, by definition."""
@@ -71,6 +79,11 @@ def quantity_named(name: str, *, place: str = "quantity") -> Quantity:
         raise InputError(place, f"unknown quantity {name!r}", f"give one of {', '.join(QUANTITIES)}") from None
 
 
+def known_units(quantity: Quantity) -> tuple[str, ...]:
+    """Return every unit :func:`to_si` accepts for a quantity, the SI unit first."""
+    return (quantity.unit, *_OTHER_UNITS[quantity.unit], *UNCALIBRATED_UNITS)
+
+
 def to_si(quantity: Quantity, unit: str, *, place: str = "unit") -> tuple[float, str]:
     """Return the factor that brings ``unit`` to SI and the unit that results.
 
@@ -80,6 +93,6 @@ def to_si(quantity: Quantity, unit: str, *, place: str = "unit") -> tuple[float,
         return 1.0, unit
     known = _OTHER_UNITS[quantity.unit]
     if unit not in known:
-        choices = ", ".join((quantity.unit, *known, *UNCALIBRATED_UNITS))
+        choices = ", ".join(known_units(quantity))
         raise InputError(place, f"unit {unit!r} does not measure {quantity.name}", f"give one of {choices}")
     return known[unit], quantity.unit
