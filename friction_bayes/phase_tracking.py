@@ -77,7 +77,7 @@ def coulomb_shapes(theta: float, order: int) -> tuple[float, float, float, int]:
     f, g, slope, n
         ``slope`` is ``df/dtheta``; the signal's own is ``(a - (2n+1) u) slope``.
     """
-    n = int(math.floor(theta / math.pi))
+    n = math.floor(theta / math.pi)
     sine = math.sin(theta)
     cosine = math.cos(theta)
     if order == 0:
@@ -107,7 +107,7 @@ def phase_at(polynomial: Array, position: float) -> tuple[float, float]:
 
 @njit(cache=True, nogil=True)
 def time_of_phase(polynomial: Array, target: float, duration: float) -> float:
-    """Time in ``[0, duration]`` (or a little outside) at which a rising phase polynomial reaches ``target``."""
+    """Time in ``[0, duration]``, or a little outside, at which a rising phase reaches ``target``."""
     start, _ = phase_at(polynomial, -1.0)
     end, _ = phase_at(polynomial, 1.0)
     position = -1.0 + 2.0 * (target - start) / (end - start)
@@ -158,7 +158,7 @@ def _track(values: Array, step: float, frequency: float, chi0: float) -> tuple[A
     """
     n = values.size
     per_period = 2.0 * math.pi / (frequency * step)
-    length = int(round(per_period * max(1.0, math.ceil(_MIN_SAMPLES / per_period))))
+    length = round(per_period * max(1.0, math.ceil(_MIN_SAMPLES / per_period)))
     windows = max(n // length, 1)
     times = np.zeros(windows)
     phases = np.zeros(windows)

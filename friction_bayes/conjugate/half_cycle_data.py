@@ -1,11 +1,12 @@
 r"""Two numbers a half cycle that hold all a Coulomb decay says of friction: its amplitude and its centre.
 
-Given the phase ``theta(t)``, a sample is ``c + a f + u g`` (:func:`friction_bayes.phase_tracking.coulomb_shapes`).
-Within one half cycle that is a constant plus a multiple of ``f`` alone, so the samples of a half cycle are
-exhausted by their projections on ``f`` and on the constant. Both are taken orthogonal to ``df/dtheta``, so that an
-error of the local phase does not enter, and to each other, and are scaled to unit norm: white noise of the signal
-becomes independent noise of the same variance, and the design entries are the exact projections of ``f``, ``g`` and 1
-at whatever instants were sampled. No peak is picked, and nothing telescopes.
+Given the phase ``theta(t)``, a sample is ``c + a f + u g``, see
+:func:`friction_bayes.phase_tracking.coulomb_shapes`. Within one half cycle that is a constant plus a multiple of
+``f`` alone, so the samples of a half cycle are exhausted by their projections on ``f`` and on the constant. Both
+are taken orthogonal to ``df/dtheta``, so that an error of the local phase does not enter, and to each other, and
+are scaled to unit norm: white noise of the signal becomes independent noise of the same variance, and the design
+entries are the exact projections of ``f``, ``g`` and 1 at whatever instants were sampled. No peak is picked, and
+nothing telescopes.
 """
 
 from __future__ import annotations
@@ -60,15 +61,15 @@ def half_cycle_rows(
     first, _ = phase_at(polynomial, -1.0)
     last, _ = phase_at(polynomial, 1.0)
     per_half_cycle = math.pi * (n - 1) / (last - first)
-    stride = int(math.ceil(_MIN_SAMPLES / per_half_cycle))
-    first_block = int(math.floor((first - shift) / (math.pi * stride)))
-    blocks = int(math.floor((last - shift) / (math.pi * stride))) - first_block + 1
+    stride = math.ceil(_MIN_SAMPLES / per_half_cycle)
+    first_block = math.floor((first - shift) / (math.pi * stride))
+    blocks = math.floor((last - shift) / (math.pi * stride)) - first_block + 1
     # Sums of products of (slope, f, 1) with (slope, f, g, 1, y), one set a block.
     sums = np.zeros((blocks, 3, 5))
     for i in range(n):
         chi, _ = phase_at(polynomial, 2.0 * i / (n - 1) - 1.0)
         f, g, slope, half = coulomb_shapes(chi - shift, order)
-        block = min(max(int(math.floor(half / stride)) - first_block, 0), blocks - 1)
+        block = min(max(math.floor(half / stride) - first_block, 0), blocks - 1)
         right = (slope, f, g, 1.0, values[i])
         left = (slope, f, 1.0)
         for a in range(3):
@@ -109,9 +110,9 @@ def half_cycle_rows(
 
 @njit(cache=True, nogil=True)
 def _straighten(
-    response: Array, design: Array, is_amplitude: Array, order: int, swing_frequency: float
+    response: Array, design: Array, is_amplitude: NDArray[np.bool_], order: int, swing_frequency: float
 ) -> None:
-    """Replace a pendulum's Fourier amplitudes, in place, by ones linear in friction, keeping the noise variance."""
+    """Replace a pendulum's Fourier amplitudes, in place, by ones linear in friction; same noise variance."""
     found, ok, _ = least_squares(design, response)
     centre = found[2] if ok else 0.0
     for i in range(response.size):
