@@ -1,0 +1,371 @@
+"""From a record to a friction force: the face over the closed-form estimators."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, is_dataclass
+from typing import Any
+
+import xarray as xr
+
+from friction_bayes._checks import finite
+from friction_bayes.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
+from friction_bayes.clipping import clipped_fraction
+from friction_bayes.conjugate.estimator import ESTIMATORS, Estimator, Fit
+from friction_bayes.errors import InputError, RecordWarning
+from friction_bayes.free_decay import FreeDecay, find_free_decay
+from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.quantities import UNCALIBRATED_UNITS
+from friction_bayes.record import record_name, validate_record
+
+__all__ = ["Estimate", "complete_prior", "estimate", "estimator_named", "refuse_clipped", "summarise"]
+
+_FACTOR_SYMBOL = ("the stiffness", "sqrt(stiffness * mass)", "the mass")
+
+_FREQUENCY_TOLERANCE = 0.03
+"""Relative difference of the found frequency and sqrt(k/m) above which both forces are told."""
+
+
+def summarise(distribution: Any, unit: str) -> dict[str, Any]:
+    """Return mean, standard deviation and equal-tailed 90 % interval of a frozen distribution.
+
+    Moments that do not exist (a Student t of two degrees of freedom has no variance) become None.
+    """
+    return {
+        "mean": _finite(distribution.mean()),
+        "sd": _finite(distribution.std()),
+        "interval90": [_finite(distribution.ppf(0.05)), _finite(distribution.ppf(0.95))],
+        "unit": unit,
+    }
+
+
+def _finite(value: Any) -> float | None:
+    number = float(value)
+    return number if math.isfinite(number) else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """Friction of one free decay.
+
+    Attributes
+    ----------
+    method : str
+        Name of the estimator.
+    friction : frozen scipy.stats distribution
+        Posterior of the friction force, carrying the standard deviation of mass and stiffness.
+    friction_unit : str
+        N or N m; the signal's own unit where the sensor was not calibrated.
+    friction_over_stiffness : frozen scipy.stats distribution
+        Posterior of ``r/k``, seen in the signal whatever mass and stiffness are.
+    friction_over_stiffness_unit : str
+        m or rad; the signal's own unit times seconds per order of derivative where not calibrated.
+    precision : frozen scipy.stats distribution or None
+        Posterior of the precision parameter of the model.
+    precision_unit : str
+        Its unit.
+    acceptance : Acceptance or None
+        Judgement by the precision parameter; None when neither threshold nor set-up record was given.
+    amplitudes : int
+        How many amplitudes were used, or lie in the moving record.
+    frequency, frequency_sd : float
+        Angular frequency found [rad/s]; its sd is nan where the method does not estimate it.
+    noise_sd : float
+        Standard deviation of a sample of the signal; nan where the method has none.
+    rest_position : float
+        In the unit of the signal.
+    prior : dict
+        The prior used, by key.
+    peaks : str
+        How the paper's two methods picked amplitudes.
+    notes : tuple of str
+        What a reader of the numbers must know.
+    fit : Fit
+        The estimator's own result, in the unit of the signal.
+    decay : FreeDecay
+        The moving part of the record.
+    """
+
+    method: str
+    friction: Any
+    friction_unit: str
+    friction_over_stiffness: Any
+    friction_over_stiffness_unit: str
+    precision: Any | None
+    precision_unit: str
+    acceptance: Acceptance | None
+    amplitudes: int
+    frequency: float
+    frequency_sd: float
+    noise_sd: float
+    rest_position: float
+    prior: dict[str, float]
+    peaks: str
+    notes: tuple[str, ...]
+    fit: Fit
+    decay: FreeDecay
+
+    @property
+    def accepted(self) -> bool | None:
+        """Whether the precision parameter says so; None when it was given nothing to compare with."""
+        return None if self.acceptance is None else self.acceptance.accepted
+
+    @property
+    def probability_negative(self) -> float:
+        """``P(friction < 0)``: what the model gives to the physically impossible."""
+        return float(self.friction.cdf(0.0))
+
+    def to_dict(self, reference: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Return everything as plain numbers and words, for JSON; None where there is no number.
+
+        Parameters
+        ----------
+        reference : mapping, optional
+            What a sampler said of the same posterior.
+        """
+        system = self.decay.system
+        return {
+            "method": self.method,
+            "friction": summarise(self.friction, self.friction_unit),
+            "friction_over_stiffness": summarise(
+                self.friction_over_stiffness, self.friction_over_stiffness_unit
+            ),
+            "precision": None if self.precision is None else summarise(self.precision, self.precision_unit),
+            "accepted": self.accepted,
+            "acceptance": None if self.acceptance is None else asdict(self.acceptance),
+            "amplitudes": self.amplitudes,
+            "reference": None if reference is None else dict(reference),
+            "record": self.decay.name,
+            "probability_negative": _finite(self.probability_negative),
+            "frequency": {
+                "mean": _finite(self.frequency),
+                "sd": _finite(self.frequency_sd),
+                "declared": system.natural_frequency,
+                "unit": "rad/s",
+            },
+            "noise_sd": {"mean": _finite(self.noise_sd), "unit": self.decay.unit},
+            "rest_position": {"mean": _finite(self.rest_position), "unit": self.decay.unit},
+            "prior": self.prior,
+            "peaks": self.peaks,
+            "includes_system_uncertainty": _system_is_uncertain(self.decay),
+            "notes": list(self.notes),
+        }
+
+
+def _system_is_uncertain(decay: FreeDecay) -> bool:
+    return decay.system.force_factor_relative_sd(decay.quantity) > 0.0
+
+
+def refuse_clipped(record: xr.DataArray) -> None:
+    """Refuse a record that was cut off at the end of the sensor's range.
+
+    Raises
+    ------
+    InputError
+        Saying how much of it lies flat, and at which level.
+    """
+    fraction, level = clipped_fraction(record.values)
+    if level is not None:
+        raise InputError(
+            record_name(record),
+            f"clipped: {fraction:.2%} of the samples lie flat at {level:.6g} {record.attrs['units']}",
+            "use close-loop, which treats them as censored, or a sensor with more range",
+        )
+
+
+def estimate(
+    record: xr.DataArray,
+    system: Oscillator,
+    *,
+    method: str = "waveform",
+    prior: Mapping[str, float] | Any | None = None,
+    peaks: str = "highest",
+    setup: xr.DataArray | None = None,
+    accept_precision: float | None = None,
+    start: float | None = None,
+    rest_position: float | None = None,
+) -> Estimate:
+    """Estimate friction from one free decay, in closed form.
+
+    Parameters
+    ----------
+    record : xarray.DataArray
+        The record, from :func:`read_record`, :func:`simulate` or :func:`make_record`.
+    system : Oscillator
+        Mass or inertia, and stiffness.
+    method : str
+        ``waveform``, ``envelope``, ``normal-gamma`` or ``gamma-exponential``.
+    prior : mapping or conjugate prior, optional
+        Prior parameters by key, or the prior object itself; what is not given is the method's
+        default, which comes from the declared system and never from the data.
+    peaks : {"highest", "nominal"}
+        How the paper's two methods pick amplitudes: the highest sample of each period, or the sample
+        at the instant where the peak is due.
+    setup : xarray.DataArray, optional
+        A long record of the set-up phase, same quantity: the estimate is accepted where its precision
+        parameter is not below that of this record by more than
+        :func:`friction_bayes.acceptance.accept_by_set_up` allows.
+    accept_precision : float, optional
+        The least precision accepted, instead of ``setup``.
+    start : float, optional
+        When the free decay begins [s]; found when left out.
+    rest_position : float, optional
+        Signal at rest, unit of the signal; found when left out.
+
+    Returns
+    -------
+    Estimate
+
+    Raises
+    ------
+    InputError
+        If the record cannot be used (clipped, too short, constant, ...) or an argument is wrong.
+    """
+    if setup is not None and accept_precision is not None:
+        raise InputError("setup", "given together with accept_precision", "give one of them")
+    estimator = estimator_named(method)
+    validate_record(record)
+    refuse_clipped(record)
+    decay = find_free_decay(record, system, start=start, rest_position=rest_position)
+    chosen = complete_prior(estimator, decay, prior)
+    fit = estimator.fit(decay, chosen, peaks=peaks)
+    acceptance = None
+    if accept_precision is not None:
+        acceptance = accept_by_threshold(
+            _precision_of(fit, method), accept_precision, unit=fit.precision_unit
+        )
+    elif setup is not None:
+        reference = estimate(setup, system, method=method, prior=prior, peaks=peaks)
+        _refuse_other_signal(decay, reference.decay)
+        acceptance = accept_by_set_up(
+            _precision_of(fit, method), _precision_of(reference.fit, method), unit=fit.precision_unit
+        )
+    return _in_forces(method, decay, fit, chosen, peaks, acceptance)
+
+
+def estimator_named(method: str) -> Estimator:
+    """Look an estimator up by name.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
+    if method not in ESTIMATORS:
+        raise InputError("method", f"unknown method {method!r}", f"give one of {', '.join(ESTIMATORS)}")
+    return ESTIMATORS[method]
+
+
+def complete_prior(
+    estimator: Estimator, decay: FreeDecay, prior: Mapping[str, float] | Any | None
+) -> dict[str, float]:
+    """Return every prior parameter: those given, over the defaults of the method for this system.
+
+    Raises
+    ------
+    InputError
+        If a key is not one of the method's, or a value is not a finite number.
+    """
+    if prior is None:
+        given: Mapping[str, float] = {}
+    elif isinstance(prior, Mapping):
+        given = prior
+    elif is_dataclass(prior) and not isinstance(prior, type):
+        given = asdict(prior)
+    else:
+        raise InputError("prior", f"{prior!r} is no prior", "give a mapping of numbers or a conjugate prior")
+    for key in given:
+        if key not in estimator.prior_keys:
+            raise InputError(
+                "prior",
+                f"{estimator.name} has no parameter {key!r}",
+                f"give {', '.join(estimator.prior_keys)}",
+            )
+    values = {key: finite(f"prior {key}", value) for key, value in given.items()}
+    return {**estimator.default_prior(decay), **values}
+
+
+def _precision_of(fit: Fit, method: str) -> Any:
+    if fit.precision is None:
+        raise InputError(
+            "method", f"{method} has no precision parameter to accept by", "use normal-gamma or waveform"
+        )
+    return fit.precision
+
+
+def _refuse_other_signal(decay: FreeDecay, set_up: FreeDecay) -> None:
+    if (decay.quantity, decay.unit) != (set_up.quantity, set_up.unit):
+        raise InputError(
+            set_up.name,
+            f"holds {set_up.quantity.name} [{set_up.unit}], {decay.name} {decay.quantity.name} [{decay.unit}]",
+            "give a set-up record of the same sensor",
+        )
+
+
+def _in_forces(
+    method: str,
+    decay: FreeDecay,
+    fit: Fit,
+    prior: dict[str, float],
+    peaks: str,
+    acceptance: Acceptance | None,
+) -> Estimate:
+    """Turn the signal's friction coefficient ``u = w**q r/k`` into ``r`` and ``r/k``."""
+    system, order = decay.system, decay.quantity.order
+    notes = list(fit.notes)
+    if decay.unit in UNCALIBRATED_UNITS:
+        factor, relative_sd, friction_unit = 1.0, 0.0, decay.unit
+        length_unit = decay.unit + ("", " s", " s2")[order]
+        notes.append(
+            f"the sensor is not calibrated: friction is the friction force over {_FACTOR_SYMBOL[order]}, "
+            f"in the signal's own unit, {decay.unit}"
+        )
+    else:
+        factor = system.force_factor(decay.quantity)
+        relative_sd = system.force_factor_relative_sd(decay.quantity)
+        friction_unit, length_unit = system.friction_unit, system.length_unit
+        if relative_sd == 0.0:
+            notes.append(
+                "mass and stiffness are taken as exact: their uncertainty is not in the friction interval"
+            )
+        notes.extend(_frequency_note(decay, fit))
+    return Estimate(
+        method=method,
+        friction=scaled(fit.coefficient, factor, relative_sd=relative_sd),
+        friction_unit=friction_unit,
+        friction_over_stiffness=scaled(fit.coefficient, fit.frequency**-order),
+        friction_over_stiffness_unit=length_unit,
+        precision=fit.precision,
+        precision_unit=fit.precision_unit,
+        acceptance=acceptance,
+        amplitudes=fit.amplitudes,
+        frequency=fit.frequency,
+        frequency_sd=fit.frequency_sd,
+        noise_sd=fit.noise_sd,
+        rest_position=fit.rest_position,
+        prior=prior,
+        peaks=peaks,
+        notes=tuple(notes),
+        fit=fit,
+        decay=decay,
+    )
+
+
+def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
+    """Tell both frequencies and both forces where the declared system does not swing as the record does."""
+    system, order = decay.system, decay.quantity.order
+    declared, found = system.natural_frequency, fit.frequency
+    if abs(found / declared - 1.0) <= _FREQUENCY_TOLERANCE:
+        return []
+    coefficient = float(fit.coefficient.mean())
+    from_stiffness = system.stiffness * coefficient / found**order
+    from_mass = system.moving * coefficient * found ** (2 - order)
+    text = (
+        f"the record swings at {found:.5g} rad/s, declared mass and stiffness mean {declared:.5g} rad/s: "
+        f"friction is {from_stiffness:.4g} {system.friction_unit} with the declared stiffness "
+        f"and {from_mass:.4g} {system.friction_unit} with the declared {'inertia' if system.angular else 'mass'}"
+    )
+    warnings.warn(text, RecordWarning, stacklevel=4)
+    return [text]

@@ -1,0 +1,20 @@
+"""Figures: functions that draw what they are given and return a matplotlib figure; none estimates anything."""
+
+from __future__ import annotations
+
+from friction_bayes.plotting.comparison import Interval, plot_estimators
+from friction_bayes.plotting.posterior import plot_friction, plot_friction_panels, plot_joint
+from friction_bayes.plotting.signal import plot_amplitudes, plot_fit
+from friction_bayes.plotting.style import save_figure, styled
+
+__all__ = [
+    "Interval",
+    "plot_amplitudes",
+    "plot_estimators",
+    "plot_fit",
+    "plot_friction",
+    "plot_friction_panels",
+    "plot_joint",
+    "save_figure",
+    "styled",
+]

@@ -1,0 +1,161 @@
+"""Figures of a record: the signal under its fit, and its turning points under a linear envelope."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from friction_bayes.free_decay import FreeDecay
+from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, new_figure, note, styled
+
+__all__ = ["plot_amplitudes", "plot_fit"]
+
+Array = NDArray[np.float64]
+
+
+def _signal_label(decay: FreeDecay) -> str:
+    return f"{decay.quantity.name.replace('_', ' ')} [{decay.unit}]"
+
+
+def plot_fit(
+    decay: FreeDecay,
+    prediction: Array,
+    *,
+    noise_sd: float,
+    record: xr.DataArray | None = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw the signal with its fit, the residual below and its last cycles beside.
+
+    Parameters
+    ----------
+    decay : FreeDecay
+        The moving part that was fitted.
+    prediction : ndarray, shape (n,)
+        Fitted signal over ``decay.time``, unit of the signal.
+    noise_sd : float
+        Estimated standard deviation of a sample, drawn as a band of two in the residual.
+    record : xarray.DataArray, optional
+        The whole record; what was cut away from it is drawn faintly.
+    title : str, optional
+        Name of the record when left out.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    time = decay.start_time + decay.time
+    residual = decay.values - prediction
+    with styled():
+        figure = new_figure(9.0, 4.6)
+        grid = figure.add_gridspec(2, 2, height_ratios=(2.6, 1.0), width_ratios=(2.2, 1.0))
+        whole = figure.add_subplot(grid[0, 0])
+        below = figure.add_subplot(grid[1, 0], sharex=whole)
+        close = figure.add_subplot(grid[0, 1])
+        shape = figure.add_subplot(grid[1, 1])
+
+        if record is not None:
+            whole.plot(record["time"], record.values, color=FAINT, lw=0.8, rasterized=True, label="not used")
+        whole.plot(time, decay.values, color=DATA, lw=0.8, rasterized=True, label="record")
+        whole.plot(time, prediction, color=MODEL, lw=0.9, label="fit")
+        whole.set_ylabel(_signal_label(decay))
+        whole.set_title(title or decay.name)
+        whole.legend(loc="upper right", ncols=3)
+        whole.tick_params(labelbottom=False)
+
+        below.axhspan(-2.0 * noise_sd, 2.0 * noise_sd, color=FAINT, lw=0.0, label="± 2 sd of the noise")
+        below.plot(time, residual, color=ACCENT, lw=0.6, rasterized=True)
+        below.set_ylabel("residual")
+        below.set_xlabel("time [s]")
+        below.legend(loc="upper right")
+        low, high = np.quantile(residual, [0.0005, 0.9995])
+        reach = 1.25 * max(abs(low), abs(high), 2.0 * noise_sd)
+        below.set_ylim(-reach, 1.35 * reach)
+
+        period = 2.0 * math.pi / decay.frequency
+        last = time >= time[-1] - 4.0 * period
+        marker = "." if np.count_nonzero(last) < 400 else ","
+        close.plot(
+            time[last], decay.values[last], color=DATA, marker=marker, ms=3.0, ls="none", rasterized=True
+        )
+        close.plot(time[last], prediction[last], color=MODEL)
+        close.set_title("the last four cycles", fontweight="normal")
+
+        bound = 5.0 * max(noise_sd, float(np.std(residual)))
+        shape.hist(residual, bins=41, range=(-bound, bound), density=True, color=FAINT)
+        level = np.linspace(-bound, bound, 201)
+        bell = np.exp(-0.5 * (level / noise_sd) ** 2) / (noise_sd * math.sqrt(2.0 * math.pi))
+        shape.plot(level, bell, color=MODEL, lw=1.2)
+        shape.set_xlabel(f"residual [{decay.unit}]")
+        shape.set_yticks([])
+        shape.spines["left"].set_visible(False)
+        note(shape, f"sd {noise_sd:.3g} {decay.unit}")
+    return figure
+
+
+def plot_amplitudes(
+    decay: FreeDecay,
+    cycles: xr.Dataset,
+    coefficient: float,
+    interval: tuple[float, float],
+    *,
+    title: str | None = None,
+) -> Figure:
+    """Draw the turning points and the linear envelope that a friction coefficient means.
+
+    Coulomb friction takes ``2 u`` from the amplitude in every half cycle: Eq. (2), per half cycle.
+
+    Parameters
+    ----------
+    decay : FreeDecay
+        The moving part of the record.
+    cycles : xarray.Dataset
+        Its turning points: ``time`` [s] and signed ``amplitude`` about the rest position.
+    coefficient : float
+        Posterior mean of the signal's friction coefficient ``u``, unit of the signal.
+    interval : tuple of float
+        Its 90 % interval.
+    title : str, optional
+        Name of the record when left out.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    moment = np.asarray(cycles["time"], dtype=float)
+    signed = np.asarray(cycles["amplitude"], dtype=float)
+    size = np.abs(signed)
+    # The line through the centre of the amplitudes: where every slope leaves their mean in place.
+    middle, level = float(moment.mean()), float(size.mean())
+    along = np.linspace(moment[0], moment[-1], 200)
+
+    def envelope(u: float) -> Array:
+        return level - 2.0 * u * decay.frequency / math.pi * (along - middle)
+
+    with styled():
+        figure = new_figure(7.0, 4.2)
+        axes = figure.add_subplot()
+        axes.plot(
+            decay.start_time + decay.time,
+            decay.values - decay.rest_position,
+            color=FAINT,
+            lw=0.8,
+            rasterized=True,
+            label="record about its rest position",
+        )
+        edges = np.array([envelope(interval[0]), envelope(interval[1])])
+        for sign in (1.0, -1.0):
+            axes.fill_between(along, *(sign * edges), color=ACCENT, alpha=0.25, lw=0.0)
+            axes.plot(along, sign * envelope(coefficient), color=ACCENT, lw=1.4, ls="--")
+        axes.plot([], [], color=ACCENT, ls="--", label="linear envelope, 90 % interval shaded")
+        axes.plot(moment, signed, "o", ms=3.5, color=MODEL, label=f"{moment.size} turning points")
+        axes.set_xlabel("time [s]")
+        axes.set_ylabel(_signal_label(decay))
+        axes.set_title(title or decay.name)
+        axes.set_ylim(top=1.35 * float(size.max()))
+        axes.legend(loc="upper right")
+    return figure
