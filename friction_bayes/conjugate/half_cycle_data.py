@@ -1,12 +1,12 @@
 r"""Two numbers a half cycle that hold all a Coulomb decay says of friction: its amplitude and its centre.
 
 Given the phase ``theta(t)``, a sample is ``c + a f + u g``, see
-:func:`friction_bayes.phase_tracking.coulomb_shapes`. Within one half cycle that is a constant plus a multiple of
-``f`` alone, so the samples of a half cycle are exhausted by their projections on ``f`` and on the constant. Both
-are taken orthogonal to ``df/dtheta``, so that an error of the local phase does not enter, and to each other, and
-are scaled to unit norm: white noise of the signal becomes independent noise of the same variance, and the design
-entries are the exact projections of ``f``, ``g`` and 1 at whatever instants were sampled. No peak is picked, and
-nothing telescopes.
+:func:`friction_bayes.phase_tracking.coulomb_shapes`. Within one half cycle that is a constant plus a
+multiple of ``f`` alone, so the samples of a half cycle are exhausted by their projections on ``f`` and on
+the constant. Both are taken orthogonal to ``df/dtheta``, so that an error of the local phase does not
+enter, and to each other, and are scaled to unit norm: white noise of the signal becomes independent noise
+of the same variance, and the design entries are the exact projections of ``f``, ``g`` and 1 at whatever
+instants were sampled. No peak is picked, and nothing telescopes.
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
 r"""Large swings of a pendulum: from what a signal shows to an amplitude that friction lowers linearly.
 
-Over a half cycle from amplitude ``A`` to ``A'`` friction takes ``r (A + A')`` from the energy ``k (1 - cos A)``.
-With ``M = (A + A')/2`` and ``h = (A - A')/2`` that is ``k sin M sin h = r M``, a midpoint step of
-``(sin A / A) dA = -2 d`` per half cycle with ``d = r/k``. So the sine integral
-:math:`\mathrm{Si}(A) = \int_0^A \sin x / x\,dx` falls by ``2 d`` each half cycle, as ``A`` itself does in a
-linear system, up to terms of order ``d^3``.
+Over a half cycle from amplitude ``A`` to ``A'`` friction takes ``r (A + A')`` from the energy ``k (1 -
+cos A)``. With ``M = (A + A')/2`` and ``h = (A - A')/2`` that is ``k sin M sin h = r M``, a midpoint step
+of ``(sin A / A) dA = -2 d`` per half cycle with ``d = r/k``. So the sine integral :math:`\mathrm{Si}(A) =
+\int_0^A \sin x / x\,dx` falls by ``2 d`` each half cycle, as ``A`` itself does in a linear system, up to
+terms of order ``d^3``.
 
-The frictionless swing itself is an odd Fourier series in its nome ``x^2``: ``theta = B sin(Omega t) + ...`` with
-``B = 8 x / (1 + x^2)``, ``Omega = w0 / theta3^2`` and ``sin(A/2) = (theta2/theta3)^2``, by the Jacobi theta
-constants of that nome.
+The frictionless swing itself is an odd Fourier series in its nome ``x^2``: ``theta = B sin(Omega t) +
+...`` with ``B = 8 x / (1 + x^2)``, ``Omega = w0 / theta3^2`` and ``sin(A/2) = (theta2/theta3)^2``, by the
+Jacobi theta constants of that nome.
 """
 
 from __future__ import annotations
