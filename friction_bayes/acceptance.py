@@ -102,11 +102,9 @@ def accept_by_set_up(precision: Any, set_up: Any, *, unit: str) -> Acceptance:
     share = min(SHARE, by_chance)
     mean, reference = float(precision.mean()), float(set_up.mean())
     accepted = mean >= share * reference
-    rule = (
-        f"the least share allowed is {SHARE:.2f}"
-        if by_chance >= SHARE
-        else f"with so few amplitudes chance alone goes down to {by_chance:.2f} in {1.0 - FALSE_ALARM:.0%} of records"
-    )
+    rule = f"the least share allowed is {share:.2f}"
+    if by_chance < SHARE:
+        rule += f", below which chance alone takes {FALSE_ALARM:.0%} of records of so few amplitudes"
     return Acceptance(
         accepted=accepted,
         criterion="set-up record",

@@ -299,7 +299,7 @@ def _refuse_other_signal(decay: FreeDecay, set_up: FreeDecay) -> None:
     if (decay.quantity, decay.unit) != (set_up.quantity, set_up.unit):
         raise InputError(
             set_up.name,
-            f"holds {set_up.quantity.name} [{set_up.unit}], {decay.name} {decay.quantity.name} [{decay.unit}]",
+            f"{set_up.quantity.name} [{set_up.unit}] where the record is {decay.quantity.name} [{decay.unit}]",
             "give a set-up record of the same sensor",
         )
 
@@ -365,7 +365,8 @@ def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
     text = (
         f"the record swings at {found:.5g} rad/s, declared mass and stiffness mean {declared:.5g} rad/s: "
         f"friction is {from_stiffness:.4g} {system.friction_unit} with the declared stiffness "
-        f"and {from_mass:.4g} {system.friction_unit} with the declared {'inertia' if system.angular else 'mass'}"
+        f"and {from_mass:.4g} {system.friction_unit} with the declared "
+        f"{'inertia' if system.angular else 'mass'}"
     )
     warnings.warn(text, RecordWarning, stacklevel=4)
     return [text]

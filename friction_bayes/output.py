@@ -21,12 +21,12 @@ from friction_bayes.errors import InputError
 
 __all__ = [
     "check_file_target",
-    "manifest",
     "output_folder",
     "sha256_of",
     "strict_json",
     "write_file",
     "write_json",
+    "write_manifest",
 ]
 
 MANIFEST_NAME = "manifest.json"
@@ -81,13 +81,20 @@ def _version_of(distribution: str) -> str | None:
         return None
 
 
-def manifest(
-    command: str, *, options: Mapping[str, Any], seed: int | None, inputs: Iterable[str | Path] = ()
-) -> dict[str, Any]:
-    """Collect what is needed to make a result again.
+def write_manifest(
+    folder: Path,
+    command: str,
+    *,
+    options: Mapping[str, Any],
+    seed: int | None,
+    inputs: Iterable[str | Path] = (),
+) -> None:
+    """Write what is needed to make the results in ``folder`` again; call it last.
 
     Parameters
     ----------
+    folder : path
+        Where the results lie; its files are listed, so that a later run knows which ones to replace.
     command : str
         Name of the command.
     options : mapping
@@ -96,11 +103,6 @@ def manifest(
         Seed of everything random in it.
     inputs : iterable of str or path
         Records that were read; existing paths are named with their sha256, others by name alone.
-
-    Returns
-    -------
-    dict
-        Command, options, seed, inputs, versions of Python and packages, platform and time (UTC).
     """
     read = [
         {"path": str(item), "sha256": sha256_of(Path(item)) if Path(item).exists() else None}
@@ -108,15 +110,31 @@ def manifest(
     ]
     versions = {"python": platform.python_version(), "friction-bayes": _version_of("friction-bayes")}
     versions.update({name: _version_of(name) for name in _VERSIONED})
-    return {
+    content = {
         "command": command,
         "options": dict(options),
         "seed": seed,
         "inputs": read,
+        "files": _files_below(folder),
         "versions": versions,
         "platform": platform.platform(),
         "written": datetime.now(UTC).isoformat(timespec="seconds"),
     }
+    write_json(folder / MANIFEST_NAME, content)
+
+
+def _files_below(folder: Path) -> list[str]:
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+
+
+def _files_of_earlier_run(folder: Path) -> list[str]:
+    try:
+        listed = json.loads((folder / MANIFEST_NAME).read_text(encoding="utf-8"))["files"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+    # A manifest is a file like any other: what it names outside of its folder is not ours to remove.
+    inside = folder.resolve()
+    return [name for name in listed if (folder / name).resolve().is_relative_to(inside)]
 
 
 def _nearest_existing(path: Path) -> Path:
@@ -128,15 +146,8 @@ def _nearest_existing(path: Path) -> Path:
 def _check_folder_target(folder: Path, force: bool) -> None:
     if folder.exists() and not folder.is_dir():
         raise InputError(f"--out {folder}", "is a file", "give a folder")
-    if not folder.is_dir() or not any(folder.iterdir()):
-        return
-    if not force:
+    if folder.is_dir() and any(folder.iterdir()) and not force:
         raise InputError(f"--out {folder}", "already holds files", "choose another folder or add --force")
-    if not (folder / MANIFEST_NAME).is_file():
-        # --force replaces the whole folder: never one that somebody else filled.
-        raise InputError(
-            f"--out {folder}", f"holds files but no {MANIFEST_NAME} of an earlier run", "choose another folder"
-        )
 
 
 @contextmanager
@@ -145,7 +156,9 @@ def _aside(target: Path) -> Iterator[Path]:
     try:
         aside = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=_nearest_existing(target.parent)))
     except OSError as error:
-        raise InputError(f"--out {target}", f"cannot be written ({error.strerror})", "choose another") from None
+        raise InputError(
+            f"--out {target}", f"cannot be written ({error.strerror})", "choose another"
+        ) from None
     try:
         yield aside
     finally:
@@ -154,14 +167,14 @@ def _aside(target: Path) -> Iterator[Path]:
 
 @contextmanager
 def output_folder(target: str | Path, *, force: bool = False) -> Iterator[Path]:
-    """Yield a folder beside ``target`` to write into, renamed to ``target`` if all went well.
+    """Yield a folder beside ``target`` to write into; its files come to ``target`` if all went well.
 
     Parameters
     ----------
     target : path
         The folder that shall exist afterwards; its parents are made when needed.
     force : bool
-        Replace a folder that an earlier run wrote (one with a manifest); never any other.
+        Write into a folder that already holds files: those of an earlier run go, all others stay.
 
     Raises
     ------
@@ -173,10 +186,15 @@ def output_folder(target: str | Path, *, force: bool = False) -> Iterator[Path]:
     with _aside(folder) as aside:
         yield aside
         aside.chmod(0o755)
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        if folder.exists():
-            shutil.rmtree(folder)
-        aside.rename(folder)
+        if not folder.exists():
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            aside.rename(folder)
+            return
+        for name in _files_of_earlier_run(folder):
+            (folder / name).unlink(missing_ok=True)
+        for name in _files_below(aside):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (aside / name).replace(folder / name)
 
 
 def check_file_target(target: str | Path, *, force: bool = False) -> Path:

@@ -1,4 +1,4 @@
-"""Figures: functions that draw what they are given and return a matplotlib figure; none estimates anything."""
+"""Figures: they draw what they are given, return a matplotlib figure and never estimate."""
 
 from __future__ import annotations
 

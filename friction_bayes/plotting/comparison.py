@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from friction_bayes.plotting.style import ACCENT, FAINT, MODEL, TRUTH, new_figure, note, styled
+from friction_bayes.plotting.style import ACCENT, FAINT, MODEL, TRUTH, new_figure, styled
 
 __all__ = ["Interval", "plot_estimators"]
 
@@ -96,7 +96,7 @@ def plot_estimators(
             errors = [_relative(row, truth) for row in rows]
             _draw(right, errors, 0.0)
             right.set_xlim(-zoom, zoom)
-            right.xaxis.set_major_formatter(PercentFormatter(1.0))
+            right.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
             right.set_xlabel("error, close to the true value")
             right.tick_params(labelleft=False)
             for axes, drawn, edge in ((left, rows, truth * (1.0 + reach)), (right, errors, zoom)):

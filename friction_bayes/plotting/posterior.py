@@ -1,4 +1,4 @@
-"""Figures of a posterior: the closed form against a sampler, and the joint density of friction and precision."""
+"""Figures of a posterior: closed form against sampler; joint density of friction and precision."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _draw_friction(axes: Axes, friction: Any, draws: Array | None, truth: float 
         else:
             side = "right" if truth > high else "left"
             arrow = "→" if side == "right" else "←"
-            note(axes, f"true value {truth:.4g} {arrow}", place=f"lower {side}")
+            note(axes, f"true value {truth:.4g} {arrow}", place=f"upper {side}")
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
     axes.set_ylim(bottom=0.0)

@@ -29,7 +29,7 @@ def plot_fit(
     record: xr.DataArray | None = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw the signal with its fit, the residual below and its last cycles beside.
+    """Draw the signal with its fit, its last cycles beside, and the residual below.
 
     Parameters
     ----------
@@ -78,12 +78,10 @@ def plot_fit(
 
         period = 2.0 * math.pi / decay.frequency
         last = time >= time[-1] - 4.0 * period
-        marker = "." if np.count_nonzero(last) < 400 else ","
-        close.plot(
-            time[last], decay.values[last], color=DATA, marker=marker, ms=3.0, ls="none", rasterized=True
-        )
+        close.plot(time[last], decay.values[last], ".", color=DATA, ms=2.5, mew=0.0, rasterized=True)
         close.plot(time[last], prediction[last], color=MODEL)
-        close.set_title("the last four cycles", fontweight="normal")
+        close.locator_params(axis="x", nbins=5)
+        note(close, "the last four cycles")
 
         bound = 5.0 * max(noise_sd, float(np.std(residual)))
         shape.hist(residual, bins=41, range=(-bound, bound), density=True, color=FAINT)

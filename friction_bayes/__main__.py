@@ -1,0 +1,10 @@
+"""``python -m friction_bayes``."""
+
+from __future__ import annotations
+
+import sys
+
+from friction_bayes.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())
