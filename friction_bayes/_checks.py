@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from friction_bayes.errors import InputError
 
-__all__ = ["finite", "in_range", "non_negative", "positive"]
+__all__ = ["finite", "finite_array", "in_range", "non_negative", "positive", "probability"]
 
 
 def finite(name: str, value: float) -> float:
@@ -42,3 +45,25 @@ def in_range(name: str, value: float, low: float, high: float) -> float:
     if not low <= number <= high:
         raise InputError(name, f"{number:g} lies outside {low:g} .. {high:g}", "give a number in that range")
     return number
+
+
+def probability(name: str, value: float) -> float:
+    """Return ``value`` as a float, refusing what is not strictly between zero and one."""
+    number = finite(name, value)
+    if not 0.0 < number < 1.0:
+        raise InputError(name, f"{number:g} is not a probability", "give a number between 0 and 1, such as 0.9")
+    return number
+
+
+def finite_array(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Return ``values`` as an array of floats, refusing the first entry that is not a finite number."""
+    try:
+        array = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(name, "not an array of real numbers", "give real numbers") from None
+    bad = np.flatnonzero(~np.isfinite(array))
+    if bad.size:
+        raise InputError(
+            name, f"entry {bad[0]} is {array.flat[bad[0]]}", "remove or repair what is not finite"
+        )
+    return array

@@ -1,0 +1,121 @@
+"""Default priors: one table, weak, from the declared system and never from the data they meet.
+
+All follow one idea. The declared system has a scale of force ``F`` (its weight ``m g``, or ``k`` times one
+radian) and so a scale of signal; a default prior says that the unknown is about zero give or take that scale,
+with the tails of a Cauchy distribution, and that the noise is about a millionth of it, held with the weight of
+one observation. Sample for sample such a prior pulls on the estimate with 1e-12 of the weight of one datum,
+and it adds to the noise no more than a millionth of the signal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from friction_bayes._checks import finite
+from friction_bayes.errors import InputError
+from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.quantities import UNCALIBRATED_UNITS, Quantity
+
+__all__ = ["PRIORS", "PriorParameter", "complete_prior", "default_prior", "force_scale", "prior_keys", "signal_scale"]
+
+UNCALIBRATED_SCALE = 10.0
+"""Scale of a signal that was never calibrated, in its own unit: the range of a common acquisition card."""
+
+
+@dataclass(frozen=True)
+class PriorParameter:
+    """One line of the table: the default is ``factor * scale**power``.
+
+    Attributes
+    ----------
+    key : str
+        What ``--prior KEY=VALUE`` calls it.
+    factor : float
+        Default in units of the scale.
+    power : int
+        Power of the scale that carries its unit.
+    reason : str
+        Why this value.
+    """
+
+    key: str
+    factor: float
+    power: int
+    reason: str
+
+
+_REGRESSION = (
+    PriorParameter(
+        "coefficient_precision",
+        1e-12,
+        0,
+        "coefficients are zero give or take the scale when the noise is a millionth of it; 1e-12 of one sample",
+    ),
+    PriorParameter("alpha", 0.5, 0, "the noise level is known as well as from one sample"),
+    PriorParameter("beta", 0.5e-12, 2, "that sample deviates by a millionth of the scale"),
+)
+
+PRIORS: dict[str, tuple[PriorParameter, ...]] = {
+    "normal-gamma": (
+        PriorParameter("mu", 0.0, 1, "neither sign of friction is favoured"),
+        PriorParameter(
+            "lam", 1e-12, 0, "friction is zero give or take the scale when samples scatter by a millionth of it"
+        ),
+        PriorParameter("alpha", 0.5, 0, "the precision is known as well as from one friction sample"),
+        PriorParameter("beta", 0.5e-12, 2, "that sample deviates by a millionth of the scale"),
+    ),
+    "gamma-exponential": (
+        PriorParameter("alpha", 0.01, 0, "worth a hundredth of a friction sample"),
+        PriorParameter("kappa", 1e-5, 1, "that hundredth of a sample being a thousandth of the scale"),
+    ),
+    "envelope": _REGRESSION,
+    "waveform": _REGRESSION,
+}
+"""Default prior of each method; scale is :func:`force_scale` for the paper's two, else :func:`signal_scale`."""
+
+
+def signal_scale(system: Oscillator, quantity: Quantity, unit: str) -> float:
+    """Scale of the signal that the declared system would give, in ``unit``.
+
+    ``w0**q L`` for derivative order ``q``, with ``L`` the system's displacement scale; 10 units of a signal
+    that was not calibrated, since nothing declared says what such a unit is.
+    """
+    if unit in UNCALIBRATED_UNITS:
+        return UNCALIBRATED_SCALE
+    return system.natural_frequency**quantity.order * system.displacement_scale
+
+
+def force_scale(system: Oscillator, quantity: Quantity, unit: str) -> float:
+    """Scale of the friction: ``k L`` [N or N m], or 10 of the signal's own units."""
+    if unit in UNCALIBRATED_UNITS:
+        return UNCALIBRATED_SCALE
+    return system.stiffness * system.displacement_scale
+
+
+def prior_keys(method: str) -> tuple[str, ...]:
+    """Return what ``--prior KEY=VALUE`` may set for a method."""
+    return tuple(parameter.key for parameter in PRIORS[method])
+
+
+def default_prior(method: str, system: Oscillator, quantity: Quantity, unit: str) -> dict[str, float]:
+    """Return the default prior of a method for signals of a quantity, in ``unit``, from a system."""
+    scale_of = force_scale if method in ("normal-gamma", "gamma-exponential") else signal_scale
+    scale = scale_of(system, quantity, unit)
+    return {p.key: p.factor * scale**p.power for p in PRIORS[method]}
+
+
+def complete_prior(default: Mapping[str, float], given: Mapping[str, float] | None) -> dict[str, float]:
+    """Return the default with what was given in its place.
+
+    Raises
+    ------
+    InputError
+        If a key is unknown or a value is not a finite number; the message names the key and the known ones.
+    """
+    prior = dict(default)
+    for key, value in (given or {}).items():
+        if key not in prior:
+            raise InputError("prior", f"unknown key {key!r}", f"give one of {', '.join(prior)}")
+        prior[key] = finite(f"prior {key}", value)
+    return prior
