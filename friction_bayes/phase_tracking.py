@@ -14,7 +14,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["MAX_DEGREE", "coulomb_shapes", "phase_at", "solve_spd", "time_of_phase", "track_phase"]
+__all__ = [
+    "MAX_DEGREE",
+    "coulomb_fit",
+    "coulomb_shapes",
+    "phase_at",
+    "solve_spd",
+    "time_of_phase",
+    "track_phase",
+]
 
 MAX_DEGREE = 5
 """Highest degree of the phase polynomial; a pendulum's phase is odd in time to this order at 1 rad."""
@@ -244,6 +252,15 @@ def _refine(
             for b in range(a + 1):
                 matrix[a, b] += basis[a] * basis[b]
     return solve_spd(matrix, right)
+
+
+@njit(cache=True, nogil=True)
+def coulomb_fit(values: Array, order: int, polynomial: Array) -> tuple[float, float, float]:
+    """Least-squares rest position, initial amplitude and friction coefficient at a given phase, or NaN."""
+    found, ok = _refine(values, order, polynomial, 0.0, 0.0, False)
+    if not ok:
+        return np.nan, np.nan, np.nan
+    return found[0], found[1], found[2]
 
 
 @njit(cache=True, nogil=True)

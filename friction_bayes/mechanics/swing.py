@@ -15,9 +15,17 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from numba import njit
 
-__all__ = ["amplitude_of_fundamental", "friction_of_period", "linear_amplitude", "sine_integral"]
+__all__ = [
+    "amplitude_of_fundamental",
+    "friction_of_period",
+    "linear_amplitude",
+    "sine_integral",
+    "swing_amplitude",
+    "third_harmonic",
+]
 
 _LARGEST = 3.6
 """Fundamental of a swing of 2.9 rad; beyond it a swing is not a decay about the bottom any more."""
@@ -103,3 +111,35 @@ def friction_of_period(first: float, second: float) -> float:
     half_drop = 0.5 * (first - second)
     ratio = math.sin(middle) / middle if abs(middle) > 1e-8 else 1.0
     return 0.5 * ratio * math.sin(half_drop)
+
+
+@njit(cache=True, nogil=True)
+def swing_amplitude(peak: float, order: int, frequency: float) -> float:
+    """Amplitude [rad] of a swing from the peak of its angle, angular velocity or angular acceleration.
+
+    By the energy at the bottom, ``theta' = 2 w0 sin(A/2)``, or the torque at the turning point,
+    ``theta'' = w0^2 sin(A)``; NaN where no swing has such a peak.
+    """
+    if order == 0:
+        return peak
+    ratio = peak / (2.0 * frequency) if order == 1 else peak / frequency**2
+    if not abs(ratio) < 1.0:
+        return np.nan
+    return (2.0 if order == 1 else 1.0) * math.asin(ratio)
+
+
+@njit(cache=True, nogil=True)
+def third_harmonic(amplitude: float, order: int) -> float:
+    """Third harmonic of the signal about its turning points, relative to the fundamental.
+
+    Parameters
+    ----------
+    amplitude : float
+        Fundamental of the signal over ``w0**order``: the swing amplitude where small [rad].
+    order : int
+        Derivative order of the signal.
+    """
+    b = min(abs(amplitude), _LARGEST)
+    x = b / (4.0 + math.sqrt(16.0 - b * b))
+    ratio = x * x * (1.0 + x * x) / (3.0 * (1.0 + x**6))
+    return 3.0 * ratio if order == 1 else -(9.0 ** (order // 2)) * ratio
