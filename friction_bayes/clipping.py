@@ -14,17 +14,17 @@ STEPS_BELOW = 6.0
 """Depth below the extreme, in resolution steps, whose samples a clipped level must outnumber.
 
 At a smooth turning point the depth grows as the square of time: a top level of ``f <= 1`` steps holds
-``sqrt(f)`` of the samples, the next ``c`` steps ``sqrt(f + c) - sqrt(f)``, which is more for ``c > 3``. A flat
-top cut at ``h`` below the true turning point outnumbers them once ``h`` exceeds two steps.
+``sqrt(f)`` of the samples, the next ``c`` steps ``sqrt(f + c) - sqrt(f)``, which is more for ``c > 3``.
+A flat top cut at ``h`` below the true turning point outnumbers them once ``h`` exceeds two steps.
 """
 
 
 def clipped_fraction(values: ArrayLike) -> tuple[float, float | None]:
     """Return the share of samples that sit flat at an end of the sensor's range, and that level.
 
-    A signal that moves smoothly passes an extreme without staying; a quantised one stays there only as long as a
-    parabola stays within one step. A level that holds runs of equal samples and more of them than the band
-    beneath it is the end of the range. The start of a record held still before its release does not count.
+    A signal that moves smoothly passes an extreme without staying; a quantised one stays there only as long
+    as a parabola stays within one step. A level that holds runs of equal samples, and more of them than the
+    band beneath it, is the end of the range. A record held still before its release does not count.
 
     Parameters
     ----------
@@ -82,14 +82,14 @@ def _resolution(
 ) -> float:
     """Return the step of a quantised signal, zero for a continuous one.
 
-    The smallest difference between values that occur, where they fill a lattice; or, where a filter has blurred
-    the steps, the typical step out of the flat turning points elsewhere in the record (``inside`` marks runs away
-    from both extremes).
+    The smallest difference between values that occur, where they fill a lattice; or, where a filter has
+    blurred the steps, the typical step out of the flat turning points elsewhere in the record (``inside``
+    marks runs away from both extremes).
     """
     gaps = np.diff(np.unique(signal))
     span = float(np.ptp(signal))
     lattice = float(gaps[gaps > 1e-9 * span].min(initial=span))
-    # the closest of n values strewn at random lie about span / n**2 apart, those on a lattice span / n or more
+    # the closest of n values strewn at random lie about span / n**2 apart, on a lattice span / n or more
     if span <= 4.0 * signal.size * lattice:
         return lattice
     flat = np.flatnonzero(inside & (lengths >= SHORTEST_RUN))

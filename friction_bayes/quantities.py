@@ -76,7 +76,8 @@ def quantity_named(name: str, *, place: str = "quantity") -> Quantity:
     try:
         return QUANTITIES[name]
     except KeyError:
-        raise InputError(place, f"unknown quantity {name!r}", f"give one of {', '.join(QUANTITIES)}") from None
+        known = ", ".join(QUANTITIES)
+        raise InputError(place, f"unknown quantity {name!r}", f"give one of {known}") from None
 
 
 def known_units(quantity: Quantity) -> tuple[str, ...]:

@@ -33,7 +33,7 @@ matters here. Rounded time stamps (1e-3 of an interval) pass by far.
 """
 
 JITTER_PEAK = 0.05
-"""Largest distance of a single time stamp from the grid, in intervals; beyond it that sample is an outlier."""
+"""Largest distance of a single time stamp from the grid, in intervals; beyond it the sample is an outlier."""
 
 GAP = 1.5
 """An interval longer than this many typical ones lost at least one sample."""
@@ -270,8 +270,8 @@ def _check_clock(name: str, time: NDArray[np.float64], rows: NDArray[np.intp] | 
     if rms > JITTER_RMS or peak > JITTER_PEAK:
         raise InputError(
             name,
-            f"sampling is not uniform: intervals {intervals.min():.6g} to {intervals.max():.6g} s, time stamps "
-            f"{100 * rms:.2g} % of an interval (rms) and {100 * peak:.2g} % (largest) off an even grid, where "
-            f"{100 * JITTER_RMS:g} % and {100 * JITTER_PEAK:g} % pass",
-            "give --resample (resample=True), or --sampling-rate if the sampling was even and the stamps are coarse",
+            f"sampling is not uniform: intervals {intervals.min():.6g} to {intervals.max():.6g} s, "
+            f"time stamps off an even grid by {100 * rms:.2g} % of an interval (rms) and {100 * peak:.2g} % "
+            f"(largest), where {100 * JITTER_RMS:g} % and {100 * JITTER_PEAK:g} % pass",
+            "give --resample (resample=True), or --sampling-rate if only the stamps are coarse",
         )
