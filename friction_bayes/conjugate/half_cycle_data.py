@@ -17,8 +17,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from friction_bayes.mechanics.swing import linear_amplitude
-from friction_bayes.phase_tracking import coulomb_shapes, phase_at, solve_spd, track_phase
+from friction_bayes.mechanics.swing import linear_amplitude, third_harmonic
+from friction_bayes.phase_tracking import coulomb_fit, coulomb_shapes, phase_at, solve_spd, track_phase
 
 __all__ = ["envelope_statistics", "half_cycle_rows", "least_squares"]
 
@@ -45,8 +45,9 @@ def half_cycle_rows(
     order : int
         Derivative order of the signal.
     swing_frequency : float
-        Natural frequency of a pendulum [rad/s], whose amplitudes are then replaced by those that friction
-        lowers linearly (incomplete half cycles are left out); zero for a linear system.
+        Natural frequency of a pendulum [rad/s]; zero for a linear system. A pendulum's third harmonic is
+        taken out, its amplitudes are replaced by those that friction lowers linearly, and incomplete half
+        cycles are left out.
 
     Returns
     -------
@@ -66,11 +67,18 @@ def half_cycle_rows(
     blocks = math.floor((last - shift) / (math.pi * stride)) - first_block + 1
     # Sums of products of (slope, f, 1) with (slope, f, g, 1, y), one set a block.
     sums = np.zeros((blocks, 3, 5))
+    _, amplitude, friction = (
+        coulomb_fit(values, order, polynomial) if swing_frequency > 0.0 else (0.0, 0.0, 0.0)
+    )
     for i in range(n):
         chi, _ = phase_at(polynomial, 2.0 * i / (n - 1) - 1.0)
         f, g, slope, half = coulomb_shapes(chi - shift, order)
         block = min(max(math.floor(half / stride) - first_block, 0), blocks - 1)
-        right = (slope, f, g, 1.0, values[i])
+        y = values[i]
+        if swing_frequency > 0.0:
+            swing = amplitude - (2 * half + 1) * friction
+            y -= swing * third_harmonic(swing / swing_frequency**order, order) * math.cos(3.0 * chi)
+        right = (slope, f, g, 1.0, y)
         left = (slope, f, 1.0)
         for a in range(3):
             for b in range(5):
