@@ -10,17 +10,19 @@ from typing import Any
 
 import xarray as xr
 
-from friction_bayes._checks import finite
 from friction_bayes.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
 from friction_bayes.clipping import clipped_fraction
 from friction_bayes.conjugate.estimator import ESTIMATORS, Estimator, Fit
+from friction_bayes.conjugate.priors import complete_prior
 from friction_bayes.errors import InputError, RecordWarning
 from friction_bayes.free_decay import FreeDecay, find_free_decay
+from friction_bayes.halfcycles import PEAKS
 from friction_bayes.mechanics.oscillator import Oscillator
 from friction_bayes.quantities import UNCALIBRATED_UNITS
 from friction_bayes.record import record_name, validate_record
+from friction_bayes.scaled import scaled
 
-__all__ = ["Estimate", "complete_prior", "estimate", "estimator_named", "refuse_clipped", "summarise"]
+__all__ = ["Estimate", "estimate", "estimator_named", "refuse_clipped", "summarise"]
 
 _FACTOR_SYMBOL = ("the stiffness", "sqrt(stiffness * mass)", "the mass")
 
@@ -226,10 +228,8 @@ def estimate(
     if setup is not None and accept_precision is not None:
         raise InputError("setup", "given together with accept_precision", "give one of them")
     estimator = estimator_named(method)
-    validate_record(record)
-    refuse_clipped(record)
     decay = find_free_decay(record, system, start=start, rest_position=rest_position)
-    chosen = complete_prior(estimator, decay, prior)
+    chosen = complete_prior(estimator.default_prior(decay), _as_mapping(prior))
     fit = estimator.fit(decay, chosen, peaks=peaks)
     acceptance = None
     if accept_precision is not None:
@@ -258,33 +258,13 @@ def estimator_named(method: str) -> Estimator:
     return ESTIMATORS[method]
 
 
-def complete_prior(
-    estimator: Estimator, decay: FreeDecay, prior: Mapping[str, float] | Any | None
-) -> dict[str, float]:
-    """Return every prior parameter: those given, over the defaults of the method for this system.
-
-    Raises
-    ------
-    InputError
-        If a key is not one of the method's, or a value is not a finite number.
-    """
-    if prior is None:
-        given: Mapping[str, float] = {}
-    elif isinstance(prior, Mapping):
-        given = prior
-    elif is_dataclass(prior) and not isinstance(prior, type):
-        given = asdict(prior)
-    else:
-        raise InputError("prior", f"{prior!r} is no prior", "give a mapping of numbers or a conjugate prior")
-    for key in given:
-        if key not in estimator.prior_keys:
-            raise InputError(
-                "prior",
-                f"{estimator.name} has no parameter {key!r}",
-                f"give {', '.join(estimator.prior_keys)}",
-            )
-    values = {key: finite(f"prior {key}", value) for key, value in given.items()}
-    return {**estimator.default_prior(decay), **values}
+def _as_mapping(prior: Any) -> Mapping[str, float] | None:
+    """Return a prior as numbers by key: a mapping as it is, a conjugate prior by its parameters."""
+    if prior is None or isinstance(prior, Mapping):
+        return prior
+    if is_dataclass(prior) and not isinstance(prior, type):
+        return asdict(prior)
+    raise InputError("prior", f"{prior!r} is no prior", "give a mapping of numbers or a conjugate prior")
 
 
 def _precision_of(fit: Fit, method: str) -> Any:

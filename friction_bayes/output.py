@@ -8,7 +8,7 @@ import math
 import platform
 import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -24,7 +24,6 @@ __all__ = [
     "output_folder",
     "sha256_of",
     "strict_json",
-    "write_file",
     "write_json",
     "write_manifest",
 ]
@@ -205,12 +204,3 @@ def check_file_target(target: str | Path, *, force: bool = False) -> Path:
     if path.exists() and not force:
         raise InputError(f"--out {target}", "already exists", "choose another file or add --force")
     return path
-
-
-def write_file(target: str | Path, write: Callable[[Path], None], *, force: bool = False) -> None:
-    """Let ``write`` make a file of the same name elsewhere, then move it to ``target``."""
-    path = check_file_target(target, force=force).absolute()
-    with _aside(path) as aside:
-        write(aside / path.name)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        (aside / path.name).replace(path)

@@ -112,7 +112,7 @@ def plot_amplitudes(
     decay : FreeDecay
         The moving part of the record.
     cycles : xarray.Dataset
-        Its turning points: ``time`` [s] and signed ``amplitude`` about the rest position.
+        Its turning points, from :func:`friction_bayes.halfcycles.half_cycles`.
     coefficient : float
         Posterior mean of the signal's friction coefficient ``u``, unit of the signal.
     interval : tuple of float
@@ -125,8 +125,9 @@ def plot_amplitudes(
     matplotlib.figure.Figure
     """
     moment = np.asarray(cycles["time"], dtype=float)
-    signed = np.asarray(cycles["amplitude"], dtype=float)
-    size = np.abs(signed)
+    rest = float(cycles.attrs["rest_position"])
+    signed = np.asarray(cycles["value"], dtype=float) - rest
+    size = np.asarray(cycles["amplitude"], dtype=float)
     # The line through the centre of the amplitudes: where every slope leaves their mean in place.
     middle, level = float(moment.mean()), float(size.mean())
     along = np.linspace(moment[0], moment[-1], 200)
@@ -139,7 +140,7 @@ def plot_amplitudes(
         axes = figure.add_subplot()
         axes.plot(
             decay.start_time + decay.time,
-            decay.values - decay.rest_position,
+            decay.values - rest,
             color=FAINT,
             lw=0.8,
             rasterized=True,

@@ -1,0 +1,3 @@
+"""``friction-bayes demo``."""
+def add_parser(commands):
+    pass

@@ -1,0 +1,47 @@
+"""Free decays written out by hand, independent of the package's own simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+Signal = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+@pytest.fixture
+def decay(rng: np.random.Generator) -> Callable[..., Signal]:
+    """Time [s] and displacement [m] of a decay from rest: m = 10 kg, k = 1000 N/m, r = 0.5 N."""
+
+    def make(
+        *, amplitude: float = 0.02, duration: float = 5.0, noise_sd: float = 1e-4, rate: float = 100.0
+    ) -> Signal:
+        time = np.arange(round(duration * rate)) / rate
+        phase, shift = 10.0 * time, 5e-4
+        half_cycle = np.floor(phase / np.pi)
+        signal = (amplitude - (2.0 * half_cycle + 1.0) * shift) * np.cos(phase) + shift * (-1.0) ** half_cycle
+        return time, signal + rng.normal(0.0, noise_sd, time.size)
+
+    return make
+
+
+@pytest.fixture
+def write_csv(tmp_path: Path) -> Callable[..., Path]:
+    """Write a record to a CSV file of the given name."""
+
+    def write(name: str, time: NDArray[np.float64], signal: NDArray[np.float64], column: str) -> Path:
+        path = tmp_path / name
+        rows = "\n".join(f"{t:.9g},{x:.9g}" for t, x in zip(time, signal, strict=True))
+        path.write_text(f"time_s,{column}\n{rows}\n")
+        return path
+
+    return write
+
+
+@pytest.fixture
+def csv(decay: Callable[..., Signal], write_csv: Callable[..., Path]) -> Path:
+    """A good record, decay.csv."""
+    return write_csv("decay.csv", *decay(), "displacement_m")

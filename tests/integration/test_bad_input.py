@@ -1,0 +1,240 @@
+"""Every kind of bad input through the command line: exit status 2, one line that says it, nothing written."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from friction_bayes.cli import main
+
+SYSTEM = ("--mass", "10", "--stiffness", "1000")
+Signal = tuple[np.ndarray, np.ndarray]
+Edit = Callable[[np.ndarray, np.ndarray], Signal]
+
+
+def with_value(value: float) -> Edit:
+    def edit(time: np.ndarray, signal: np.ndarray) -> Signal:
+        signal[137] = value
+        return time, signal
+
+    return edit
+
+
+def backwards(time: np.ndarray, signal: np.ndarray) -> Signal:
+    time[[137, 138]] = time[[138, 137]]
+    return time, signal
+
+
+def doubled(time: np.ndarray, signal: np.ndarray) -> Signal:
+    time[138] = time[137]
+    return time, signal
+
+
+def gap(time: np.ndarray, signal: np.ndarray) -> Signal:
+    keep = (time < 1.0) | (time > 1.7)
+    return time[keep], signal[keep]
+
+
+def uneven(time: np.ndarray, signal: np.ndarray) -> Signal:
+    return time + 0.002 * np.sin(40.0 * time), signal
+
+
+RECORDS: dict[str, tuple[Edit, str]] = {
+    "nan": (with_value(np.nan), "nan"),
+    "infinity": (with_value(np.inf), "inf"),
+    "short": (lambda time, signal: (time[:70], signal[:70]), "three half cycles"),
+    "constant": (lambda time, signal: (time, np.full_like(signal, 0.01)), "constant"),
+    "time_backwards": (backwards, "backwards"),
+    "time_doubled": (doubled, "doubled"),
+    "gap": (gap, "gap"),
+    "uneven": (uneven, "--resample"),
+    "clipped": (lambda time, signal: (time, np.clip(signal, -0.015, 0.015)), "close-loop"),
+    "empty": (lambda time, signal: (time[:0], signal[:0]), "decay.csv"),
+}
+
+
+def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
+    """Run a command that must be refused, and return its one line."""
+    status = main(argv)
+    shown = capsys.readouterr()
+    assert status == 2, shown.err
+    assert shown.out == ""
+    lines = shown.err.splitlines()
+    assert len(lines) == 1, shown.err
+    assert "Traceback" not in shown.err
+    assert lines[0].startswith("friction-bayes: ")
+    return lines[0]
+
+
+@pytest.mark.parametrize("kind", RECORDS)
+def test_bad_record(
+    kind: str,
+    tmp_path: Path,
+    decay: Callable[..., Signal],
+    write_csv: Callable[..., Path],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    edit, said = RECORDS[kind]
+    record = write_csv("decay.csv", *edit(*decay()), "displacement_m")
+    out = tmp_path / "results"
+    line = refused(capsys, "estimate", str(record), *SYSTEM, "--out", str(out))
+    assert said in line
+    assert "decay.csv" in line
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["decay.csv"]
+
+
+def test_clipped_says_how_much(
+    decay: Callable[..., Signal], write_csv: Callable[..., Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    time, signal = decay()
+    record = write_csv("decay.csv", time, np.clip(signal, -1.0, 0.015), "displacement_m")
+    share = np.mean(signal >= 0.015)
+    assert f"{share:.2%}" in refused(capsys, "estimate", str(record), *SYSTEM)
+
+
+OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
+    "wrong unit": ((*SYSTEM, "--unit", "parsec"), "parsec"),
+    "wrong quantity": ((*SYSTEM, "--quantity", "colour"), "colour"),
+    "quantity of another system": (("--inertia", "1", "--stiffness", "100"), "inertia"),
+    "negative mass": (("--mass", "-10", "--stiffness", "1000"), "mass"),
+    "zero stiffness": (("--mass", "10", "--stiffness", "0"), "stiffness"),
+    "infinite stiffness": (("--mass", "10", "--stiffness", "inf"), "stiffness"),
+    "negative sd": ((*SYSTEM, "--mass-sd", "-1"), "mass_sd"),
+    "no mass": (("--stiffness", "1000"), "--mass"),
+    "no stiffness": (("--mass", "10"), "--stiffness"),
+    "mass and inertia": ((*SYSTEM, "--inertia", "1"), "both"),
+    "mass of a pendulum": ((*SYSTEM, "--pendulum"), "pendulum"),
+    "mass is a word": (("--mass", "heavy", "--stiffness", "1000"), "heavy"),
+    "unknown method": ((*SYSTEM, "--method", "guess"), "waveform"),
+    "unknown peaks": ((*SYSTEM, "--peaks", "lowest"), "nominal"),
+    "unknown prior key": ((*SYSTEM, "--method", "normal-gamma", "--prior", "nu=1"), "lam"),
+    "prior without value": ((*SYSTEM, "--prior", "alpha"), "KEY=VALUE"),
+    "prior is a word": ((*SYSTEM, "--prior", "alpha=one"), "one"),
+    "prior is not finite": ((*SYSTEM, "--prior", "alpha=nan"), "nan"),
+    "prior given twice": ((*SYSTEM, "--prior", "alpha=1", "--prior", "alpha=2"), "twice"),
+    "negative prior": ((*SYSTEM, "--method", "normal-gamma", "--prior", "lam=-1"), "lam"),
+    "negative threshold": ((*SYSTEM, "--accept-precision", "-3"), "accept_precision"),
+    "threshold and set-up": ((*SYSTEM, "--accept-precision", "3", "--setup", "x.csv"), "--setup"),
+    "no precision to accept by": (
+        (*SYSTEM, "--method", "gamma-exponential", "--accept-precision", "3"),
+        "gamma-exponential",
+    ),
+    "missing set-up record": ((*SYSTEM, "--setup", "nowhere.csv"), "nowhere.csv"),
+    "start outside the record": ((*SYSTEM, "--start", "99"), "start"),
+    "start after the motion": ((*SYSTEM, "--start", "4.95"), "three half cycles"),
+    "unknown option": ((*SYSTEM, "--colour", "red"), "--colour"),
+    "abbreviated option": ((*SYSTEM, "--meth", "waveform"), "--meth"),
+    "unknown column": ((*SYSTEM, "--signal-column", "torque"), "torque"),
+}
+
+
+@pytest.mark.parametrize("kind", OPTIONS)
+def test_bad_option(kind: str, csv: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options, said = OPTIONS[kind]
+    line = refused(capsys, "estimate", str(csv), *options, "--out", str(tmp_path / "results"))
+    assert said in line
+    assert [path.name for path in tmp_path.iterdir()] == ["decay.csv"]
+
+
+@pytest.mark.parametrize(
+    ("argv", "said"),
+    [
+        (("estimate", "nowhere.csv", *SYSTEM), "nowhere.csv"),
+        (("estimate", "dataset:nonsense"), "nonsense"),
+        (("estimate", "dataset:bicycle-fork", "--unit", "V"), "--unit"),
+        (("estimate",), "RECORD"),
+        ((), "COMMAND"),
+        (("guess",), "guess"),
+        (("datasets", "get", "nonsense"), "nonsense"),
+        (("datasets",), "ACTION"),
+        (("simulate", *SYSTEM, "--friction", "-1", "--out", "x.csv"), "friction"),
+        (("simulate", *SYSTEM, "--friction", "0", "--out", "x.csv"), "--initial-displacement"),
+        (("simulate", *SYSTEM, "--friction", "0.1", "--out", "x.doc"), ".doc"),
+        (("simulate", *SYSTEM, "--friction", "0.1", "--effect", "magic.power=1", "--out", "x.csv"), "magic"),
+        (
+            ("simulate", *SYSTEM, "--friction", "0.1", "--sampling-rate", "0", "--out", "x.csv"),
+            "sampling_rate",
+        ),
+        (("simulate", *SYSTEM, "--friction", "0.1"), "--out"),
+    ],
+)
+def test_bad_command(
+    argv: tuple[str, ...],
+    said: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert said in refused(capsys, *argv)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_existing_results_need_force(csv: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "results"
+    out.mkdir()
+    (out / "mine.txt").write_text("keep")
+    assert "--force" in refused(capsys, "estimate", str(csv), *SYSTEM, "--out", str(out))
+    assert [path.name for path in out.iterdir()] == ["mine.txt"]
+
+
+def test_results_over_a_file(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = csv.read_text()
+    assert "is a file" in refused(capsys, "estimate", str(csv), *SYSTEM, "--out", str(csv), "--force")
+    assert csv.read_text() == before
+
+
+def test_existing_record_needs_force(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    target = tmp_path / "decay.csv"
+    target.write_text("keep")
+    assert "--force" in refused(capsys, "simulate", *SYSTEM, "--friction", "0.5", "--out", str(target))
+    assert target.read_text() == "keep"
+
+
+def test_set_up_record_of_another_sensor(
+    csv: Path,
+    decay: Callable[..., Signal],
+    write_csv: Callable[..., Path],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    time, signal = decay()
+    other = write_csv("other.csv", time, 100.0 * signal, "acceleration_m_s2")
+    assert "other.csv" in refused(capsys, "estimate", str(csv), *SYSTEM, "--setup", str(other))
+
+
+def test_a_defect_is_called_one(
+    csv: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def broken(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("on\npurpose")
+
+    monkeypatch.setattr("friction_bayes.estimate", broken, raising=False)
+    monkeypatch.delenv("FRICTION_BAYES_DEBUG", raising=False)
+    assert main(["estimate", str(csv), *SYSTEM]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "defect" in line
+    assert "ZeroDivisionError: on purpose" in line
+
+    monkeypatch.setenv("FRICTION_BAYES_DEBUG", "1")
+    with pytest.raises(ZeroDivisionError):
+        main(["estimate", str(csv), *SYSTEM])
+
+
+@pytest.mark.parametrize("argv", [("estimate", "nowhere.csv", *SYSTEM), ("estimate", "--colour")])
+def test_in_a_process_of_its_own(argv: tuple[str, ...], tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "friction_bayes", *argv],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+    assert "Traceback" not in done.stderr
