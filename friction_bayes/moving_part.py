@@ -27,7 +27,7 @@ __all__ = ["CONSTANT", "FOUND", "NOT_FINITE", "NO_OSCILLATION", "TOO_SHORT", "lo
 
 FOUND, NOT_FINITE, CONSTANT, NO_OSCILLATION, TOO_SHORT = 0, 1, 2, 3, 4
 
-_MISFIT = 0.02
+_MISFIT = 0.05
 """Share of the amplitude that the smooth description may miss without that being evidence of a release."""
 
 Array = NDArray[np.float64]
@@ -208,14 +208,12 @@ def locate_moving_part(y: Array, omega: float, order: int, given_start: int, out
         out[0] = NO_OSCILLATION
         return
     stop = moving.size if hinge == math.inf else _snap(hinge, polynomial, scale, order, moving.size)
-    middle = 0.5 * (start + stop)
     rate = (phase_of(polynomial, scale, stop) - phase_of(polynomial, scale, start)) / max(stop - start, 1)
     if not rate > 0.3 * omega or (stop - start) * rate < 3.0 * math.pi:
         out[0] = TOO_SHORT
         return
     out[1], out[2] = begin + start, begin + stop
     out[3] = rate
-    theta = phase_of(polynomial, scale, middle) - rate * (middle - start) - 0.5 * math.pi * order
-    out[4] = theta % (2.0 * math.pi)
+    out[4] = (phase_of(polynomial, scale, start) - 0.5 * math.pi * order) % (2.0 * math.pi)
     out[5] = rest + offset
     out[6] = 1.0 if stop < moving.size else 0.0
