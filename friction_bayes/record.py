@@ -174,7 +174,7 @@ def validate_record(
 
 
 def resample_record(record: xr.DataArray) -> xr.DataArray:
-    """Interpolate a record onto an even grid of as many samples over the same time.
+    """Interpolate a record onto an even grid over the same time, at the typical interval.
 
     A cubic spline; between two equal samples the value is kept, so that flat tops of a clipped sensor
     stay recognisable. Interpolation correlates the noise of neighbouring samples.
@@ -205,19 +205,18 @@ def resample_record(record: xr.DataArray) -> xr.DataArray:
             f"(typical interval {typical:g} s)",
             "cut the record there",
         )
-    grid = np.linspace(time[0], time[-1], time.size)
+    grid = np.linspace(time[0], time[-1], round((time[-1] - time[0]) / typical) + 1)
     resampled = make_interp_spline(time, values, k=3)(grid)
     left = np.clip(np.searchsorted(time, grid, side="right") - 1, 0, time.size - 2)
     flat = values[left] == values[left + 1]
     resampled[flat] = values[left][flat]
     note = (
-        f"cubic spline onto {time.size} samples every {grid[1] - grid[0]:.9g} s; "
+        f"cubic spline onto {grid.size} samples every {grid[1] - grid[0]:.9g} s; "
         f"intervals were {intervals.min():.6g} to {intervals.max():.6g} s"
     )
-    return (
-        record.copy(data=resampled)
-        .assign_coords(time=("time", grid, record["time"].attrs))
-        .assign_attrs(resampled=note)
+    stamps = xr.Variable("time", grid, record["time"].attrs)
+    return xr.DataArray(
+        resampled, coords={"time": stamps}, name=record.name, attrs={**record.attrs, "resampled": note}
     )
 
 

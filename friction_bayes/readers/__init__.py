@@ -52,14 +52,15 @@ def read_table(path: str | Path) -> Table:
     suffix = file.suffix.lower()
     if not file.exists():
         raise InputError(str(path), "there is no such file", "give the path of a record")
+    if file.is_dir() and suffix != ".zarr":
+        raise InputError(
+            str(path), "this is a folder", "give the path of one record file, or of a .zarr folder"
+        )
     if suffix not in READERS:
         known = ", ".join(READERS)
         raise InputError(str(path), f"unknown suffix {file.suffix!r}", f"give a file of one of {known}")
-    if file.is_dir() != (suffix == ".zarr"):
-        what = "a folder" if file.is_dir() else "a file"
-        raise InputError(
-            str(path), f"this is {what}", "give the path of one record file, or of a Zarr folder"
-        )
+    if suffix == ".zarr" and not file.is_dir():
+        raise InputError(str(path), "this is a file", "give the folder that Zarr wrote")
     try:
         if file.is_file() and file.stat().st_size == 0:
             raise InputError(str(path), "the file is empty", "give a file with rows of numbers")

@@ -1,4 +1,4 @@
-"""MATLAB files: variables, cells and struct members by path, such as ``Y[0][1]`` or ``Theta.signals.values``."""
+"""MATLAB files: variables, cells and struct members by path, such as ``Y[0][1]`` or ``Theta.values``."""
 
 from __future__ import annotations
 

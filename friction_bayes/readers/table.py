@@ -74,7 +74,7 @@ def record_from_table(
 ) -> xr.DataArray:
     """Choose time and signal, and build and validate the record.
 
-    Parameters are those of :func:`friction_bayes.readers.read_record`; ``place`` is what messages call the file.
+    Parameters are those of :func:`~friction_bayes.readers.read_record`; messages call the file ``place``.
 
     Raises
     ------
@@ -151,6 +151,13 @@ def _signal_name(
         return found[0]
     if found:
         raise InputError(place, f"several signals: {', '.join(found)}", "name one with --signal-column")
+    for kind in QUANTITIES.values():
+        for name in others:
+            if name.startswith(f"{kind.name}_"):
+                unit, units = name.removeprefix(f"{kind.name}_"), ", ".join(known_units(kind))
+                raise InputError(
+                    place, f"column {name}: {unit!r} does not measure {kind.name}", f"give one of {units}"
+                )
     columns = ", ".join(q.column for q in QUANTITIES.values())
     raise InputError(
         place,

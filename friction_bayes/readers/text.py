@@ -59,7 +59,9 @@ def read_text(path: Path, *, skip_lines: int = 0) -> Table:
         if len(cells) != len(names):
             raise InputError(
                 f"{path}: row {row}",
-                f"{len(cells)} cells where the first line has {len(names)}",
+                f"found {len(cells)} of {len(names)} cells"
+                if len(cells) < len(names)
+                else f"found {len(cells)} cells where the first line has {len(names)}",
                 "give every row as many cells (with decimal commas, separate columns by semicolons)",
             )
     rows = np.array([row for row, _ in table])
