@@ -51,7 +51,9 @@ def probability(name: str, value: float) -> float:
     """Return ``value`` as a float, refusing what is not strictly between zero and one."""
     number = finite(name, value)
     if not 0.0 < number < 1.0:
-        raise InputError(name, f"{number:g} is not a probability", "give a number between 0 and 1, such as 0.9")
+        raise InputError(
+            name, f"{number:g} is not a probability", "give a number between 0 and 1, such as 0.9"
+        )
     return number
 
 

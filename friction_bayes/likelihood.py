@@ -104,7 +104,9 @@ class RegressionStatistics:
         if x.ndim != 2:
             raise InputError("design", f"has shape {x.shape}", "give a matrix of n rows and p columns")
         if y.shape != (x.shape[0],):
-            raise InputError("response", f"has shape {y.shape}", f"give {x.shape[0]} values, one per row of design")
+            raise InputError(
+                "response", f"has shape {y.shape}", f"give {x.shape[0]} values, one per row of design"
+            )
         q, r = np.linalg.qr(x)
         projected = q.T @ y
         residual = y - q @ projected
@@ -152,7 +154,9 @@ def exponential_pointwise(rate: Array, samples: Array) -> Array:
     return np.log(rate)[:, None] - rate[:, None] * samples[None, :]
 
 
-def regression_log_likelihood(coefficients: ArrayLike, variance: ArrayLike, data: RegressionStatistics) -> Array:
+def regression_log_likelihood(
+    coefficients: ArrayLike, variance: ArrayLike, data: RegressionStatistics
+) -> Array:
     """Log-likelihood of a linear regression with independent normal errors.
 
     Parameters

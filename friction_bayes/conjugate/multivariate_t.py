@@ -95,7 +95,9 @@ class MultivariateT:
     def linear(self, weights: ArrayLike) -> Any:
         """Frozen univariate t of the linear combination ``weights @ x``."""
         c = np.asarray(weights, dtype=np.float64)
-        return stats.t(df=self.df, loc=float(c @ self.loc), scale=float(np.linalg.norm(c @ self._inverse_root)))
+        return stats.t(
+            df=self.df, loc=float(c @ self.loc), scale=float(np.linalg.norm(c @ self._inverse_root))
+        )
 
     @cached_property
     def _log_root(self) -> float:

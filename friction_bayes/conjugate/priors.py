@@ -17,7 +17,15 @@ from friction_bayes.errors import InputError
 from friction_bayes.mechanics.oscillator import Oscillator
 from friction_bayes.quantities import UNCALIBRATED_UNITS, Quantity
 
-__all__ = ["PRIORS", "PriorParameter", "complete_prior", "default_prior", "force_scale", "prior_keys", "signal_scale"]
+__all__ = [
+    "PRIORS",
+    "PriorParameter",
+    "complete_prior",
+    "default_prior",
+    "force_scale",
+    "prior_keys",
+    "signal_scale",
+]
 
 UNCALIBRATED_SCALE = 10.0
 """Scale of a signal that was never calibrated, in its own unit: the range of a common acquisition card."""
@@ -60,7 +68,10 @@ PRIORS: dict[str, tuple[PriorParameter, ...]] = {
     "normal-gamma": (
         PriorParameter("mu", 0.0, 1, "neither sign of friction is favoured"),
         PriorParameter(
-            "lam", 1e-12, 0, "friction is zero give or take the scale when samples scatter by a millionth of it"
+            "lam",
+            1e-12,
+            0,
+            "friction is zero give or take the scale when samples scatter by a millionth of it",
         ),
         PriorParameter("alpha", 0.5, 0, "the precision is known as well as from one friction sample"),
         PriorParameter("beta", 0.5e-12, 2, "that sample deviates by a millionth of the scale"),

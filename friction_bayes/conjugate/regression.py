@@ -112,7 +112,9 @@ class NormalInverseGamma:
         """Return the posterior after data already reduced to ``R``, ``Q'y``, residual sum and count."""
         if data.r.shape[1] != self.size:
             raise InputError(
-                "design", f"has {data.r.shape[1]} columns", f"give {self.size}, one per coefficient of the prior"
+                "design",
+                f"has {data.r.shape[1]} columns",
+                f"give {self.size}, one per coefficient of the prior",
             )
         if data.n == 0:
             return self
@@ -141,7 +143,9 @@ class NormalInverseGamma:
         """Frozen Student t of the combination ``weights @ b``, weights of shape (p,)."""
         c = finite_array("weights", weights)
         if c.shape != (self.size,):
-            raise InputError("weights", f"has shape {c.shape}", f"give {self.size} weights, one per coefficient")
+            raise InputError(
+                "weights", f"has shape {c.shape}", f"give {self.size} weights, one per coefficient"
+            )
         return self.coefficients.linear(c)
 
     def marginal(self, index: int) -> Any:
@@ -168,7 +172,9 @@ class NormalInverseGamma:
         """Joint log-density of coefficients, shape (..., p), and variance, shape (...)."""
         self._require_proper("a density")
         constant = self.alpha * math.log(self.beta) - float(gammaln(self.alpha)) + self._log_factor
-        return self.log_kernel(coefficients, variance) + (constant - 0.5 * self.size * math.log(2.0 * math.pi))
+        return self.log_kernel(coefficients, variance) + (
+            constant - 0.5 * self.size * math.log(2.0 * math.pi)
+        )
 
     def log_evidence(self, design: ArrayLike, response: ArrayLike) -> float:
         """Log marginal likelihood of the response under this prior; proper priors only."""
@@ -226,13 +232,19 @@ def _root(precision: Array, size: int) -> Array:
     """Return an upper triangular root of a scalar, diagonal or matrix precision."""
     if precision.ndim < 2:
         if precision.shape not in ((), (1,), (size,)):
-            raise InputError("precision", f"has shape {precision.shape}", f"give 1, {size} or {size} x {size} numbers")
+            raise InputError(
+                "precision", f"has shape {precision.shape}", f"give 1, {size} or {size} x {size} numbers"
+            )
         if np.any(precision < 0.0):
-            raise InputError("precision", f"{precision.min():g} is negative", "give zero or a positive number")
+            raise InputError(
+                "precision", f"{precision.min():g} is negative", "give zero or a positive number"
+            )
         return np.diag(np.broadcast_to(np.sqrt(precision), size))
     if precision.shape != (size, size) or not np.allclose(precision, precision.T, rtol=1e-10, atol=0.0):
         raise InputError(
-            "precision", f"of shape {precision.shape} is not symmetric", f"give a symmetric {size} x {size} matrix"
+            "precision",
+            f"of shape {precision.shape} is not symmetric",
+            f"give a symmetric {size} x {size} matrix",
         )
     scale = np.sqrt(np.abs(np.diag(precision)))
     scale = np.where(scale > 0.0, scale, 1.0)
