@@ -87,9 +87,10 @@ class GammaExponential:
             return self
         kappa = self.kappa + float(x.sum())
         if kappa <= 0.0:
+            negative = 100.0 * negative_share(x)
             raise InputError(
                 "samples",
-                f"kappa + sum = {kappa:g} is not positive ({100 * negative_share(x):.0f} % of the samples are negative)",
+                f"kappa + sum = {kappa:g} is not positive, {negative:.0f} % of the samples being negative",
                 "use normal-gamma, which takes samples of either sign",
             )
         return GammaExponential(self.alpha + x.size, kappa)

@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 class MultivariateT:
     """Multivariate t with the interface of a frozen ``scipy.stats.multivariate_t``.
 
-    Kept as a triangular root of the inverse shape: scipy takes the eigenvalues of the shape matrix and
-    refuses it, or drops directions, where variances differ by more than 5e9, as those of a polynomial trend do.
+    Kept as a triangular root of the inverse shape: scipy takes the eigenvalues of the shape matrix and refuses
+    it, or drops directions, where variances differ by more than 5e9, as those of a polynomial trend do.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class MultivariateT:
         return standard - self._log_root
 
     def rvs(self, size: int | tuple[int, ...] = 1, random_state: np.random.Generator | None = None) -> Array:
-        """Draws of shape (\\*size, p), from a generator that must be given."""
+        """Draws of shape (size, p), or ``size + (p,)`` for a tuple, from a generator that must be given."""
         if random_state is None:
             raise TypeError("rvs needs random_state: give a numpy Generator")
         sizes = (size,) if isinstance(size, int) else tuple(size)

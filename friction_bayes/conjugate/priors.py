@@ -1,9 +1,9 @@
 """Default priors: one table, weak, from the declared system and never from the data they meet.
 
 All follow one idea. The declared system has a scale of force ``F`` (its weight ``m g``, or ``k`` times one
-radian) and so a scale of signal; a default prior says that the unknown is about zero give or take that scale,
-with the tails of a Cauchy distribution, and that the noise is about a millionth of it, held with the weight of
-one observation. Sample for sample such a prior pulls on the estimate with 1e-12 of the weight of one datum,
+radian) and so a scale of signal; a default prior says that the unknown is about zero give or take that
+scale, with the tails of a Cauchy distribution, and that the noise is about a millionth of it, held with the
+weight of one observation. Sample for sample such a prior pulls on the estimate with 1e-12 of the weight of one datum,
 and it adds to the noise no more than a millionth of the signal.
 """
 
@@ -58,7 +58,7 @@ _REGRESSION = (
         "coefficient_precision",
         1e-12,
         0,
-        "coefficients are zero give or take the scale when the noise is a millionth of it; 1e-12 of one sample",
+        "coefficients are zero give or take the scale when samples scatter by a millionth of it",
     ),
     PriorParameter("alpha", 0.5, 0, "the noise level is known as well as from one sample"),
     PriorParameter("beta", 0.5e-12, 2, "that sample deviates by a millionth of the scale"),
@@ -83,7 +83,7 @@ PRIORS: dict[str, tuple[PriorParameter, ...]] = {
     "envelope": _REGRESSION,
     "waveform": _REGRESSION,
 }
-"""Default prior of each method; scale is :func:`force_scale` for the paper's two, else :func:`signal_scale`."""
+"""By method; the scale is :func:`force_scale` for the paper's two, :func:`signal_scale` for the others."""
 
 
 def signal_scale(system: Oscillator, quantity: Quantity, unit: str) -> float:

@@ -42,9 +42,9 @@ class NormalInverseGamma:
 
     Notes
     -----
-    The posterior after a design ``X`` and a response ``y`` is the least-squares problem in which the rows of
-    ``F`` are stacked on those of ``X``: its triangular factor is the new ``F``, its solution the new mean, and
-    half its residual sum of squares is added to ``beta``, which is then never a difference of large sums.
+    The posterior after a design ``X`` and a response ``y`` is the least-squares problem in which the rows
+    of ``F`` are stacked on those of ``X``: its triangular factor is the new ``F``, its solution the new mean,
+    and half its residual sum of squares is added to ``beta``, never a difference of large sums.
     """
 
     mean: Array

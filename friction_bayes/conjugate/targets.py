@@ -247,7 +247,7 @@ def _log_gamma_draws(shape: float, rate: float, size: int, rng: np.random.Genera
 
 
 def _t_variance(t: Any) -> float:
-    """Variance of a frozen Student t; below four degrees of freedom the half-width of its central 68 %, squared."""
+    """Variance of a Student t; with few degrees of freedom the half-width of its central 68 %, squared."""
     if t.kwds["df"] >= 4.0:
         return float(t.var())
     low, high = t.interval(0.6827)

@@ -1,0 +1,110 @@
+"""The paper's two methods: its conjugate pairs on friction samples from successive amplitudes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from friction_bayes.conjugate.estimator import Fit, register
+from friction_bayes.conjugate.gamma_exponential import GammaExponential, negative_share
+from friction_bayes.conjugate.normal_gamma import NormalGamma
+from friction_bayes.conjugate.priors import complete_prior, default_prior, prior_keys
+from friction_bayes.conjugate.targets import gamma_exponential_target, normal_gamma_target
+from friction_bayes.free_decay import FreeDecay
+from friction_bayes.halfcycles import friction_samples
+from friction_bayes.likelihood import Target
+from friction_bayes.quantities import UNCALIBRATED_UNITS
+from friction_bayes.scaled import scaled
+
+__all__ = ["GammaExponentialEstimator", "NormalGammaEstimator"]
+
+_TELESCOPING = (
+    "successive friction samples share an amplitude, so their errors are correlated at -1/2 and their mean "
+    "hangs on the first and the last amplitude alone; the model takes them as independent, which makes the "
+    "friction interval far too wide"
+)
+_RATE = (
+    "this pair estimates the rate of an exponential distribution: its mean tends to 1 over the mean friction "
+    "sample and not to the friction; kept as the paper's comparison"
+)
+
+
+class NormalGammaEstimator:
+    """Eqs. (4)-(8) on the samples of :func:`~friction_bayes.halfcycles.friction_samples`."""
+
+    name = "normal-gamma"
+    prior_keys = prior_keys("normal-gamma")
+
+    def default_prior(self, decay: FreeDecay) -> dict[str, float]:
+        """Weak prior from the declared system, see :mod:`friction_bayes.conjugate.priors`."""
+        return default_prior(self.name, decay.system, decay.quantity, decay.unit)
+
+    def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
+        """Closed-form posterior; what ``prior`` leaves out is the default."""
+        before = NormalGamma(**complete_prior(self.default_prior(decay), prior))
+        samples = friction_samples(decay, peaks)
+        posterior = before.update(samples)
+        return _fit(
+            decay,
+            posterior,
+            normal_gamma_target(before, samples),
+            precision=posterior.precision,
+            notes=(_TELESCOPING,),
+        )
+
+
+class GammaExponentialEstimator:
+    """Eqs. (9)-(11) on the samples of :func:`~friction_bayes.halfcycles.friction_samples`."""
+
+    name = "gamma-exponential"
+    prior_keys = prior_keys("gamma-exponential")
+
+    def default_prior(self, decay: FreeDecay) -> dict[str, float]:
+        """Weak prior from the declared system, see :mod:`friction_bayes.conjugate.priors`."""
+        return default_prior(self.name, decay.system, decay.quantity, decay.unit)
+
+    def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
+        """Closed-form posterior; what ``prior`` leaves out is the default."""
+        before = GammaExponential(**complete_prior(self.default_prior(decay), prior))
+        samples = friction_samples(decay, peaks)
+        posterior = before.update(samples)
+        notes: tuple[str, ...] = (_RATE,)
+        if share := negative_share(samples):
+            notes += (
+                f"{100.0 * share:.0f} % of the friction samples are negative, where an exponential likelihood "
+                "is zero: the formal likelihood in the sum of samples is used",
+            )
+        return _fit(decay, posterior, gamma_exponential_target(before, samples), precision=None, notes=notes)
+
+
+def _fit(
+    decay: FreeDecay,
+    posterior: NormalGamma | GammaExponential,
+    target: Target,
+    *,
+    precision: Any,
+    notes: tuple[str, ...],
+) -> Fit:
+    """Bring a posterior of the friction force to the unit of the signal."""
+    calibrated = decay.unit not in UNCALIBRATED_UNITS
+    factor = decay.system.force_factor(decay.quantity) if calibrated else 1.0
+    force_unit = decay.system.friction_unit if calibrated else decay.unit
+    return Fit(
+        coefficient=scaled(posterior.friction, 1.0 / factor),
+        precision=precision,
+        precision_unit="" if precision is None else f"1/({force_unit})^2",
+        posterior=posterior,
+        amplitudes=target.observed.size + 1,
+        frequency=decay.frequency,
+        frequency_sd=math.nan,
+        rest_position=decay.rest_position,
+        noise_sd=math.nan,
+        prediction=None,
+        target=target,
+        notes=notes,
+    )
+
+
+register(NormalGammaEstimator())
+register(GammaExponentialEstimator())
