@@ -14,7 +14,15 @@ from friction_bayes.halfcycle_kernels import peaks_of_periods, period_friction, 
 from friction_bayes.phase_tracking import coulomb_fit, track_phase
 from friction_bayes.quantities import UNCALIBRATED_UNITS
 
-__all__ = ["PEAKS", "friction_samples", "half_cycles", "peak_amplitudes", "swing_frequency", "tracked_phase"]
+__all__ = [
+    "PEAKS",
+    "force_factor",
+    "friction_samples",
+    "half_cycles",
+    "peak_amplitudes",
+    "swing_frequency",
+    "tracked_phase",
+]
 
 PEAKS = ("highest", "nominal")
 """Ways to pick the peak of a period: its highest sample, or the sample where the peak is due."""
@@ -50,6 +58,11 @@ def swing_frequency(decay: FreeDecay) -> float:
     """
     large_swings = decay.system.pendulum and decay.unit not in UNCALIBRATED_UNITS
     return decay.system.natural_frequency if large_swings else 0.0
+
+
+def force_factor(decay: FreeDecay) -> float:
+    """Factor from the signal's friction coefficient to the friction force; 1 where it was not calibrated."""
+    return 1.0 if decay.unit in UNCALIBRATED_UNITS else decay.system.force_factor(decay.quantity)
 
 
 def half_cycles(decay: FreeDecay) -> xr.Dataset:
@@ -206,5 +219,4 @@ def friction_samples(decay: FreeDecay, peaks: str = "highest") -> Array:
             f"a peak of {np.abs(amplitude).max():g} {decay.unit} exceeds any swing of the declared pendulum",
             "check inertia, stiffness and unit",
         )
-    calibrated = decay.unit not in UNCALIBRATED_UNITS
-    return samples * decay.system.force_factor(decay.quantity) if calibrated else samples
+    return samples * force_factor(decay)

@@ -67,6 +67,7 @@ def half_cycle_rows(
     blocks = math.floor((last - shift) / (math.pi * stride)) - first_block + 1
     # Sums of products of (slope, f, 1) with (slope, f, g, 1, y), one set a block.
     sums = np.zeros((blocks, 3, 5))
+    third, previous_half = 0.0, 0
     _, amplitude, friction = (
         coulomb_fit(values, order, polynomial) if swing_frequency > 0.0 else (0.0, 0.0, 0.0)
     )
@@ -76,8 +77,11 @@ def half_cycle_rows(
         block = min(max(math.floor(half / stride) - first_block, 0), blocks - 1)
         y = values[i]
         if swing_frequency > 0.0:
-            swing = amplitude - (2 * half + 1) * friction
-            y -= swing * third_harmonic(swing / swing_frequency**order, order) * math.cos(3.0 * chi)
+            if i == 0 or half != previous_half:
+                swing = amplitude - (2 * half + 1) * friction
+                third = swing * third_harmonic(swing / swing_frequency**order, order)
+                previous_half = half
+            y -= third * math.cos(3.0 * chi)
         right = (slope, f, g, 1.0, y)
         left = (slope, f, 1.0)
         for a in range(3):

@@ -3,8 +3,8 @@
 All follow one idea. The declared system has a scale of force ``F`` (its weight ``m g``, or ``k`` times one
 radian) and so a scale of signal; a default prior says that the unknown is about zero give or take that
 scale, with the tails of a Cauchy distribution, and that the noise is about a millionth of it, held with the
-weight of one observation. Sample for sample such a prior pulls on the estimate with 1e-12 of the weight of one datum,
-and it adds to the noise no more than a millionth of the signal.
+weight of one observation. Such a prior pulls on the estimate with 1e-12 of the weight of one datum, and it
+adds to the noise no more than a millionth of the signal.
 """
 
 from __future__ import annotations
@@ -80,7 +80,17 @@ PRIORS: dict[str, tuple[PriorParameter, ...]] = {
         PriorParameter("alpha", 0.01, 0, "worth a hundredth of a friction sample"),
         PriorParameter("kappa", 1e-5, 1, "that hundredth of a sample being a thousandth of the scale"),
     ),
-    "envelope": _REGRESSION,
+    "envelope": (
+        _REGRESSION[0],
+        PriorParameter(
+            "alpha",
+            -1.0,
+            0,
+            "the noise level is known as well as from one datum, less half a one for each coefficient: under so "
+            "weak a prior these would count as data without scatter, and narrow the interval of short records",
+        ),
+        _REGRESSION[2],
+    ),
     "waveform": _REGRESSION,
 }
 """By method; the scale is :func:`force_scale` for the paper's two, :func:`signal_scale` for the others."""

@@ -20,6 +20,8 @@ from numba import njit
 
 __all__ = [
     "amplitude_of_fundamental",
+    "angle_fundamental",
+    "frequency_ratio",
     "friction_of_period",
     "linear_amplitude",
     "sine_integral",
@@ -28,7 +30,9 @@ __all__ = [
 ]
 
 _LARGEST = 3.6
-"""Fundamental of a swing of 2.9 rad; beyond it a swing is not a decay about the bottom any more."""
+"""Fundamental of a swing of 3.1 rad; beyond it a swing is not a decay about the bottom any more."""
+_LEAST_SLOPE = 0.2
+"""Least growth of a signal's fundamental with that of the angle, relative to small swings."""
 
 
 @njit(cache=True, nogil=True)
@@ -66,6 +70,29 @@ def amplitude_of_fundamental(fundamental: float) -> tuple[float, float]:
 
 
 @njit(cache=True, nogil=True)
+def angle_fundamental(fundamental: float, order: int) -> float:
+    """Fundamental ``B`` of the angle from that of its derivative over ``w0**order``, which is not negative.
+
+    The derivative's is ``B Omega**order``, solved for ``B`` by fixed-point iteration.
+    """
+    b = min(fundamental, _LARGEST)
+    for _ in range(60 if order else 0):
+        _, theta3, _ = _theta3(b)
+        following = min(fundamental * theta3 ** (2 * order), _LARGEST)
+        if abs(following - b) < 1e-14:
+            break
+        b = following
+    return b
+
+
+@njit(cache=True, nogil=True)
+def frequency_ratio(fundamental: float, order: int) -> float:
+    """``Omega/w0`` of a swing, from the fundamental of its signal over ``w0**order``."""
+    _, theta3, _ = _theta3(angle_fundamental(abs(fundamental), order))
+    return 1.0 / theta3**2
+
+
+@njit(cache=True, nogil=True)
 def linear_amplitude(fundamental: float, order: int, frequency: float) -> tuple[float, float]:
     """Amplitude that falls by ``2 u`` each half cycle, from the fundamental of a pendulum's signal.
 
@@ -81,20 +108,17 @@ def linear_amplitude(fundamental: float, order: int, frequency: float) -> tuple[
     Returns
     -------
     amplitude, slope : float
-        ``w0**order Si(A)`` and its derivative with respect to ``fundamental``.
+        ``w0**order Si(A)`` and its derivative with respect to ``fundamental``; NaN where the signal hardly
+        grows with the swing any more and does not tell its amplitude (above about 2.1 rad in velocity,
+        1.5 rad in acceleration, 3.1 rad in angle).
     """
     unit = frequency**order
     sign = 1.0 if fundamental >= 0.0 else -1.0
-    wanted = abs(fundamental) / unit
-    b = min(wanted, _LARGEST)
-    for _ in range(60 if order else 0):
-        _, theta3, _ = _theta3(b)
-        following = min(wanted * theta3 ** (2 * order), _LARGEST)
-        if abs(following - b) < 1e-14:
-            break
-        b = following
+    b = angle_fundamental(abs(fundamental) / unit, order)
     _, theta3, theta3_slope = _theta3(b)
     signal_slope = theta3 ** (-2 * order) * (1.0 - 2.0 * order * b * theta3_slope / theta3)
+    if b >= _LARGEST or signal_slope < _LEAST_SLOPE:
+        return np.nan, np.nan
     amplitude, amplitude_slope = amplitude_of_fundamental(b)
     si_slope = math.sin(amplitude) / amplitude if amplitude > 1e-8 else 1.0
     return sign * unit * sine_integral(amplitude), si_slope * amplitude_slope / signal_slope
@@ -129,17 +153,17 @@ def swing_amplitude(peak: float, order: int, frequency: float) -> float:
 
 
 @njit(cache=True, nogil=True)
-def third_harmonic(amplitude: float, order: int) -> float:
+def third_harmonic(fundamental: float, order: int) -> float:
     """Third harmonic of the signal about its turning points, relative to the fundamental.
 
     Parameters
     ----------
-    amplitude : float
-        Fundamental of the signal over ``w0**order``: the swing amplitude where small [rad].
+    fundamental : float
+        That fundamental, over ``w0**order``.
     order : int
         Derivative order of the signal.
     """
-    b = min(abs(amplitude), _LARGEST)
+    b = angle_fundamental(abs(fundamental), order)
     x = b / (4.0 + math.sqrt(16.0 - b * b))
     ratio = x * x * (1.0 + x * x) / (3.0 * (1.0 + x**6))
     return 3.0 * ratio if order == 1 else -(9.0 ** (order // 2)) * ratio
