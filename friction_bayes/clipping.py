@@ -56,16 +56,17 @@ def _clipped_at_top(signal: NDArray[np.float64], *, sign: float = 1.0) -> tuple[
     starts, lengths = _runs(signal)
     levels = signal[starts]
     at_top = levels >= top - rounding
-    # a release from rest at the end of a hold leaves one flat run at the very start
-    released = np.zeros_like(at_top)
-    released[0] = at_top[0] and lengths[0] >= SHORTEST_RUN
-    flat = at_top & ~released & (lengths >= SHORTEST_RUN)
-    if top == bottom or not flat.any():
+    # a release from rest at the end of a hold leaves one flat run at the very start, which proves nothing
+    evidence = at_top.copy()
+    evidence[0] = False
+    if top == bottom or not (evidence & (lengths >= SHORTEST_RUN)).any():
         return 0, 0.0
-    count = int(lengths[at_top & ~released].sum())
-    depth = STEPS_BELOW * _resolution(signal, starts, lengths, ~at_top & (levels > bottom + rounding))
+    inside = ~at_top & (levels > bottom + rounding)
+    depth = STEPS_BELOW * _resolution(signal, starts, lengths, inside)
     beneath = np.count_nonzero((signal < top - rounding) & (signal >= top - rounding - depth))
-    return (count, float(sign * top)) if count > beneath else (0, 0.0)
+    if lengths[evidence].sum() <= beneath:
+        return 0, 0.0
+    return int(lengths[at_top].sum()), float(sign * top)
 
 
 def _runs(signal: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -206,7 +206,8 @@ def resample_record(record: xr.DataArray) -> xr.DataArray:
             "cut the record there",
         )
     grid = np.linspace(time[0], time[-1], round((time[-1] - time[0]) / typical) + 1)
-    resampled = make_interp_spline(time, values, k=3)(grid)
+    # a spline overshoots beside a flat top; nothing beyond the recorded range was seen
+    resampled = np.clip(make_interp_spline(time, values, k=3)(grid), values.min(), values.max())
     left = np.clip(np.searchsorted(time, grid, side="right") - 1, 0, time.size - 2)
     flat = values[left] == values[left + 1]
     resampled[flat] = values[left][flat]

@@ -1,0 +1,358 @@
+"""Files of every format: what is read, and what is refused in which words."""
+
+from __future__ import annotations
+
+import inspect
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.io import savemat, wavfile
+
+from friction_bayes.errors import InputError
+from friction_bayes.quantities import STANDARD_GRAVITY
+from friction_bayes.readers import READERS, optional, read_record
+from friction_bayes.record import make_record
+from friction_bayes.writers import write_record
+
+N, RATE = 120, 100
+TIME = np.arange(N) / RATE
+SIGNAL = 0.01 * np.cos(10.0 * TIME) * (1.0 - TIME / 2.0)
+ROWS = [f"{t!r},{x!r}" for t, x in zip(TIME.tolist(), SIGNAL.tolist(), strict=True)]
+
+
+def save(folder, rows, header="time_s,displacement_m", *, encoding="utf-8", newline="\n", name="decay.csv"):
+    path = folder / name
+    lines = ([header] if header is not None else []) + list(rows)
+    path.write_bytes((newline.join(lines) + newline).encode(encoding))
+    return path
+
+
+def assert_is_the_signal(record, *, quantity="displacement", unit="m", scale=1.0, rtol=0.0):
+    assert record.attrs["quantity"] == quantity
+    assert record.attrs["units"] == unit
+    np.testing.assert_allclose(record["time"].values, TIME, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(record.values, SIGNAL * scale, rtol=rtol or 1e-15)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_encodings_and_line_ends(tmp_path, encoding, newline) -> None:
+    record = read_record(save(tmp_path, ROWS, encoding=encoding, newline=newline))
+    assert_is_the_signal(record)
+    assert record.attrs["name"] == "decay.csv"
+
+
+@pytest.mark.parametrize("separator", [";", "\t", ", ", " "])
+def test_separators(tmp_path, separator) -> None:
+    rows = [row.replace(",", separator) for row in ROWS]
+    assert_is_the_signal(read_record(save(tmp_path, rows, f"time_s{separator}displacement_m")))
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_decimal_commas(tmp_path, separator) -> None:
+    rows = [row.replace(",", separator).replace(".", ",") for row in ROWS]
+    assert_is_the_signal(read_record(save(tmp_path, rows, f"time_s{separator}displacement_m")))
+
+
+def test_comments_blank_lines_quotes_and_trailing_separators(tmp_path) -> None:
+    rows = [row.replace(",", ";") + ";" for row in ROWS]
+    text = ["# a note", "", '"time_s";"displacement_m";', *rows[:50], "# half way", "", *rows[50:], "", "  ", ""]
+    assert_is_the_signal(read_record(save(tmp_path, text, None)))
+
+
+def test_other_columns_are_left_alone(tmp_path) -> None:
+    rows = [f"x{k},{row},n/a" for k, row in enumerate(ROWS)]
+    assert_is_the_signal(read_record(save(tmp_path, rows, "label,time_s,displacement_m,remark")))
+
+
+@pytest.mark.parametrize(
+    ("column", "quantity", "unit", "scale"),
+    [
+        ("displacement_mm", "displacement", "m", 1e-3),
+        ("velocity_m_s", "velocity", "m/s", 1.0),
+        ("acceleration_m_s2", "acceleration", "m/s2", 1.0),
+        ("acceleration_g", "acceleration", "m/s2", STANDARD_GRAVITY),
+        ("angle_rad", "angle", "rad", 1.0),
+        ("angle_deg", "angle", "rad", np.pi / 180.0),
+        ("angular_velocity_rad_s", "angular_velocity", "rad/s", 1.0),
+        ("angular_velocity_deg_s", "angular_velocity", "rad/s", np.pi / 180.0),
+        ("angular_acceleration_rad_s2", "angular_acceleration", "rad/s2", 1.0),
+        ("angular_velocity_V", "angular_velocity", "V", 1.0),
+        ("acceleration_mV", "acceleration", "mV", 1.0),
+    ],
+)
+def test_column_names_carry_quantity_and_unit(tmp_path, column, quantity, unit, scale) -> None:
+    record = read_record(save(tmp_path, ROWS, f"time_s,{column}"))
+    assert_is_the_signal(record, quantity=quantity, unit=unit, scale=scale)
+
+
+def test_time_in_milliseconds(tmp_path) -> None:
+    rows = [f"{1e3 * t!r},{x!r}" for t, x in zip(TIME.tolist(), SIGNAL.tolist(), strict=True)]
+    assert_is_the_signal(read_record(save(tmp_path, rows, "time_ms,displacement_m")))
+
+
+def test_options_tell_what_names_do_not(tmp_path) -> None:
+    named = save(tmp_path, ROWS, "t,x")
+    told = {"quantity": "angle", "unit": "deg"}
+    by_name = read_record(named, time_column="t", signal_column="x", **told, name="mine")
+    by_index = read_record(save(tmp_path, ROWS, None, name="bare.txt"), time_column=0, signal_column="1", **told)
+    by_rate = read_record(named, signal_column="x", sampling_rate=RATE, **told)
+    for record in (by_name, by_index, by_rate):
+        assert_is_the_signal(record, quantity="angle", unit="rad", scale=np.pi / 180.0)
+    assert by_name.attrs["name"] == "mine"
+
+
+def test_a_quantity_without_unit_is_si(tmp_path) -> None:
+    assert_is_the_signal(read_record(save(tmp_path, ROWS, "time_s,x"), quantity="displacement"))
+
+
+def test_a_sampling_rate_takes_the_place_of_a_bad_clock(tmp_path) -> None:
+    rows = [f"{round(t, 1)!r},{x!r}" for t, x in zip(TIME.tolist(), SIGNAL.tolist(), strict=True)]
+    path = save(tmp_path, rows)
+    with pytest.raises(InputError, match="time is doubled at row 3"):
+        read_record(path)
+    assert_is_the_signal(read_record(path, sampling_rate=RATE))
+
+
+def edited(**changes):
+    """Rows with some replaced; row numbers as an editor shows them, the header being row 1."""
+    rows = list(ROWS)
+    for key, text in changes.items():
+        rows[int(key[3:]) - 2] = text
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [
+        (edited(row17="0.15,abc"), "decay.csv: row 17: column displacement_m: 'abc' is not a number"),
+        (edited(row17="0.15,"), "row 17: column displacement_m: the cell is empty"),
+        (edited(row17="0.15"), "row 17: found 1 of 2 cells"),
+        (edited(row17="0.15,0.001,3"), "row 17: found 3 cells where the first line has 2"),
+        (edited(row17="0.15,nan"), r"decay.csv: signal is nan at row 17 \(t = 0.15 s\)"),
+        (edited(row17="0.15,-inf"), r"signal is -inf at row 17 \(t = 0.15 s\)"),
+        (edited(row17="0.12,0.001"), r"runs backwards from 0.14 s at row 17 \(t = 0.12 s\)"),
+        (edited(row17="0.14,0.001"), r"time is doubled at row 17 \(t = 0.14 s\)"),
+        (ROWS[:40] + ROWS[60:], r"gap of 0.21 s after row 41 \(t = 0.39 s\)"),
+        (edited(row17="0.153,0.001"), "not uniform"),
+        ([f"{t},2.5" for t in TIME], "constant at 2.5 m"),
+        (ROWS[:4], "4 samples"),
+        ([], "the file ends after its header line"),
+    ],
+)
+def test_bad_rows_are_refused_and_named(tmp_path, rows, message) -> None:
+    with pytest.raises(InputError, match=message):
+        read_record(save(tmp_path, rows))
+
+
+@pytest.mark.parametrize(
+    ("header", "options", "message"),
+    [
+        ("t,displacement_m", {}, "no time column among t, displacement_m; name it time_s"),
+        ("time,displacement_m", {}, "no time column"),
+        ("time_s,x", {}, "no column says what was measured among time_s, x"),
+        ("time_s,displacement", {}, "column 'displacement' does not say its unit"),
+        ("time_s,displacement_rad", {}, "column displacement_rad: 'rad' does not measure displacement"),
+        ("time_s,x", {"quantity": "displacement", "unit": "kg"}, "in kg, which does not measure displacement"),
+        ("time_s,x", {"quantity": "speed"}, "--quantity: unknown quantity 'speed'; give one of displacement"),
+        ("time_s,displacement_m", {"quantity": "angle"}, "holds displacement, --quantity says angle"),
+        ("time_s,displacement_m", {"unit": "mm"}, "is in m, --unit says mm"),
+        ("time_s,displacement_m", {"signal_column": "y"}, "--signal-column 'y' is not there; give one of time_s"),
+        ("time_s,displacement_m", {"time_column": "9"}, "--time-column '9' is not there"),
+        ("time_s,displacement_m", {"sampling_rate": -1.0}, "--sampling-rate: -1 is not positive"),
+        ("time_s,x", {"time_column": 0, "sampling_rate": 9.0}, "both --time-column and --sampling-rate"),
+        ("time_s,time_s", {}, "several columns named 'time_s'"),
+        ("time_s,time_ms", {}, "several time columns: time_s, time_ms"),
+    ],
+)
+def test_unclear_columns_are_refused(tmp_path, header, options, message) -> None:
+    with pytest.raises(InputError, match=message):
+        read_record(save(tmp_path, ROWS, header), **options)
+
+
+def test_several_signals_need_a_choice(tmp_path) -> None:
+    path = save(tmp_path, [f"{row},0.5" for row in ROWS], "time_s,displacement_m,velocity_m_s")
+    with pytest.raises(InputError, match="several signals: displacement_m, velocity_m_s"):
+        read_record(path)
+    assert_is_the_signal(read_record(path, quantity="displacement"))
+    assert_is_the_signal(read_record(path, signal_column="displacement_m"))
+
+
+def test_mixed_decimal_marks_are_refused(tmp_path) -> None:
+    rows = [row.replace(",", ";") for row in ROWS]
+    rows[30] = rows[30].replace(".", ",")
+    with pytest.raises(InputError, match="mixes decimal points with decimal commas"):
+        read_record(save(tmp_path, rows, "time_s;displacement_m"))
+
+
+def test_resampling_only_when_told(tmp_path) -> None:
+    path = save(tmp_path, ROWS[:50] + ROWS[51:])
+    with pytest.raises(InputError, match="gap of 0.02 s after row 51"):
+        read_record(path)
+    record = read_record(path, resample=True)
+    np.testing.assert_allclose(record.values, SIGNAL, atol=1e-7)
+    assert "cubic spline" in record.attrs["resampled"]
+
+
+def test_paths_that_hold_no_record(tmp_path) -> None:
+    empty, unknown, binary = tmp_path / "empty.csv", tmp_path / "decay.xls", tmp_path / "decay.csv"
+    empty.touch()
+    unknown.touch()
+    binary.write_bytes(b"\x00\x01" * 50)
+    for path, message in (
+        (tmp_path / "none.csv", "there is no such file"),
+        (tmp_path, "this is a folder"),
+        (empty, "the file is empty"),
+        (unknown, "unknown suffix '.xls'; give a file of one of .csv, .txt"),
+        (binary, "this is not a text file"),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_record(path)
+
+
+@pytest.mark.parametrize("suffix", sorted(set(READERS) - {".csv", ".txt", ".zarr"}))
+def test_a_file_of_another_format_is_one_clear_error(tmp_path, suffix) -> None:
+    path = tmp_path / f"decay{suffix}"
+    path.write_text("rubbish " * 40)
+    with pytest.raises(InputError, match=r"this is not an? .* file|holds no vector of numbers"):
+        read_record(path)
+
+
+def test_mat_vectors_cells_and_structs(tmp_path) -> None:
+    cells = np.empty((2, 1), dtype=object)
+    cells[0, 0], cells[1, 0] = np.stack([SIGNAL, -SIGNAL]), SIGNAL[:, None]
+    path = tmp_path / "decay.mat"
+    content = {"time_s": TIME, "displacement_mm": 1e3 * SIGNAL, "Y": cells, "note": "text"}
+    savemat(path, {**content, "log": {"time": TIME[:, None], "signals": {"values": SIGNAL}}})
+    assert_is_the_signal(read_record(path), rtol=1e-12)
+    told = {"quantity": "displacement", "unit": "m"}
+    for column in ("Y[0][0]", "Y[1]", "log.signals.values"):
+        assert_is_the_signal(read_record(path, time_column="log.time", signal_column=column, **told))
+    with pytest.raises(InputError, match=r"give one of .*Y\[0\]\[0\], Y\[0\]\[1\], Y\[1\], log.time"):
+        read_record(path, signal_column="Z", **told)
+
+
+@pytest.mark.parametrize("suffix", [".h5", ".mat"])
+def test_hdf5_data_sets_by_path(tmp_path, suffix) -> None:
+    import h5py
+
+    path = tmp_path / f"decay{suffix}"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["run/time_s"] = TIME
+        file["run/displacement_m"] = SIGNAL[:, None]
+        file["run/image"] = np.zeros((4, 4))
+    if suffix == ".mat":
+        # a MAT file of version 7.3 is HDF5 behind this header
+        header = b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM"
+        with path.open("r+b") as file:
+            file.write(header)
+    assert_is_the_signal(read_record(path))
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".nc"])
+def test_saved_records_come_back(tmp_path, suffix) -> None:
+    record = make_record(TIME, SIGNAL, "angular_velocity", unit="V", name="mine", synthetic=True, seed=5)
+    back = read_record(write_record(record, tmp_path / f"saved{suffix}"))
+    np.testing.assert_array_equal(back.values, record.values)
+    np.testing.assert_array_equal(back["time"].values, record["time"].values)
+    assert back.attrs["synthetic"] is True
+    assert (back.attrs["quantity"], back.attrs["units"]) == ("angular_velocity", "V")
+    if suffix == ".nc":
+        assert back.attrs == record.attrs
+    else:
+        assert (tmp_path / "saved.csv").read_text().startswith("# synthetic")
+
+
+def test_a_synthetic_csv_edited_by_hand_stays_synthetic(tmp_path) -> None:
+    path = save(tmp_path, ["# synthetic", "time_s,displacement_m", *ROWS], None)
+    assert read_record(path).attrs["synthetic"] is True
+    assert "synthetic" not in read_record(save(tmp_path, ROWS)).attrs
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "scipy"])
+def test_netcdf_of_others(tmp_path, engine) -> None:
+    path = tmp_path / "decay.nc"
+    variables = {"x": ("time", 1e3 * SIGNAL, {"units": "mm"}), "other": ("time", SIGNAL)}
+    xr.Dataset(variables, coords={"time": TIME}).to_netcdf(path, engine=engine)
+    assert_is_the_signal(read_record(path, signal_column="x", quantity="displacement"), rtol=1e-12)
+
+
+def test_zarr_records_and_fleets(tmp_path) -> None:
+    record = make_record(TIME, SIGNAL, "displacement", name="mine", seed=2)
+    record.to_dataset(name="displacement").to_zarr(tmp_path / "one.zarr", consolidated=False)
+    assert_is_the_signal(read_record(tmp_path / "one.zarr"))
+    fleet = record.expand_dims(record=3).to_dataset(name="displacement")
+    fleet.to_zarr(tmp_path / "fleet.zarr", consolidated=False)
+    with pytest.raises(InputError, match="displacement holds many records"):
+        read_record(tmp_path / "fleet.zarr")
+
+
+def test_writing_refuses_other_suffixes_and_leaves_nothing(tmp_path) -> None:
+    record = make_record(TIME, SIGNAL, "displacement")
+    with pytest.raises(InputError, match="cannot write a record as '.xls'"):
+        write_record(record, tmp_path / "a.xls")
+    with pytest.raises(InputError, match="cannot be written"):
+        write_record(record, tmp_path / "no" / "a.csv")
+    with pytest.raises(InputError, match="nan"):
+        write_record(record.where(record["time"] != TIME[5]), tmp_path / "a.csv")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_wav_needs_to_be_told(tmp_path) -> None:
+    wavfile.write(tmp_path / "float.wav", RATE, SIGNAL)
+    wavfile.write(tmp_path / "counts.wav", RATE, np.stack([SIGNAL * 1e5, -SIGNAL * 1e5], axis=1).astype(np.int16))
+    with pytest.raises(InputError, match="no column says what was measured"):
+        read_record(tmp_path / "float.wav")
+    assert_is_the_signal(read_record(tmp_path / "float.wav", quantity="velocity"), quantity="velocity", unit="m/s")
+    counts = read_record(tmp_path / "counts.wav", quantity="velocity", signal_column=1)
+    assert counts.attrs["units"] == "counts"
+    np.testing.assert_array_equal(counts.values, (-SIGNAL * 1e5).astype(np.int16))
+    with pytest.raises(InputError, match="is in counts, --unit says m/s"):
+        read_record(tmp_path / "counts.wav", quantity="velocity", signal_column=1, unit="m/s")
+
+
+def test_tdms(tmp_path) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    timing = {"wf_increment": 1.0 / RATE, "wf_start_offset": 0.0, "wf_samples": 1}
+    signal = ChannelObject("rig", "sensor", 1e3 * SIGNAL, properties={**timing, "unit_string": "mm"})
+    with TdmsWriter(tmp_path / "decay.tdms") as writer:
+        writer.write_segment([signal, ChannelObject("rig", "label", ["a", "b"])])
+    record = read_record(tmp_path / "decay.tdms", quantity="displacement", signal_column="rig/sensor")
+    assert_is_the_signal(record, rtol=1e-12)
+
+
+def test_uff(tmp_path) -> None:
+    import pyuff
+
+    fields = inspect.signature(pyuff.prepare_58).parameters.keys() - {"return_full_dict"}
+    texts = ("ent_name", "lab", "id1", "id2", "id3", "id4", "id5")
+    content = {field: "none" if field.endswith(texts) else 0 for field in fields}
+    content |= {"type": 58, "func_type": 1, "ord_data_type": 4, "num_pts": N, "data": 1e3 * SIGNAL, "x": TIME}
+    content |= {"abscissa_spacing": 1, "abscissa_inc": 1.0 / RATE, "abscissa_spec_data_type": 17}
+    content |= {"ordinate_spec_data_type": 8, "ordinate_axis_units_lab": "mm"}
+    pyuff.UFF(str(tmp_path / "decay.uff")).write_sets(content, "overwrite")
+    record = read_record(tmp_path / "decay.uff")
+    assert_is_the_signal(record, rtol=1e-9)
+
+
+def test_mf4(tmp_path) -> None:
+    import asammdf
+
+    with asammdf.MDF() as file:
+        file.append([asammdf.Signal(1e3 * SIGNAL, TIME, name="displacement", unit="mm")])
+        file.save(tmp_path / "decay.mf4")
+    assert_is_the_signal(read_record(tmp_path / "decay.mf4"), rtol=1e-12)
+
+
+@pytest.mark.parametrize("suffix", [".tdms", ".uff", ".mf4", ".zarr"])
+def test_a_missing_package_says_how_to_get_it(tmp_path, monkeypatch, suffix) -> None:
+    def missing(name):
+        raise ModuleNotFoundError(name)
+
+    monkeypatch.setattr(optional, "import_module", missing)
+    path = tmp_path / f"decay{suffix}"
+    path.mkdir() if suffix == ".zarr" else path.write_text("x")
+    with pytest.raises(InputError, match=r'pip install "friction-bayes\[formats\]"'):
+        read_record(path)
