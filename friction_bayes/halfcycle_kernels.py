@@ -13,14 +13,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from friction_bayes.mechanics.swing import friction_of_period, swing_amplitude, third_harmonic
-from friction_bayes.phase_tracking import (
-    coulomb_fit,
-    coulomb_shapes,
-    phase_at,
-    solve_spd,
-    time_of_phase,
-    track_phase,
-)
+from friction_bayes.phase_polynomial import coulomb_shapes, phase_at, time_of_phase
+from friction_bayes.phase_tracking import coulomb_fit, solve_spd, track_phase
 
 __all__ = ["friction_sample_statistics", "peaks_of_periods", "period_friction", "turning_values"]
 

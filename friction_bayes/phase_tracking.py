@@ -14,15 +14,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = [
-    "MAX_DEGREE",
-    "coulomb_fit",
-    "coulomb_shapes",
-    "phase_at",
-    "solve_spd",
-    "time_of_phase",
-    "track_phase",
-]
+from friction_bayes.phase_polynomial import coulomb_shapes, phase_at, rises
+
+__all__ = ["MAX_DEGREE", "coulomb_fit", "solve_spd", "track_phase"]
 
 MAX_DEGREE = 5
 """Highest degree of the phase polynomial; a pendulum's phase is odd in time to this order at 1 rad."""
@@ -70,62 +64,6 @@ def solve_spd(matrix: Array, right: Array) -> tuple[Array, bool]:
             total -= lower[k, i] * x[k]
         x[i] = total / lower[i, i]
     return x, True
-
-
-@njit(cache=True, nogil=True)
-def coulomb_shapes(theta: float, order: int) -> tuple[float, float, float, int]:
-    """Return how amplitude and friction show in one sample of a Coulomb decay.
-
-    With ``n = floor(theta/pi)`` the signal is ``c + a f + u g``: for displacement ``f = cos(theta)``,
-    ``g = (-1)^n - (2n+1) f``; for velocity ``f = -sin(theta)``, for acceleration ``f = -cos(theta)``, both
-    with ``g = -(2n+1) f``.
-
-    Returns
-    -------
-    f, g, slope, n
-        ``slope`` is ``df/dtheta``; the signal's own is ``(a - (2n+1) u) slope``.
-    """
-    n = math.floor(theta / math.pi)
-    sine = math.sin(theta)
-    cosine = math.cos(theta)
-    if order == 0:
-        sign = 1.0 if n % 2 == 0 else -1.0
-        return cosine, sign - (2 * n + 1) * cosine, -sine, n
-    if order == 1:
-        return -sine, (2 * n + 1) * sine, -cosine, n
-    return -cosine, (2 * n + 1) * cosine, sine, n
-
-
-@njit(cache=True, nogil=True)
-def phase_at(polynomial: Array, position: float) -> tuple[float, float]:
-    """Phase and its derivative at ``position`` in [-1, 1], from Chebyshev coefficients, shape (k,)."""
-    value = polynomial[0] + polynomial[1] * position
-    slope = polynomial[1]
-    before, now = 1.0, position
-    slope_before, slope_now = 0.0, 1.0
-    for k in range(2, polynomial.size):
-        following = 2.0 * position * now - before
-        slope_following = 2.0 * now + 2.0 * position * slope_now - slope_before
-        before, now = now, following
-        slope_before, slope_now = slope_now, slope_following
-        value += polynomial[k] * now
-        slope += polynomial[k] * slope_now
-    return value, slope
-
-
-@njit(cache=True, nogil=True)
-def time_of_phase(polynomial: Array, target: float, duration: float) -> float:
-    """Time in ``[0, duration]``, or a little outside, at which a rising phase reaches ``target``."""
-    start, _ = phase_at(polynomial, -1.0)
-    end, _ = phase_at(polynomial, 1.0)
-    position = -1.0 + 2.0 * (target - start) / (end - start)
-    for _ in range(30):
-        value, slope = phase_at(polynomial, position)
-        change = (target - value) / slope
-        position = min(max(position + change, -1.5), 1.5)
-        if abs(change) < 1e-13:
-            break
-    return 0.5 * (position + 1.0) * duration
 
 
 @njit(cache=True, nogil=True)
@@ -264,19 +202,6 @@ def coulomb_fit(values: Array, order: int, polynomial: Array) -> tuple[float, fl
 
 
 @njit(cache=True, nogil=True)
-def _rising(polynomial: Array) -> bool:
-    """Whether the phase rises throughout, by a factor of at most 3 about its mean rate."""
-    start, _ = phase_at(polynomial, -1.0)
-    end, _ = phase_at(polynomial, 1.0)
-    mean = 0.5 * (end - start)
-    for i in range(65):
-        _, slope = phase_at(polynomial, i / 32.0 - 1.0)
-        if not (slope > mean / 3.0 and slope < 3.0 * mean):
-            return False
-    return mean > 0.0
-
-
-@njit(cache=True, nogil=True)
 def track_phase(values: Array, step: float, frequency: float, phase: float, order: int) -> Array:
     r"""Find the phase of a free decay as a Chebyshev polynomial of time.
 
@@ -312,7 +237,7 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
         if trial < 1 or times.size < 2:
             continue
         coefficients, ok = _polynomial_through(times, phases, weights, duration, trial)
-        if ok and _rising(coefficients):
+        if ok and rises(coefficients):
             result[:] = 0.0
             result[: trial + 1] = coefficients
             break
@@ -328,7 +253,7 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
         largest = np.abs(found[3:]).sum()
         scale = min(1.0, 0.5 / largest) if largest > 0.0 else 1.0
         following = polynomial + scale * found[3:]
-        if not _rising(following):
+        if not rises(following):
             break
         polynomial = following
         if largest < 1e-7:

@@ -20,7 +20,7 @@ from scipy.special import gammaln
 
 from friction_bayes.conjugate.estimator import Fit, register
 from friction_bayes.conjugate.half_cycle_data import half_cycle_rows
-from friction_bayes.conjugate.priors import default_prior, prior_keys
+from friction_bayes.conjugate.priors import complete_prior, default_prior, prior_keys
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.targets import regression_target
 from friction_bayes.errors import InputError
@@ -50,7 +50,7 @@ class EnvelopeEstimator:
         return default_prior(self.name, decay.system, decay.quantity, decay.unit)
 
     def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
-        """Closed-form posterior of one free decay.
+        """Closed-form posterior of one free decay; what ``prior`` leaves out is the default.
 
         Raises
         ------
@@ -58,6 +58,7 @@ class EnvelopeEstimator:
             If the record holds too few samples in too few half cycles.
         """
         polynomial, values, reference = tracked_phase(decay)
+        prior = complete_prior(self.default_prior(decay), prior)
         order, swing = decay.quantity.order, swing_frequency(decay)
         response, design, half_cycles = half_cycle_rows(values, polynomial, order, swing)
         if not np.all(np.isfinite(response)):

@@ -1,7 +1,7 @@
 r"""Two numbers a half cycle that hold all a Coulomb decay says of friction: its amplitude and its centre.
 
 Given the phase ``theta(t)``, a sample is ``c + a f + u g``, see
-:func:`friction_bayes.phase_tracking.coulomb_shapes`. Within one half cycle that is a constant plus a
+:func:`friction_bayes.phase_polynomial.coulomb_shapes`. Within one half cycle that is a constant plus a
 multiple of ``f`` alone, so the samples of a half cycle are exhausted by their projections on ``f`` and on
 the constant. Both are taken orthogonal to ``df/dtheta``, so that an error of the local phase does not
 enter, and to each other, and are scaled to unit norm: white noise of the signal becomes independent noise
@@ -18,7 +18,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from friction_bayes.mechanics.swing import linear_amplitude, third_harmonic
-from friction_bayes.phase_tracking import coulomb_fit, coulomb_shapes, phase_at, solve_spd, track_phase
+from friction_bayes.phase_polynomial import coulomb_shapes, phase_at
+from friction_bayes.phase_tracking import coulomb_fit, solve_spd, track_phase
 
 __all__ = ["envelope_statistics", "half_cycle_rows", "least_squares"]
 

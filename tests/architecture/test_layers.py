@@ -18,6 +18,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("record", "readers", "datasets"),
     ("mechanics",),
     (
+        "phase_polynomial",
         "phase_tracking",
         "demodulation",
         "moving_part",
@@ -30,7 +31,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ),
     ("conjugate", "scaled"),
     ("batch", "acceptance", "estimation"),
-    ("reference",),
+    ("diagnostics", "tabulated", "reference"),
     ("agreement", "calibration", "testing"),
     ("loop", "monitor"),
     ("output", "plotting", "report"),

@@ -1,0 +1,87 @@
+"""Phase of a decay as a Chebyshev polynomial of time, and the signal that Coulomb friction makes of it.
+
+A polynomial is an array of Chebyshev coefficients, shape (k,), over positions from -1 (first sample) to 1
+(last). It gives the phase ``chi`` of the *signal*, zero at a positive extremum: ``chi = theta + q pi/2``
+with the displacement's phase ``theta`` and the derivative order ``q``.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+__all__ = ["coulomb_shapes", "phase_at", "rises", "time_of_phase"]
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True)
+def coulomb_shapes(theta: float, order: int) -> tuple[float, float, float, int]:
+    """Return how amplitude and friction show in one sample of a Coulomb decay.
+
+    With ``n = floor(theta/pi)`` the signal is ``c + a f + u g``: for displacement ``f = cos(theta)``,
+    ``g = (-1)^n - (2n+1) f``; for velocity ``f = -sin(theta)``, for acceleration ``f = -cos(theta)``, both
+    with ``g = -(2n+1) f``.
+
+    Returns
+    -------
+    f, g, slope, n
+        ``slope`` is ``df/dtheta``; the signal's own is ``(a - (2n+1) u) slope``.
+    """
+    n = math.floor(theta / math.pi)
+    sine = math.sin(theta)
+    cosine = math.cos(theta)
+    if order == 0:
+        sign = 1.0 if n % 2 == 0 else -1.0
+        return cosine, sign - (2 * n + 1) * cosine, -sine, n
+    if order == 1:
+        return -sine, (2 * n + 1) * sine, -cosine, n
+    return -cosine, (2 * n + 1) * cosine, sine, n
+
+
+@njit(cache=True, nogil=True)
+def phase_at(polynomial: Array, position: float) -> tuple[float, float]:
+    """Phase and its derivative at ``position`` in [-1, 1], from Chebyshev coefficients, shape (k,)."""
+    value = polynomial[0] + polynomial[1] * position
+    slope = polynomial[1]
+    before, now = 1.0, position
+    slope_before, slope_now = 0.0, 1.0
+    for k in range(2, polynomial.size):
+        following = 2.0 * position * now - before
+        slope_following = 2.0 * now + 2.0 * position * slope_now - slope_before
+        before, now = now, following
+        slope_before, slope_now = slope_now, slope_following
+        value += polynomial[k] * now
+        slope += polynomial[k] * slope_now
+    return value, slope
+
+
+@njit(cache=True, nogil=True)
+def time_of_phase(polynomial: Array, target: float, duration: float) -> float:
+    """Time in ``[0, duration]``, or a little outside, at which a rising phase reaches ``target``."""
+    start, _ = phase_at(polynomial, -1.0)
+    end, _ = phase_at(polynomial, 1.0)
+    position = -1.0 + 2.0 * (target - start) / (end - start)
+    for _ in range(30):
+        value, slope = phase_at(polynomial, position)
+        change = (target - value) / slope
+        position = min(max(position + change, -1.5), 1.5)
+        if abs(change) < 1e-13:
+            break
+    return 0.5 * (position + 1.0) * duration
+
+
+@njit(cache=True, nogil=True)
+def rises(polynomial: Array) -> bool:
+    """Whether the phase rises throughout, by a factor of at most 3 about its mean rate."""
+    start, _ = phase_at(polynomial, -1.0)
+    end, _ = phase_at(polynomial, 1.0)
+    mean = 0.5 * (end - start)
+    for i in range(65):
+        _, slope = phase_at(polynomial, i / 32.0 - 1.0)
+        if not (slope > mean / 3.0 and slope < 3.0 * mean):
+            return False
+    return mean > 0.0
