@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 class MultivariateT:
     """Multivariate t with the interface of a frozen ``scipy.stats.multivariate_t``.
 
-    Kept as a triangular root of the inverse shape: scipy takes the eigenvalues of the shape matrix and refuses
-    it, or drops directions, where variances differ by more than 5e9, as those of a polynomial trend do.
+    Kept as a triangular root of the inverse shape: scipy takes the eigenvalues of the shape matrix and
+    refuses it, or drops directions, where variances differ by more than 5e9, as in a polynomial trend.
 
     Parameters
     ----------

@@ -72,8 +72,8 @@ class GammaExponentialEstimator:
         notes: tuple[str, ...] = (_RATE,)
         if share := negative_share(samples):
             notes += (
-                f"{100.0 * share:.0f} % of the friction samples are negative, where an exponential likelihood "
-                "is zero: the formal likelihood in the sum of samples is used",
+                f"{100.0 * share:.0f} % of the friction samples are negative, where an exponential "
+                "likelihood is zero: the formal likelihood in the sum of samples is used",
             )
         return _fit(decay, posterior, gamma_exponential_target(before, samples), precision=None, notes=notes)
 
