@@ -15,7 +15,7 @@ PACKAGE = Path(__file__).parents[2] / "friction_bayes"
 LAYERS: tuple[tuple[str, ...], ...] = (
     ("errors", "_checks", "quantities"),
     ("mechanics.oscillator",),
-    ("record", "readers", "datasets"),
+    ("record", "clipping", "readers", "writers", "datasets"),
     ("mechanics",),
     (
         "phase_polynomial",

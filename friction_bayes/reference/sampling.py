@@ -1,0 +1,235 @@
+"""Run ensembles until they may be believed, or say that they may not."""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from friction_bayes.diagnostics import mixing
+from friction_bayes.errors import InputError, NotConvergedWarning
+from friction_bayes.estimation import estimate, estimator_named
+from friction_bayes.likelihood import Target
+from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.reference.convergence import MINIMUM_LENGTH, Convergence, diagnose
+from friction_bayes.reference.ensembles import Ensembles
+from friction_bayes.reference.tree import make_tree
+
+__all__ = ["sample_reference", "sample_target"]
+
+Array = NDArray[np.float64]
+
+BURN_IN = 10
+"""Steps thrown away, in integrated autocorrelation times: exp(-10) of the start is left at most."""
+
+_FIRST_STEPS = 200
+_MARGIN = 1.15
+"""Steps run over those needed, since the need is itself an estimate."""
+
+
+def sample_reference(
+    record: xr.DataArray,
+    system: Oscillator,
+    *,
+    method: str = "waveform",
+    prior: Mapping[str, float] | Any | None = None,
+    peaks: str = "highest",
+    start: float | None = None,
+    rest_position: float | None = None,
+    seed: int,
+    **options: Any,
+) -> xr.DataTree:
+    """Sample the posterior that :func:`friction_bayes.estimate` gives in closed form.
+
+    Parameters
+    ----------
+    record, system, method, prior, peaks, start, rest_position
+        As for :func:`friction_bayes.estimate`.
+    seed : int
+        Same seed, same bits.
+    **options
+        Further arguments of :func:`sample_target`.
+
+    Returns
+    -------
+    xarray.DataTree
+        As from :func:`sample_target`, with the attributes ``record``, ``method``, ``friction_unit`` and
+        ``closed_form_wall_time_s``. Forces are those of the declared mass and stiffness, without their
+        uncertainty.
+
+    Raises
+    ------
+    InputError
+        If the record cannot be used or an argument is wrong.
+
+    Warns
+    -----
+    NotConvergedWarning
+        If the steps were used up before the diagnostics were met.
+    """
+    closed_form = estimate(
+        record, system, method=method, prior=prior, peaks=peaks, start=start, rest_position=rest_position
+    )
+    began = time.perf_counter()
+    # once more for the clock: the first fit may have waited for the compiler
+    estimator_named(method).fit(closed_form.decay, closed_form.prior, peaks=peaks)
+    elapsed = time.perf_counter() - began
+    tree = sample_target(closed_form.fit.target, seed=seed, **options)
+    tree.attrs.update(
+        record=closed_form.decay.name,
+        method=method,
+        friction_unit=closed_form.friction_unit,
+        closed_form_wall_time_s=elapsed,
+    )
+    return tree
+
+
+def sample_target(
+    target: Target,
+    *,
+    seed: int,
+    ensembles: int = 4,
+    walkers: int | None = None,
+    ess: float = 1000.0,
+    max_steps: int = 20_000,
+    progress: Callable[[int, int], None] | None = None,
+) -> xr.DataTree:
+    """Sample a target with independent emcee ensembles until its diagnostics are met.
+
+    Parameters
+    ----------
+    target : Target
+        Log-probability, start and natural parameters.
+    seed : int
+        Same seed, same bits.
+    ensembles : int
+        Independent ensembles, at least 4, started 2.5 times as wide as the closed form.
+    walkers : int, optional
+        Walkers of an ensemble, even and at least twice the number of parameters; 32 or four times
+        their number when left out.
+    ess : float
+        Least bulk and tail effective sample size of every parameter.
+    max_steps : int
+        Steps of each ensemble after which it gives up.
+    progress : callable, optional
+        Called with the steps that all ensembles have made and those due at present.
+
+    Returns
+    -------
+    xarray.DataTree
+        Groups as :func:`friction_bayes.reference.tree.make_tree` lays them out, after burn-in and thinned to
+        a fifth of the autocorrelation time. Attributes: ``converged`` (1 or 0); the worst ``nested_rhat``,
+        ``ess_bulk``, ``ess_tail`` and ``tau`` [steps] of all parameters; ``steps``, ``burn_in``, ``thinning``,
+        ``acceptance_fraction``, ``wall_time_s``, ``seed``, ``ensembles``, ``walkers`` and versions. Each scalar
+        variable of ``posterior`` has its own figures, and ``mcse_mean``, for attributes.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, or the target is not finite where it should start.
+
+    Warns
+    -----
+    NotConvergedWarning
+        If nested R-hat < 1.01, the effective sample sizes and 50 autocorrelation times were not all
+        reached; the message carries the numbers.
+    """
+    if max_steps < _FIRST_STEPS:
+        raise InputError(
+            "max_steps", f"{max_steps} is too few to see a tenth of a burn-in", f"give {_FIRST_STEPS}"
+        )
+    began = time.perf_counter()
+    run = Ensembles(target, seed=seed, ensembles=ensembles, walkers=walkers)
+    due = _FIRST_STEPS
+    while True:
+        _advance(run, due, ensembles, progress)
+        burn_in, tau = _burn_in(run)
+        needed = burn_in + max(MINIMUM_LENGTH, ess / run.chains) * tau
+        if run.steps >= min(needed, max_steps):
+            thinning = max(1, int(tau / 5.0))
+            coordinates = run.coordinates(burn_in, thinning)
+            natural = _natural(target, coordinates)
+            found = {
+                name: diagnose(draws, ensembles, thinning)
+                for name, draws in _scalars(target, coordinates, natural).items()
+            }
+            worst = Convergence.worst(found)
+            kept = run.steps - burn_in
+            if worst.met(ess=ess, steps=kept):
+                break
+            if run.steps >= max_steps:
+                message = f"emcee used up its {max_steps} steps: {worst.describe(ess=ess, steps=kept)}"
+                warnings.warn(message, NotConvergedWarning, stacklevel=2)
+                break
+            needed = max(needed, 1.2 * run.steps)
+        due = min(math.ceil(_MARGIN * needed), 2 * run.steps, max_steps)
+    attrs = {
+        "sampler": "emcee",
+        "seed": seed,
+        "converged": int(worst.met(ess=ess, steps=kept)),
+        **{name: value for name, value in asdict(worst).items() if name != "mcse_mean"},
+        "steps": run.steps,
+        "burn_in": burn_in,
+        "thinning": thinning,
+        "ensembles": ensembles,
+        "walkers": run.walkers,
+        "acceptance_fraction": run.acceptance_fraction,
+        **{f"{name.replace('-', '_')}_version": version(name) for name in _VERSIONS},
+    }
+    tree = make_tree(
+        target,
+        coordinates,
+        natural,
+        run.log_prob(burn_in, thinning),
+        np.repeat(np.arange(ensembles), run.walkers),
+        rng=run.rng,
+        attrs=attrs,
+        diagnostics={name: asdict(found[name]) for name in natural if name in found},
+    )
+    tree.attrs["wall_time_s"] = time.perf_counter() - began
+    return tree
+
+
+_VERSIONS = ("friction-bayes", "emcee", "arviz-stats", "numpy")
+
+
+def _advance(run: Ensembles, due: int, ensembles: int, progress: Callable[[int, int], None] | None) -> None:
+    before = run.steps
+    more = due - before
+
+    def tell(done: int, of: int) -> None:
+        if progress is not None:
+            progress(before * of + done * more, due * of)
+
+    run.advance(more, tell)
+
+
+def _burn_in(run: Ensembles) -> tuple[int, float]:
+    """Return the steps to throw away and the autocorrelation time, of the slowest coordinate.
+
+    The time is measured over the later two thirds, where the start is forgotten or shows as slow mixing;
+    at most a third is thrown away, so that a chain that is too short is seen to be so.
+    """
+    third = run.steps // 3
+    tau = max(mixing(scores).tau for scores in run.scores(third))
+    return min(math.ceil(BURN_IN * tau) if math.isfinite(tau) else third, third), max(tau, 1.0)
+
+
+def _natural(target: Target, coordinates: Array) -> dict[str, Array]:
+    chains, draws, size = coordinates.shape
+    natural = target.posterior(coordinates.reshape(-1, size))
+    return {name: np.asarray(v).reshape(chains, draws, *np.shape(v)[1:]) for name, v in natural.items()}
+
+
+def _scalars(target: Target, coordinates: Array, natural: Mapping[str, Array]) -> dict[str, Array]:
+    """Return all scalar parameters to judge, (chains, draws) each: natural ones and the sampler's own."""
+    own = {name: coordinates[..., i] for i, name in enumerate(target.names)}
+    return own | {name: values for name, values in natural.items() if values.ndim == 2}
