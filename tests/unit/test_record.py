@@ -56,7 +56,9 @@ def test_a_valid_record_passes_unchanged() -> None:
 def test_what_is_not_finite_is_named_with_its_place(bad, word) -> None:
     values = SIGNAL.copy()
     values[[30, 77]] = bad
-    with pytest.raises(InputError, match=rf"swing.csv: signal is {word} at sample 31 \(t = 0.3 s\) and 1 more"):
+    with pytest.raises(
+        InputError, match=rf"swing.csv: signal is {word} at sample 31 \(t = 0.3 s\) and 1 more"
+    ):
         validate_record(record_over(TIME, values))
 
 
@@ -90,7 +92,9 @@ def test_time_running_backwards_or_doubled_is_refused() -> None:
 
 def test_a_gap_is_refused_and_named() -> None:
     keep = np.r_[:100, 110:N]
-    with pytest.raises(InputError, match=r"gap of 0.11 s after sample 100 \(t = 0.99 s\).*cut the record there$"):
+    with pytest.raises(
+        InputError, match=r"gap of 0.11 s after sample 100 \(t = 0.99 s\).*cut the record there$"
+    ):
         validate_record(record_over(TIME[keep], SIGNAL[keep]))
 
 
