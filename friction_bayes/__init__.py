@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from friction_bayes.readers import read_record
     from friction_bayes.record import make_record
     from friction_bayes.reference import sample_reference
+    from friction_bayes.writers import write_record
 
 _HOME = {
     "Estimate": "estimation",
@@ -43,6 +44,7 @@ _HOME = {
     "read_record": "readers",
     "sample_reference": "reference",
     "simulate": "mechanics.testbed",
+    "write_record": "writers",
 }
 
 __version__ = version("friction-bayes")
@@ -67,6 +69,7 @@ __all__ = [
     "read_record",
     "sample_reference",
     "simulate",
+    "write_record",
 ]
 
 

@@ -12,6 +12,7 @@ import xarray as xr
 
 from friction_bayes.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
 from friction_bayes.clipping import clipped_fraction
+from friction_bayes.conjugate import envelope, paper
 from friction_bayes.conjugate.estimator import ESTIMATORS, Estimator, Fit
 from friction_bayes.conjugate.priors import complete_prior
 from friction_bayes.errors import InputError, RecordWarning
@@ -22,7 +23,10 @@ from friction_bayes.quantities import UNCALIBRATED_UNITS
 from friction_bayes.record import record_name, validate_record
 from friction_bayes.scaled import scaled
 
-__all__ = ["Estimate", "estimate", "estimator_named", "refuse_clipped", "summarise"]
+__all__ = ["Estimate", "estimate", "estimator_named", "prior_mapping", "refuse_clipped", "summarise"]
+
+BUILT_IN = (envelope, paper)
+"""The modules whose import registers this package's own estimators."""
 
 _FACTOR_SYMBOL = ("the stiffness", "sqrt(stiffness * mass)", "the mass")
 
@@ -60,6 +64,10 @@ class Estimate:
         Posterior of the friction force, carrying the standard deviation of mass and stiffness.
     friction_unit : str
         N or N m; the signal's own unit where the sensor was not calibrated.
+    friction_as_declared : frozen scipy.stats distribution
+        The same with mass and stiffness taken as exact.
+    force_factor : float
+        From the signal's friction coefficient to the friction force at the declared mass and stiffness.
     friction_over_stiffness : frozen scipy.stats distribution
         Posterior of ``r/k``, seen in the signal whatever mass and stiffness are.
     friction_over_stiffness_unit : str
@@ -93,6 +101,8 @@ class Estimate:
     method: str
     friction: Any
     friction_unit: str
+    friction_as_declared: Any
+    force_factor: float
     friction_over_stiffness: Any
     friction_over_stiffness_unit: str
     precision: Any | None
@@ -227,9 +237,13 @@ def estimate(
     """
     if setup is not None and accept_precision is not None:
         raise InputError("setup", "given together with accept_precision", "give one of them")
+    if peaks not in PEAKS:
+        raise InputError("peaks", f"unknown choice {peaks!r}", f"give one of {', '.join(PEAKS)}")
     estimator = estimator_named(method)
+    validate_record(record)
+    refuse_clipped(record)
     decay = find_free_decay(record, system, start=start, rest_position=rest_position)
-    chosen = complete_prior(estimator.default_prior(decay), _as_mapping(prior))
+    chosen = complete_prior(estimator.default_prior(decay), prior_mapping(prior))
     fit = estimator.fit(decay, chosen, peaks=peaks)
     acceptance = None
     if accept_precision is not None:
@@ -242,7 +256,7 @@ def estimate(
         acceptance = accept_by_set_up(
             _precision_of(fit, method), _precision_of(reference.fit, method), unit=fit.precision_unit
         )
-    return _in_forces(method, decay, fit, chosen, peaks, acceptance)
+    return _in_forces(method, decay, fit, chosen, peaks, acceptance, _provenance(record))
 
 
 def estimator_named(method: str) -> Estimator:
@@ -258,7 +272,7 @@ def estimator_named(method: str) -> Estimator:
     return ESTIMATORS[method]
 
 
-def _as_mapping(prior: Any) -> Mapping[str, float] | None:
+def prior_mapping(prior: Any) -> Mapping[str, float] | None:
     """Return a prior as numbers by key: a mapping as it is, a conjugate prior by its parameters."""
     if prior is None or isinstance(prior, Mapping):
         return prior
@@ -279,7 +293,7 @@ def _refuse_other_signal(decay: FreeDecay, set_up: FreeDecay) -> None:
     if (decay.quantity, decay.unit) != (set_up.quantity, set_up.unit):
         raise InputError(
             set_up.name,
-            f"{set_up.quantity.name} [{set_up.unit}] where the record is {decay.quantity.name} [{decay.unit}]",
+            f"holds {set_up.quantity.name} [{set_up.unit}], not {decay.quantity.name} [{decay.unit}]",
             "give a set-up record of the same sensor",
         )
 
@@ -291,10 +305,11 @@ def _in_forces(
     prior: dict[str, float],
     peaks: str,
     acceptance: Acceptance | None,
+    provenance: list[str],
 ) -> Estimate:
     """Turn the signal's friction coefficient ``u = w**q r/k`` into ``r`` and ``r/k``."""
     system, order = decay.system, decay.quantity.order
-    notes = list(fit.notes)
+    notes = [*fit.notes]
     if decay.unit in UNCALIBRATED_UNITS:
         factor, relative_sd, friction_unit = 1.0, 0.0, decay.unit
         length_unit = decay.unit + ("", " s", " s2")[order]
@@ -310,11 +325,13 @@ def _in_forces(
             notes.append(
                 "mass and stiffness are taken as exact: their uncertainty is not in the friction interval"
             )
-        notes.extend(_frequency_note(decay, fit))
+    notes.extend(_frequency_note(decay, fit))
     return Estimate(
         method=method,
         friction=scaled(fit.coefficient, factor, relative_sd=relative_sd),
         friction_unit=friction_unit,
+        friction_as_declared=scaled(fit.coefficient, factor),
+        force_factor=factor,
         friction_over_stiffness=scaled(fit.coefficient, fit.frequency**-order),
         friction_over_stiffness_unit=length_unit,
         precision=fit.precision,
@@ -327,10 +344,18 @@ def _in_forces(
         rest_position=fit.rest_position,
         prior=prior,
         peaks=peaks,
-        notes=tuple(notes),
+        notes=(*notes, *provenance),
         fit=fit,
         decay=decay,
     )
+
+
+def _provenance(record: xr.DataArray) -> list[str]:
+    """What a data set says of its record and its system, and what was done to the samples."""
+    notes = ["the record is synthetic"] if record.attrs.get("synthetic") else []
+    named = {"note": "the record", "system_source": "the declared system", "resampled": "resampled"}
+    notes += [f"{name}: {record.attrs[key]}" for key, name in named.items() if record.attrs.get(key)]
+    return notes
 
 
 def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
@@ -339,14 +364,13 @@ def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
     declared, found = system.natural_frequency, fit.frequency
     if abs(found / declared - 1.0) <= _FREQUENCY_TOLERANCE:
         return []
-    coefficient = float(fit.coefficient.mean())
-    from_stiffness = system.stiffness * coefficient / found**order
-    from_mass = system.moving * coefficient * found ** (2 - order)
-    text = (
-        f"the record swings at {found:.5g} rad/s, declared mass and stiffness mean {declared:.5g} rad/s: "
-        f"friction is {from_stiffness:.4g} {system.friction_unit} with the declared stiffness "
-        f"and {from_mass:.4g} {system.friction_unit} with the declared "
-        f"{'inertia' if system.angular else 'mass'}"
-    )
+    text = f"the record swings at {found:.5g} rad/s, declared mass and stiffness mean {declared:.5g} rad/s"
+    if decay.unit not in UNCALIBRATED_UNITS:
+        coefficient, unit = float(fit.coefficient.mean()), system.friction_unit
+        text += (
+            f": friction is {system.stiffness * coefficient / found**order:.4g} {unit} with the declared "
+            f"stiffness and {system.moving * coefficient * found ** (2 - order):.4g} {unit} with the declared "
+            f"{'inertia' if system.angular else 'mass'}"
+        )
     warnings.warn(text, RecordWarning, stacklevel=4)
     return [text]

@@ -8,7 +8,7 @@ import math
 import platform
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -86,7 +86,7 @@ def write_manifest(
     *,
     options: Mapping[str, Any],
     seed: int | None,
-    inputs: Iterable[str | Path] = (),
+    inputs: Mapping[str, str] | None = None,
 ) -> None:
     """Write what is needed to make the results in ``folder`` again; call it last.
 
@@ -100,20 +100,16 @@ def write_manifest(
         Its options as parsed.
     seed : int or None
         Seed of everything random in it.
-    inputs : iterable of str or path
-        Records that were read; existing paths are named with their sha256, others by name alone.
+    inputs : mapping of str to str, optional
+        Records that were read, with their sha256 digests.
     """
-    read = [
-        {"path": str(item), "sha256": sha256_of(Path(item)) if Path(item).exists() else None}
-        for item in inputs
-    ]
     versions = {"python": platform.python_version(), "friction-bayes": _version_of("friction-bayes")}
     versions.update({name: _version_of(name) for name in _VERSIONED})
     content = {
         "command": command,
         "options": dict(options),
         "seed": seed,
-        "inputs": read,
+        "inputs": [{"record": name, "sha256": digest} for name, digest in (inputs or {}).items()],
         "files": _files_below(folder),
         "versions": versions,
         "platform": platform.platform(),

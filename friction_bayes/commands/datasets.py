@@ -5,6 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
+from rich.table import Table
+
+from friction_bayes.commands.console import output_console
+
 __all__ = ["add_parser"]
 
 
@@ -15,13 +19,29 @@ def add_parser(commands: Any) -> None:
     listing = actions.add_parser("list", help="names, what was measured, licence", allow_abbrev=False)
     listing.set_defaults(run=run_list)
     getting = actions.add_parser("get", help="download a set and check its digests", allow_abbrev=False)
-    getting.add_argument("name", metavar="NAME", help="as in the list, without dataset:")
+    getting.add_argument("name", metavar="NAME", help="as in the list")
     getting.set_defaults(run=run_get)
 
 
 def run_list(arguments: argparse.Namespace) -> None:
-    """Print one row a data set."""
+    """Print one row a record."""
+    from friction_bayes.datasets import list_datasets
+
+    table = Table(box=None, padding=(0, 2, 0, 0))
+    for heading in ("record", "what", "quantity", "licence"):
+        table.add_column(heading, header_style="bold", overflow="fold")
+    for data_set in list_datasets():
+        # The part taken when none is named comes first, under the bare name.
+        table.add_row(f"dataset:{data_set.name}", data_set.title, data_set.quantity, data_set.licence)
+        for part in data_set.parts:
+            default = "the default part" if part == data_set.default else ""
+            table.add_row(f"  dataset:{data_set.name}/{part}", default)
+    output_console().print(table)
 
 
 def run_get(arguments: argparse.Namespace) -> None:
     """Fetch a data set and print where its files lie."""
+    from friction_bayes.datasets import fetch_dataset
+
+    for path in fetch_dataset(arguments.name.removeprefix("dataset:")):
+        output_console().print(str(path), soft_wrap=True, markup=False)

@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 import friction_bayes as fb
 from friction_bayes.commands.console import collected_warnings, note, output_console, progress_bar
@@ -16,13 +14,19 @@ from friction_bayes.commands.options import (
     add_record,
     add_seed,
     add_system,
+    input_digests,
     key_values,
     load_record,
     options_of,
 )
 from friction_bayes.commands.tables import estimate_table
-from friction_bayes.errors import InputError
 from friction_bayes.output import output_folder, strict_json, write_json, write_manifest
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from friction_bayes.commands.check import ReferenceRun
+    from friction_bayes.estimation import Estimate
 
 __all__ = ["add_parser"]
 
@@ -54,7 +58,9 @@ def add_parser(commands: Any) -> None:
     parser.add_argument("record", metavar="RECORD", help="a file, or dataset:NAME[/PART]")
     model = parser.add_argument_group("estimate")
     model.add_argument("--method", default="waveform", metavar="NAME", help="see below (default: waveform)")
-    model.add_argument("--prior", nargs="+", action="extend", metavar="KEY=VALUE", help="instead of the default")
+    model.add_argument(
+        "--prior", nargs="+", action="extend", metavar="KEY=VALUE", help="instead of the default"
+    )
     model.add_argument(
         "--peaks",
         default="highest",
@@ -63,10 +69,14 @@ def add_parser(commands: Any) -> None:
     )
     model.add_argument("--start", type=float, metavar="S", help="when the free decay begins (default: found)")
     model.add_argument("--rest-position", type=float, metavar="X", help="signal at rest (default: found)")
-    model.add_argument("--check", action="store_true", help="sample the same posterior with emcee and compare")
+    model.add_argument(
+        "--check", action="store_true", help="sample the same posterior with emcee and compare"
+    )
     add_seed(model)
     acceptance = model.add_mutually_exclusive_group()
-    acceptance.add_argument("--setup", metavar="RECORD", help="long set-up record whose precision sets the bar")
+    acceptance.add_argument(
+        "--setup", metavar="RECORD", help="long set-up record whose precision sets the bar"
+    )
     acceptance.add_argument("--accept-precision", type=float, metavar="S", help="least precision accepted")
     add_system(parser)
     add_record(parser)
@@ -95,8 +105,9 @@ def run(arguments: argparse.Namespace) -> None:
         note(f"results and figures are in {arguments.out}")
 
 
-def _estimate(arguments: argparse.Namespace, folder: Path | None) -> tuple[dict[str, Any], list[str]]:
-    """Return the result for JSON and the records that were read; leave figures in ``folder``."""
+def _estimate(arguments: argparse.Namespace, folder: Path | None) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return the result for JSON and the digests of what was read; leave figures and draws in ``folder``."""
+    reference = None
     with collected_warnings() as warned:
         record, system = load_record(arguments.record, arguments)
         setup = None if arguments.setup is None else load_record(arguments.setup, arguments)[0]
@@ -111,8 +122,33 @@ def _estimate(arguments: argparse.Namespace, folder: Path | None) -> tuple[dict[
             start=arguments.start,
             rest_position=arguments.rest_position,
         )
-    result = estimate.to_dict()
+        if arguments.check:
+            reference = _check(estimate, arguments.seed)
+    result = estimate.to_dict(None if reference is None else reference.summary)
     result["notes"].extend(text for text in warned if text not in result["notes"])
     if folder is not None:
-        _draw(estimate, record, None, folder)
-    return result, [source for source in (arguments.record, arguments.setup) if source is not None]
+        _leave(estimate, record, reference, folder)
+    return result, input_digests(arguments.record, arguments.setup)
+
+
+# emcee, ArviZ and matplotlib take seconds to load: they are imported where they are needed.
+
+
+def _leave(estimate: Estimate, record: xr.DataArray, reference: ReferenceRun | None, folder: Path) -> None:
+    from friction_bayes.commands.figures import draw_estimate
+
+    draw_estimate(estimate, record, reference, folder)
+    if reference is not None:
+        from friction_bayes.reference import save_tree
+
+        save_tree(reference.tree, folder / "reference.nc")
+
+
+def _check(estimate: Estimate, seed: int) -> ReferenceRun:
+    from friction_bayes.commands.check import check_estimate
+
+    with progress_bar() as bar:
+        task = bar.add_task("emcee", total=None)
+        return check_estimate(
+            estimate, seed=seed, progress=lambda done, due: bar.update(task, completed=done, total=due)
+        )

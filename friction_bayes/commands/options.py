@@ -6,24 +6,26 @@ import argparse
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 import friction_bayes as fb
 from friction_bayes._checks import finite
 from friction_bayes.errors import InputError
 from friction_bayes.mechanics.oscillator import Oscillator, Pendulum
+from friction_bayes.output import sha256_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "add_output_folder",
     "add_record",
     "add_seed",
     "add_system",
+    "input_digests",
     "key_values",
     "load_record",
     "options_of",
-    "record_inputs",
     "system_of",
 ]
 
@@ -118,14 +120,29 @@ def load_record(source: str, arguments: argparse.Namespace) -> tuple[xr.DataArra
                     option, f"does not apply to {source}", "a data set brings its own; leave it out"
                 )
         record, declared = fb.dataset_record(source.removeprefix(_DATASET))
-        return record, system_of(arguments, declared)
+        system = system_of(arguments, declared)
+        if system != declared:
+            record.attrs["system_source"] = "given on the command line, in part or whole"
+        return record, system
     system = system_of(arguments)
     return fb.read_record(source, **{name: getattr(arguments, name) for name in _RECORD_FIELDS}), system
 
 
-def record_inputs(*sources: str | None) -> list[str]:
-    """Names of the records a command read, for the manifest."""
-    return [source for source in sources if source is not None]
+def input_digests(*sources: str | None) -> dict[str, str]:
+    """Return the sha256 digest of every record that was read, by its name."""
+    from friction_bayes import datasets
+
+    digests = {}
+    for source in sources:
+        if source is None:
+            continue
+        name, _, part = source.removeprefix(_DATASET).partition("/")
+        if source.startswith(_DATASET):
+            data_set = datasets.DATASETS[name]
+            digests[source] = data_set.files[data_set.parts[part or data_set.default].file].sha256
+        else:
+            digests[source] = sha256_of(Path(source))
+    return digests
 
 
 def options_of(arguments: argparse.Namespace) -> dict[str, Any]:

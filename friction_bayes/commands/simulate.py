@@ -1,4 +1,4 @@
-"""``friction-bayes simulate``: a synthetic record of a system with friction and any effect of the catalogue."""
+"""``friction-bayes simulate``: a synthetic record with friction and any effect of the catalogue."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from friction_bayes.commands.options import add_seed, add_system, key_values, sy
 from friction_bayes.errors import InputError
 from friction_bayes.mechanics.oscillator import Oscillator
 from friction_bayes.output import check_file_target
-from friction_bayes.writers import write_record
 
 __all__ = ["add_parser"]
 
@@ -37,7 +36,9 @@ def add_parser(commands: Any) -> None:
     )
     add_system(parser)
     motion = parser.add_argument_group("motion")
-    motion.add_argument("--friction", type=float, required=True, metavar="F", help="friction force [N or N m]")
+    motion.add_argument(
+        "--friction", type=float, required=True, metavar="F", help="friction force [N or N m]"
+    )
     motion.add_argument(
         "--effect",
         nargs="+",
@@ -46,14 +47,21 @@ def add_parser(commands: Any) -> None:
         help="effects of the catalogue, such as viscous_damping.damping_ratio=0.01",
     )
     motion.add_argument(
-        "--initial-displacement", type=float, metavar="M", help="at release (default: 100 friction / stiffness)"
+        "--initial-displacement",
+        type=float,
+        metavar="M",
+        help="at release (default: 100 friction / stiffness)",
     )
     motion.add_argument("--initial-velocity", type=float, default=0.0, metavar="M_PER_S", help="(default: 0)")
-    motion.add_argument("--duration", type=float, metavar="S", help="(default: till rest under friction alone)")
+    motion.add_argument(
+        "--duration", type=float, metavar="S", help="(default: till rest under friction alone)"
+    )
     sensor = parser.add_argument_group("sensor")
     sensor.add_argument("--quantity", metavar="NAME", help="(default: displacement, or angle)")
     sensor.add_argument("--sampling-rate", type=float, default=1000.0, metavar="HZ", help="(default: 1000)")
-    sensor.add_argument("--noise-sd", type=float, default=0.0, metavar="SD", help="unit of the signal (default: 0)")
+    sensor.add_argument(
+        "--noise-sd", type=float, default=0.0, metavar="SD", help="unit of the signal (default: 0)"
+    )
     add_seed(parser)
     parser.add_argument("--out", required=True, metavar="FILE", help="a .csv or .nc file")
     parser.add_argument("--force", action="store_true", help="overwrite the file")
@@ -77,7 +85,7 @@ def run(arguments: argparse.Namespace) -> None:
         effects=key_values(arguments.effect, "--effect"),
         seed=arguments.seed,
     )
-    write_record(record, target)
+    fb.write_record(record, target)
     note(f"{target}: {record.size} samples of synthetic {record.attrs['quantity']} [{record.attrs['units']}]")
 
 

@@ -2,38 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-__all__ = ["estimate_table", "with_interval"]
+__all__ = ["comparison_table", "estimate_table"]
 
 
-def number(value: float | None, digits: int = 4) -> str:
+def _number(value: float | None, digits: int = 4) -> str:
     """Write a number to some significant digits; a dash where there is none."""
     return "–" if value is None else f"{value:.{digits}g}"
 
 
-def with_interval(summary: Mapping[str, Any], digits: int = 5) -> str:
+def _with_interval(summary: Mapping[str, Any], digits: int = 5) -> str:
     """Write mean, standard deviation and 90 % interval of a summary."""
     low, high = summary["interval90"]
     return (
-        f"{number(summary['mean'], digits)} {summary['unit']}   sd {number(summary['sd'], 2)}   "
-        f"90 %: {number(low, digits)} .. {number(high, digits)}"
+        f"{_number(summary['mean'], digits)} {summary['unit']}   sd {_number(summary['sd'], 2)}   "
+        f"90 %: {_number(low, digits)} .. {_number(high, digits)}"
     )
 
 
 def _frequency(result: Mapping[str, Any]) -> str:
     frequency = result["frequency"]
-    spread = "" if frequency["sd"] is None else f" ± {number(frequency['sd'], 2)}"
-    return f"{number(frequency['mean'], 6)}{spread} rad/s, declared {number(frequency['declared'], 6)} rad/s"
+    spread = "" if frequency["sd"] is None else f" ± {_number(frequency['sd'], 2)}"
+    return (
+        f"{_number(frequency['mean'], 6)}{spread} rad/s, declared {_number(frequency['declared'], 6)} rad/s"
+    )
 
 
 def _reference(reference: Mapping[str, Any]) -> str:
+    trust = "" if reference["converged"] else "NOT CONVERGED: "
     verdict = "agrees with the closed form" if reference["agrees"] else "DOES NOT AGREE with the closed form"
-    return f"{with_interval(reference['friction'])}\n{verdict}; {reference['because']}"
+    lines = [
+        _with_interval(reference["friction"]),
+        f"{trust}R-hat {reference['rhat']:.4f}, effective sample size {reference['ess_bulk']:.0f}",
+        f"{verdict} (false-alarm rate {reference['false_alarm_rate']:.0%})",
+        f"closed form {_duration(reference['closed_form_s'])}, emcee {_duration(reference['sampler_s'])}",
+    ]
+    if not reference["agrees"]:
+        lines.insert(3, reference["because"])
+    return "\n".join(lines)
 
 
 def estimate_table(result: Mapping[str, Any]) -> Table:
@@ -50,23 +62,77 @@ def estimate_table(result: Mapping[str, Any]) -> Table:
     table.add_column(style="dim", no_wrap=True)
     table.add_column(overflow="fold")
 
-    table.add_row("friction", Text(with_interval(result["friction"]), style="bold"))
-    table.add_row("friction / stiffness", with_interval(result["friction_over_stiffness"]))
-    table.add_row("P(friction < 0)", number(result["probability_negative"], 2))
+    table.add_row("friction", Text(_with_interval(result["friction"]), style="bold"))
+    table.add_row("friction / stiffness", _with_interval(result["friction_over_stiffness"]))
+    table.add_row("P(friction < 0)", _number(result["probability_negative"], 2))
     if result["precision"] is not None:
-        table.add_row("precision", with_interval(result["precision"], 4))
+        table.add_row("precision", _with_interval(result["precision"], 4))
     if result["acceptance"] is not None:
         word = "yes" if result["accepted"] else "NO"
         table.add_row("accepted", f"{word}: {result['acceptance']['because']}")
     table.add_row("frequency", _frequency(result))
     if result["noise_sd"]["mean"] is not None:
         noise = result["noise_sd"]
-        table.add_row("noise of a sample", f"sd {number(noise['mean'])} {noise['unit']}")
+        table.add_row("noise of a sample", f"sd {_number(noise['mean'])} {noise['unit']}")
     rest = result["rest_position"]
-    table.add_row("rest position", f"{number(rest['mean'])} {rest['unit']}")
+    table.add_row("rest position", f"{_number(rest['mean'])} {rest['unit']}")
     table.add_row("amplitudes", str(result["amplitudes"]))
     if result["reference"] is not None:
         table.add_row("emcee", _reference(result["reference"]))
     for text in result["notes"]:
         table.add_row("note", Text(text))
     return table
+
+
+def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]) -> Table:
+    """Lay out estimators of one record side by side, each beside its reference run.
+
+    Parameters
+    ----------
+    title : str
+        What the record is.
+    truth : float
+        True friction.
+    rows : sequence of mapping
+        Estimates as :meth:`Estimate.to_dict` gives them, with their ``reference``.
+    """
+    unit = rows[0]["friction"]["unit"]
+    table = Table(title=f"{title}; true friction {truth:g} {unit}", title_justify="left", box=SIMPLE_HEAD)
+    table.title_style = "bold"
+    table.add_column("method", no_wrap=True)
+    for heading in (
+        f"friction [{unit}]",
+        "90 % interval",
+        "error",
+        "emcee mean",
+        "R-hat",
+        "ESS",
+        "agrees",
+        "closed form",
+        "MCMC",
+    ):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in rows:
+        friction, reference = row["friction"], row["reference"]
+        low, high = friction["interval90"]
+        table.add_row(
+            row["method"],
+            _number(friction["mean"]),
+            f"{_number(low)} .. {_number(high)}",
+            _percent(friction["mean"] / truth - 1.0),
+            _number(reference["friction"]["mean"]),
+            _number(reference["rhat"], 5),
+            f"{reference['ess_bulk']:.0f}",
+            "yes" if reference["agrees"] else Text("NO", style="bold red"),
+            _duration(reference["closed_form_s"]),
+            _duration(reference["sampler_s"]),
+        )
+    return table
+
+
+def _percent(share: float) -> str:
+    return f"{share:+.2%}" if abs(share) < 1.0 else f"x {1.0 + share:.0f}"
+
+
+def _duration(seconds: float) -> str:
+    return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.1f} s"

@@ -91,7 +91,8 @@ def test_bad_record(
 def test_clipped_says_how_much(
     decay: Callable[..., Signal], write_csv: Callable[..., Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    time, signal = decay()
+    # From mid-motion on: a flat start could also be the hold before a release.
+    time, signal = (array[20:] for array in decay())
     record = write_csv("decay.csv", time, np.clip(signal, -1.0, 0.015), "displacement_m")
     share = np.mean(signal >= 0.015)
     assert f"{share:.2%}" in refused(capsys, "estimate", str(record), *SYSTEM)
