@@ -65,7 +65,8 @@ class Check:
         """Return the check in one line."""
         return (
             f"{self.name}: {self.sampled:.6g} sampled, {self.expected:.6g} expected, "
-            f"{self.z:+.2f} standard errors of {self.mcse:.2g}, p = {self.p_value:.2g} (level {self.level:.2g})"
+            f"{self.z:+.2f} standard errors of {self.mcse:.2g}, "
+            f"p = {self.p_value:.2g} (level {self.level:.2g})"
         )
 
 
@@ -161,10 +162,10 @@ def compare(
 
     Notes
     -----
-    The mean is not compared where the variance is infinite, nor the sd where the excess kurtosis is above 6:
-    their Monte Carlo errors would not be normal; the quantiles and the distribution function then judge alone.
-    At an effective sample size of 10,000 a mean 5 % of an sd off is 5 standard errors away, an sd 5 % off (of a
-    normal) 7; the mean and the sd are each tested at 0.3 of the false-alarm rate, the first at 3.0 standard errors.
+    The mean is not compared where the variance is infinite, nor the sd where the excess kurtosis is above
+    6: their Monte Carlo errors would not be normal; the quantiles and the distribution function then judge
+    alone. At an effective sample size of 10,000 a mean 5 % of an sd off is 5 standard errors away, an sd
+    5 % off (of a normal) 7; each is tested at 0.3 of the false-alarm rate, which is 3.0 standard errors.
     """
     values = as_ensembles(draws)
     if not np.all(np.isfinite(values)):
@@ -217,8 +218,8 @@ class _Empirical:
     def cdf(self, x: ArrayLike) -> Array:
         return np.asarray(np.searchsorted(self.sample, x, side="right") / self.sample.size)
 
-    def ppf(self, p: ArrayLike) -> Array:
-        return np.asarray(np.quantile(self.sample, p))
+    def ppf(self, p: float) -> float:
+        return float(np.quantile(self.sample, p))
 
 
 def _moment_checks(reference: _Reference, values: Array, known: Mixing | None) -> list[Check]:

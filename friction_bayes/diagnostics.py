@@ -2,8 +2,9 @@
 
 Walkers of one emcee ensemble move by looking at each other, so they are not independent chains. What is
 independent is one ensemble and another; and what estimates an expectation is the mean over the walkers of
-an ensemble, a scalar series in time. The variance of the mean of *that* series, cross-correlations of walkers
-included, against the variance of a single draw is the effective sample size (Goodman & Weare 2010, section 3).
+an ensemble, a scalar series in time. The variance of the mean of *that* series, cross-correlations of
+walkers included, against the variance of a single draw is the effective sample size (Goodman & Weare 2010,
+section 3).
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ def mixing(draws: ArrayLike) -> Mixing:
     ``2 (2 M + 1) / n`` for a window of ``M`` lags in ``n`` steps in all.
     """
     values = as_ensembles(draws)
-    ensembles, walkers, steps = values.shape
+    ensembles, _, steps = values.shape
     spread = float(values.var())
     if spread == 0.0:
         return Mixing(0.0, np.inf, 1.0)

@@ -107,7 +107,8 @@ class Tabulated:
     def ppf(self, p: ArrayLike) -> Array:
         """Quantile, any shape; p strictly between 0 and 1."""
         rising = np.concatenate([[True], np.diff(self.probability) > 0.0])
-        return np.asarray(np.interp(p, self.probability[rising], self.x[rising]))
+        wanted = np.asarray(p, dtype=np.float64)
+        return np.asarray(np.interp(wanted, self.probability[rising], self.x[rising]))
 
     def mean(self) -> float:
         """Mean, by parts: ``high - integral of F``."""

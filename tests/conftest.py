@@ -13,7 +13,7 @@ _ROOT = Path(__file__).resolve().parents[1]
 
 
 def _source_digest() -> str:
-    """Numba does not notice a change in a kernel that another file calls, so the cache is keyed by all sources."""
+    """Key of numba's cache: it does not notice by itself a change in a kernel that another file calls."""
     digest = hashlib.sha256()
     for path in sorted((_ROOT / "friction_bayes").rglob("*.py")):
         digest.update(path.relative_to(_ROOT).as_posix().encode())
@@ -32,7 +32,8 @@ from friction_bayes.testing import base_seed  # noqa: E402
 @pytest.fixture
 def seed(request: pytest.FixtureRequest) -> int:
     """A seed of this test's own, derived from the one base seed and the name of the test."""
-    return int(np.random.SeedSequence([base_seed(), zlib.crc32(request.node.nodeid.encode())]).generate_state(1)[0])
+    own = zlib.crc32(request.node.nodeid.encode())
+    return int(np.random.SeedSequence([base_seed(), own]).generate_state(1)[0])
 
 
 @pytest.fixture

@@ -53,9 +53,9 @@ class Convergence:
     def describe(self, *, ess: float, steps: int) -> str:
         """Say the figures beside their thresholds."""
         return (
-            f"nested R-hat {self.nested_rhat:.4f} (below {MAXIMUM_RHAT}), bulk and tail effective sample size "
-            f"{self.ess_bulk:.0f} and {self.ess_tail:.0f} (above {ess:.0f}), {steps / self.tau:.0f} "
-            f"autocorrelation times (above {MINIMUM_LENGTH})"
+            f"nested R-hat {self.nested_rhat:.4f} (below {MAXIMUM_RHAT}), "
+            f"bulk and tail effective sample size {self.ess_bulk:.0f} and {self.ess_tail:.0f} "
+            f"(above {ess:.0f}), {steps / self.tau:.0f} autocorrelation times (above {MINIMUM_LENGTH})"
         )
 
     @classmethod

@@ -37,7 +37,8 @@ class Ensembles:
     Raises
     ------
     InputError
-        If there are fewer than 4 ensembles, too few walkers, or the log-probability is not finite at the centre.
+        If there are fewer than 4 ensembles, too few walkers, or the log-probability is not finite at the
+        centre.
 
     Notes
     -----
