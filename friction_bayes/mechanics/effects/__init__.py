@@ -1,0 +1,65 @@
+"""The effect catalogue: what may make a record differ from a Coulomb decay with white noise.
+
+To add an effect, write one small file beside the others and register it here in one line; from outside
+the package, call :func:`register`.
+"""
+
+from __future__ import annotations
+
+from friction_bayes.mechanics.effects.asymmetric_friction import ASYMMETRIC_FRICTION
+from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
+from friction_bayes.mechanics.effects.effect import Effect, ForceEffect, NoiseEffect, Parameter, SensorEffect
+from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+from friction_bayes.mechanics.effects.prior import Prior, Scales
+from friction_bayes.mechanics.effects.quadratic_drag import QUADRATIC_DRAG
+from friction_bayes.mechanics.effects.registry import (
+    EFFECTS,
+    check_effects,
+    effect_named,
+    force_effects,
+    force_offsets,
+    force_vector,
+    parse_effects,
+    register,
+)
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
+from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
+from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+from friction_bayes.mechanics.effects.stribeck_friction import STRIBECK_FRICTION
+from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
+
+__all__ = [
+    "BUILT_IN",
+    "EFFECTS",
+    "Effect",
+    "ForceEffect",
+    "NoiseEffect",
+    "Parameter",
+    "Prior",
+    "Scales",
+    "SensorEffect",
+    "check_effects",
+    "effect_named",
+    "force_effects",
+    "force_offsets",
+    "force_vector",
+    "parse_effects",
+    "register",
+]
+
+register(VISCOUS_DAMPING)
+register(QUADRATIC_DRAG)
+register(ASYMMETRIC_FRICTION)
+register(STRIBECK_FRICTION)
+register(FRICTION_DRIFT)
+register(CUBIC_STIFFNESS)
+register(SENSOR_OFFSET)
+register(SENSOR_DRIFT)
+register(SENSOR_CLIPPING)
+register(PERIODIC_INTERFERENCE)
+register(OUTLIERS)
+
+BUILT_IN: tuple[Effect, ...] = tuple(EFFECTS.values())
+"""The effects this package brings; the integrator is compiled for their forces ahead."""

@@ -1,0 +1,162 @@
+"""What an effect is: named parameters with units, supports and priors, and one term."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_bayes._checks import finite
+from friction_bayes.errors import InputError
+from friction_bayes.mechanics.effects.prior import Prior, Scales
+from friction_bayes.mechanics.oscillator import Oscillator
+
+__all__ = ["Effect", "ForceEffect", "NoiseEffect", "Parameter", "SensorEffect"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One parameter of an effect.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        For linear systems; the word ``signal`` in it stands for the unit of the signal.
+    angular_unit : str or None
+        For rotational systems, where it differs.
+    prior : callable, Scales -> Prior
+        Weak prior, stated in the effect's file.
+    low, high : float
+        Support.
+    open_low : bool
+        Whether ``low`` itself is excluded.
+    default : float or None
+        Value where none is given; None means it must be given.
+    """
+
+    name: str
+    unit: str
+    prior: Callable[[Scales], Prior]
+    angular_unit: str | None = None
+    low: float = -math.inf
+    high: float = math.inf
+    open_low: bool = False
+    default: float | None = None
+
+    def unit_in(self, system: Oscillator, signal_unit: str) -> str:
+        """Return the unit for a system and a signal."""
+        unit = self.angular_unit if system.angular and self.angular_unit is not None else self.unit
+        return unit.replace("signal", signal_unit)
+
+    def check(self, place: str, value: float) -> float:
+        """Return ``value`` as a float, refusing what lies outside the support."""
+        number = finite(place, value)
+        if number < self.low or number > self.high or (self.open_low and number == self.low):
+            left = "(" if self.open_low or self.low == -math.inf else "["
+            right = ")" if self.high == math.inf else "]"
+            support = f"{left}{self.low:g}, {self.high:g}{right}"
+            raise InputError(place, f"{number:g} lies outside its support", f"give a value in {support}")
+        return number
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """Something that plain Coulomb friction and white noise do not explain.
+
+    Attributes
+    ----------
+    name : str
+    parameters : tuple of Parameter
+    summary : str
+        The term, in one line.
+    excludes : tuple of str
+        Effects it never appears together with.
+    """
+
+    kind: ClassVar[str]
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    summary: str
+    excludes: tuple[str, ...] = ()
+
+    def priors(self, scales: Scales) -> tuple[Prior, ...]:
+        """Return the prior of each parameter."""
+        return tuple(parameter.prior(scales) for parameter in self.parameters)
+
+    def values(self, given: Mapping[str, float]) -> tuple[float, ...]:
+        """Return checked values in the order of ``parameters``, defaults filled in."""
+        known = [parameter.name for parameter in self.parameters]
+        for name in given:
+            if name not in known:
+                raise InputError(
+                    f"effect {self.name}", f"unknown parameter {name!r}", f"give {' and '.join(known)}"
+                )
+        values = []
+        for parameter in self.parameters:
+            value = given.get(parameter.name, parameter.default)
+            place = f"{self.name}.{parameter.name}"
+            if value is None:
+                raise InputError(place, "is missing", f"give {' and '.join(known)} together")
+            values.append(parameter.check(place, value))
+        return tuple(values)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceEffect(Effect):
+    """A force beyond Coulomb friction and the spring.
+
+    Attributes
+    ----------
+    force : callable
+        Compiled with numba: ``force(t, x, v, direction, friction, duration, mass, stiffness, p, i)``
+        returns the force [N or N m] on the side of the restoring force,
+        ``m x'' = -restoring - friction*direction - force``. ``t`` counts from the start of the record, ``duration`` is its length, ``p[i:]`` holds the parameters.
+        A term that changes sign with the velocity uses ``direction`` (+1 or -1, fixed within a half
+        cycle) so that it stays smooth up to the velocity zero. Zero parameters mean no force.
+    """
+
+    kind: ClassVar[str] = "force"
+
+    force: Callable[..., float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorEffect(Effect):
+    """A fault of the sensor.
+
+    Attributes
+    ----------
+    distort : callable
+        ``distort(signal, time, *values)`` returns the signal as the sensor shows it, shape (n,); time [s]
+        counts from the start of the record.
+    after_noise : bool
+        Whether it acts on the noisy signal.
+    """
+
+    kind: ClassVar[str] = "sensor"
+
+    distort: Callable[..., Array]
+    after_noise: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoiseEffect(Effect):
+    """A departure of the noise from independent normal samples of one variance.
+
+    Attributes
+    ----------
+    contaminate : callable
+        ``contaminate(noise, rng, *values)`` returns the noise as it is then, shape (n,).
+    """
+
+    kind: ClassVar[str] = "noise"
+
+    contaminate: Callable[..., Array]

@@ -1,0 +1,123 @@
+"""Weak priors of effect parameters, scaled by the system and the setting and never by the data."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import special, stats
+
+from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.quantities import Quantity
+
+__all__ = ["Prior", "Scales", "half_normal", "log_normal", "normal", "uniform"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scales:
+    """What priors may be scaled by.
+
+    Attributes
+    ----------
+    system : Oscillator
+    quantity : Quantity
+        What the sensor measures.
+    amplitude : float
+        Largest displacement the set-up is meant for [m or rad].
+    duration : float
+        Length of the record [s].
+    sampling_rate : float
+        Samples per second [Hz].
+    """
+
+    system: Oscillator
+    quantity: Quantity
+    amplitude: float
+    duration: float
+    sampling_rate: float
+
+    @property
+    def velocity(self) -> float:
+        """Velocity amplitude [m/s or rad/s]."""
+        return self.amplitude * self.system.natural_frequency
+
+    @property
+    def signal(self) -> float:
+        """Amplitude in the unit of the signal."""
+        return float(self.amplitude * self.system.natural_frequency**self.quantity.order)
+
+
+@dataclass(frozen=True)
+class Prior:
+    """A normal (cut to its support), log-normal or uniform density.
+
+    Attributes
+    ----------
+    family : {"normal", "log-normal", "uniform"}
+    location : float
+        Mean before the cut; median of a log-normal; unused by a uniform.
+    scale : float
+        Standard deviation before the cut; that of the logarithm for a log-normal; unused by a uniform.
+    low, high : float
+        Support.
+    """
+
+    family: Literal["normal", "log-normal", "uniform"]
+    location: float
+    scale: float
+    low: float = -math.inf
+    high: float = math.inf
+
+    def log_density(self, value: ArrayLike) -> NDArray[np.float64]:
+        """Log-density, normalised over the support; minus infinity outside it."""
+        x = np.asarray(value, dtype=float)
+        inside = (x >= self.low) & (x <= self.high)
+        if self.family == "uniform":
+            return np.where(inside, -math.log(self.high - self.low), -np.inf)
+        if self.family == "log-normal":
+            inside &= x > 0.0
+            logarithm = np.log(np.where(inside, x, 1.0))
+            z = (logarithm - math.log(self.location)) / self.scale
+            jacobian, mass = logarithm, 1.0
+        else:
+            z = np.where(inside, (x - self.location) / self.scale, 0.0)
+            jacobian, mass = np.zeros_like(x), self._mass()
+        density = -0.5 * z * z - math.log(self.scale * mass) - 0.5 * math.log(2.0 * math.pi) - jacobian
+        return np.where(inside, density, -np.inf)
+
+    def _mass(self) -> float:
+        low, high = (self.low - self.location) / self.scale, (self.high - self.location) / self.scale
+        return float(special.ndtr(high) - special.ndtr(low))
+
+    @property
+    def distribution(self) -> Any:
+        """The same density as a frozen scipy.stats distribution."""
+        if self.family == "uniform":
+            return stats.uniform(self.low, self.high - self.low)
+        if self.family == "log-normal":
+            return stats.lognorm(self.scale, scale=self.location)
+        low, high = (self.low - self.location) / self.scale, (self.high - self.location) / self.scale
+        return stats.truncnorm(low, high, loc=self.location, scale=self.scale)
+
+
+def normal(scale: float, low: float = -math.inf, high: float = math.inf) -> Prior:
+    """Normal about zero, cut to ``[low, high]``."""
+    return Prior("normal", 0.0, scale, low, high)
+
+
+def half_normal(scale: float, high: float = math.inf) -> Prior:
+    """Normal about zero, cut to what is not negative."""
+    return Prior("normal", 0.0, scale, 0.0, high)
+
+
+def log_normal(median: float, scale: float) -> Prior:
+    """Log-normal with the given median and standard deviation of the logarithm."""
+    return Prior("log-normal", median, scale, 0.0)
+
+
+def uniform(low: float, high: float) -> Prior:
+    """Uniform over ``[low, high]``."""
+    return Prior("uniform", 0.5 * (low + high), high - low, low, high)

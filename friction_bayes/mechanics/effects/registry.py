@@ -1,0 +1,118 @@
+"""The open catalogue: looking effects up, adding one, and the parameter vector of the force terms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_bayes.errors import InputError
+from friction_bayes.mechanics.effects.effect import Effect, ForceEffect
+
+__all__ = [
+    "EFFECTS",
+    "check_effects",
+    "effect_named",
+    "force_effects",
+    "force_offsets",
+    "force_vector",
+    "parse_effects",
+    "register",
+]
+
+EFFECTS: dict[str, Effect] = {}
+"""Every known effect by name, in order of registration."""
+
+
+def register(effect: Effect) -> Effect:
+    """Add an effect to the catalogue.
+
+    A force effect registered from outside is compiled with the integrator at its first use.
+
+    Raises
+    ------
+    InputError
+        If the name is taken.
+    """
+    if effect.name in EFFECTS:
+        raise InputError(f"effect {effect.name}", "is already registered", "give it another name")
+    EFFECTS[effect.name] = effect
+    return effect
+
+
+def effect_named(name: str) -> Effect:
+    """Look an effect up, refusing unknown names with the list of known ones."""
+    try:
+        return EFFECTS[name]
+    except KeyError:
+        raise InputError("effects", f"unknown effect {name!r}", f"give one of {', '.join(EFFECTS)}") from None
+
+
+def parse_effects(settings: Mapping[str, float] | None) -> dict[str, tuple[float, ...]]:
+    """Turn ``{"NAME.PARAMETER": value}`` into checked values per effect.
+
+    Parameters
+    ----------
+    settings : mapping or None
+        Values of every parameter without a default, of each effect wanted.
+
+    Returns
+    -------
+    dict
+        Effect name to values in the order of its parameters, in order of the catalogue.
+
+    Raises
+    ------
+    InputError
+        For an unknown effect or parameter, a missing one, a value outside its support, or two effects
+        that exclude each other.
+    """
+    given: dict[str, dict[str, float]] = {}
+    for key, value in (settings or {}).items():
+        name, dot, parameter = str(key).partition(".")
+        effect = effect_named(name)
+        if not dot:
+            example = f"{name}.{effect.parameters[0].name}"
+            raise InputError(f"effect {name}", "names no parameter", f"write it as {example}")
+        given.setdefault(name, {})[parameter] = value
+    check_effects(given)
+    return {name: EFFECTS[name].values(given[name]) for name in EFFECTS if name in given}
+
+
+def check_effects(names: Mapping[str, object] | tuple[str, ...]) -> None:
+    """Refuse unknown effects and pairs that exclude each other."""
+    for name in names:
+        for other in effect_named(name).excludes:
+            if other in names:
+                raise InputError("effects", f"{name} and {other} exclude each other", "leave one out")
+
+
+def force_effects() -> tuple[ForceEffect, ...]:
+    """Return the force effects in order of registration."""
+    return tuple(effect for effect in EFFECTS.values() if isinstance(effect, ForceEffect))
+
+
+def force_offsets() -> dict[str, int]:
+    """Return where each force effect's parameters begin in the parameter vector."""
+    offsets, position = {}, 0
+    for effect in force_effects():
+        offsets[effect.name] = position
+        position += len(effect.parameters)
+    return offsets
+
+
+def force_vector(values: Mapping[str, tuple[float, ...]]) -> NDArray[np.float64]:
+    """Return the parameter vector over all force effects; zeros mean Coulomb friction alone.
+
+    Parameters
+    ----------
+    values : mapping
+        Values per effect, as from :func:`parse_effects`; sensor and noise effects are left out.
+    """
+    offsets = force_offsets()
+    vector = np.zeros(sum(len(effect.parameters) for effect in force_effects()))
+    for name, numbers in values.items():
+        if name in offsets:
+            vector[offsets[name] : offsets[name] + len(numbers)] = numbers
+    return vector

@@ -1,0 +1,37 @@
+"""Viscous damping, ``2 zeta w0 m v``: each half cycle loses ``pi zeta A`` of its amplitude."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+from numpy.typing import NDArray
+
+from friction_bayes.mechanics.effects.effect import ForceEffect, Parameter
+from friction_bayes.mechanics.effects.prior import half_normal
+
+__all__ = ["VISCOUS_DAMPING"]
+
+
+@njit(nogil=True)
+def _force(
+    t: float,
+    x: float,
+    v: float,
+    direction: float,
+    friction: float,
+    duration: float,
+    mass: float,
+    stiffness: float,
+    p: NDArray,
+    i: int,
+) -> float:
+    return 2.0 * p[i] * math.sqrt(stiffness * mass) * v
+
+
+VISCOUS_DAMPING = ForceEffect(
+    name="viscous_damping",
+    summary="2 zeta w0 m v",
+    parameters=(Parameter(name="damping_ratio", unit="1", low=0.0, prior=lambda scales: half_normal(0.05)),),
+    force=_force,
+)

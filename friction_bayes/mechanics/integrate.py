@@ -1,0 +1,206 @@
+"""Free decay under any force of the catalogue: velocity zeros and sticking found inside the step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numba.extending import register_jitable
+from numpy.typing import ArrayLike, NDArray
+
+from friction_bayes._checks import finite, in_range, non_negative, positive
+from friction_bayes.errors import InputError
+from friction_bayes.mechanics.effects import BUILT_IN, ForceEffect, force_effects, force_vector, parse_effects
+from friction_bayes.mechanics.motion import Motion, sample_times
+from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.mechanics.trajectory import DONE, trajectory
+
+__all__ = ["DEFAULT_RTOL", "integrate", "propagate", "propagator"]
+
+DEFAULT_RTOL = 1e-11
+"""Local error per step over the initial amplitude; keeps a hundred half cycles within 1e-9."""
+
+
+def _total_force(effects: Sequence[ForceEffect]) -> Callable[..., float]:
+    """Compile the sum of the effects' forces, each reading its own stretch of the parameter vector."""
+
+    @register_jitable
+    def total(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+        return 0.0
+
+    offset = 0
+    for effect in effects:
+        total = _plus(total, effect.force, offset)
+        offset += len(effect.parameters)
+    return total
+
+
+def _plus(first: Callable[..., float], second: Callable[..., float], offset: int) -> Callable[..., float]:
+    @register_jitable
+    def both(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+        return first(t, x, v, direction, friction, duration, mass, stiffness, p) + second(
+            t, x, v, direction, friction, duration, mass, stiffness, p, offset
+        )
+
+    return both
+
+
+_BUILT_IN_FORCES = tuple(effect for effect in BUILT_IN if isinstance(effect, ForceEffect))
+_built_in_force = _total_force(_BUILT_IN_FORCES)
+
+
+@njit(cache=True, nogil=True)
+def propagate(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol):  # type: ignore[no-untyped-def]
+    """Integrate one free decay under the built-in force effects, without checks, for repeated calls.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Ascending sample times [s]; ``x, v`` is the state at ``time[0]``.
+    x, v : float
+        Initial displacement and velocity.
+    friction, mass, stiffness : float
+        ``mass`` is the inertia of a rotational system.
+    pendulum : bool
+        Restoring torque ``k sin x`` rather than ``k x``.
+    duration : float
+        Length of the record [s], for friction drift; times in the force count from ``time[0]``.
+    p : ndarray
+        Parameter vector as from :func:`friction_bayes.mechanics.effects.force_vector`; zeros mean
+        Coulomb friction alone.
+    rtol : float
+        Local error per step over the initial amplitude.
+
+    Returns
+    -------
+    status : int
+        0, or 1 when the motion did not stay finite (samples from there on are nan).
+    displacement, velocity, acceleration : ndarray, shape (n,)
+    turning_times, turning_points : ndarray
+    stop_time : float
+        Infinite when it still moves at the end.
+    """
+    return trajectory(_built_in_force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol)
+
+
+@lru_cache(maxsize=16)
+def _compiled(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
+    force = _total_force(effects)
+
+    @njit(nogil=True)
+    def propagate_all(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol):  # type: ignore[no-untyped-def]
+        return trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol)
+
+    return propagate_all
+
+
+def propagator(names: Sequence[str] = ()) -> Callable[..., Any]:
+    """Return :func:`propagate`, or its like compiled with the effects registered from outside.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Effects that will be used. Only where one of them was registered from outside is anything compiled:
+        once a process, in a few seconds.
+    """
+    built_in = {effect.name for effect in BUILT_IN}
+    wanted = [effect for effect in force_effects() if effect.name in names]
+    if all(effect.name in built_in for effect in wanted):
+        return propagate
+    return _compiled(force_effects())
+
+
+def integrate(
+    system: Oscillator,
+    friction: float,
+    initial_displacement: float,
+    initial_velocity: float,
+    time: ArrayLike,
+    effects: Mapping[str, float] | None = None,
+    *,
+    duration: float | None = None,
+    rtol: float = DEFAULT_RTOL,
+) -> Motion:
+    """Integrate the free decay half cycle by half cycle.
+
+    Within a half cycle the direction is fixed and every force smooth; the step in which the velocity
+    reverses is shortened until it ends at the velocity zero. There the system goes on in a direction only if
+    the acceleration under the friction of that direction points there; otherwise it sticks. While it sticks,
+    break-away (friction that falls with time) is looked for from sample to sample and then located to
+    rounding.
+
+    Parameters
+    ----------
+    system : Oscillator
+        A pendulum too.
+    friction : float
+        Friction force [N] or torque [N m], not negative.
+    initial_displacement, initial_velocity : float
+        State at ``time[0]``.
+    time : array_like, shape (n,)
+        Ascending sample times [s].
+    effects : mapping, optional
+        ``{"NAME.PARAMETER": value}`` of force effects.
+    duration : float, optional
+        Length of the record [s], to which friction drift refers; by default that of ``time``.
+    rtol : float
+        Local error per step over the initial amplitude.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range, an effect is no force, or the motion does not stay finite.
+    """
+    friction = non_negative("friction", friction)
+    x0 = finite("initial_displacement", initial_displacement)
+    v0 = finite("initial_velocity", initial_velocity)
+    rtol = in_range("rtol", rtol, 1e-14, 1e-2)
+    times = sample_times(time)
+    span = float(times[-1] - times[0])
+    # a single sample has no length, and no drift either
+    duration = (span or 1.0) if duration is None else positive("duration", duration)
+    values = parse_effects(effects)
+    forces = [effect.name for effect in force_effects()]
+    for name in values:
+        if name not in forces:
+            raise InputError(
+                f"effect {name}", "is no force", f"give force effects alone: {', '.join(forces)}"
+            )
+    status, x, v, acceleration, turning_times, turning_points, stop_time = propagator(tuple(values))(
+        times,
+        x0,
+        v0,
+        friction,
+        float(system.moving),
+        float(system.stiffness),
+        system.pendulum,
+        duration,
+        force_vector(values),
+        rtol,
+    )
+    if status != DONE or not _all_finite(x, v, acceleration):
+        raise InputError(
+            "motion",
+            f"does not stay finite from ({x0:g}, {v0:g}) under these forces",
+            "check the signs and sizes of the effects and the initial state",
+        )
+    return Motion(
+        time=times,
+        displacement=x,
+        velocity=v,
+        acceleration=acceleration,
+        turning_times=turning_times,
+        turning_points=turning_points,
+        stop_time=float(stop_time),
+    )
+
+
+def _all_finite(*arrays: NDArray[np.float64]) -> bool:
+    return all(bool(np.all(np.isfinite(array))) for array in arrays)
