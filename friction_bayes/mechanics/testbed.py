@@ -26,9 +26,9 @@ __all__ = [
     "TESTBED",
     "noise_sd_for",
     "paper_example",
+    "paper_testbed",
     "signal_to_noise_db",
     "simulate",
-    "paper_testbed",
 ]
 
 Array = NDArray[np.float64]
@@ -262,7 +262,7 @@ def paper_testbed(
     sampling_rate: float = 1000.0,
     effects: Mapping[str, float] | None = None,
 ) -> xr.DataArray:
-    """A record as the rig of section 4 gives it: acceleration at 1 kHz and 16 bit, its sensor's noise and range.
+    """A record as the rig of section 4 gives it: acceleration, 1 kHz, 16 bit, its sensor's noise and range.
 
     Friction is that of data set 1 of the paper by default; data set 2 has 0.1834 N. The release at 15 mm is
     our choice, a quarter of the accelerometer's range; its constant reading of gravity is taken as removed.
