@@ -127,8 +127,8 @@ def turning_values(
 def peaks_of_periods(values: Array, step: float, polynomial: Array, highest: bool) -> tuple[Array, Array]:
     """One peak a period, on the positive side: its highest sample, or the sample where the peak is due.
 
-    A period reaches half a period either side of its peak. The first counts if its peak lies in the record,
-    the last only if all of it does.
+    A period reaches half a period either side of its peak, and counts only if all of it lies in the record:
+    one that begins at a release has seen no more than half of its first peak.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def peaks_of_periods(values: Array, step: float, polynomial: Array, highest: boo
     last, _ = phase_at(polynomial, 1.0)
     rate = (last - first) / (n - 1)
     turn = 2.0 * math.pi
-    lowest = math.ceil((first - 0.5 * rate) / turn)
+    lowest = math.ceil((first - rate + math.pi) / turn)
     count = max(math.floor((last + rate - math.pi) / turn) - lowest + 1, 0)
     time, value = np.zeros(count), np.zeros(count)
     for w in range(count):

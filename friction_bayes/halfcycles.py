@@ -158,8 +158,8 @@ def peak_amplitudes(decay: FreeDecay, peaks: str = "highest") -> tuple[Array, Ar
     ----------
     decay : FreeDecay
     peaks : {"highest", "nominal"}
-        The highest sample of each period, or the sample nearest to where the peak is due. A last, incomplete
-        period is not used.
+        The highest sample of each period, from trough to trough, or the sample nearest to where the peak is
+        due. An incomplete first or last period is not used.
 
     Returns
     -------
