@@ -21,6 +21,7 @@ from friction_bayes.errors import InputError
 
 __all__ = [
     "check_file_target",
+    "manifest",
     "output_folder",
     "sha256_of",
     "strict_json",
@@ -80,20 +81,13 @@ def _version_of(distribution: str) -> str | None:
         return None
 
 
-def write_manifest(
-    folder: Path,
-    command: str,
-    *,
-    options: Mapping[str, Any],
-    seed: int | None,
-    inputs: Mapping[str, str] | None = None,
-) -> None:
-    """Write what is needed to make the results in ``folder`` again; call it last.
+def manifest(
+    command: str, *, options: Mapping[str, Any], seed: int | None, inputs: Mapping[str, str] | None = None
+) -> dict[str, Any]:
+    """Collect what is needed to make a result again: options, seed, inputs, versions, platform and time.
 
     Parameters
     ----------
-    folder : path
-        Where the results lie; its files are listed, so that a later run knows which ones to replace.
     command : str
         Name of the command.
     options : mapping
@@ -105,17 +99,31 @@ def write_manifest(
     """
     versions = {"python": platform.python_version(), "friction-bayes": _version_of("friction-bayes")}
     versions.update({name: _version_of(name) for name in _VERSIONED})
-    content = {
+    return {
         "command": command,
         "options": dict(options),
         "seed": seed,
         "inputs": [{"record": name, "sha256": digest} for name, digest in (inputs or {}).items()],
-        "files": _files_below(folder),
         "versions": versions,
         "platform": platform.platform(),
         "written": datetime.now(UTC).isoformat(timespec="seconds"),
     }
-    write_json(folder / MANIFEST_NAME, content)
+
+
+def write_manifest(
+    folder: Path,
+    command: str,
+    *,
+    options: Mapping[str, Any],
+    seed: int | None,
+    inputs: Mapping[str, str] | None = None,
+) -> None:
+    """Write the :func:`manifest` of the results in ``folder``; call it last.
+
+    Its files are listed, so that a later run knows which ones to replace.
+    """
+    content = manifest(command, options=options, seed=seed, inputs=inputs)
+    write_json(folder / MANIFEST_NAME, content | {"files": _files_below(folder)})
 
 
 def _files_below(folder: Path) -> list[str]:
