@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from friction_bayes.conjugate.regression import NormalInverseGamma
     from friction_bayes.datasets import dataset_record, list_datasets
     from friction_bayes.errors import FrictionBayesError, InputError, NotConvergedWarning, RecordWarning
-    from friction_bayes.estimation import Estimate, estimate
+    from friction_bayes.estimation import estimate
+    from friction_bayes.forces import Estimate
     from friction_bayes.mechanics.oscillator import Oscillator, Pendulum
     from friction_bayes.mechanics.testbed import simulate
     from friction_bayes.readers import read_record
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from friction_bayes.writers import write_record
 
 _HOME = {
-    "Estimate": "estimation",
+    "Estimate": "forces",
     "FrictionBayesError": "errors",
     "GammaExponential": "conjugate.gamma_exponential",
     "InputError": "errors",

@@ -12,7 +12,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from friction_bayes.agreement import compare
-from friction_bayes.estimation import Estimate, estimator_named
+from friction_bayes.estimation import estimator_named
+from friction_bayes.forces import Estimate
 from friction_bayes.reference import sample_target
 from friction_bayes.scaled import ScaledDistribution
 

@@ -16,13 +16,17 @@ from friction_bayes.commands.console import collected_warnings, note, output_con
 from friction_bayes.commands.figures import draw_comparison, draw_joint, draw_signal
 from friction_bayes.commands.options import options_of
 from friction_bayes.commands.tables import comparison_table
-from friction_bayes.estimation import Estimate
+from friction_bayes.forces import Estimate
 from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.mechanics.testbed import PAPER_SYSTEM, TESTBED, paper_example, paper_testbed
 from friction_bayes.output import output_folder, write_json, write_manifest
 
 __all__ = ["METHODS", "Case", "demonstrate"]
 
-METHODS = ("waveform", "envelope", "normal-gamma", "gamma-exponential")
+_PAPER_FRICTION = 0.07
+_TESTBED_FRICTION = 0.2933
+_DAMPING_RATIO = 0.001
+METHODS = ("envelope", "normal-gamma", "gamma-exponential")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,11 +81,32 @@ def demonstrate(arguments: argparse.Namespace) -> None:
     console.print(f"{perf_counter() - started:.0f} s in all; figures and numbers are in {arguments.out}")
 
 
+def _cases(seed: int) -> tuple[Case, Case]:
+    return (
+        Case(
+            name="paper",
+            title="The paper's numerical example",
+            record=paper_example(seed),
+            system=PAPER_SYSTEM,
+            friction=_PAPER_FRICTION,
+        ),
+        Case(
+            name="testbed",
+            title=f"Testbed, acceleration, with viscous damping {_DAMPING_RATIO:g} in it",
+            record=paper_testbed(
+                _TESTBED_FRICTION, seed=seed, effects={"viscous_damping.damping_ratio": _DAMPING_RATIO}
+            ),
+            system=TESTBED,
+            friction=_TESTBED_FRICTION,
+        ),
+    )
+
+
 def _draw(
     case: Case, estimates: Sequence[Estimate], checks: Mapping[str, ReferenceRun], folder: Path
 ) -> None:
     prefix = f"{case.name}_"
     by_method = {each.method: each for each in estimates}
-    draw_signal(by_method["waveform"], case.record, folder, prefix=prefix)
+    draw_signal(by_method["envelope"], case.record, folder, prefix=prefix)
     draw_joint(by_method["normal-gamma"], folder, f"{prefix}joint", truth=case.friction)
     draw_comparison(estimates, checks, folder, truth=case.friction, title=case.title, prefix=prefix)

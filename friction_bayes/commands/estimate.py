@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from friction_bayes.commands.check import ReferenceRun
-    from friction_bayes.estimation import Estimate
+    from friction_bayes.forces import Estimate
 
 __all__ = ["add_parser"]
 

@@ -13,7 +13,7 @@ import xarray as xr
 from friction_bayes.commands.check import ReferenceRun
 from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.errors import InputError
-from friction_bayes.estimation import Estimate
+from friction_bayes.forces import Estimate
 from friction_bayes.halfcycles import half_cycles
 from friction_bayes.plotting import (
     Interval,

@@ -62,6 +62,8 @@ def add_parser(commands: Any) -> None:
     sensor.add_argument(
         "--noise-sd", type=float, default=0.0, metavar="SD", help="unit of the signal (default: 0)"
     )
+    sensor.add_argument("--sensor-range", type=float, metavar="R", help="saturates at -R and R")
+    sensor.add_argument("--bits", type=int, metavar="N", help="resolution over the sensor range")
     add_seed(parser)
     parser.add_argument("--out", required=True, metavar="FILE", help="a .csv or .nc file")
     parser.add_argument("--force", action="store_true", help="overwrite the file")
@@ -81,9 +83,12 @@ def run(arguments: argparse.Namespace) -> None:
         duration=_duration(arguments, system, release),
         sampling_rate=arguments.sampling_rate,
         noise_sd=arguments.noise_sd,
-        quantity=arguments.quantity or ("angle" if system.angular else "displacement"),
+        quantity=arguments.quantity,
+        sensor_range=arguments.sensor_range,
+        bits=arguments.bits,
         effects=key_values(arguments.effect, "--effect"),
         seed=arguments.seed,
+        name=target.name,
     )
     fb.write_record(record, target)
     note(f"{target}: {record.size} samples of synthetic {record.attrs['quantity']} [{record.attrs['units']}]")

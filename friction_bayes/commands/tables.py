@@ -97,9 +97,15 @@ def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]
         Estimates as :meth:`Estimate.to_dict` gives them, with their ``reference``.
     """
     unit = rows[0]["friction"]["unit"]
-    table = Table(title=f"{title}; true friction {truth:g} {unit}", title_justify="left", box=SIMPLE_HEAD)
-    table.title_style = "bold"
-    table.add_column("method", no_wrap=True)
+    table = Table(
+        title=f"{title}; true friction {truth:g} {unit}",
+        title_justify="left",
+        title_style="bold",
+        box=SIMPLE_HEAD,
+        padding=(0, 2, 0, 0),
+        pad_edge=False,
+    )
+    table.add_column("method", overflow="fold")
     for heading in (
         f"friction [{unit}]",
         "90 % interval",
@@ -111,7 +117,7 @@ def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]
         "closed form",
         "MCMC",
     ):
-        table.add_column(heading, justify="right", no_wrap=True)
+        table.add_column(Text(heading), justify="right", overflow="fold")
     for row in rows:
         friction, reference = row["friction"], row["reference"]
         low, high = friction["interval90"]
@@ -121,7 +127,7 @@ def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]
             f"{_number(low)} .. {_number(high)}",
             _percent(friction["mean"] / truth - 1.0),
             _number(reference["friction"]["mean"]),
-            _number(reference["rhat"], 5),
+            f"{reference['rhat']:.4f}",
             f"{reference['ess_bulk']:.0f}",
             "yes" if reference["agrees"] else Text("NO", style="bold red"),
             _duration(reference["closed_form_s"]),
