@@ -1,0 +1,85 @@
+"""Default priors: scale with the system, weigh nothing beside data, and can all be set."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from friction_bayes.conjugate.gamma_exponential import GammaExponential
+from friction_bayes.conjugate.normal_gamma import NormalGamma
+from friction_bayes.conjugate.priors import (
+    PRIORS,
+    complete_prior,
+    default_prior,
+    force_scale,
+    prior_keys,
+    signal_scale,
+)
+from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.errors import InputError
+from friction_bayes.mechanics.oscillator import Oscillator, Pendulum
+from friction_bayes.quantities import QUANTITIES
+
+TESTBED = Oscillator(mass=10.0, stiffness=1000.0)
+DISPLACEMENT, ACCELERATION, ANGLE = (QUANTITIES[q] for q in ("displacement", "acceleration", "angle"))
+
+
+def test_scales_come_from_the_system() -> None:
+    assert force_scale(TESTBED, DISPLACEMENT, "m") == pytest.approx(98.0665)
+    assert signal_scale(TESTBED, DISPLACEMENT, "m") == pytest.approx(0.0980665)
+    assert signal_scale(TESTBED, ACCELERATION, "m/s2") == pytest.approx(9.80665)
+    pendulum = Pendulum(inertia=0.01, stiffness=0.3)
+    assert force_scale(pendulum, ANGLE, "rad") == 0.3
+    assert signal_scale(pendulum, ANGLE, "rad") == 1.0
+    assert force_scale(TESTBED, DISPLACEMENT, "V") == signal_scale(TESTBED, ACCELERATION, "V") == 10.0
+
+
+@pytest.mark.parametrize("method", PRIORS)
+def test_priors_do_not_depend_on_units(method: str) -> None:
+    """A system in other units of force and length gets the same prior in those units."""
+    metres = default_prior(method, TESTBED, DISPLACEMENT, "m")
+    heavier = default_prior(method, Oscillator(mass=20.0, stiffness=2000.0), DISPLACEMENT, "m")
+    ratio = 2.0 if "-" in method else 1.0
+    for parameter in PRIORS[method]:
+        assert heavier[parameter.key] == pytest.approx(metres[parameter.key] * ratio**parameter.power)
+        assert parameter.reason
+    assert prior_keys(method) == tuple(metres)
+
+
+def test_normal_gamma_default_is_weak() -> None:
+    prior = NormalGamma(**default_prior("normal-gamma", TESTBED, DISPLACEMENT, "m"))
+    samples = np.array([0.071, 0.069, 0.072, 0.068])
+    after = prior.update(samples)
+    assert after.mu == pytest.approx(samples.mean(), rel=1e-11)
+    assert after.beta == pytest.approx(0.5 * np.sum((samples - 0.07) ** 2), rel=1e-2)
+    # friction is as likely beyond the weight of the mass as below it
+    assert prior.friction.cdf(98.0665) == pytest.approx(0.75)
+
+
+def test_gamma_exponential_default_is_weak() -> None:
+    prior = GammaExponential(**default_prior("gamma-exponential", TESTBED, DISPLACEMENT, "m"))
+    assert prior.update(np.full(50, 0.07)).friction.mean() == pytest.approx(1.0 / 0.07, rel=1e-3)
+
+
+def test_regression_default_is_weak(rng: np.random.Generator) -> None:
+    given = default_prior("waveform", TESTBED, DISPLACEMENT, "m")
+    prior = NormalInverseGamma.from_prior(
+        mean=np.zeros(2), precision=given["coefficient_precision"], alpha=given["alpha"], beta=given["beta"]
+    )
+    design = np.column_stack([np.ones(40), np.arange(40.0)])
+    response = design @ [0.0143, -1.4e-4] + rng.normal(0.0, 5e-4, 40)
+    after = prior.update(design, response)
+    least_squares, (rss,), *_ = np.linalg.lstsq(design, response)
+    assert after.mean == pytest.approx(least_squares, rel=1e-9)
+    assert after.beta == pytest.approx(0.5 * rss, rel=1e-6)
+
+
+def test_every_key_can_be_set_and_no_other() -> None:
+    default = default_prior("normal-gamma", TESTBED, DISPLACEMENT, "m")
+    assert complete_prior(default, None) == default
+    assert complete_prior(default, {"mu": 0.1})["mu"] == 0.1
+    assert default["mu"] == 0.0
+    with pytest.raises(InputError, match="unknown key 'kappa'; give one of mu, lam, alpha, beta"):
+        complete_prior(default, {"kappa": 1.0})
+    with pytest.raises(InputError, match="prior lam: nan is not finite"):
+        complete_prior(default, {"lam": float("nan")})
