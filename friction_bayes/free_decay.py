@@ -59,6 +59,8 @@ class FreeDecay:
         Rough rest position in the unit of the signal, or the one given.
     stops : bool
         Whether the motion came to rest within the record.
+    rest_known : bool
+        Whether ``rest_position`` was given, not found.
     """
 
     name: str
@@ -72,6 +74,7 @@ class FreeDecay:
     phase: float
     rest_position: float
     stops: bool
+    rest_known: bool = False
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -147,6 +150,7 @@ def find_free_decay(
         phase=float(found[4]),
         rest_position=float(found[5]) if rest_position is None else finite("rest_position", rest_position),
         stops=bool(found[6]),
+        rest_known=rest_position is not None,
     )
 
 

@@ -28,6 +28,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "peaks",
         "likelihood",
         "signal_likelihood",
+        "whiteness",
     ),
     ("conjugate", "scaled"),
     ("batch", "acceptance"),

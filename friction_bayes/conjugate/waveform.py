@@ -1,0 +1,162 @@
+"""The method ``waveform``: conjugate regression on the whole signal.
+
+Given frequency and phase the signal of a Coulomb decay is linear in offset, amplitude and friction
+coefficient. Gauss-Newton finds frequency and phase together with them; regression on the signal linearised
+there, in all five, gives a normal-inverse-gamma posterior that carries the uncertainty of frequency and
+phase. What is approximate in it is the linearisation in those two alone.
+
+Priors: normal about zero for offset, amplitude in the middle of the record and friction coefficient, relative
+to the error variance; inverse gamma for that variance; uniform for frequency, within a factor 3 of
+the declared one, and for phase. The number of half cycles until the motion ends is taken as found.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+from scipy.linalg import solve_triangular
+from scipy.special import gammaln
+
+from friction_bayes.conjugate.estimator import Fit, register
+from friction_bayes.conjugate.priors import default_prior, prior_keys
+from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.conjugate.signal_target import SignalModel, signal_target
+from friction_bayes.conjugate.waveform_fits import WaveformFits, fit_waveforms, prior_of
+from friction_bayes.conjugate.waveform_kernel import COEFFICIENTS
+from friction_bayes.conjugate.waveform_signal import (
+    CURVED_PAIRS,
+    crossing_misfit,
+    exact_misfit,
+    signal_derivatives,
+    signals,
+    turning_samples,
+)
+from friction_bayes.errors import InputError
+from friction_bayes.free_decay import FreeDecay
+from friction_bayes.halfcycles import force_factor
+from friction_bayes.likelihood import RegressionStatistics, Target
+from friction_bayes.signal_likelihood import SignalExpansion, agrees_near
+from friction_bayes.whiteness import residual_notes
+
+__all__ = ["NAMES", "WAVEFORM", "WaveformEstimator"]
+
+NAMES = ("offset", "amplitude", "friction_coefficient", "frequency", "phase")
+"""Coefficients; amplitude and phase are those in the middle of the record."""
+
+_BAND = 3.0
+
+Array = NDArray[np.float64]
+
+
+class WaveformEstimator:
+    """Conjugate regression on the whole signal; ``peaks`` plays no part, since none is picked."""
+
+    name = "waveform"
+    prior_keys = prior_keys("waveform")
+
+    def default_prior(self, decay: FreeDecay) -> dict[str, float]:
+        """Weak prior derived from the declared system, see :mod:`friction_bayes.conjugate.priors`."""
+        return default_prior(self.name, decay.system, decay.quantity, decay.unit)
+
+    def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
+        """Closed-form posterior of one free decay.
+
+        Raises
+        ------
+        InputError
+            If no Coulomb decay fits the record.
+        """
+        n = decay.values.size
+        located = np.array(
+            [[0.0, 0.0, n, decay.frequency * decay.step, decay.phase, decay.rest_position, decay.stops]]
+        )
+        fits = fit_waveforms(
+            decay.values[None],
+            located,
+            decay.quantity.order,
+            prior["coefficient_precision"],
+            rest_known=decay.rest_known,
+        )
+        if not fits.found[0]:
+            raise InputError(
+                decay.name,
+                "no Coulomb decay fits the record",
+                "give start or a longer record, or use envelope",
+            )
+        p, kappa, stop = fits.coefficients[0], float(fits.kappa[0]), int(fits.stop[0])
+        free = slice(1 if decay.rest_known else 0, COEFFICIENTS)
+        data = _linearised(fits, n, free)
+        before = prior_of(prior, p[free].size)
+        after = before.update_statistics(data)
+        half_duration = 0.5 * (n - 1) * decay.step
+        spread = np.sqrt(np.diag(after.coefficients.shape))
+        prediction = signals(n, decay.quantity.order, p[None], kappa, stop)[0]
+        return Fit(
+            coefficient=after.marginal(2 - free.start),
+            precision=stats.gamma(after.alpha, scale=1.0 / after.beta),
+            precision_unit=f"1/({decay.unit})^2",
+            posterior=after,
+            amplitudes=turning_samples(n, p, stop).size - 1,
+            frequency=float(p[3]) / half_duration,
+            frequency_sd=float(spread[-2]) / half_duration,
+            rest_position=float(p[0]),
+            noise_sd=math.sqrt(after.beta) * math.exp(gammaln(after.alpha - 0.5) - gammaln(after.alpha)),
+            prediction=prediction,
+            target=_target(decay, p, kappa, stop, before, after),
+            notes=residual_notes(decay.values - prediction, prediction),
+        )
+
+
+def _linearised(fits: WaveformFits, n: int, free: slice) -> RegressionStatistics:
+    """Reduce the signal linearised at the optimum of the first record, in the coefficients that are free."""
+    factor = np.asarray(np.linalg.cholesky(fits.normal[0, free, free]).T, dtype=np.float64)
+    step = solve_triangular(factor, fits.gradient[0, free], trans="T")
+    projected = factor @ fits.coefficients[0, free] + step
+    return RegressionStatistics(n, factor, projected, max(float(fits.misfit[0] - step @ step), 0.0))
+
+
+def _target(
+    decay: FreeDecay, p: Array, kappa: float, stop: int, before: NormalInverseGamma, after: NormalInverseGamma
+) -> Target:
+    """The whole signal, all coefficients free, for the sampler."""
+    values, order, n = decay.values, decay.quantity.order, decay.values.size
+    skip = COEFFICIENTS - after.size
+    half_duration = 0.5 * (n - 1) * decay.step
+    jacobian, curvature = signal_derivatives(n, order, p, kappa, stop)
+    pairs = np.array(CURVED_PAIRS) - skip
+    residual = values - signals(n, order, p[None], kappa, stop)[0]
+    expansion = SignalExpansion.of(p[skip:], residual, jacobian[:, skip:], curvature, pairs)
+
+    def whole(q: Array) -> Array:
+        return np.ascontiguousarray(np.column_stack([np.full((len(q), skip), p[0]), q]))
+
+    def exact(q: Array) -> Array:
+        return np.asarray(exact_misfit(values, order, whole(q), kappa, stop))
+
+    def expanded(q: Array) -> Array:
+        return expansion.misfit(q) + crossing_misfit(values, order, p, whole(q), kappa, stop)
+
+    covariance = after.coefficients.shape
+    fast = agrees_near(expanded, exact, p[skip:], covariance, after.beta / after.alpha)
+    advance = decay.system.natural_frequency * half_duration
+    bounds = np.array(
+        [[-np.inf, np.inf]] * 3 + [[advance / _BAND, advance * _BAND], [p[4] - math.pi, p[4] + math.pi]]
+    )
+    bounds[3] = min(bounds[3, 0], 0.5 * p[3]), max(bounds[3, 1], 2.0 * p[3])
+    model = SignalModel(
+        names=NAMES[skip:],
+        scale=np.array([1.0, 1.0, 1.0, 1.0 / half_duration, 1.0])[skip:],
+        bounds=bounds[skip:],
+        signal=lambda q: signals(n, order, whole(q), kappa, stop),
+        misfit=expanded if fast else exact,
+        blocks=turning_samples(n, p, stop),
+        observed=values,
+    )
+    return signal_target(model, before, after, force_factor=force_factor(decay))
+
+
+WAVEFORM = register(WaveformEstimator())

@@ -1,0 +1,285 @@
+r"""Gauss-Newton on the whole signal of a Coulomb decay, one streaming pass over the samples an iteration.
+
+Coefficients, in this order: offset ``c``; amplitude ``b`` in the middle of the record; friction coefficient
+``u``; phase advance ``W`` over half the record; phase ``p`` in the middle. With ``s`` from -1 to 1 over the
+record, ``theta = W s + p``, ``n = floor(theta/pi)`` and ``k = kappa - 2 n - 1`` the signal is
+
+.. math:: c + (b + k u) f(\theta) + e_n u, \qquad f = \cos, -\sin, -\cos, \quad e_n = (-1)^n, 0, 0
+
+for displacement, velocity and acceleration, until the turning point where the motion sticks; there it stays.
+``kappa`` is a constant near the middle's ``2 n + 1``, so that the columns are well conditioned; the amplitude
+at ``theta = 0`` is ``a = b + kappa u``.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from friction_bayes.phase_tracking import solve_spd
+
+__all__ = ["COEFFICIENTS", "NEVER", "accumulate", "fit_waveform"]
+
+COEFFICIENTS = 5
+
+NEVER = 1 << 40
+"""Number of a turning point that no record reaches."""
+
+_MAX_STEPS = 60
+_CONVERGED = 1e-10
+"""Gauss-Newton stops when a step, in squared standard deviations, is below this."""
+_ROUNDING = 1e-28
+"""... or below this share of the signal's sum of squares, for records without noise."""
+
+_MAX_DAMPING = 1e10
+_MAX_STOPS = 5
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True)
+def stopping_turn(p: Array, kappa: float) -> int:
+    """Number of the turning point where the motion ends: the first with ``|a - 2 n u| <= u``."""
+    first = math.floor((p[4] - p[3]) / math.pi)
+    a = p[1] + kappa * p[2]
+    if p[2] <= 0.0 or a - p[2] > 2.0 * NEVER * p[2]:
+        return NEVER
+    return max(math.ceil((a - p[2]) / (2.0 * p[2])), first + 1)
+
+
+@njit(cache=True, nogil=True)
+def accumulate(
+    y: Array, order: int, p: Array, kappa: float, stop: int, matrix: Array, gradient: Array
+) -> float:
+    """Sum of squared residuals, and ``J'J`` (lower triangle) and ``J'r`` in place.
+
+    Within a half cycle every column is a combination of 1, ``f``, ``f'`` and ``s f'``: fifteen sums suffice.
+    """
+    n = y.size
+    middle = 0.5 * (n - 1)
+    rate = p[3] / middle
+    matrix[:, :] = 0.0
+    gradient[:] = 0.0
+    total = 0.0
+    half = math.floor((p[4] - p[3]) / math.pi)
+    i = 0
+    turn_cos, turn_sin = math.cos(rate), math.sin(rate)
+    while i < n and half < stop:
+        end = min(max(math.ceil(middle + ((half + 1) * math.pi - p[4]) / rate), i), n)
+        k = kappa - 2.0 * half - 1.0
+        swing = p[1] + k * p[2]
+        e = 0.0
+        if order == 0:
+            e = 1.0 if half % 2 == 0 else -1.0
+        constant = p[0] + e * p[2]
+        angle = p[4] + rate * (i - middle) + 0.5 * math.pi * order
+        f, g = math.cos(angle), -math.sin(angle)
+        count = end - i
+        sf = sg = sff = sfg = sgg = tg = tfg = tgg = ttgg = 0.0
+        r1 = rf = rg = rtg = rr = 0.0
+        for j in range(i, end):
+            s = (j - middle) / middle
+            r = y[j] - constant - swing * f
+            sgj = s * g
+            sf += f
+            sg += g
+            sff += f * f
+            sfg += f * g
+            sgg += g * g
+            tg += sgj
+            tfg += sgj * f
+            tgg += sgj * g
+            ttgg += sgj * sgj
+            r1 += r
+            rf += r * f
+            rg += r * g
+            rtg += r * sgj
+            rr += r * r
+            f, g = f * turn_cos + g * turn_sin, g * turn_cos - f * turn_sin
+        matrix[0, 0] += count
+        matrix[1, 0] += sf
+        matrix[1, 1] += sff
+        matrix[2, 0] += e * count + k * sf
+        matrix[2, 1] += e * sf + k * sff
+        matrix[2, 2] += e * e * count + 2.0 * e * k * sf + k * k * sff
+        matrix[3, 0] += swing * tg
+        matrix[3, 1] += swing * tfg
+        matrix[3, 2] += swing * (e * tg + k * tfg)
+        matrix[3, 3] += swing * swing * ttgg
+        matrix[4, 0] += swing * sg
+        matrix[4, 1] += swing * sfg
+        matrix[4, 2] += swing * (e * sg + k * sfg)
+        matrix[4, 3] += swing * swing * tgg
+        matrix[4, 4] += swing * swing * sgg
+        gradient[0] += r1
+        gradient[1] += rf
+        gradient[2] += e * r1 + k * rf
+        gradient[3] += swing * rtg
+        gradient[4] += swing * rg
+        total += rr
+        i = end
+        half += 1
+    if i < n:
+        e = 0.0
+        if order == 0:
+            e = 1.0 if stop % 2 == 0 else -1.0
+        k = e * (kappa - 2.0 * stop)
+        rest = p[0] + e * p[1] + k * p[2]
+        count = n - i
+        r1 = 0.0
+        for j in range(i, n):
+            r = y[j] - rest
+            r1 += r
+            total += r * r
+        matrix[0, 0] += count
+        matrix[1, 0] += e * count
+        matrix[1, 1] += e * e * count
+        matrix[2, 0] += k * count
+        matrix[2, 1] += e * k * count
+        matrix[2, 2] += k * k * count
+        gradient[0] += r1
+        gradient[1] += e * r1
+        gradient[2] += k * r1
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _solve_step(
+    matrix: Array, gradient: Array, weight: Array, misfit: Array, damping: float, size: int
+) -> tuple[Array, bool]:
+    """Levenberg-Marquardt step of the first ``size`` coefficients; infinite weight holds a coefficient."""
+    normal = np.zeros((size, size))
+    right = np.zeros(size)
+    for a in range(size):
+        held_a = weight[a] == math.inf
+        for b in range(a):
+            if not held_a and weight[b] != math.inf:
+                normal[a, b] = matrix[a, b]
+        normal[a, a] = 1.0 if held_a else (matrix[a, a] + weight[a]) * (1.0 + damping)
+        right[a] = 0.0 if held_a else gradient[a] + weight[a] * misfit[a]
+    return solve_spd(normal, right)
+
+
+@njit(cache=True, nogil=True)
+def _penalty(p: Array, weight: Array, mean: Array) -> float:
+    total = 0.0
+    for a in range(p.size):
+        if weight[a] != math.inf and weight[a] > 0.0:
+            total += weight[a] * (p[a] - mean[a]) ** 2
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _minimise(
+    y: Array,
+    order: int,
+    p: Array,
+    kappa: float,
+    stop: int,
+    weight: Array,
+    mean: Array,
+    matrix: Array,
+    gradient: Array,
+) -> tuple[float, bool]:
+    """Gauss-Newton, damped where a step does not descend; see :func:`fit_waveform`."""
+    trial, trial_matrix, trial_gradient = p.copy(), np.zeros_like(matrix), np.zeros_like(gradient)
+    signal = 0.0
+    for i in range(y.size):
+        signal += y[i] * y[i]
+    misfit = accumulate(y, order, p, kappa, stop, matrix, gradient)
+    cost = misfit + _penalty(p, weight, mean)
+    damping = 0.0
+    for _ in range(_MAX_STEPS):
+        step, ok = _solve_step(matrix, gradient, weight, mean - p, damping, COEFFICIENTS)
+        if not ok:
+            if damping > _MAX_DAMPING:
+                return misfit, False
+            damping = max(10.0 * damping, 1e-6)
+            continue
+        fall = 0.0
+        for a in range(COEFFICIENTS):
+            if weight[a] != math.inf:
+                fall += step[a] * (gradient[a] + weight[a] * (mean[a] - p[a]))
+        if fall <= _CONVERGED * misfit / y.size or fall <= _ROUNDING * signal:
+            return misfit, True
+        # a quarter turn at most, so that no step leaves the basin of its phase
+        scale = min(1.0, 0.8 / max(abs(step[3]) + abs(step[4]), 1e-300))
+        trial[:] = p + scale * step
+        trial_cost = math.inf
+        if trial[3] > 0.0:
+            trial_misfit = accumulate(y, order, trial, kappa, stop, trial_matrix, trial_gradient)
+            trial_cost = trial_misfit + _penalty(trial, weight, mean)
+        if trial_cost <= cost:
+            p[:] = trial
+            matrix[:, :] = trial_matrix
+            gradient[:] = trial_gradient
+            misfit, cost = trial_misfit, trial_cost
+            damping = 0.0 if damping < 1e-3 else 0.1 * damping
+        elif damping < _MAX_DAMPING:
+            damping = max(10.0 * damping, 1e-3)
+        else:
+            # an acceleration's jump: a step would take a sample into another half cycle, and nothing is
+            # to be gained, so this counts as a smooth minimum
+            for a in range(COEFFICIENTS):
+                gradient[a] = weight[a] * (p[a] - mean[a]) if 0.0 < weight[a] < math.inf else 0.0
+            return misfit, True
+    return misfit, False
+
+
+@njit(cache=True, nogil=True)
+def fit_waveform(
+    y: Array, order: int, p: Array, kappa: float, weight: Array, mean: Array, matrix: Array, gradient: Array
+) -> tuple[float, int, bool]:
+    """Minimise squared residuals plus ``weight (p - mean)**2``, from phase and frequency in ``p``.
+
+    The turning point where the motion ends is held within a minimisation, where the signal is then smooth,
+    and is put right between them.
+
+    Parameters
+    ----------
+    y : ndarray, shape (n,)
+        Moving samples, less a constant near their rest position.
+    order : int
+        Derivative order of the signal.
+    p : ndarray, shape (5,)
+        ``p[3]``, ``p[4]`` hold the rough phase; ``p[0]`` the offset if its weight is infinite. Overwritten.
+    kappa : float
+        See the module.
+    weight, mean : ndarray, shape (5,)
+        Prior precisions relative to that of a sample (infinite: held) and prior means.
+    matrix, gradient : ndarray, shapes (5, 5) and (5,)
+        Receive ``J'J`` (lower triangle) and ``J'r`` at the optimum.
+
+    Returns
+    -------
+    float, int, bool
+        Sum of squared residuals, number of the turning point where the motion ends (:data:`NEVER` for none in
+        sight), and whether a minimum was reached.
+    """
+    trial, trial_matrix, trial_gradient = p.copy(), np.zeros_like(matrix), np.zeros_like(gradient)
+    p[1], p[2] = 0.0, 0.0
+    accumulate(y, order, p, kappa, NEVER, matrix, gradient)
+    step, ok = _solve_step(matrix, gradient, weight, mean - p, 0.0, 3)
+    if not ok:
+        return math.inf, NEVER, False
+    p[:3] += step
+    misfit, found = _minimise(y, order, p, kappa, NEVER, weight, mean, matrix, gradient)
+    stop = NEVER
+    for _ in range(_MAX_STOPS):
+        proposed = stopping_turn(p, kappa)
+        if not found or min(proposed, stop) > (p[4] + p[3]) / math.pi or proposed == stop:
+            break
+        trial[:] = p
+        trial_misfit, trial_found = _minimise(
+            y, order, trial, kappa, proposed, weight, mean, trial_matrix, trial_gradient
+        )
+        if stop != NEVER and trial_misfit >= misfit:
+            break
+        p[:] = trial
+        matrix[:, :] = trial_matrix
+        gradient[:] = trial_gradient
+        misfit, found, stop = trial_misfit, trial_found, proposed
+    return misfit, stop, found

@@ -1,0 +1,93 @@
+"""The Gaussian log-likelihood of a whole signal near an optimum, at a cost that does not grow with it.
+
+Around the optimum the signal is expanded to second order in its coefficients. The sum of squared residuals
+is then a quadratic form in one vector, ``(1, -d, -d_i d_j)`` with ``d`` the distance from the optimum, whose
+Gram matrix is taken over the samples once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["SignalExpansion", "agrees_near", "signal_log_likelihood"]
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 0.01
+"""Largest error of a log-likelihood within 5 standard deviations that an expansion may have."""
+
+_RADIUS = 5.0
+_PROBES = 64
+
+
+@dataclass(frozen=True, eq=False)
+class SignalExpansion:
+    """Second-order expansion of a signal about an optimum, reduced to a Gram matrix.
+
+    Attributes
+    ----------
+    centre : ndarray, shape (p,)
+        The optimum.
+    pairs : ndarray of int, shape (h, 2)
+        Pairs of coefficients whose second derivatives were given.
+    gram : ndarray, shape (1 + p + h, 1 + p + h)
+        Inner products of residual, first and second derivatives over the samples.
+    """
+
+    centre: Array
+    pairs: NDArray[np.int64]
+    gram: Array
+
+    @classmethod
+    def of(
+        cls, centre: Array, residual: Array, jacobian: Array, curvature: Array, pairs: NDArray[np.int64]
+    ) -> SignalExpansion:
+        """Reduce a residual (n,), first derivatives (n, p) and second derivatives (n, h)."""
+        columns = np.column_stack([residual, jacobian, curvature])
+        return cls(centre, pairs, columns.T @ columns)
+
+    def misfit(self, coefficients: Array) -> Array:
+        """Sum of squared residuals of coefficients, shape (m, p) to (m,)."""
+        d = coefficients - self.centre
+        first, second = self.pairs[:, 0], self.pairs[:, 1]
+        products = d[:, first] * d[:, second] * np.where(first == second, 0.5, 1.0)
+        vector = np.column_stack([np.ones(len(d)), -d, -products])
+        return np.asarray(((vector @ self.gram) * vector).sum(axis=1), dtype=np.float64)
+
+
+def signal_log_likelihood(misfit: Array, log_variance: Array, n: int) -> Array:
+    """Log-likelihood of ``n`` samples with independent normal errors, from their squared residuals."""
+    return -0.5 * n * (math.log(2.0 * math.pi) + log_variance) - 0.5 * misfit * np.exp(-log_variance)
+
+
+def agrees_near(
+    approximate: Callable[[Array], Array],
+    exact: Callable[[Array], Array],
+    centre: Array,
+    covariance: Array,
+    variance: float,
+) -> bool:
+    """Whether two sums of squared residuals give one log-likelihood within 5 standard deviations.
+
+    Parameters
+    ----------
+    approximate, exact : callable, (m, p) -> (m,)
+        The two.
+    centre, covariance : ndarray, shapes (p,) and (p, p)
+        Where to look; the probes are fixed.
+    variance : float
+        Error variance at the centre.
+    """
+    rng = np.random.default_rng(_PROBES)
+    directions = rng.standard_normal((_PROBES, centre.size))
+    directions *= (_RADIUS * rng.random(_PROBES) / np.linalg.norm(directions, axis=1))[:, None]
+    scale = np.sqrt(np.diag(covariance))
+    root = np.linalg.cholesky(covariance / np.outer(scale, scale)) * scale[:, None]
+    probes = centre + directions @ root.T
+    error = np.abs(approximate(probes) - exact(probes))
+    return bool(np.all(error <= 2.0 * TOLERANCE * variance))
