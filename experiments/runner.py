@@ -26,7 +26,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 import friction_bayes
-from friction_bayes.output import manifest, write_file, write_json
+from friction_bayes.output import manifest, write_json
 
 __all__ = ["Experiment", "Row", "main"]
 
@@ -63,6 +63,8 @@ class Experiment:
         Gathers the cells into one dataset with named dimensions.
     rows : callable, Dataset -> sequence of Row
         The closing table.
+    beside : str
+        Heading of the column that ours stands beside.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Experiment:
     run: Callable[[Any, Cell, np.random.SeedSequence], dict[str, Any]]
     assemble: Callable[[Sequence[Cell], Sequence[dict[str, Any]]], xr.Dataset]
     rows: Callable[[xr.Dataset], Sequence[Row]]
+    beside: str = "paper"
 
 
 def _key(experiment: Experiment, cell: Cell, seed: int) -> str:
@@ -85,9 +88,16 @@ def _cell_seed(key: str) -> np.random.SeedSequence:
     return np.random.SeedSequence(int(key, 16))
 
 
+def _write_whole(target: Path, write: Callable[[Path], None]) -> None:
+    """Let ``write`` make the file under another name, so that what is killed leaves no half of it."""
+    aside = target.with_name(f"{target.name}.{os.getpid()}.part")
+    write(aside)
+    aside.replace(target)
+
+
 def _run_cell(experiment: Experiment, cell: Cell, key: str, folder: Path) -> None:
     numbers = experiment.run(experiment.config, cell, _cell_seed(key))
-    write_file(folder / f"{key}.json", lambda path: write_json(path, numbers), force=True)
+    _write_whole(folder / f"{key}.json", lambda path: write_json(path, numbers))
 
 
 def _compute(tasks: list[Any], scheduler: str | None, workers: int) -> None:
@@ -104,6 +114,9 @@ def _compute(tasks: list[Any], scheduler: str | None, workers: int) -> None:
                     future.result()
                     progress.advance(bar)
             return
+        # one core a worker, so that times are those of one core and workers do not fight for them
+        for library in ("OMP", "OPENBLAS", "MKL"):
+            os.environ.setdefault(f"{library}_NUM_THREADS", "1")
         # processes, not threads: a sampler's Python steps hold the interpreter lock and would queue up
         chosen = {"scheduler": "processes", "num_workers": workers} if workers > 1 else {"scheduler": "sync"}
         chunk = 4 * workers
@@ -115,7 +128,7 @@ def _compute(tasks: list[Any], scheduler: str | None, workers: int) -> None:
 
 def _print(experiment: Experiment, rows: Sequence[Row], seconds: float) -> None:
     table = Table(title=f"{experiment.name}: {experiment.question}", title_justify="left")
-    for heading in ("what", "ours", "paper", "remark"):
+    for heading in ("what", "ours", experiment.beside, "remark"):
         table.add_column(heading, overflow="fold")
     for row in rows:
         table.add_row(row.what, row.ours, row.paper, row.remark)
@@ -167,14 +180,14 @@ def main(experiment: Experiment, argv: Sequence[str] | None = None) -> xr.Datase
     dataset.attrs.update(experiment=experiment.name, question=experiment.question, seed=options.seed)
     rows = list(experiment.rows(dataset))
     target = options.results / f"{experiment.name}.nc"
-    write_file(target, lambda path: dataset.to_netcdf(path, engine="h5netcdf"), force=True)
+    _write_whole(target, lambda path: dataset.to_netcdf(path, engine="h5netcdf"))
     seconds = time.perf_counter() - started
     record = manifest(
         f"python -m experiments.{experiment.name}",
         options={"config": asdict(experiment.config), "full": options.full, "cells": len(cells)},
         seed=options.seed,
     ) | {"elapsed_s": seconds, "table": [asdict(row) for row in rows]}
-    write_file(target.with_suffix(".json"), lambda path: write_json(path, record), force=True)
+    _write_whole(target.with_suffix(".json"), lambda path: write_json(path, record))
     shutil.rmtree(waiting)
     _print(experiment, rows, seconds)
     return dataset

@@ -11,7 +11,16 @@ from itertools import combinations
 
 import numpy as np
 
-__all__ = ["CATALOGUE", "EXCLUSIVE", "FORCE_EFFECTS", "OUTSIDE", "Setting", "draw_effect", "draw_outside", "pairs"]
+__all__ = [
+    "CATALOGUE",
+    "EXCLUSIVE",
+    "FORCE_EFFECTS",
+    "OUTSIDE",
+    "Setting",
+    "draw_effect",
+    "draw_outside",
+    "pairs",
+]
 
 FORCE_EFFECTS = (
     "viscous_damping",
@@ -158,7 +167,11 @@ def draw_outside(
         slip = strength * at.friction * rng.uniform(1.0, 5.0)
         period = 2.0 * math.pi * rng.uniform(2.0, 8.0)
         waits = period * rng.uniform(0.7, 1.3, size=math.ceil(3.0 * at.duration / period))
-        return {"base_slip": slip, "base_creep": slip / period, "base_slips": tuple(np.cumsum(waits).tolist())}
+        return {
+            "base_slip": slip,
+            "base_creep": slip / period,
+            "base_slips": tuple(np.cumsum(waits).tolist()),
+        }
     raise ValueError(f"unknown effect {name!r}")
 
 

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 __all__ = ["PARAMETERS", "STEPS_A_PERIOD", "decay_signal"]
 
-STEPS_A_PERIOD = 48
+STEPS_A_PERIOD = 40
+
+_ESCAPED = 10.0  # initial amplitudes: no decay, so no rival
 
 PARAMETERS = (
     "frequency",
@@ -33,8 +35,9 @@ PARAMETERS = (
 @njit(cache=True, nogil=True)
 def _level(p: NDArray[np.float64], inverse_vs2: float, t: float, v: float, sign: float, end: float) -> float:
     level = p[1] * (1.0 + p[6] * sign) * (1.0 + p[9] * (t / end - 0.5))
-    if p[7] != 0.0:
-        level *= 1.0 + p[7] * np.exp(-v * v * inverse_vs2)
+    exponent = v * v * inverse_vs2
+    if p[7] != 0.0 and exponent < 40.0:
+        level *= 1.0 + p[7] * np.exp(-exponent)
     return level
 
 
@@ -65,7 +68,15 @@ def _step(
 
 @njit(cache=True, nogil=True)
 def _time_to_zero(
-    p: NDArray[np.float64], ivs2: float, t: float, x: float, v: float, sign: float, end: float, h: float, v_end: float
+    p: NDArray[np.float64],
+    ivs2: float,
+    t: float,
+    x: float,
+    v: float,
+    sign: float,
+    end: float,
+    h: float,
+    v_end: float,
 ) -> float:
     """Length of the partial step that ends at zero velocity, by the Illinois form of regula falsi."""
     low, high, f_low, f_high = 0.0, h, v, v_end
@@ -85,7 +96,9 @@ def _time_to_zero(
 
 
 @njit(cache=True, nogil=True)
-def decay_signal(p: NDArray[np.float64], times: NDArray[np.float64], end: float, order: int) -> NDArray[np.float64]:
+def decay_signal(
+    p: NDArray[np.float64], times: NDArray[np.float64], end: float, order: int
+) -> NDArray[np.float64]:
     """Displacement (``order`` 0) or acceleration (2) of a free decay.
 
     Parameters
@@ -122,6 +135,11 @@ def decay_signal(p: NDArray[np.float64], times: NDArray[np.float64], end: float,
         h = h0
         x1, v1 = _step(p, ivs2, t, x, v, sign, end, h)
         turned = v1 * sign < 0.0
+        if (turned and v == 0.0) or abs(x1) > _ESCAPED:
+            # held by friction that rises as soon as it moves, or run away on a softening spring
+            for j in range(i, times.size):
+                out[j] = x if order == 0 else 0.0
+            break
         if turned:
             h = _time_to_zero(p, ivs2, t, x, v, sign, end, h, v1)
             x1, v1 = _step(p, ivs2, t, x, v, sign, end, h)

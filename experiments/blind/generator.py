@@ -104,6 +104,8 @@ class SealedRecord:
         Dimensionless law, initial displacement and velocity.
     frequency : float
         Mean frequency of the motion over the natural one.
+    rest_time : float
+        Dimensionless; infinite where the record ends before rest.
     """
 
     record: xr.DataArray
@@ -115,6 +117,7 @@ class SealedRecord:
     law: Law
     start: tuple[float, float]
     frequency: float
+    rest_time: float
 
 
 def trace_of(effects: tuple[str, ...], quantity: str) -> tuple[str, ...]:
@@ -240,7 +243,9 @@ def draw(kind: str, seed: np.random.SeedSequence | int, *, strength: float = 1.0
 
     times = np.arange(0.0, end, 2.0 * math.pi / spp)
     x, acceleration = motion.sample(times)
-    signal, unit = (acceleration, amplitude * natural_frequency**2) if quantity == "acceleration" else (x, amplitude)
+    signal, unit = (
+        (acceleration, amplitude * natural_frequency**2) if quantity == "acceleration" else (x, amplitude)
+    )
     stop = end if motion.rest_time is None else motion.rest_time
     rms = float(np.sqrt(np.mean(signal[times < stop] ** 2)))
     clean = _with_sensor(signal, times, rms, drawn)
@@ -283,4 +288,5 @@ def draw(kind: str, seed: np.random.SeedSequence | int, *, strength: float = 1.0
         law=motion.law,
         start=start,
         frequency=math.pi * (turns.size - 1) / float(turns[-1] - turns[0]),
+        rest_time=math.inf if motion.rest_time is None else motion.rest_time,
     )

@@ -140,7 +140,9 @@ class Motion:
             if segment.sign:
                 acceleration[chosen] = [
                     self.law.acceleration(t, s, v, segment.sign, segment.slips)
-                    for t, s, v in zip(times[chosen].tolist(), state[0].tolist(), state[1].tolist(), strict=True)
+                    for t, s, v in zip(
+                        times[chosen].tolist(), state[0].tolist(), state[1].tolist(), strict=True
+                    )
                 ]
         return x, acceleration
 
