@@ -55,7 +55,7 @@ class NormalGamma:
     >>> prior = NormalGamma(mu=0.1, lam=1.0, alpha=1.0, beta=0.02)
     >>> posterior = prior.update([0.06, 0.08])
     >>> round(posterior.mu, 10), posterior.lam, posterior.alpha, round(posterior.beta, 10)
-    (0.08, 3.0, 2.0, 0.0205)
+    (0.08, 3.0, 2.0, 0.0204)
     """
 
     mu: float

@@ -86,8 +86,8 @@ PRIORS: dict[str, tuple[PriorParameter, ...]] = {
             "alpha",
             -1.0,
             0,
-            "the noise level is known as well as from one datum, less half a one for each coefficient: under so "
-            "weak a prior these would count as data without scatter, and narrow the interval of short records",
+            "the noise level is known as well as from one datum, less half a one for each coefficient: under "
+            "so weak a prior these would count as data without scatter, and narrow short records' intervals",
         ),
         _REGRESSION[2],
     ),
