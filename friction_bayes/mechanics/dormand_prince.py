@@ -20,7 +20,7 @@ __all__ = [
     "Law",
     "acceleration",
     "dense_coefficients",
-    "dense_value",
+    "dense_values",
     "error_norm",
     "step",
 ]
@@ -136,7 +136,11 @@ def _fill(h, old, new, k, f):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True)
-def dense_value(old, f, s):  # type: ignore[no-untyped-def]
-    """Value at the fraction ``s`` of the step that began at ``old``."""
-    r = 1.0 - s
-    return old + s * (f[0] + r * (f[1] + s * (f[2] + r * (f[3] + s * (f[4] + r * (f[5] + s * f[6]))))))
+def dense_values(time, start, h, old, f, out):  # type: ignore[no-untyped-def]
+    """Fill ``out`` with the dense output at ``time`` over the step ``h`` from ``old`` at ``start``."""
+    # as plain numbers the coefficients cannot alias the output, and the loop vectorises
+    f0, f1, f2, f3, f4, f5, f6 = f[0], f[1], f[2], f[3], f[4], f[5], f[6]
+    for i in range(time.size):
+        s = (time[i] - start) / h
+        r = 1.0 - s
+        out[i] = old + s * (f0 + r * (f1 + s * (f2 + r * (f3 + s * (f4 + r * (f5 + s * f6))))))

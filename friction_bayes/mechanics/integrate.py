@@ -59,7 +59,8 @@ def propagate(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol
     Parameters
     ----------
     time : ndarray, shape (n,)
-        Ascending sample times [s]; ``x, v`` is the state at ``time[0]``.
+        Ascending sample times [s], writeable (a read-only array compiles anew); ``x, v`` is the state at
+        ``time[0]``.
     x, v : float
         Initial displacement and velocity.
     friction, mass, stiffness : float

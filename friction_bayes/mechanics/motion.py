@@ -51,7 +51,8 @@ class Motion:
 
 def sample_times(time: ArrayLike) -> NDArray[np.float64]:
     """Return ``time`` as a float array, refusing what is no ascending sequence of finite numbers."""
-    times = np.ascontiguousarray(time, dtype=float)
+    # always a copy: a read-only array, as xarray hands out, is another type to numba and compiles all anew
+    times = np.array(time, dtype=float)
     if times.ndim != 1 or times.size == 0:
         raise InputError("time", f"has shape {times.shape}", "give a one-dimensional, non-empty array")
     if not np.all(np.isfinite(times)):

@@ -13,7 +13,7 @@ from friction_bayes.mechanics.dormand_prince import (
     Law,
     acceleration,
     dense_coefficients,
-    dense_value,
+    dense_values,
     error_norm,
     step,
 )
@@ -86,7 +86,9 @@ def _to_velocity_zero(force, law, p, t, x, v, direction, h, new_x, kx, kv):  # t
 @njit(nogil=True)
 def _grown(values):  # type: ignore[no-untyped-def]
     larger = np.empty(2 * values.size)
-    larger[: values.size] = values
+    # assigning a slice would compile numba's broadcasting, a third of the compile time of the whole loop
+    for i in range(values.size):
+        larger[i] = values[i]
     return larger
 
 
@@ -185,10 +187,8 @@ def trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration,
                 j += 1
             if j > first:
                 dense_coefficients(force, law, p, t, x, v, direction, size, new_x, new_v, kx, kv, fx, fv)
-                for i in range(first, j):
-                    s = (time[i] - origin - t) / size
-                    displacement[i] = dense_value(x, fx, s)
-                    velocity[i] = dense_value(v, fv, s)
+                dense_values(time[first:j], origin + t, size, x, fx, displacement[first:j])
+                dense_values(time[first:j], origin + t, size, v, fv, velocity[first:j])
                 for i in range(first, j):
                     accelerations[i] = acceleration(
                         force, law, p, time[i] - origin, displacement[i], velocity[i], direction
