@@ -30,7 +30,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
         "signal_likelihood",
         "whiteness",
     ),
-    ("conjugate", "scaled"),
+    ("conjugate", "scaled", "scaled_batch"),
     ("batch", "acceptance"),
     ("forces",),
     ("estimation",),
