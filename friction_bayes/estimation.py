@@ -10,7 +10,7 @@ import xarray as xr
 
 from friction_bayes.acceptance import accept_by_set_up, accept_by_threshold
 from friction_bayes.clipping import clipped_fraction
-from friction_bayes.conjugate import envelope, paper
+from friction_bayes.conjugate import envelope, paper, waveform
 from friction_bayes.conjugate.estimator import ESTIMATORS, Estimator, Fit
 from friction_bayes.conjugate.priors import complete_prior
 from friction_bayes.errors import InputError
@@ -22,7 +22,7 @@ from friction_bayes.record import record_name, validate_record
 
 __all__ = ["Estimate", "estimate", "estimator_named", "prior_mapping", "refuse_clipped"]
 
-BUILT_IN = (envelope, paper)
+BUILT_IN = (waveform, envelope, paper)
 """The modules whose import registers this package's own estimators."""
 
 

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 
+import dask
 import xarray as xr
+from dask.callbacks import Callback
 
 import friction_bayes as fb
 from friction_bayes.commands.check import ReferenceRun, check_estimate
 from friction_bayes.commands.console import collected_warnings, note, output_console, progress_bar
 from friction_bayes.commands.figures import draw_comparison, draw_joint, draw_signal
 from friction_bayes.commands.options import options_of
-from friction_bayes.commands.tables import comparison_table
+from friction_bayes.commands.tables import comparison_table, disagreements
 from friction_bayes.forces import Estimate
 from friction_bayes.mechanics.oscillator import Oscillator
 from friction_bayes.mechanics.testbed import PAPER_SYSTEM, TESTBED, paper_example, paper_testbed
@@ -26,7 +28,7 @@ __all__ = ["METHODS", "Case", "demonstrate"]
 _PAPER_FRICTION = 0.07
 _TESTBED_FRICTION = 0.2933
 _DAMPING_RATIO = 0.001
-METHODS = ("envelope", "normal-gamma", "gamma-exponential")
+METHODS = ("waveform", "envelope", "normal-gamma", "gamma-exponential")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,33 +54,67 @@ class Case:
     friction: float
 
 
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """One method on one case, and what was warned of."""
+
+    estimate: Estimate
+    check: ReferenceRun
+    warnings: tuple[str, ...]
+
+
 def demonstrate(arguments: argparse.Namespace) -> None:
-    """Make both records, estimate, check, draw and print."""
+    """Make both records, estimate, check, draw and print.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        ``out``, ``force`` and ``seed``.
+    """
     started = perf_counter()
-    tables, results = [], {}
+    cases = _cases(arguments.seed)
+    console = output_console()
     with output_folder(arguments.out, force=arguments.force) as folder:
-        with progress_bar() as bar, collected_warnings() as warned:
-            task = bar.add_task("compiling", total=2 * len(METHODS))
-            for case in _cases(arguments.seed):
-                estimates, checks = [], {}
-                for method in METHODS:
-                    bar.update(task, description=f"{case.title}: {method}")
-                    estimate = fb.estimate(case.record, case.system, method=method)
-                    estimates.append(estimate)
-                    checks[method] = check_estimate(estimate, seed=arguments.seed)
-                    bar.advance(task)
-                _draw(case, estimates, checks, folder)
-                rows = [each.to_dict(checks[each.method].summary) for each in estimates]
-                tables.append(comparison_table(case.title, case.friction, rows))
-                results[case.name] = {"true_friction": case.friction, "estimates": rows}
+        outcomes = _all_outcomes(cases, arguments.seed)
+        results = {}
+        for case in cases:
+            own = outcomes[case.name]
+            _draw(case, own, folder)
+            rows = [outcome.estimate.to_dict(outcome.check.summary) for outcome in own]
+            results[case.name] = {"true_friction": case.friction, "estimates": rows}
+            console.print(comparison_table(case.title, case.friction, rows))
+            for text in disagreements(rows):
+                console.print(text)
         write_json(folder / "demo.json", results)
         write_manifest(folder, "demo", options=options_of(arguments), seed=arguments.seed)
-    console = output_console()
-    for table in tables:
-        console.print(table)
-    for text in warned:
+    for text in dict.fromkeys(text for own in outcomes.values() for each in own for text in each.warnings):
         note(text)
     console.print(f"{perf_counter() - started:.0f} s in all; figures and numbers are in {arguments.out}")
+
+
+def _all_outcomes(cases: Sequence[Case], seed: int) -> dict[str, list[Outcome]]:
+    """Run every method on every case, two processes at a time."""
+    jobs = [(case, method) for case in cases for method in METHODS]
+    with progress_bar() as bar:
+        task = bar.add_task("closed forms and emcee", total=len(jobs))
+        with Callback(posttask=lambda *_: bar.advance(task)):
+            done = dask.compute(
+                *(dask.delayed(_outcome, traverse=False)(case, method, seed) for case, method in jobs),
+                scheduler="processes",
+                num_workers=2,
+                optimize_graph=False,
+            )
+    outcomes: dict[str, list[Outcome]] = {case.name: [] for case in cases}
+    for (case, _), outcome in zip(jobs, done, strict=True):
+        outcomes[case.name].append(outcome)
+    return outcomes
+
+
+def _outcome(case: Case, method: str, seed: int) -> Outcome:
+    with collected_warnings() as warned:
+        estimate = fb.estimate(case.record, case.system, method=method)
+        check = check_estimate(estimate, seed=seed)
+    return Outcome(estimate=estimate, check=check, warnings=tuple(warned))
 
 
 def _cases(seed: int) -> tuple[Case, Case]:
@@ -102,11 +138,12 @@ def _cases(seed: int) -> tuple[Case, Case]:
     )
 
 
-def _draw(
-    case: Case, estimates: Sequence[Estimate], checks: Mapping[str, ReferenceRun], folder: Path
-) -> None:
+def _draw(case: Case, outcomes: Sequence[Outcome], folder: Path) -> None:
     prefix = f"{case.name}_"
-    by_method = {each.method: each for each in estimates}
-    draw_signal(by_method["envelope"], case.record, folder, prefix=prefix)
-    draw_joint(by_method["normal-gamma"], folder, f"{prefix}joint", truth=case.friction)
-    draw_comparison(estimates, checks, folder, truth=case.friction, title=case.title, prefix=prefix)
+    estimates = {outcome.estimate.method: outcome.estimate for outcome in outcomes}
+    draw_signal(estimates["waveform"], case.record, folder, prefix=prefix)
+    draw_joint(estimates["normal-gamma"], folder, f"{prefix}joint", truth=case.friction)
+    checks = {outcome.estimate.method: outcome.check for outcome in outcomes}
+    draw_comparison(
+        list(estimates.values()), checks, folder, truth=case.friction, title=case.title, prefix=prefix
+    )

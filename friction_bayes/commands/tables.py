@@ -9,7 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-__all__ = ["comparison_table", "estimate_table"]
+__all__ = ["comparison_table", "disagreements", "estimate_table"]
 
 
 def _number(value: float | None, digits: int = 4) -> str:
@@ -105,19 +105,19 @@ def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]
         padding=(0, 2, 0, 0),
         pad_edge=False,
     )
-    table.add_column("method", overflow="fold")
+    table.add_column("method", no_wrap=True)
     for heading in (
-        f"friction [{unit}]",
+        f"friction\n[{unit}]",
         "90 % interval",
         "error",
-        "emcee mean",
+        "emcee\nmean",
         "R-hat",
         "ESS",
         "agrees",
-        "closed form",
+        "closed\nform",
         "MCMC",
     ):
-        table.add_column(Text(heading), justify="right", overflow="fold")
+        table.add_column(Text(heading), justify="right", no_wrap=True)
     for row in rows:
         friction, reference = row["friction"], row["reference"]
         low, high = friction["interval90"]
@@ -134,6 +134,21 @@ def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]
             _duration(reference["sampler_s"]),
         )
     return table
+
+
+def disagreements(rows: Sequence[Mapping[str, Any]]) -> list[Text]:
+    """Say of each estimate that its reference run does not bear out by how much it fails.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        As for :func:`comparison_table`.
+    """
+    return [
+        Text(f"{row['method']} does not agree with emcee: {row['reference']['because']}", style="red")
+        for row in rows
+        if not row["reference"]["agrees"]
+    ]
 
 
 def _percent(share: float) -> str:

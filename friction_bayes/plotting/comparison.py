@@ -59,7 +59,6 @@ def plot_estimators(
     unit: str,
     truth: float | None = None,
     reach: float = 0.6,
-    zoom: float = 0.02,
     title: str = "friction",
 ) -> Figure:
     """Draw the estimators' intervals one below the other, around the true value where it is known.
@@ -71,9 +70,9 @@ def plot_estimators(
     unit : str
         Unit of friction.
     truth : float, optional
-        True value of a synthetic record; a second panel then shows ``zoom`` around it.
-    reach, zoom : float
-        Half widths of the two panels as shares of the true value; what lies outside is told by an arrow.
+        True value of a synthetic record; a second panel then shows the errors of the best estimate closely.
+    reach : float
+        Half width of the first panel as a share of the true value; what lies outside is told by an arrow.
     title : str
         Title of the figure.
 
@@ -95,21 +94,15 @@ def plot_estimators(
             left.set_xlabel(f"friction [{unit}]")
             errors = [_relative(row, truth) for row in rows]
             _draw(right, errors, 0.0)
+            zoom = 1.6 * min(max(abs(row.low), abs(row.high)) for row in errors)
             right.set_xlim(-zoom, zoom)
-            right.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=0, symbol=" %"))
+            right.locator_params(axis="x", nbins=5)
+            decimals = 0 if zoom > 0.02 else 1 if zoom > 2e-3 else 2
+            right.xaxis.set_major_formatter(PercentFormatter(1.0, decimals=decimals, symbol=" %"))
             right.set_xlabel("error, close to the true value")
             right.tick_params(labelleft=False)
             for axes, drawn, edge in ((left, rows, truth * (1.0 + reach)), (right, errors, zoom)):
-                for place, row in enumerate(drawn):
-                    if row.low > edge:
-                        axes.annotate(
-                            f"{row.mean:.3g} →" if axes is left else "→",
-                            (0.985, place),
-                            xycoords=("axes fraction", "data"),
-                            ha="right",
-                            va="center",
-                            color=MODEL,
-                        )
+                _tell_outside(axes, drawn, edge, with_value=axes is left)
         left.set_title(title)
         handles = [
             left.plot([], [], "-o", lw=2.6, ms=6.0, color=MODEL)[0],
@@ -121,6 +114,20 @@ def plot_estimators(
             labels.append(f"true value {truth:.4g} {unit}")
         figure.legend(handles, labels, loc="outside lower center", ncols=3)
     return figure
+
+
+def _tell_outside(axes: Axes, rows: Sequence[Interval], edge: float, *, with_value: bool) -> None:
+    """Point to intervals that lie to the right of the panel."""
+    for place, row in enumerate(rows):
+        if row.low > edge:
+            axes.annotate(
+                f"{row.mean:.3g} →" if with_value else "→",
+                (0.985, place),
+                xycoords=("axes fraction", "data"),
+                ha="right",
+                va="center",
+                color=MODEL,
+            )
 
 
 def _relative(row: Interval, truth: float) -> Interval:
