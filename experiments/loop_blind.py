@@ -144,7 +144,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                     f"z {entry['reliability_z'].item():.1f}, {entry['reliability_n'].item()} candidates",
                 )
             )
-    for kind in KINDS:
+    for kind in sorted(set(dataset["kind"].values.tolist()), key=KINDS.index):
         mine = dataset["kind"].values == kind
         share = dataset["identifiable"].values[mine].mean()
         right, held = dataset["right"].values[mine].mean(), dataset["held"].values[mine].mean()

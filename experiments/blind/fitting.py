@@ -197,6 +197,8 @@ def _entries(problem: Problem, p: Vector, free: Vector) -> Iterator[Vector]:
     if not math.isfinite(problem.rest_time):
         yield p
         return
+    if _INDEX["static_excess"] in free:
+        yield p  # the one effect whose trace may lie in the stop itself, which the motion does not show
     resting = problem.times >= problem.rest_time
     moving = problem.times < problem.rest_time - 1.5 * math.pi
     _, p = _minimise(replace(problem, used=problem.used & moving), p, free)
@@ -215,23 +217,27 @@ def _entries(problem: Problem, p: Vector, free: Vector) -> Iterator[Vector]:
 
 
 def _line_starts(problem: Problem, p: Vector) -> Iterator[Vector]:
-    """Start a line at each of the two highest peaks of the residual's spectrum."""
+    """Start a line at the two highest peaks of the residual's spectrum, and unresolved beside the motion."""
     residual = problem.residual(p)
     spacing = problem.times[1] - problem.times[0]
     size = 4 * problem.times.size
     power = np.abs(np.fft.rfft(residual, size)) ** 2
     omega = 2.0 * np.pi * np.fft.rfftfreq(size, spacing)
     power[omega * problem.times[-1] < _SHORTEST_LINE] = 0.0
+    resolution = 2.0 * np.pi / problem.times[-1]
+    lines = [p[0] - 0.3 * resolution, p[0] + 0.3 * resolution]
     for _ in range(2):
         peak = int(np.argmax(power[1:-1])) + 1
+        lines.append(omega[peak])
+        power[max(peak - 8, 0) : peak + 9] = 0.0
+    for line in lines:
         start = p.copy()
-        start[_INDEX["line_frequency"]] = omega[peak]
-        waves = np.column_stack([np.sin(omega[peak] * problem.times), np.cos(omega[peak] * problem.times)])
+        start[_INDEX["line_frequency"]] = line
+        waves = np.column_stack([np.sin(line * problem.times), np.cos(line * problem.times)])
         waves *= (math.sqrt(problem.weight) / problem.noise_sd * problem.used)[:, None]
         amplitudes, *_ = np.linalg.lstsq(waves, residual, rcond=None)
         start[[_INDEX["sine"], _INDEX["cosine"]]] = amplitudes
         yield start
-        power[max(peak - 8, 0) : peak + 9] = 0.0
 
 
 def _starts(problem: Problem, name: str, p: Vector) -> Iterator[Vector]:

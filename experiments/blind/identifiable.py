@@ -14,7 +14,7 @@ from experiments.blind.fitting import Problem, fit_set, physical_parameters
 from experiments.blind.generator import SealedRecord, draw
 from experiments.blind.outliers import deviance_of_outliers, deviance_with_outliers
 
-__all__ = ["IDENTIFIABLE_LOSS", "UNEXPLAINED_LOSS", "closest_rival", "sealed_record"]
+__all__ = ["IDENTIFIABLE_LOSS", "UNEXPLAINED_LOSS", "closest_rival", "problem_of", "sealed_record"]
 
 IDENTIFIABLE_LOSS = 10.0
 UNEXPLAINED_LOSS = 200.0
@@ -42,7 +42,7 @@ def _contains(rival: Effects, truth: Effects) -> bool:
     return rival == truth or ("sensor_offset" in truth and still == truth)
 
 
-def _problem(sealed: SealedRecord, clipped: bool) -> Problem:
+def problem_of(sealed: SealedRecord, clipped: bool = False) -> Problem:
     """Thin the signal out where that loses nothing; leave flat samples aside where they are censored."""
     parameters = sealed.truth.parameters
     highest = max(parameters.get("interference_frequency", 1.0), parameters.get("mode_frequency", 1.0))
@@ -74,7 +74,7 @@ def _losses(sealed: SealedRecord, size: int) -> Iterator[tuple[Effects, float]]:
     clipped = "sensor_clipping" in truth.effects
     fraction = truth.parameters.get("outlier_fraction", 0.0)
     scale = truth.parameters.get("outlier_scale", 1.0)
-    problems = {flat: _problem(sealed, flat) for flat in ({False, True} if clipped else {False})}
+    problems = {flat: problem_of(sealed, flat) for flat in ({False, True} if clipped else {False})}
     fitted: dict[tuple[bool, Effects], NDArray[np.float64]] = {}
     chi_square: dict[tuple[bool, Effects], float] = {}
     for effects in _candidates(size):
