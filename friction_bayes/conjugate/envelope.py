@@ -1,11 +1,10 @@
-"""The method ``envelope``: conjugate regression on the amplitude and the centre of every half cycle.
+"""The method ``envelope``: conjugate regression on the amplitude of every half cycle.
 
-The amplitudes themselves are the data, not their differences: with a few unknowns - initial amplitude,
-friction coefficient, rest position - they lie on a straight line, their errors are independent and equal,
-and the posterior is a normal-inverse-gamma in closed form. See
-:mod:`friction_bayes.conjugate.half_cycle_data` for the data. The noise level is judged by how half cycles
-scatter about that line, not by samples within them: noise that is correlated over less than half a period
-does not make the interval too narrow.
+The amplitudes themselves are the data, not their differences: with few unknowns - initial amplitude, friction
+coefficient, rest position - they lie on a straight line, their errors are independent and equal, and the
+posterior is a normal-inverse-gamma in closed form. See :mod:`friction_bayes.conjugate.half_cycle_data`. The
+noise level is judged by how half cycles scatter about that line, not by the samples within them, so that noise
+which is correlated from sample to sample narrows the interval little.
 """
 
 from __future__ import annotations

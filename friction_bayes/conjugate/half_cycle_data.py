@@ -1,12 +1,16 @@
-r"""Two numbers a half cycle that hold all a Coulomb decay says of friction: its amplitude and its centre.
+r"""One number a half cycle that holds all a Coulomb decay says of its amplitude.
 
 Given the phase ``theta(t)``, a sample is ``c + a f + u g``, see
 :func:`friction_bayes.phase_polynomial.coulomb_shapes`. Within one half cycle that is a constant plus a
-multiple of ``f`` alone, so the samples of a half cycle are exhausted by their projections on ``f`` and on
-the constant. Both are taken orthogonal to ``df/dtheta``, so that an error of the local phase does not
-enter, and to each other, and are scaled to unit norm: white noise of the signal becomes independent noise
-of the same variance, and the design entries are the exact projections of ``f``, ``g`` and 1 at whatever
-instants were sampled. No peak is picked, and nothing telescopes.
+multiple of ``f`` alone: its amplitude is exhausted by the projection of the samples on ``f``, taken
+orthogonal to ``df/dtheta`` so that an error of the local phase does not enter, and scaled to unit norm, so
+that white noise of the signal becomes independent noise of the same variance. The design entries are the
+exact projections of ``f``, ``g`` and 1 at whatever instants were sampled. No peak is picked, and nothing
+telescopes.
+
+What is left of the constant, orthogonal to both, is summed over the half cycles to one datum of the rest
+position. Kept apart it would tell of friction about ``1/N^2`` of what ``N`` amplitudes tell, and it would mix
+the slow noise of a drifting centre with that of the amplitudes.
 """
 
 from __future__ import annotations
@@ -33,7 +37,7 @@ Array = NDArray[np.float64]
 def half_cycle_rows(
     values: Array, polynomial: Array, order: int, swing_frequency: float
 ) -> tuple[Array, Array, int]:
-    """Amplitude and centre of every half cycle, as rows of a regression on ``(a, u, c)``.
+    """Amplitude of every half cycle, and the rest position, as rows of a regression on ``(a, u, c)``.
 
     Where a half cycle holds fewer than 6 samples, blocks of several are projected together.
 
@@ -53,9 +57,10 @@ def half_cycle_rows(
     Returns
     -------
     response : ndarray, shape (rows,)
+        Amplitudes first, the rest position last.
     design : ndarray, shape (rows, 3)
         Columns: initial amplitude ``a``, friction coefficient ``u``, rest position ``c``.
-    blocks : int
+    amplitudes : int
         How many half cycles (or blocks of them) gave an amplitude.
     """
     n = values.size
@@ -89,10 +94,9 @@ def half_cycle_rows(
             for b in range(5):
                 sums[block, a, b] += left[a] * right[b]
 
-    response = np.zeros(2 * blocks)
-    design = np.zeros((2 * blocks, 3))
-    is_amplitude = np.zeros(2 * blocks, dtype=np.bool_)
-    rows = 0
+    response = np.zeros(blocks + 1)
+    design = np.zeros((blocks + 1, 3))
+    rest = np.zeros(5)
     used = 0
     for block in range(blocks):
         s = sums[block]
@@ -101,42 +105,37 @@ def half_cycle_rows(
         if count < 2 or s[0, 0] <= _SMALLEST_SHARE * count or (swing_frequency > 0.0 and not whole):
             continue
         f_row = s[1] - s[0, 1] / s[0, 0] * s[0]
-        one_row = s[2] - s[0, 3] / s[0, 0] * s[0]
-        f_norm = f_row[1]
-        if f_norm <= _SMALLEST_SHARE * count:
+        if f_row[1] <= _SMALLEST_SHARE * count:
             continue
-        one_row = one_row - f_row[3] / f_norm * f_row
-        is_amplitude[rows] = True
+        rest += s[2] - s[0, 3] / s[0, 0] * s[0] - f_row[3] / f_row[1] * f_row
+        row = f_row / math.sqrt(f_row[1])
+        design[used] = row[1:4]
+        response[used] = row[4]
         used += 1
-        for row, norm in ((f_row, f_norm), (one_row, one_row[3])):
-            if norm > _SMALLEST_SHARE * count:
-                scale = 1.0 / math.sqrt(norm)
-                design[rows] = row[1:4] * scale
-                response[rows] = row[4] * scale
-                rows += 1
+    rows = used
+    if rest[3] > _SMALLEST_SHARE * n:
+        row = rest / math.sqrt(rest[3])
+        design[rows] = row[1:4]
+        response[rows] = row[4]
+        rows += 1
     response = response[:rows]
     design = design[:rows]
     if swing_frequency > 0.0:
-        _straighten(response, design, is_amplitude[:rows], order, swing_frequency)
+        _straighten(response, design, used, order, swing_frequency)
     return response, design, used
 
 
 @njit(cache=True, nogil=True)
-def _straighten(
-    response: Array, design: Array, is_amplitude: NDArray[np.bool_], order: int, swing_frequency: float
-) -> None:
+def _straighten(response: Array, design: Array, amplitudes: int, order: int, swing_frequency: float) -> None:
     """Replace a pendulum's Fourier amplitudes, in place, by ones linear in friction; same noise variance."""
     found, ok, _ = least_squares(design, response)
     centre = found[2] if ok else 0.0
-    for i in range(response.size):
-        if is_amplitude[i]:
-            norm = design[i, 0]
-            amplitude, slope = linear_amplitude(
-                (response[i] - centre * design[i, 2]) / norm, order, swing_frequency
-            )
-            response[i] = amplitude * norm / slope + centre * design[i, 2]
-            design[i, 0] /= slope
-            design[i, 1] /= slope
+    for i in range(amplitudes):
+        norm, leak = design[i, 0], centre * design[i, 2]
+        amplitude, slope = linear_amplitude((response[i] - leak) / norm, order, swing_frequency)
+        response[i] = amplitude * norm / slope + leak
+        design[i, 0] /= slope
+        design[i, 1] /= slope
 
 
 @njit(cache=True, nogil=True)
