@@ -116,13 +116,20 @@ def phase_polynomial(
     result = np.zeros(4)
     size = min(2, used)
     if size > 0:
-        line, straight = regression(matrix[:size, :size].copy(), right[:size].copy(), square)
+        corner, edge = np.zeros((size, size)), np.zeros(size)
+        for a in range(size):
+            edge[a] = right[a]
+            for b in range(size):
+                corner[a, b] = matrix[a, b]
+        line, straight = regression(corner, edge, square)
         if straight < math.inf:
-            result[:size] = line
+            for k in range(size):
+                result[k] = line[k]
         if used >= 12:
             cubic, bent = regression(matrix, right, square)
             if straight - bent > EVIDENCE * floor * floor:
-                result[:] = cubic
+                for k in range(4):
+                    result[k] = cubic[k]
     result[1] += omega * scale
     return result, scale
 

@@ -238,11 +238,13 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
             continue
         coefficients, ok = _polynomial_through(times, phases, weights, duration, trial)
         if ok and rises(coefficients):
-            result[:] = 0.0
-            result[: trial + 1] = coefficients
+            for k in range(MAX_DEGREE + 1):
+                result[k] = coefficients[k] if k <= trial else 0.0
             break
 
-    polynomial = result[: degree + 1].copy()
+    polynomial, following = np.zeros(degree + 1), np.zeros(degree + 1)
+    for k in range(degree + 1):
+        polynomial[k] = result[k]
     found, ok = _refine(values, order, polynomial, 0.0, 0.0, False)
     if not ok:
         return result
@@ -250,13 +252,17 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
         found, ok = _refine(values, order, polynomial, found[1], found[2], True)
         if not ok:
             return result
-        largest = np.abs(found[3:]).sum()
+        largest = 0.0
+        for k in range(degree + 1):
+            largest += abs(found[3 + k])
         scale = min(1.0, 0.5 / largest) if largest > 0.0 else 1.0
-        following = polynomial + scale * found[3:]
+        for k in range(degree + 1):
+            following[k] = polynomial[k] + scale * found[3 + k]
         if not rises(following):
             break
-        polynomial = following
+        polynomial, following = following, polynomial
         if largest < 1e-7:
             break
-    result[: degree + 1] = polynomial
+    for k in range(degree + 1):
+        result[k] = polynomial[k]
     return result

@@ -127,7 +127,8 @@ def _fit_all(
             y, order, p, kappa[r], weight, mean, normal[r], gradient[r]
         )
         p[0] += reference
-        coefficients[r] = p
+        for k in range(COEFFICIENTS):
+            coefficients[r, k] = p[k]
 
 
 def prior_of(prior: Mapping[str, float], size: int) -> NormalInverseGamma:

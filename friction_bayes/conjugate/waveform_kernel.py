@@ -61,8 +61,10 @@ def accumulate(
     n = y.size
     middle = 0.5 * (n - 1)
     rate = p[3] / middle
-    matrix[:, :] = 0.0
-    gradient[:] = 0.0
+    for a in range(COEFFICIENTS):
+        gradient[a] = 0.0
+        for b in range(COEFFICIENTS):
+            matrix[a, b] = 0.0
     total = 0.0
     half = math.floor((p[4] - p[3]) / math.pi)
     i = 0
@@ -173,6 +175,17 @@ def _penalty(p: Array, weight: Array, mean: Array) -> float:
 
 
 @njit(cache=True, nogil=True)
+def _keep(
+    p: Array, matrix: Array, gradient: Array, trial: Array, trial_matrix: Array, trial_gradient: Array
+) -> None:
+    """Take a trial over, by loops: slice assignment costs the compiler seconds."""
+    for a in range(COEFFICIENTS):
+        p[a], gradient[a] = trial[a], trial_gradient[a]
+        for b in range(COEFFICIENTS):
+            matrix[a, b] = trial_matrix[a, b]
+
+
+@njit(cache=True, nogil=True)
 def _minimise(
     y: Array,
     order: int,
@@ -185,7 +198,9 @@ def _minimise(
     gradient: Array,
 ) -> tuple[float, bool]:
     """Gauss-Newton, damped where a step does not descend; see :func:`fit_waveform`."""
-    trial, trial_matrix, trial_gradient = p.copy(), np.zeros_like(matrix), np.zeros_like(gradient)
+    trial, trial_gradient = np.zeros(COEFFICIENTS), np.zeros(COEFFICIENTS)
+    trial_matrix = np.zeros((COEFFICIENTS, COEFFICIENTS))
+    missing = np.zeros(COEFFICIENTS)
     signal = 0.0
     for i in range(y.size):
         signal += y[i] * y[i]
@@ -193,7 +208,9 @@ def _minimise(
     cost = misfit + _penalty(p, weight, mean)
     damping = 0.0
     for _ in range(_MAX_STEPS):
-        step, ok = _solve_step(matrix, gradient, weight, mean - p, damping, COEFFICIENTS)
+        for a in range(COEFFICIENTS):
+            missing[a] = mean[a] - p[a]
+        step, ok = _solve_step(matrix, gradient, weight, missing, damping, COEFFICIENTS)
         if not ok:
             if damping > _MAX_DAMPING:
                 return misfit, False
@@ -207,15 +224,14 @@ def _minimise(
             return misfit, True
         # a quarter turn at most, so that no step leaves the basin of its phase
         scale = min(1.0, 0.8 / max(abs(step[3]) + abs(step[4]), 1e-300))
-        trial[:] = p + scale * step
+        for a in range(COEFFICIENTS):
+            trial[a] = p[a] + scale * step[a]
         trial_cost = math.inf
         if trial[3] > 0.0:
             trial_misfit = accumulate(y, order, trial, kappa, stop, trial_matrix, trial_gradient)
             trial_cost = trial_misfit + _penalty(trial, weight, mean)
         if trial_cost <= cost:
-            p[:] = trial
-            matrix[:, :] = trial_matrix
-            gradient[:] = trial_gradient
+            _keep(p, matrix, gradient, trial, trial_matrix, trial_gradient)
             misfit, cost = trial_misfit, trial_cost
             damping = 0.0 if damping < 1e-3 else 0.1 * damping
         elif damping < _MAX_DAMPING:
@@ -259,27 +275,31 @@ def fit_waveform(
         Sum of squared residuals, number of the turning point where the motion ends (:data:`NEVER` for none in
         sight), and whether a minimum was reached.
     """
-    trial, trial_matrix, trial_gradient = p.copy(), np.zeros_like(matrix), np.zeros_like(gradient)
+    trial, trial_gradient = np.zeros(COEFFICIENTS), np.zeros(COEFFICIENTS)
+    trial_matrix = np.zeros((COEFFICIENTS, COEFFICIENTS))
+    missing = np.zeros(COEFFICIENTS)
     p[1], p[2] = 0.0, 0.0
+    for a in range(3):
+        missing[a] = mean[a] - p[a]
     accumulate(y, order, p, kappa, NEVER, matrix, gradient)
-    step, ok = _solve_step(matrix, gradient, weight, mean - p, 0.0, 3)
+    step, ok = _solve_step(matrix, gradient, weight, missing, 0.0, 3)
     if not ok:
         return math.inf, NEVER, False
-    p[:3] += step
+    for a in range(3):
+        p[a] += step[a]
     misfit, found = _minimise(y, order, p, kappa, NEVER, weight, mean, matrix, gradient)
     stop = NEVER
     for _ in range(_MAX_STOPS):
         proposed = stopping_turn(p, kappa)
         if not found or min(proposed, stop) > (p[4] + p[3]) / math.pi or proposed == stop:
             break
-        trial[:] = p
+        for a in range(COEFFICIENTS):
+            trial[a] = p[a]
         trial_misfit, trial_found = _minimise(
             y, order, trial, kappa, proposed, weight, mean, trial_matrix, trial_gradient
         )
         if stop != NEVER and trial_misfit >= misfit:
             break
-        p[:] = trial
-        matrix[:, :] = trial_matrix
-        gradient[:] = trial_gradient
+        _keep(p, matrix, gradient, trial, trial_matrix, trial_gradient)
         misfit, found, stop = trial_misfit, trial_found, proposed
     return misfit, stop, found
