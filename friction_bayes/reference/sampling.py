@@ -28,9 +28,9 @@ __all__ = ["sample_reference", "sample_target"]
 Array = NDArray[np.float64]
 
 BURN_IN = 10
-"""Steps thrown away, in integrated autocorrelation times: exp(-10) of the start is left at most."""
+"""Steps thrown away, in integrated autocorrelation times, and never fewer than the first 50."""
 
-_FIRST_STEPS = 200
+_FIRST_STEPS = 150
 _MARGIN = 1.15
 """Steps run over those needed, since the need is itself an estimate."""
 
@@ -144,9 +144,7 @@ def sample_target(
         reached; the message carries the numbers.
     """
     if max_steps < _FIRST_STEPS:
-        raise InputError(
-            "max_steps", f"{max_steps} is too few to see a tenth of a burn-in", f"give {_FIRST_STEPS}"
-        )
+        raise InputError("max_steps", f"{max_steps} steps are too few to judge", f"give {_FIRST_STEPS}")
     began = time.perf_counter()
     run = Ensembles(target, seed=seed, ensembles=ensembles, walkers=walkers)
     due = _FIRST_STEPS
@@ -221,7 +219,8 @@ def _burn_in(run: Ensembles) -> tuple[int, float]:
     """
     third = run.steps // 3
     tau = max(mixing(scores).tau for scores in run.scores(third))
-    return min(math.ceil(BURN_IN * tau) if math.isfinite(tau) else third, third), max(tau, 1.0)
+    wanted = max(BURN_IN * tau, _FIRST_STEPS / 3)
+    return (third if wanted > third else math.ceil(wanted)), max(tau, 1.0)
 
 
 def _natural(target: Target, coordinates: Array) -> dict[str, Array]:
