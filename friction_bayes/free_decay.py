@@ -28,6 +28,8 @@ __all__ = ["FreeDecay", "find_free_decay", "locate_free_decays"]
 
 _BAND = 3.0
 """The frequency is sought within this factor of the declared natural frequency."""
+_SAMPLES_PER_PERIOD = 8.0
+"""Of the fastest oscillation looked for; faster sampling is averaged first."""
 _JITTER = 0.01
 """Largest deviation of a sampling interval from their mean, relative."""
 
@@ -201,22 +203,27 @@ def _spectral_frequency(values: NDArray[np.float64], expected: float) -> NDArray
 
     The spectrum is that of the derivative: a hold before release or an offset leaves only a step in it.
     """
-    n = values.shape[1]
     clean = np.where(np.isfinite(values), values, 0.0)
+    width = max(int(2.0 * math.pi / (_BAND * expected * _SAMPLES_PER_PERIOD)), 1)
+    n = clean.shape[1] // width
+    if n < 4:
+        return np.full(values.shape[0], expected)
+    expected = expected * width
+    clean = clean[:, : n * width].reshape(-1, n, width).mean(axis=2)
     clean = clean - clean.mean(axis=1, keepdims=True)
     length = 1 << max(2 * n - 1, 8).bit_length()
     grid = np.arange(length // 2 + 1) * (2.0 * math.pi / length)
     low, high = max(expected / _BAND, 2.0 * math.pi / n), min(_BAND * expected, math.pi)
     band = np.flatnonzero((grid >= low) & (grid <= high))
     if band.size < 3:
-        return np.full(values.shape[0], expected)
+        return np.full(values.shape[0], expected / width)
     power = np.abs(np.fft.rfft(clean, length, axis=1)[:, band] * np.sin(0.5 * grid[band])) ** 2
     peak = np.clip(power.argmax(axis=1), 1, band.size - 2)
     rows = np.arange(values.shape[0])
     before, at, after = (power[rows, peak + k] for k in (-1, 0, 1))
     bend = before - 2.0 * at + after
     shift = np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, 1.0), 0.0)
-    return grid[band[peak]] + np.clip(shift, -1.0, 1.0) * grid[1]
+    return np.asarray((grid[band[peak]] + np.clip(shift, -1.0, 1.0) * grid[1]) / width)
 
 
 def _uniform_clock(name: str, record: xr.DataArray) -> tuple[NDArray[np.float64], float]:
