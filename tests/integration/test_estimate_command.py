@@ -1,0 +1,251 @@
+"""``friction-bayes estimate`` on good records: what it prints, what it leaves, and that both are right."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from friction_bayes.cli import main
+from friction_bayes.output import sha256_of
+
+SYSTEM = ("--mass", "10", "--stiffness", "1000")
+FRICTION = 0.5
+SUMMARY = {"mean", "sd", "interval90", "unit"}
+METHODS = ("waveform", "envelope", "normal-gamma", "gamma-exponential")
+
+Signal = tuple[np.ndarray, np.ndarray]
+
+
+def strict(text: str) -> dict[str, Any]:
+    """Parse JSON, refusing NaN and infinities."""
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"{constant} in JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def run_json(capsys: pytest.CaptureFixture[str], *argv: str) -> dict[str, Any]:
+    status = main([*argv, "--json"])
+    shown = capsys.readouterr()
+    assert status == 0, shown.err
+    assert shown.err == ""
+    return strict(shown.out)
+
+
+def check_summary(summary: dict[str, Any], unit: str) -> None:
+    assert set(summary) == SUMMARY
+    assert summary["unit"] == unit
+    low, high = summary["interval90"]
+    assert low < summary["mean"] < high
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_json_as_promised(method: str, csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result = run_json(capsys, "estimate", str(csv), *SYSTEM, "--method", method)
+    promised = {
+        "method",
+        "friction",
+        "friction_over_stiffness",
+        "precision",
+        "accepted",
+        "acceptance",
+        "amplitudes",
+        "reference",
+    }
+    assert promised <= set(result)
+    assert result["method"] == method
+    check_summary(result["friction"], "N")
+    check_summary(result["friction_over_stiffness"], "m")
+    if method == "gamma-exponential":
+        assert result["precision"] is None
+    else:
+        check_summary(result["precision"], result["precision"]["unit"])
+    assert result["accepted"] is None
+    assert result["acceptance"] is None
+    assert result["reference"] is None
+    assert isinstance(result["amplitudes"], int)
+    assert result["includes_system_uncertainty"] is False
+    assert any("taken as exact" in text for text in result["notes"])
+
+
+@pytest.mark.parametrize("method", METHODS[:3])
+def test_friction_is_found(method: str, csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    friction = run_json(capsys, "estimate", str(csv), *SYSTEM, "--method", method)["friction"]
+    # 6 sd: a false alarm in 1e8 for a normal; the paper's interval is wider than its error anyway.
+    assert abs(friction["mean"] - FRICTION) < 6.0 * friction["sd"]
+    assert friction["mean"] == pytest.approx(FRICTION, rel=0.1)
+
+
+def test_command_and_python_say_the_same(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    printed = run_json(capsys, "estimate", str(csv), *SYSTEM, "--method", "envelope")
+    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
+    estimate = fb.estimate(fb.read_record(csv), system, method="envelope")
+    assert printed == strict(json.dumps(estimate.to_dict(), allow_nan=False))
+    assert printed["friction"]["mean"] == estimate.friction.mean()
+    assert estimate.friction_over_stiffness.mean() * 1000.0 == pytest.approx(estimate.friction.mean())
+
+
+def test_stiffness_sd_widens_the_interval(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    exact = run_json(capsys, "estimate", str(csv), *SYSTEM)
+    vague = run_json(capsys, "estimate", str(csv), *SYSTEM, "--stiffness-sd", "50")
+    assert vague["includes_system_uncertainty"] is True
+    relative = vague["friction"]["sd"] / vague["friction"]["mean"]
+    assert relative == pytest.approx(
+        np.hypot(0.05, exact["friction"]["sd"] / exact["friction"]["mean"]), rel=1e-3
+    )
+    assert vague["friction_over_stiffness"] == exact["friction_over_stiffness"]
+
+
+def test_the_papers_prior(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    options = ("--method", "normal-gamma", "--prior", "mu=0.1", "lam=0.01", "--prior", "alpha=1", "beta=0.02")
+    result = run_json(capsys, "estimate", str(csv), *SYSTEM, *options)
+    assert result["prior"] == {"mu": 0.1, "lam": 0.01, "alpha": 1.0, "beta": 0.02}
+    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
+    prior = fb.NormalGamma(mu=0.1, lam=0.01, alpha=1.0, beta=0.02)
+    estimate = fb.estimate(fb.read_record(csv), system, method="normal-gamma", prior=prior)
+    assert estimate.friction.mean() == result["friction"]["mean"]
+
+
+def test_wrong_mass_is_told(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    result = run_json(capsys, "estimate", str(csv), "--mass", "13", "--stiffness", "1000")
+    (text,) = [text for text in result["notes"] if "swings at" in text]
+    # r = k d = 0.5 N; m w^2 d = 13 * 100 * 5e-4 = 0.65 N
+    assert "declared stiffness" in text
+    assert "0.65" in text
+    assert result["frequency"]["mean"] == pytest.approx(10.0, rel=1e-3)
+    assert result["frequency"]["declared"] == pytest.approx(np.sqrt(1000.0 / 13.0))
+
+
+def test_uncalibrated_signal(
+    decay: Callable[..., Signal], write_csv: Callable[..., Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    time, signal = decay()
+    record = write_csv("volts.csv", time, 40.0 * signal, "voltage")
+    options = (
+        "--signal-column",
+        "voltage",
+        "--quantity",
+        "displacement",
+        "--unit",
+        "V",
+        "--method",
+        "envelope",
+    )
+    result = run_json(capsys, "estimate", str(record), *SYSTEM, *options)
+    check_summary(result["friction"], "V")
+    assert result["friction"]["mean"] == pytest.approx(40.0 * 5e-4, rel=0.05)
+    assert any("not calibrated" in text for text in result["notes"])
+
+
+def test_threshold(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    common = ("estimate", str(csv), *SYSTEM, "--method", "normal-gamma")
+    precision = run_json(capsys, *common)["precision"]["mean"]
+    lenient = run_json(capsys, *common, "--accept-precision", str(0.9 * precision))
+    severe = run_json(capsys, *common, "--accept-precision", str(1.1 * precision))
+    assert lenient["accepted"] is True
+    assert severe["accepted"] is False
+    assert severe["acceptance"]["threshold"] == pytest.approx(1.1 * precision)
+    assert "falls short" in severe["acceptance"]["because"]
+
+
+@pytest.mark.parametrize(("noise_sd", "accepted"), [(1e-4, True), (1e-3, False)])
+def test_set_up_record(
+    noise_sd: float,
+    accepted: bool,
+    decay: Callable[..., Signal],
+    write_csv: Callable[..., Path],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    long = write_csv("setup.csv", *decay(amplitude=0.06, duration=17.0), "displacement_m")
+    short = write_csv("short.csv", *decay(duration=4.0, noise_sd=noise_sd), "displacement_m")
+    result = run_json(capsys, "estimate", str(short), *SYSTEM, "--method", "envelope", "--setup", str(long))
+    assert result["accepted"] is accepted, result["acceptance"]
+    assert result["acceptance"]["criterion"] == "set-up record"
+    assert result["acceptance"]["set_up_precision"] > 0.0
+
+
+def test_results_folder(csv: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "deep" / "results"
+    argv = (
+        "estimate",
+        str(csv),
+        *SYSTEM,
+        "--method",
+        "normal-gamma",
+        "--check",
+        "--seed",
+        "7",
+        "--out",
+        str(out),
+    )
+    result = run_json(capsys, *argv)
+    reference = result["reference"]
+    assert reference["sampler"] == "emcee"
+    assert reference["agrees"] is True, reference["because"]
+    assert reference["rhat"] < 1.01
+    assert reference["ess_bulk"] > 1000.0
+    assert reference["time_ratio"] > 1.0
+    check_summary(reference["friction"], "N")
+
+    assert strict((out / "estimate.json").read_text()) == result
+    manifest = strict((out / "manifest.json").read_text())
+    assert manifest["inputs"] == [{"record": str(csv), "sha256": sha256_of(csv)}]
+    assert manifest["seed"] == 7
+    assert manifest["versions"]["emcee"]
+    on_disk = {path.name for path in out.iterdir()}
+    assert on_disk == {*manifest["files"], "manifest.json"}
+    assert {"friction.png", "friction.pdf", "joint.png", "amplitudes.png", "reference.nc"} <= on_disk
+    assert [path.name for path in out.parent.iterdir()] == ["results"]
+
+    # A second run replaces its own files and leaves those of others alone.
+    (out / "mine.txt").write_text("keep")
+    assert main(["estimate", str(csv), *SYSTEM, "--method", "envelope", "--out", str(out), "--force"]) == 0
+    assert not (out / "reference.nc").exists()
+    assert (out / "fit.png").exists()
+    assert (out / "mine.txt").read_text() == "keep"
+
+
+def test_figures_of_a_failed_run_do_not_stay(
+    csv: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError("disk full")
+
+    monkeypatch.setattr("friction_bayes.commands.estimate.write_json", full)
+    assert (
+        main(["estimate", str(csv), *SYSTEM, "--method", "envelope", "--out", str(tmp_path / "results")]) == 1
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["decay.csv"]
+
+
+def test_readable_table(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["estimate", str(csv), *SYSTEM]) == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    for word in ("decay.csv, waveform", "friction / stiffness", "P(friction < 0)", "frequency", "note"):
+        assert word in shown.out
+
+
+def test_loads_no_sampler_and_no_plot(csv: Path) -> None:
+    script = (
+        "import sys; from friction_bayes.cli import main\n"
+        f"status = main(['estimate', {str(csv)!r}, *{SYSTEM!r}, '--method', 'envelope', '--json'])\n"
+        "heavy = [name for name in ('emcee', 'arviz_stats', 'matplotlib') if name in sys.modules]\n"
+        "sys.exit(f'{status} {heavy}' if status or heavy else 0)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, env=os.environ, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    assert strict(done.stdout)["method"] == "envelope"

@@ -1,0 +1,94 @@
+"""``simulate``, ``datasets`` and ``demo``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+import friction_bayes as fb
+from friction_bayes.cli import main
+from friction_bayes.commands import demonstration
+from friction_bayes.commands.demonstration import Case
+from friction_bayes.mechanics.testbed import PAPER_SYSTEM, paper_example
+
+SYSTEM = ("--mass", "10", "--stiffness", "1000")
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["--version"])
+    assert capsys.readouterr().out.strip() == f"friction-bayes {fb.__version__}"
+
+
+@pytest.mark.parametrize("command", [(), ("estimate",), ("simulate",), ("demo",), ("datasets", "get")])
+def test_help(command: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main([*command, "--help"])
+    assert "usage: friction-bayes" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".nc"])
+def test_simulate_writes_what_python_simulates(suffix: str, tmp_path: Path) -> None:
+    target = tmp_path / f"decay{suffix}"
+    options = (
+        *("--friction", "0.5", "--initial-displacement", "0.02", "--duration", "4", "--sampling-rate", "100"),
+        *("--noise-sd", "1e-4", "--seed", "5", "--effect", "sensor_offset.offset=1e-3"),
+    )
+    assert main(["simulate", *SYSTEM, *options, "--out", str(target)]) == 0
+    written = fb.read_record(target)
+    expected = fb.simulate(
+        fb.Oscillator(mass=10.0, stiffness=1000.0),
+        friction=0.5,
+        initial_displacement=0.02,
+        duration=4.0,
+        sampling_rate=100.0,
+        noise_sd=1e-4,
+        seed=5,
+        effects={"sensor_offset.offset": 1e-3},
+    )
+    assert written.attrs["synthetic"]
+    assert written.attrs["quantity"] == "displacement"
+    assert (written.values == expected.values).all()
+
+
+def test_simulated_default_comes_to_rest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    target = tmp_path / "decay.csv"
+    assert main(["simulate", *SYSTEM, "--friction", "0.5", "--noise-sd", "1e-4", "--out", str(target)]) == 0
+    assert main(["estimate", str(target), *SYSTEM, "--method", "envelope", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["friction"]["mean"] == pytest.approx(0.5, rel=0.01)
+    assert "the record is synthetic" in result["notes"]
+
+
+def test_datasets_list(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["datasets", "list"]) == 0
+    shown = capsys.readouterr().out
+    for data_set in fb.list_datasets():
+        assert f"dataset:{data_set.name}" in shown
+        assert data_set.licence in shown
+
+
+def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    case = Case(
+        name="paper",
+        title="A slower paper's example",
+        record=paper_example(1, sampling_rate=100.0),
+        system=PAPER_SYSTEM,
+        friction=0.07,
+    )
+    monkeypatch.setattr(demonstration, "_cases", lambda seed: (case,))
+    monkeypatch.setattr(demonstration, "METHODS", ("waveform", "normal-gamma"))
+    out = tmp_path / "demo"
+    assert main(["demo", "--out", str(out)]) == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    assert "A slower paper's example; true friction 0.07 N" in shown.out
+    assert shown.out.count("yes") == 2
+    names = {path.name for path in out.iterdir()}
+    figures = {f"paper_{kind}.png" for kind in ("fit", "amplitudes", "joint", "estimators", "posteriors")}
+    assert {"demo.json", "manifest.json", *figures} <= names
+    estimates = json.loads((out / "demo.json").read_text())["paper"]["estimates"]
+    assert [each["method"] for each in estimates] == ["waveform", "normal-gamma"]
+    assert all(each["reference"]["agrees"] for each in estimates)
