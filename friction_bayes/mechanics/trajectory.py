@@ -22,12 +22,17 @@ __all__ = ["DIVERGED", "DONE", "trajectory"]
 
 DONE = 0
 DIVERGED = 1
-"""The step size vanished or the state overflowed: the outputs from there on are nan."""
+"""The motion left every bound, or its step size vanished: the outputs from there on are nan."""
 
 LARGEST_PHASE_STEP = 0.7
 """Largest step [rad of the natural frequency]; no velocity zero can then hide within one."""
 
 STEPS_PER_RADIAN = 1000.0
+"""Beyond this many the forces are not those of a free decay."""
+
+LARGEST_SPEED = 100.0
+"""Over the speed of a linear oscillation of the initial amplitude: beyond it the spring gives way and the
+motion escapes, in ever smaller steps."""
 
 
 @njit(nogil=True)
@@ -56,6 +61,30 @@ def _break_away(force, law, p, still, moved, x):  # type: ignore[no-untyped-def]
             moved = middle
         else:
             still = middle
+
+
+@njit(nogil=True)
+def _rest(force, law, p, time, t, x, j):  # type: ignore[no-untyped-def]
+    """Stick at ``x`` from sample ``j`` on.
+
+    Returns
+    -------
+    t : float
+        When it breaks away.
+    j : int
+        The first sample after that, or the number of samples.
+    direction : float
+        In which it sets off.
+    """
+    while j < time.size:
+        due = time[j] - time[0]
+        if due > t:
+            direction = _departure(force, law, p, due, x)
+            if direction != 0.0:
+                return _break_away(force, law, p, t, due, x), j, direction
+            t = due
+        j += 1
+    return t, j, 0.0
 
 
 @njit(nogil=True)
@@ -114,6 +143,7 @@ def trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration,
     tolerance_v = tolerance_x * w0
     largest = LARGEST_PHASE_STEP / w0
     budget = STEPS_PER_RADIAN * (w0 * end + 100.0)
+    fastest = LARGEST_SPEED * w0 * amplitude
     kx = np.empty(SLOPES)
     kv = np.empty(SLOPES)
     fx = np.empty(7)
@@ -134,23 +164,15 @@ def trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration,
             turns += 1
             direction = _departure(force, law, p, t, x)
             if direction == 0.0:
+                first = j
                 stop_time = origin + t
-                still = t
-                while j < n:
-                    due = time[j] - origin
-                    if due > still:
-                        direction = _departure(force, law, p, due, x)
-                        if direction != 0.0:
-                            t = _break_away(force, law, p, still, due, x)
-                            stop_time = math.inf
-                            break
-                        still = due
-                    displacement[j] = x
-                    velocity[j] = 0.0
-                    accelerations[j] = 0.0
-                    j += 1
+                t, j, direction = _rest(force, law, p, time, t, x, j)
+                displacement[first:j] = x
+                velocity[first:j] = 0.0
+                accelerations[first:j] = 0.0
                 if j == n:
                     break
+                stop_time = math.inf
         kx[0] = v
         kv[0] = acceleration(force, law, p, t, x, v, direction)
         while j < n and time[j] - origin <= t:
@@ -166,13 +188,13 @@ def trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration,
             new_x, new_v = step(force, law, p, t, x, v, direction, size, kx, kv)
             error = error_norm(size, kx, kv, tolerance_x, tolerance_v)
             if not error <= 1.0:
-                # a nan fails the comparison above and halves the step like any large error
+                # a nan fails the comparison above and shortens the step like any large error
                 h = size * (max(0.2, 0.9 * error**-0.125) if error < math.inf else 0.2)
                 if t + h == t or budget < 0.0:
                     status = DIVERGED
                     break
                 continue
-            if budget < 0.0:
+            if budget < 0.0 or abs(new_v) > fastest:
                 status = DIVERGED
                 break
             h = min(largest, size * min(5.0, 0.9 * error**-0.125 if error > 0.0 else 5.0))
