@@ -34,6 +34,8 @@ _CONVERGED = 1e-10
 _ROUNDING = 1e-28
 """... or below this share of the signal's sum of squares, for records without noise."""
 
+_JUMP = 0.05
+"""A step that promises less than this many squared standard deviations and still ascends has met a jump."""
 _MAX_DAMPING = 1e10
 _MAX_STOPS = 5
 
@@ -234,7 +236,7 @@ def _minimise(
             _keep(p, matrix, gradient, trial, trial_matrix, trial_gradient)
             misfit, cost = trial_misfit, trial_cost
             damping = 0.0 if damping < 1e-3 else 0.1 * damping
-        elif damping < _MAX_DAMPING:
+        elif damping < _MAX_DAMPING and fall > _JUMP * misfit / y.size:
             damping = max(10.0 * damping, 1e-3)
         else:
             # an acceleration's jump: a step would take a sample into another half cycle, and nothing is
