@@ -1,0 +1,157 @@
+"""Efficiency and coverage of the whole-signal estimator, with Monte Carlo errors.
+
+``python -m benchmarks.accuracy [--systems N] [--repeats R] [--seed S]`` prints one row a cell: quantity, signal-to-
+noise ratio, the paper's example or random systems. Efficiency is the Cramer-Rao bound's variance over the mean
+squared error. Its Monte Carlo error is made small by a control variate: the unbiased estimator that is linear in
+the noise and knows the truth has exactly the bound's variance, on the same noise.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_bayes import Oscillator, estimate_batch
+from friction_bayes.mechanics.coulomb import coulomb_decay
+
+QUANTITIES = ("displacement", "velocity", "acceleration")
+DECIBELS = (8.0, 12.0, 20.0, 30.0)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Decay:
+    """One system and its noise-free record, in units of the initial amplitude."""
+
+    system: Oscillator
+    friction: float
+    time: Array
+    signal: Array
+    phase: float
+    moving: int
+    order: int
+
+
+def paper_decay(order: int) -> Decay:
+    """The paper's numerical example: 32 s at 1 kHz, released from rest."""
+    system = Oscillator(mass=10.0, stiffness=1000.0)
+    return _decay(system, 0.07 / 1000.0, 0.0147, 0.0, 0.0, np.arange(32000) / 1000.0, order)
+
+
+def random_decay(rng: np.random.Generator, order: int) -> Decay:
+    """A random system: half start in mid-motion, half end before rest."""
+    frequency = np.exp(rng.uniform(0.0, np.log(100.0)))
+    half_cycles = rng.uniform(8.0, 100.0)
+    per_period = np.exp(rng.uniform(np.log(10.0), np.log(300.0)))
+    phase = rng.uniform(0.0, 2.0 * np.pi) if rng.random() < 0.5 else 0.0
+    length = half_cycles * (rng.uniform(0.5, 0.95) if rng.random() < 0.5 else rng.uniform(1.05, 1.5))
+    step = 2.0 * np.pi / (frequency * per_period)
+    time = np.arange(int(length * np.pi / frequency / step)) * step
+    system = Oscillator(mass=1.0, stiffness=frequency**2)
+    return _decay(system, 0.5 / half_cycles, 1.0, phase, rng.uniform(-1.0, 1.0), time, order)
+
+
+def _decay(
+    system: Oscillator, d: float, amplitude: float, phase: float, offset: float, time: Array, order: int
+) -> Decay:
+    """Exact motion that has ``amplitude`` at the turning point before its start, and passes ``phase`` there."""
+    w = system.natural_frequency
+    half = np.floor(phase / np.pi)
+    sign = 1.0 if half % 2 == 0 else -1.0
+    swing = amplitude - (2.0 * half + 1.0) * d
+    x = sign * d + swing * np.cos(phase)
+    v = -w * swing * np.sin(phase)
+    motion = coulomb_decay(system, d * system.stiffness, x, v, time)
+    signal = (motion.displacement, motion.velocity, motion.acceleration)[order]
+    moving = int(np.count_nonzero(time < motion.stop_time))
+    scale = np.abs(signal).max()
+    return Decay(system, d * system.stiffness, time, signal + offset * scale, phase, moving, order)
+
+
+def bound_row(decay: Decay, amplitude: float) -> Array:
+    """Weights of the noise in the efficient linear estimator of the friction coefficient, shape (moving,)."""
+    w, t = decay.system.natural_frequency, decay.time[: decay.moving]
+    u = decay.friction / decay.system.stiffness * w**decay.order
+    theta = w * t + decay.phase
+    half = np.floor(theta / np.pi)
+    f = np.cos(theta + 0.5 * np.pi * decay.order)
+    g = -np.sin(theta + 0.5 * np.pi * decay.order)
+    swing = amplitude * w**decay.order - (2.0 * half + 1.0) * u
+    jump = (-1.0) ** half if decay.order == 0 else 0.0
+    design = np.column_stack(
+        [np.ones_like(t), f, jump - (2.0 * half + 1.0) * f, swing * g * w * (t - t.mean()), swing * g]
+    )
+    scale = np.linalg.norm(design, axis=0)
+    return np.linalg.pinv(design / scale)[2] / scale[2]
+
+
+def measure(decays: list[tuple[Decay, float]], decibels: float, repeats: int, rng: np.random.Generator) -> Array:
+    """Standardised errors, those of the efficient linear estimator, and hits, shape (3, records)."""
+    rows = []
+    for decay, amplitude in decays:
+        weights = bound_row(decay, amplitude)
+        centred = decay.signal[: decay.moving] - _rest(decay)
+        noise_sd = np.sqrt(np.mean(centred**2) / 10.0 ** (decibels / 10.0))
+        noise = noise_sd * rng.standard_normal((repeats, decay.time.size))
+        result = estimate_batch(
+            decay.signal + noise,
+            decay.system,
+            sampling_rate=1.0 / (decay.time[1] - decay.time[0]),
+            quantity=QUANTITIES[decay.order],
+        )
+        factor = decay.system.natural_frequency**-decay.order * decay.system.stiffness
+        bound = factor * noise_sd * np.linalg.norm(weights)
+        linear = factor * noise[:, : decay.moving] @ weights
+        low, high = result["friction_interval90"].values.T
+        hit = (low <= decay.friction) & (decay.friction <= high)
+        rows.append(np.stack([(result["friction_mean"].values - decay.friction) / bound, linear / bound, hit]))
+    return np.concatenate(rows, axis=1)
+
+
+def _rest(decay: Decay) -> float:
+    """Offset of the noise-free signal: velocity and acceleration vanish at rest, displacement is known."""
+    w, t = decay.system.natural_frequency, decay.time[: decay.moving]
+    theta = w * t + decay.phase
+    half = np.floor(theta / np.pi)
+    f = np.cos(theta + 0.5 * np.pi * decay.order)
+    jump = (-1.0) ** half if decay.order == 0 else np.zeros_like(t)
+    design = np.column_stack([np.ones_like(t), f, jump - (2.0 * half + 1.0) * f])
+    return float(np.linalg.lstsq(design, decay.signal[: decay.moving], rcond=None)[0][0])
+
+
+def main() -> None:
+    """Measure every cell and print it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--systems", type=int, default=200, help="random systems a cell")
+    parser.add_argument("--repeats", type=int, default=10, help="noise records a system")
+    parser.add_argument("--seed", type=int, default=20261121)
+    options = parser.parse_args()
+    print(f"{'quantity':14}{'systems':10}{'SNR':>6}{'records':>9}{'lost':>6}  efficiency       coverage of 90 %")
+    for order, quantity in enumerate(QUANTITIES):
+        for kind in ("paper", "random"):
+            for decibels in DECIBELS:
+                rng = np.random.default_rng([options.seed, order, kind == "paper", int(10 * decibels)])
+                if kind == "paper":
+                    decays, repeats = [(paper_decay(order), 0.0147)], 10 * options.repeats
+                else:
+                    decays = [(random_decay(rng, order), 1.0) for _ in range(options.systems)]
+                    repeats = options.repeats
+                error, linear, hit = measure(decays, decibels, repeats, rng)
+                found = np.isfinite(error)
+                excess = error[found] ** 2 - linear[found] ** 2
+                efficiency = 1.0 / (1.0 + excess.mean())
+                uncertainty = efficiency**2 * excess.std() / np.sqrt(excess.size)
+                coverage = hit[found].mean()
+                print(
+                    f"{quantity:14}{kind:10}{decibels:4.0f}dB{error.size:9d}{(~found).sum():6d}"
+                    f"  {efficiency:.4f} +- {uncertainty:.4f}"
+                    f"  {coverage:.4f} +- {np.sqrt(coverage * (1.0 - coverage) / found.sum()):.4f}"
+                )
+
+
+if __name__ == "__main__":
+    main()
