@@ -13,9 +13,9 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
-from experiments.blind.draws import OUTSIDE
+from experiments.blind.draws import CATALOGUE
 from experiments.blind.figures_of_merit import Figure, common_traits, figures_of_merit, reliability
-from experiments.blind.generator import KINDS
+from experiments.blind.generator import KINDS, PAIR_KINDS
 from experiments.blind.identifiable import IDENTIFIABLE_LOSS, sealed_record
 from experiments.blind.scoring import KEPT_CANDIDATES, score, set_name
 from experiments.runner import Cell, Experiment, Row, main
@@ -81,7 +81,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         "truth": json.dumps(truth.to_dict()),
         "loss": loss,
         "rival": set_name(sorted(rival)),
-        "identifiable": cell["kind"] not in OUTSIDE and loss >= IDENTIFIABLE_LOSS,
+        "identifiable": bool(truth.visible) and not truth.outside and loss >= IDENTIFIABLE_LOSS,
         "elapsed": closed - drawn,
         "elapsed_drawing": drawn - started,
     }
@@ -157,7 +157,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                 f"{kind}: most probable {right:.0%}, within the 95 % {held:.0%}",
                 f"friction off {before:.2g} % before, {after:.2g} % after",
                 "",
-                f"{counted}" if kind in OUTSIDE else f"identifiable {share:.0%}; {counted}",
+                f"identifiable {share:.0%}; {counted}" if kind in (*CATALOGUE, *PAIR_KINDS) else counted,
             )
         )
     wrong = np.zeros(dataset.sizes["record"], dtype=bool)

@@ -142,12 +142,12 @@ def figures_of_merit(dataset: xr.Dataset) -> list[Figure]:
     ----------
     dataset : xarray.Dataset
         One entry a record: the fields of :func:`experiments.blind.scoring.score`, ``kind``, ``outside``,
-        ``visible`` (set name), ``identifiable`` and ``elapsed``.
+        ``identifiable`` (never a record without a visible effect or outside the catalogue) and ``elapsed``.
     """
     outside = dataset["outside"].values.astype(bool)
     plain = dataset["kind"].values == "plain_coulomb"
     catalogue = ~outside & ~plain
-    told = catalogue & dataset["identifiable"].values.astype(bool) & (dataset["visible"].values != "none")
+    told = dataset["identifiable"].values.astype(bool)
     before, after = dataset["error_before"].values, dataset["error_after"].values
     adequate = dataset["verdict"].values == "adequate"
     right = dataset["right"].values.astype(bool)

@@ -118,6 +118,7 @@ def test_figures_of_perfect_records_reach_every_target() -> None:
         100,
         kind=kinds,
         outside=[kind == "rough_patch" for kind in kinds],
+        identifiable=[kind == "cubic_stiffness" for kind in kinds],
         verdict=["explained"] * 40 + ["adequate"] * 40 + ["unexplained"] * 20,
     )
     figures = figures_of_merit(dataset)
@@ -134,6 +135,7 @@ def test_each_fault_shows_in_its_own_figure() -> None:
         100,
         kind=kinds,
         outside=outside,
+        identifiable=[kind == "cubic_stiffness" for kind in kinds],
         verdict=["explained"] * 100,
         right=[False] * 100,
         held=[False] * 100,
