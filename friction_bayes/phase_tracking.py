@@ -242,27 +242,23 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
                 result[k] = coefficients[k] if k <= trial else 0.0
             break
 
-    polynomial, following = np.zeros(degree + 1), np.zeros(degree + 1)
-    for k in range(degree + 1):
-        polynomial[k] = result[k]
+    polynomial = result[: degree + 1].copy()
     found, ok = _refine(values, order, polynomial, 0.0, 0.0, False)
-    if not ok:
-        return result
     for _ in range(12):
-        found, ok = _refine(values, order, polynomial, found[1], found[2], True)
+        if ok:
+            found, ok = _refine(values, order, polynomial, found[1], found[2], True)
         if not ok:
-            return result
+            break
         largest = 0.0
         for k in range(degree + 1):
             largest += abs(found[3 + k])
-        scale = min(1.0, 0.5 / largest) if largest > 0.0 else 1.0
+        scale = 0.5 / largest if largest > 0.5 else 1.0
         for k in range(degree + 1):
-            following[k] = polynomial[k] + scale * found[3 + k]
-        if not rises(following):
+            polynomial[k] += scale * found[3 + k]
+        if not rises(polynomial):
             break
-        polynomial, following = following, polynomial
+        for k in range(degree + 1):
+            result[k] = polynomial[k]
         if largest < 1e-7:
             break
-    for k in range(degree + 1):
-        result[k] = polynomial[k]
     return result

@@ -73,26 +73,25 @@ def half_cycle_rows(
     blocks = math.floor((last - shift) / (math.pi * stride)) - first_block + 1
     # Sums of products of (slope, f, 1) with (slope, f, g, 1, y), one set a block.
     sums = np.zeros((blocks, 3, 5))
-    third, previous_half = 0.0, 0
-    _, amplitude, friction = (
-        coulomb_fit(values, order, polynomial) if swing_frequency > 0.0 else (0.0, 0.0, 0.0)
-    )
+    basis = np.ones(5)
+    amplitude, friction, third, previous_half = 0.0, 0.0, 0.0, 0
+    if swing_frequency > 0.0:
+        _, amplitude, friction = coulomb_fit(values, order, polynomial)
     for i in range(n):
         chi, _ = phase_at(polynomial, 2.0 * i / (n - 1) - 1.0)
         f, g, slope, half = coulomb_shapes(chi - shift, order)
         block = min(max(math.floor(half / stride) - first_block, 0), blocks - 1)
-        y = values[i]
+        basis[0], basis[1], basis[2], basis[4] = slope, f, g, values[i]
         if swing_frequency > 0.0:
             if i == 0 or half != previous_half:
                 swing = amplitude - (2 * half + 1) * friction
                 third = swing * third_harmonic(swing / swing_frequency**order, order)
                 previous_half = half
-            y -= third * math.cos(3.0 * chi)
-        right = (slope, f, g, 1.0, y)
-        left = (slope, f, 1.0)
-        for a in range(3):
-            for b in range(5):
-                sums[block, a, b] += left[a] * right[b]
+            basis[4] -= third * math.cos(3.0 * chi)
+        for b in range(5):
+            sums[block, 0, b] += slope * basis[b]
+            sums[block, 1, b] += f * basis[b]
+            sums[block, 2, b] += basis[b]
 
     response = np.zeros(blocks + 1)
     design = np.zeros((blocks + 1, 3))
@@ -104,31 +103,47 @@ def half_cycle_rows(
         whole = 0 < block < blocks - 1 or count > per_half_cycle * stride - 1.5
         if count < 2 or s[0, 0] <= _SMALLEST_SHARE * count or (swing_frequency > 0.0 and not whole):
             continue
-        f_row = s[1] - s[0, 1] / s[0, 0] * s[0]
-        if f_row[1] <= _SMALLEST_SHARE * count:
+        _remove(s, 1, 0, 0)
+        _remove(s, 2, 0, 0)
+        if s[1, 1] <= _SMALLEST_SHARE * count:
             continue
-        rest += s[2] - s[0, 3] / s[0, 0] * s[0] - f_row[3] / f_row[1] * f_row
-        row = f_row / math.sqrt(f_row[1])
-        design[used] = row[1:4]
-        response[used] = row[4]
+        _remove(s, 2, 1, 1)
+        for b in range(5):
+            rest[b] += s[2, b]
+        _put(response, design, used, s[1], s[1, 1])
         used += 1
     rows = used
     if rest[3] > _SMALLEST_SHARE * n:
-        row = rest / math.sqrt(rest[3])
-        design[rows] = row[1:4]
-        response[rows] = row[4]
+        _put(response, design, rows, rest, rest[3])
         rows += 1
-    response = response[:rows]
-    design = design[:rows]
+    response = response[:rows].copy()
+    design = design[:rows].copy()
     if swing_frequency > 0.0:
         _straighten(response, design, used, order, swing_frequency)
     return response, design, used
 
 
 @njit(cache=True, nogil=True)
+def _remove(sums: Array, row: int, other: int, column: int) -> None:
+    """Make the function of one row orthogonal to that of another, which stands in ``column``."""
+    share = sums[row, column] / sums[other, column]
+    for b in range(5):
+        sums[row, b] -= share * sums[other, b]
+
+
+@njit(cache=True, nogil=True)
+def _put(response: Array, design: Array, at: int, products: Array, square: float) -> None:
+    """Enter one projection, scaled to unit norm."""
+    norm = math.sqrt(square)
+    for column in range(3):
+        design[at, column] = products[1 + column] / norm
+    response[at] = products[4] / norm
+
+
+@njit(cache=True, nogil=True)
 def _straighten(response: Array, design: Array, amplitudes: int, order: int, swing_frequency: float) -> None:
     """Replace a pendulum's Fourier amplitudes, in place, by ones linear in friction; same noise variance."""
-    found, ok, _ = least_squares(design, response)
+    found, ok, _, _ = least_squares(design, response)
     centre = found[2] if ok else 0.0
     for i in range(amplitudes):
         norm, leak = design[i, 0], centre * design[i, 2]
@@ -139,11 +154,24 @@ def _straighten(response: Array, design: Array, amplitudes: int, order: int, swi
 
 
 @njit(cache=True, nogil=True)
-def least_squares(design: Array, response: Array) -> tuple[Array, bool, float]:
-    """Coefficients, whether they are determined, and the residual sum of squares."""
-    found, ok = solve_spd(design.T @ design, design.T @ response)
-    residual = response - design @ found
-    return found, ok, (residual * residual).sum()
+def least_squares(design: Array, response: Array) -> tuple[Array, bool, float, Array]:
+    """Coefficients, whether they are determined, residual sum of squares, and the moment matrix ``X'X``."""
+    rows, size = design.shape
+    gram = np.zeros((size, size))
+    right = np.zeros(size)
+    for i in range(rows):
+        for a in range(size):
+            right[a] += design[i, a] * response[i]
+            for b in range(size):
+                gram[a, b] += design[i, a] * design[i, b]
+    found, ok = solve_spd(gram, right)
+    squares = 0.0
+    for i in range(rows):
+        residual = response[i]
+        for a in range(size):
+            residual -= design[i, a] * found[a]
+        squares += residual * residual
+    return found, ok, squares, gram
 
 
 @njit(cache=True, nogil=True)
@@ -198,12 +226,14 @@ def envelope_statistics(
         values = values - reference
         polynomial = track_phase(values, step, frequency[k], phase[k], order)
         response, design, used = half_cycle_rows(values, polynomial, order, swing_frequency)
-        found, ok, left = least_squares(design, response)
+        found, ok, left, moments = least_squares(design, response)
         rows[k] = response.size
         half_cycles[k] = used
         if ok:
-            gram[k] = design.T @ design
-            coefficients[k] = found
+            for a in range(3):
+                coefficients[k, a] = found[a]
+                for b in range(3):
+                    gram[k, a, b] = moments[a, b]
             coefficients[k, 2] += reference
             residual[k] = left
     return gram, coefficients, residual, rows, half_cycles
