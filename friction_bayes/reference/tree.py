@@ -77,7 +77,7 @@ def make_tree(
     at, thinned = _thin(index, chains, draws, THINNED_DRAWS)
     pointwise = target.pointwise(coordinates[at].reshape(-1, size))
     groups["log_likelihood"] = _per_draw(target.observed_name, "block", pointwise, thinned)
-    at, thinned = _thin(index, chains, draws, min(THINNED_DRAWS, _PREDICTED_VALUES // target.observed.size))
+    at, thinned = _thin(index, chains, draws, min(THINNED_DRAWS, _PREDICTED_VALUES // max(target.observed.size, 1)))
     predicted = target.predictive(coordinates[at].reshape(-1, size), rng)
     groups["posterior_predictive"] = _per_draw(target.observed_name, "observation", predicted, thinned)
     try:
@@ -113,7 +113,7 @@ def _thin(
 
 
 def _per_draw(name: str, dim: str, values: Array, index: Mapping[str, Any]) -> xr.Dataset:
-    shape = (index["chain"].size, index["draw"].size, -1)
+    shape = (index["chain"].size, index["draw"].size, values.shape[-1])
     return xr.Dataset({name: (("chain", "draw", dim), values.reshape(shape))}, coords=index)
 
 

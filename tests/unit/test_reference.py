@@ -1,0 +1,222 @@
+"""The sampler: repeatable, self-critical, and readable by ArviZ."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from arviz_stats import ess, loo, rhat_nested, summary
+
+import friction_bayes as fb
+from friction_bayes.conjugate.targets import normal_gamma_target
+from friction_bayes.likelihood import Target
+from friction_bayes.reference import load_tree, sample_reference, sample_target, save_tree
+from friction_bayes.reference.convergence import diagnose
+from friction_bayes.reference.ensembles import OVERDISPERSION, Ensembles
+
+PRIOR = fb.NormalGamma(mu=0.1, lam=0.01, alpha=1.0, beta=0.02)
+SAMPLES = np.random.default_rng(3).normal(0.07, 0.17, 40)
+
+
+@pytest.fixture(scope="module")
+def target() -> Target:
+    return normal_gamma_target(PRIOR, SAMPLES)
+
+
+@pytest.fixture(scope="module")
+def tree(target: Target) -> xr.DataTree:
+    return sample_target(target, seed=11)
+
+
+def test_converges_and_says_so(tree: xr.DataTree) -> None:
+    attrs = tree.attrs
+    assert attrs["converged"] == 1
+    assert attrs["nested_rhat"] < 1.01
+    assert min(attrs["ess_bulk"], attrs["ess_tail"]) > 1000.0
+    assert attrs["steps"] - attrs["burn_in"] > 50 * attrs["tau"]
+    assert 0.2 < attrs["acceptance_fraction"] < 0.9
+    assert attrs["seed"] == 11
+    assert attrs["wall_time_s"] > 0.0
+    assert attrs["emcee_version"]
+    own = tree["posterior"]["friction"].attrs
+    assert set(own) == {"nested_rhat", "ess_bulk", "ess_tail", "tau", "mcse_mean"}
+    spread = float(tree["posterior"]["friction"].std())
+    assert own["mcse_mean"] == pytest.approx(spread / np.sqrt(own["ess_bulk"]), rel=0.3)
+
+
+def test_same_seed_same_bits(target: Target, tree: xr.DataTree) -> None:
+    again, other = sample_target(target, seed=11), sample_target(target, seed=12)
+    for group in tree.children:
+        xr.testing.assert_identical(again[group].to_dataset(), tree[group].to_dataset())
+    assert {k: v for k, v in again.attrs.items() if k != "wall_time_s"} == {
+        k: v for k, v in tree.attrs.items() if k != "wall_time_s"
+    }
+    assert not np.array_equal(other["posterior"]["friction"][:, 0], tree["posterior"]["friction"][:, 0])
+
+
+def test_global_random_state_is_left_alone(target: Target) -> None:
+    before = np.random.get_state()[1].copy()  # noqa: NPY002
+    Ensembles(target, seed=1, ensembles=4, walkers=8).advance(5)
+    assert np.array_equal(np.random.get_state()[1], before)  # noqa: NPY002
+
+
+def test_groups_hold_what_they_should(target: Target, tree: xr.DataTree) -> None:
+    assert set(tree.children) == {
+        "posterior",
+        "sample_stats",
+        "observed_data",
+        "log_likelihood",
+        "posterior_predictive",
+        "prior",
+    }
+    posterior = tree["posterior"].to_dataset()
+    assert set(posterior.data_vars) == {"friction", "precision"}
+    assert posterior.sizes["chain"] == 128
+    assert posterior["ensemble"].values.tolist() == np.repeat(np.arange(4), 32).tolist()
+    theta = np.column_stack(
+        [posterior["friction"].values.ravel(), np.log(posterior["precision"].values.ravel())]
+    )
+    np.testing.assert_allclose(target.log_prob(theta), tree["sample_stats"]["lp"].values.ravel(), rtol=1e-9)
+    np.testing.assert_array_equal(tree["observed_data"]["friction_sample"], SAMPLES)
+    pointwise = tree["log_likelihood"]["friction_sample"]
+    assert pointwise.sizes["chain"] * pointwise.sizes["draw"] <= 500
+    # under their own numbers: the thinned draws are draws of the posterior
+    same = posterior.sel(chain=pointwise["chain"], draw=pointwise["draw"])
+    friction, precision = same["friction"].values, same["precision"].values
+    by_hand = -0.5 * precision * (SAMPLES[5] - friction) ** 2 + 0.5 * np.log(precision / (2.0 * np.pi))
+    np.testing.assert_allclose(pointwise[..., 5], by_hand, rtol=1e-9)
+    predicted = tree["posterior_predictive"]["friction_sample"]
+    assert float(predicted.std()) == pytest.approx(SAMPLES.std(), rel=0.2)
+
+
+def test_arviz_reads_it(tree: xr.DataTree) -> None:
+    table = summary(tree, var_names=["friction"])
+    assert float(table.loc["friction", "mean"]) == pytest.approx(
+        float(tree["posterior"]["friction"].mean()), rel=0.05
+    )
+    assert float(ess(tree)["friction"]) > 1000.0
+    owner = tree["posterior"]["ensemble"].values
+    theirs = float(rhat_nested(tree["posterior"]["friction"].to_dataset(), superchain_ids=owner)["friction"])
+    assert theirs == pytest.approx(tree["posterior"]["friction"].attrs["nested_rhat"])
+    assert np.isfinite(loo(tree, reff=1.0).elpd)
+
+
+def test_file_reads_back_equal(tree: xr.DataTree, tmp_path) -> None:
+    path = tmp_path / "reference.nc"
+    save_tree(tree, path)
+    save_tree(tree, path)
+    assert [p.name for p in tmp_path.iterdir()] == ["reference.nc"]
+    back = load_tree(path)
+    xr.testing.assert_identical(back, tree)
+    with pytest.raises(fb.InputError, match="no such file"):
+        load_tree(tmp_path / "missing.nc")
+
+
+def test_failed_write_leaves_nothing(tree: xr.DataTree, tmp_path) -> None:
+    bad = tree.copy()
+    bad.attrs["unwritable"] = object()
+    with pytest.raises(TypeError):
+        save_tree(bad, tmp_path / "reference.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_says_when_it_has_not_converged(target: Target) -> None:
+    with pytest.warns(fb.NotConvergedWarning, match=r"used up its 150 steps: nested R-hat .*\(above 50\)"):
+        short = sample_target(target, seed=1, max_steps=150)
+    assert short.attrs["converged"] == 0
+
+
+def test_modes_that_never_meet_are_not_converged() -> None:
+    """Two far modes: no walker crosses, every ensemble keeps the split it started with."""
+
+    def log_prob(theta: np.ndarray) -> np.ndarray:
+        return np.logaddexp(-0.5 * (theta[:, 0] - 300.0) ** 2, -0.5 * (theta[:, 0] + 300.0) ** 2)
+
+    base = normal_gamma_target(PRIOR, SAMPLES)
+    target = replace(
+        base,
+        names=("friction",),
+        log_prob=log_prob,
+        centre=np.zeros(1),
+        covariance=np.array([[300.0**2]]),
+        posterior=lambda theta: {"friction": theta[:, 0]},
+        pointwise=lambda theta: theta,
+        predictive=lambda theta, rng: theta,
+        prior_draws=lambda rng, n: rng.standard_normal((n, 1)),
+    )
+    with pytest.warns(fb.NotConvergedWarning):
+        tree = sample_target(target, seed=2, max_steps=300)
+    assert tree.attrs["converged"] == 0
+
+
+def test_one_ensemble_apart_is_seen(rng: np.random.Generator) -> None:
+    draws = rng.standard_normal((32, 200))
+    assert diagnose(draws, 4, 1).nested_rhat < 1.01
+    draws[:8] += 0.5
+    assert diagnose(draws, 4, 1).nested_rhat > 1.02
+
+
+def test_starts_wide_and_where_the_probability_is_not_zero(target: Target) -> None:
+    run = Ensembles(target, seed=5, ensembles=4, walkers=200)
+    starts = np.concatenate([state.coords for state in run._states])
+    assert starts.std() == pytest.approx(OVERDISPERSION, rel=0.1)
+    half = replace(
+        target, log_prob=lambda t: np.where(t[:, 0] > target.centre[0], target.log_prob(t), -np.inf)
+    )
+    with pytest.raises(fb.InputError, match="not finite at its centre"):
+        Ensembles(half, seed=5, ensembles=4, walkers=32)
+    inside = replace(target, log_prob=lambda t: np.where(t[:, 0] > 0.0, target.log_prob(t), -np.inf))
+    positive = sample_target(inside, seed=5)["posterior"]["friction"]
+    assert float(positive.min()) > 0.0
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"ensembles": 3}, "ensembles: 3 cannot show convergence; give at least 4"),
+        ({"walkers": 31}, "walkers: 31 for 2 parameters"),
+        ({"walkers": 2}, "walkers: 2 for 2 parameters"),
+        ({"max_steps": 10}, "max_steps: 10 steps"),
+    ],
+)
+def test_refuses_bad_options(target: Target, options: dict[str, int], message: str) -> None:
+    with pytest.raises(fb.InputError, match=message):
+        sample_target(target, seed=1, **options)
+
+
+def test_an_improper_prior_is_not_drawn_from() -> None:
+    flat = normal_gamma_target(fb.NormalGamma(mu=0.0, lam=0.0, alpha=-0.5, beta=0.0), SAMPLES)
+    tree = sample_target(flat, seed=1)
+    assert "prior" not in tree.children
+    assert tree.attrs["prior"] == "improper"
+
+
+def test_progress_is_told(target: Target) -> None:
+    told: list[tuple[int, int]] = []
+    sample_target(target, seed=3, progress=lambda done, due: told.append((done, due)))
+    assert all(done <= due for done, due in told)
+    assert told[-1][0] == told[-1][1]
+    assert [done for done, _ in told] == sorted(done for done, _ in told)
+
+
+def test_from_a_record() -> None:
+    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
+    record = fb.simulate(
+        system,
+        friction=0.5,
+        initial_displacement=0.02,
+        duration=5.0,
+        sampling_rate=200.0,
+        noise_sd=5e-4,
+        seed=1,
+    )
+    closed = fb.estimate(record, system)
+    tree = sample_reference(record, system, seed=4)
+    friction = tree["posterior"]["friction"]
+    error = friction.attrs["mcse_mean"]
+    assert float(friction.mean()) == pytest.approx(closed.friction.mean(), abs=5.0 * error)
+    assert tree.attrs["friction_unit"] == "N"
+    assert tree.attrs["method"] == "waveform"
+    assert 0.0 < tree.attrs["closed_form_wall_time_s"] < tree.attrs["wall_time_s"]

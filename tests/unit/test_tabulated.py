@@ -1,0 +1,58 @@
+"""Tabulated densities and distribution functions against scipy's own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from friction_bayes.tabulated import Tabulated
+
+
+@pytest.mark.parametrize(
+    ("distribution", "around", "support"),
+    [
+        (stats.norm(3.0, 2.0), (2.0, 4.0), (-np.inf, np.inf)),
+        (stats.norm(1e6, 0.5), (1e6 - 1.0, 1e6 + 1.0), (-np.inf, np.inf)),
+        (stats.gamma(3.0), (1.0, 5.0), (0.0, np.inf)),
+        (stats.beta(2.0, 5.0), (0.2, 0.4), (0.0, 1.0)),
+        (stats.t(8.0), (-2.0, 2.0), (-np.inf, np.inf)),
+    ],
+)
+@pytest.mark.parametrize("kind", ["density", "cdf"])
+def test_agrees_with_scipy(distribution, around, support, kind) -> None:
+    function = (lambda x: 7.0 * distribution.pdf(x)) if kind == "density" else distribution.cdf
+    table = Tabulated.of(function, around=around, support=support, kind=kind)
+    sd = distribution.std()
+    assert table.mean() == pytest.approx(distribution.mean(), abs=2e-5 * sd)
+    assert table.std() == pytest.approx(sd, rel=2e-4)
+    p = np.array([0.01, 0.05, 0.5, 0.95, 0.99])
+    np.testing.assert_allclose(table.cdf(distribution.ppf(p)), p, atol=1e-6)
+    np.testing.assert_allclose(table.ppf(p), distribution.ppf(p), atol=1e-4 * sd)
+    assert table.cdf(around[0] - 1e9) == 0.0
+    assert table.cdf(around[1] + 1e9) == 1.0
+
+
+def test_finds_a_mode_far_from_the_draws() -> None:
+    mixture = Tabulated.of(lambda x: stats.norm.pdf(x) + stats.norm.pdf(x, 8.0), around=(-3.0, 3.0))
+    assert mixture.mean() == pytest.approx(4.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("function", "kind", "message"),
+    [
+        (lambda x: np.ones_like(x), "density", "proper"),
+        (lambda x: -stats.norm.pdf(x), "density", "negative"),
+        (lambda x: np.full_like(x, np.nan), "density", "not finite"),
+        (lambda x: 1.0, "density", "vectorised"),
+        (lambda x: stats.norm.sf(x), "cdf", "settle|decreases"),
+    ],
+)
+def test_refuses_what_is_no_distribution(function, kind, message) -> None:
+    with pytest.raises(ValueError, match=message):
+        Tabulated.of(function, around=(-1.0, 1.0), kind=kind)
+
+
+def test_refuses_a_range_outside_the_support() -> None:
+    with pytest.raises(ValueError, match="no finite range"):
+        Tabulated.of(stats.gamma(3.0).pdf, around=(-2.0, -1.0), support=(0.0, np.inf))
