@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from friction_bayes.commands import datasets, demo, estimate, simulate
+import friction_bayes.commands.datasets as datasets
+import friction_bayes.commands.demo as demo
+import friction_bayes.commands.estimate as estimate
+import friction_bayes.commands.simulate as simulate
 
 __all__ = ["COMMANDS"]
 

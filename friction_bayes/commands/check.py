@@ -62,8 +62,8 @@ def check_estimate(
 
     tree = sample_target(estimate.fit.target, seed=seed, progress=progress)
     attrs = tree.attrs
-    posterior = tree["posterior"]["friction"]
-    draws = posterior.values.reshape(attrs["ensembles"], attrs["walkers"], -1)
+    posterior = tree["posterior"].dataset["friction"]
+    draws = np.asarray(posterior.values).reshape(attrs["ensembles"], attrs["walkers"], -1)
     agreement = compare(estimate.friction_as_declared, draws).timed(
         closed_form=closed_form_s, sampler=attrs["wall_time_s"]
     )

@@ -87,8 +87,7 @@ def draw_joint(estimate: Estimate, folder: Path, name: str, *, truth: float | No
     """Draw the joint normal-gamma density of friction and precision with its 90 % region."""
     posterior = estimate.fit.posterior
     friction, precision = posterior.friction, posterior.precision
-    r = np.linspace(*friction.ppf(_GRID_TAILS), _GRID_POINTS)
-    s = np.linspace(*precision.ppf(_GRID_TAILS), _GRID_POINTS)
+    r, s = (_grid(marginal) for marginal in (friction, precision))
     figure = plot_joint(
         r,
         s,
@@ -102,6 +101,11 @@ def draw_joint(estimate: Estimate, folder: Path, name: str, *, truth: float | No
         title=f"{estimate.decay.name}: joint posterior",
     )
     save_figure(figure, folder, name)
+
+
+def _grid(marginal: Any) -> np.ndarray:
+    low, high = (float(marginal.ppf(q)) for q in _GRID_TAILS)
+    return np.linspace(low, high, _GRID_POINTS)
 
 
 def draw_comparison(

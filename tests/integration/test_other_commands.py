@@ -77,6 +77,7 @@ def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
         record=paper_example(1, sampling_rate=100.0),
         system=PAPER_SYSTEM,
         friction=0.07,
+        remark="What to see.",
     )
     monkeypatch.setattr(demonstration, "_cases", lambda seed: (case,))
     monkeypatch.setattr(demonstration, "METHODS", ("waveform", "normal-gamma"))
@@ -86,6 +87,7 @@ def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
     assert shown.err == ""
     assert "A slower paper's example; true friction 0.07 N" in shown.out
     assert shown.out.count("yes") == 2
+    assert "What to see." in shown.out
     names = {path.name for path in out.iterdir()}
     figures = {f"paper_{kind}.png" for kind in ("fit", "amplitudes", "joint", "estimators", "posteriors")}
     assert {"demo.json", "manifest.json", *figures} <= names
