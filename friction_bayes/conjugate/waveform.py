@@ -17,16 +17,16 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
 from scipy.linalg import solve_triangular
-from scipy.special import gammaln
 
 from friction_bayes.conjugate.estimator import Fit, register
 from friction_bayes.conjugate.priors import default_prior, prior_keys
 from friction_bayes.conjugate.regression import NormalInverseGamma
-from friction_bayes.conjugate.signal_target import SignalModel, signal_target
+from friction_bayes.conjugate.signal_fit import signal_fit
+from friction_bayes.conjugate.signal_target import SignalModel
 from friction_bayes.conjugate.waveform_fits import WaveformFits, fit_waveforms, prior_of
 from friction_bayes.conjugate.waveform_kernel import COEFFICIENTS
+from friction_bayes.conjugate.waveform_pendulum import fit_pendulum
 from friction_bayes.conjugate.waveform_signal import (
     CURVED_PAIRS,
     crossing_misfit,
@@ -37,10 +37,9 @@ from friction_bayes.conjugate.waveform_signal import (
 )
 from friction_bayes.errors import InputError
 from friction_bayes.free_decay import FreeDecay
-from friction_bayes.halfcycles import force_factor
-from friction_bayes.likelihood import RegressionStatistics, Target
+from friction_bayes.likelihood import RegressionStatistics
+from friction_bayes.quantities import UNCALIBRATED_UNITS
 from friction_bayes.signal_likelihood import SignalExpansion, agrees_near
-from friction_bayes.whiteness import residual_notes
 
 __all__ = ["NAMES", "WAVEFORM", "WaveformEstimator"]
 
@@ -70,6 +69,8 @@ class WaveformEstimator:
         InputError
             If no Coulomb decay fits the record.
         """
+        if decay.system.pendulum and decay.unit not in UNCALIBRATED_UNITS:
+            return fit_pendulum(decay, prior)
         n = decay.values.size
         located = np.array(
             [[0.0, 0.0, n, decay.frequency * decay.step, decay.phase, decay.rest_position, decay.stops]]
@@ -92,22 +93,14 @@ class WaveformEstimator:
         data = _linearised(fits, n, free)
         before = prior_of(prior, p[free].size)
         after = before.update_statistics(data)
-        half_duration = 0.5 * (n - 1) * decay.step
-        spread = np.sqrt(np.diag(after.coefficients.shape))
-        prediction = signals(n, decay.quantity.order, p[None], kappa, stop)[0]
-        return Fit(
-            coefficient=after.marginal(2 - free.start),
-            precision=stats.gamma(after.alpha, scale=1.0 / after.beta),
-            precision_unit=f"1/({decay.unit})^2",
-            posterior=after,
-            amplitudes=turning_samples(n, p, stop).size - 1,
-            frequency=float(p[3]) / half_duration,
-            frequency_sd=float(spread[-2]) / half_duration,
+        return signal_fit(
+            decay,
+            _model(decay, p, kappa, stop, after),
+            before,
+            after,
+            coefficients=p[free],
             rest_position=float(p[0]),
-            noise_sd=math.sqrt(after.beta) * math.exp(gammaln(after.alpha - 0.5) - gammaln(after.alpha)),
-            prediction=prediction,
-            target=_target(decay, p, kappa, stop, before, after),
-            notes=residual_notes(decay.values - prediction, prediction),
+            prediction=signals(n, decay.quantity.order, p[None], kappa, stop)[0],
         )
 
 
@@ -119,9 +112,7 @@ def _linearised(fits: WaveformFits, n: int, free: slice) -> RegressionStatistics
     return RegressionStatistics(n, factor, projected, max(float(fits.misfit[0] - step @ step), 0.0))
 
 
-def _target(
-    decay: FreeDecay, p: Array, kappa: float, stop: int, before: NormalInverseGamma, after: NormalInverseGamma
-) -> Target:
+def _model(decay: FreeDecay, p: Array, kappa: float, stop: int, after: NormalInverseGamma) -> SignalModel:
     """The whole signal, all coefficients free, for the sampler."""
     values, order, n = decay.values, decay.quantity.order, decay.values.size
     skip = COEFFICIENTS - after.size
@@ -147,7 +138,7 @@ def _target(
         [[-np.inf, np.inf]] * 3 + [[advance / _BAND, advance * _BAND], [p[4] - math.pi, p[4] + math.pi]]
     )
     bounds[3] = min(bounds[3, 0], 0.5 * p[3]), max(bounds[3, 1], 2.0 * p[3])
-    model = SignalModel(
+    return SignalModel(
         names=NAMES[skip:],
         scale=np.array([1.0, 1.0, 1.0, 1.0 / half_duration, 1.0])[skip:],
         bounds=bounds[skip:],
@@ -156,7 +147,6 @@ def _target(
         blocks=turning_samples(n, p, stop),
         observed=values,
     )
-    return signal_target(model, before, after, force_factor=force_factor(decay))
 
 
 WAVEFORM = register(WaveformEstimator())

@@ -1,0 +1,68 @@
+"""What a fit of the whole signal says, whichever forward model it was made with."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+from scipy.special import gammaln
+
+from friction_bayes.conjugate.estimator import Fit
+from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.conjugate.signal_target import SignalModel, signal_target
+from friction_bayes.free_decay import FreeDecay
+from friction_bayes.halfcycles import force_factor
+from friction_bayes.whiteness import residual_notes
+
+__all__ = ["signal_fit"]
+
+
+def signal_fit(
+    decay: FreeDecay,
+    model: SignalModel,
+    prior: NormalInverseGamma,
+    posterior: NormalInverseGamma,
+    *,
+    coefficients: NDArray[np.float64],
+    rest_position: float,
+    prediction: NDArray[np.float64],
+    notes: tuple[str, ...] = (),
+) -> Fit:
+    """Put a fit together.
+
+    Parameters
+    ----------
+    decay : FreeDecay
+        The record.
+    model : SignalModel
+        The signal; ``friction_coefficient`` and ``frequency`` are among its names.
+    prior, posterior : NormalInverseGamma
+        Of its coefficients and the error variance.
+    coefficients : ndarray, shape (p,)
+        The optimum.
+    rest_position : float
+        Unit of the signal.
+    prediction : ndarray, shape (n,)
+        The signal at the optimum.
+    notes : tuple of str
+        What is to be said before the residuals speak.
+    """
+    friction, frequency = (model.names.index(name) for name in ("friction_coefficient", "frequency"))
+    alpha, beta = posterior.alpha, posterior.beta
+    scale = float(model.scale[frequency])
+    return Fit(
+        coefficient=posterior.marginal(friction),
+        precision=stats.gamma(alpha, scale=1.0 / beta),
+        precision_unit=f"1/({decay.unit})^2",
+        posterior=posterior,
+        amplitudes=model.blocks.size - 1,
+        frequency=float(coefficients[frequency]) * scale,
+        frequency_sd=math.sqrt(posterior.coefficients.shape[frequency, frequency]) * scale,
+        rest_position=rest_position,
+        noise_sd=math.sqrt(beta) * math.exp(gammaln(alpha - 0.5) - gammaln(alpha)),
+        prediction=prediction,
+        target=signal_target(model, prior, posterior, force_factor=force_factor(decay)),
+        notes=(*notes, *residual_notes(decay.values - prediction, prediction)),
+    )

@@ -1,0 +1,283 @@
+"""The whole signal of a pendulum: the integrated motion fitted by Gauss-Newton, regression linearised there.
+
+Coefficients: offset; angle at the start; friction coefficient ``u = w0**q r/k`` of a signal of derivative
+order ``q``; natural frequency ``w0`` of small swings; angular velocity at the start. The fit begins with the
+first periods and takes in more as it goes, since over a long record a wrong friction law lets the phase slip.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_bayes.conjugate.estimator import Fit
+from friction_bayes.conjugate.signal_fit import signal_fit
+from friction_bayes.conjugate.signal_target import SignalModel
+from friction_bayes.conjugate.waveform_fits import prior_of
+from friction_bayes.errors import InputError
+from friction_bayes.free_decay import FreeDecay
+from friction_bayes.mechanics.effects import force_vector
+from friction_bayes.mechanics.integrate import propagate
+from friction_bayes.signal_likelihood import SignalExpansion, agrees_near
+
+__all__ = ["NAMES", "fit_pendulum"]
+
+NAMES = ("offset", "initial_angle", "friction_coefficient", "frequency", "initial_velocity")
+
+_FIRST_PERIODS = 3.0
+_GROWTH = 1.6
+_TRIAL_FREQUENCIES = (0.9, 1.0, 1.1)
+"""Of the first guess; the best on the first periods is kept."""
+_RTOL = 1e-11
+_DIFFERENCE = 1e-5
+"""Step of a derivative, relative to what changes the signal by its own size."""
+_MAX_STEPS = 40
+_CONVERGED = 1e-8
+_MAX_DAMPING = 1e8
+_CURVED = tuple((i, j) for i in range(1, 5) for j in range(i, 5))
+_BAND = 3.0
+
+Array = NDArray[np.float64]
+
+
+def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
+    """Closed-form posterior of one free decay of a pendulum.
+
+    Parameters
+    ----------
+    decay : FreeDecay
+        A calibrated record.
+    prior : mapping
+        As for a linear system; frequency and initial velocity are flat.
+
+    Raises
+    ------
+    InputError
+        If no decay of a pendulum fits the record.
+    """
+    swing = _Swing(decay)
+    skip = 1 if decay.rest_known else 0
+    before = prior_of(prior, len(NAMES) - skip)
+    weight = np.zeros(len(NAMES))
+    weight[:3] = prior["coefficient_precision"]
+    q = _continued(swing, weight, skip)
+    prediction = swing.signal(q, swing.n)
+    jacobian = swing.jacobian(q, swing.n)[:, skip:]
+    after = before.update(jacobian, decay.values - prediction + jacobian @ q[skip:])
+    model = _model(decay, swing, q, skip, after.coefficients.shape, after.beta / after.alpha)
+    return signal_fit(
+        decay,
+        model,
+        before,
+        after,
+        coefficients=q[skip:],
+        rest_position=float(q[0]),
+        prediction=prediction,
+        notes=("frequency and friction are those of a pendulum, integrated at its full swing",),
+    )
+
+
+class _Swing:
+    """The signal of a pendulum as a function of its five coefficients."""
+
+    def __init__(self, decay: FreeDecay) -> None:
+        self.decay = decay
+        self.order = decay.quantity.order
+        self.n = decay.values.size
+        self.time = decay.time
+        self.effects = force_vector({})
+        self.amplitude = 0.5 * float(np.ptp(decay.values)) / decay.frequency**self.order
+
+    def motion(self, q: Array, n: int) -> tuple[Array, Array]:
+        """Signal over the first ``n`` samples and turning times."""
+        w = q[3]
+        time = self.time[:n]
+        status, x, v, acceleration, turns, _, _ = propagate(
+            time,
+            q[1],
+            q[4],
+            q[2] * w ** (2 - self.order),
+            1.0,
+            w * w,
+            True,
+            time[-1],
+            self.effects,
+            _RTOL,
+        )
+        if status != 0:
+            return np.full(n, np.inf), turns
+        return q[0] + (x, v, acceleration)[self.order], turns
+
+    def signal(self, q: Array, n: int) -> Array:
+        """Signal over the first ``n`` samples."""
+        return self.motion(q, n)[0]
+
+    def about_the_bottom(self, q: Array) -> Array:
+        """The same motion with angles counted from the bottom it comes to rest at, not whole turns away."""
+        turns = 2.0 * math.pi * round((self.motion(q, self.n)[0][-1] - q[0]) / (2.0 * math.pi))
+        if self.order > 0 or turns == 0.0:
+            return q
+        return q + turns * np.array([1.0, -1.0, 0.0, 0.0, 0.0])
+
+    def steps(self, q: Array, n: int) -> Array:
+        """Steps of the coefficients that each change the signal alike."""
+        half_cycles = max(q[3] * self.time[n - 1] / math.pi, 1.0)
+        a, w = self.amplitude, q[3]
+        change = [a * w**self.order, a, a * w**self.order / half_cycles, w / half_cycles, a * w]
+        return _DIFFERENCE * np.array(change)
+
+    def jacobian(self, q: Array, n: int) -> Array:
+        """Derivatives by central differences, shape (n, 5)."""
+        out = np.ones((n, q.size))
+        for j, h in enumerate(self.steps(q, n)):
+            if j > 0:
+                shift = np.zeros(q.size)
+                shift[j] = h
+                out[:, j] = (self.signal(q + shift, n) - self.signal(q - shift, n)) / (2.0 * h)
+        return out
+
+    def curvature(self, q: Array, sd: Array) -> Array:
+        """Second derivatives of the curved pairs, over distances of twice ``sd``, shape (n, pairs)."""
+        out = np.empty((self.n, len(_CURVED)))
+        unit = 2.0 * np.diag(sd)
+        centre = self.signal(q, self.n)
+        for column, (i, j) in enumerate(_CURVED):
+            if i == j:
+                ends = self.signal(q + unit[i], self.n) + self.signal(q - unit[i], self.n)
+                change = ends - 2.0 * centre
+            else:
+                like = self.signal(q + unit[i] + unit[j], self.n) + self.signal(q - unit[i] - unit[j], self.n)
+                unlike = self.signal(q + unit[i] - unit[j], self.n) + self.signal(
+                    q - unit[i] + unit[j], self.n
+                )
+                change = 0.25 * (like - unlike)
+            out[:, column] = change / (unit[i, i] * unit[j, j])
+        return out
+
+    def first_guess(self) -> Array:
+        """Coefficients from the first period: angle and velocity by integrating or fitting the samples."""
+        decay, w = self.decay, self.decay.frequency
+        period = min(round(2.0 * math.pi / (w * decay.step)), self.n)
+        y = decay.values[:period] - decay.rest_position
+        time = self.time[:period]
+        if self.order == 0:
+            near = time <= max(0.15 * 2.0 * math.pi / w, 3.0 * decay.step)
+            slope, angle = np.polynomial.polynomial.polyfit(time[near], y[near], 2)[1::-1]
+        elif self.order == 1:
+            angle, slope = _integral(y, decay.step)[0], y[0]
+        else:
+            velocity = _integral(y, decay.step)
+            angle, slope = _integral(velocity, decay.step)[0], velocity[0]
+        # a swing of amplitude A is slower than small ones by about 1 - A**2/16
+        natural = w * (1.0 + min(0.5 * self.amplitude**2, 2.0) / 16.0)
+        loss = 0.005 * self.amplitude * natural**self.order
+        return np.array([decay.rest_position, angle, loss, natural, slope])
+
+
+def _integral(y: Array, step: float) -> Array:
+    """Running integral over one period, less its mean."""
+    total = step * np.cumsum(y - y.mean())
+    return np.asarray(total - total.mean())
+
+
+def _continued(swing: _Swing, weight: Array, skip: int) -> Array:
+    """Optimum on the whole record, by way of its first periods."""
+    guess = swing.first_guess()
+    n = swing.n
+    period = 2.0 * math.pi / (swing.decay.frequency * swing.decay.step)
+    length = min(max(int(_FIRST_PERIODS * period), 4 * len(NAMES)), n)
+    trials = []
+    for factor in _TRIAL_FREQUENCIES:
+        start = guess.copy()
+        start[3] *= factor
+        trials.append(_minimised(swing, start, length, weight, skip))
+    cost, q = min(trials, key=lambda trial: trial[0])
+    while length < n:
+        length = min(int(_GROWTH * length), n)
+        cost, q = _minimised(swing, q, length, weight, skip)
+    if not math.isfinite(cost):
+        raise InputError(
+            swing.decay.name,
+            "no decay of a pendulum fits the record",
+            "give start, or check the declared system",
+        )
+    return q if skip else swing.about_the_bottom(q)
+
+
+def _minimised(swing: _Swing, q: Array, n: int, weight: Array, skip: int) -> tuple[float, Array]:
+    """Levenberg-Marquardt on the first ``n`` samples, the first ``skip`` coefficients held."""
+    values = swing.decay.values[:n]
+
+    def cost_of(p: Array) -> tuple[float, Array]:
+        if not p[3] > 0.0:
+            return math.inf, values
+        residual = values - swing.signal(p, n)
+        total = float(residual @ residual) + float(weight[skip:] @ p[skip:] ** 2)
+        return (total, residual) if math.isfinite(total) else (math.inf, residual)
+
+    cost, residual = cost_of(q)
+    damping = 1e-3
+    for _ in range(_MAX_STEPS):
+        if not math.isfinite(cost):
+            break
+        jacobian = swing.jacobian(q, n)[:, skip:]
+        scale = np.linalg.norm(jacobian, axis=0)
+        root = np.sqrt(weight[skip:])
+        while damping < _MAX_DAMPING:
+            stacked = np.vstack([jacobian, np.diag(root), np.diag(math.sqrt(damping) * scale)]) / scale
+            right = np.concatenate([residual, -root * q[skip:], np.zeros(scale.size)])
+            step = np.linalg.lstsq(stacked, right, rcond=None)[0] / scale
+            trial = q.copy()
+            trial[skip:] += step
+            trial_cost, trial_residual = cost_of(trial)
+            if trial_cost <= cost:
+                break
+            damping *= 10.0
+        else:
+            break
+        gain = cost - trial_cost
+        q, cost, residual = trial, trial_cost, trial_residual
+        damping *= 0.1
+        if gain <= _CONVERGED * cost:
+            break
+    return cost, q
+
+
+def _model(
+    decay: FreeDecay, swing: _Swing, q: Array, skip: int, covariance: Array, variance: float
+) -> SignalModel:
+    """The integrated signal, all coefficients free, for the sampler."""
+    values, n = decay.values, swing.n
+    prediction, turns = swing.motion(q, n)
+    sd = np.concatenate([np.zeros(skip), np.sqrt(np.diag(covariance))])
+    jacobian = swing.jacobian(q, n)[:, skip:]
+    pairs = np.array(_CURVED) - skip
+    expansion = SignalExpansion.of(
+        q[skip:], values - prediction, jacobian, swing.curvature(q, sd), pairs.astype(np.int64)
+    )
+
+    def signal(p: Array) -> Array:
+        whole = np.column_stack([np.full((len(p), skip), q[0]), p])
+        return np.array([swing.signal(row, n) for row in whole])
+
+    def exact(p: Array) -> Array:
+        return np.array([((values - signal(row[None])[0]) ** 2).sum() for row in p])
+
+    fast = agrees_near(expansion.misfit, exact, q[skip:], covariance, variance)
+    natural = decay.system.natural_frequency
+    low, high = min(natural / _BAND, 0.5 * q[3]), max(natural * _BAND, 2.0 * q[3])
+    free = [-np.inf, np.inf]
+    bounds = np.array([free, free, free, [low, high], [-2.0 * high, 2.0 * high]])
+    first = np.searchsorted(swing.time, turns[turns < swing.time[-1]])
+    return SignalModel(
+        names=NAMES[skip:],
+        scale=np.ones(len(NAMES) - skip),
+        bounds=bounds[skip:],
+        signal=signal,
+        misfit=expansion.misfit if fast else exact,
+        blocks=np.unique(np.concatenate([[0], first])),
+        observed=values,
+    )
