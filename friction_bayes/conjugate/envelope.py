@@ -106,8 +106,8 @@ class EnvelopeEstimator:
 
 def _notes(decay: FreeDecay, swing: float) -> tuple[str, ...]:
     notes = [
-        "the noise level is that of white noise which would scatter the half cycles as they do about a straight "
-        "loss of amplitude"
+        "the noise level is that of white noise which would scatter the half cycles as they do about a "
+        "straight loss of amplitude"
     ]
     if decay.system.pendulum and swing == 0.0:
         notes.append("the sensor is not calibrated: swings of the pendulum are taken as small")
