@@ -26,10 +26,17 @@ _MOST_REDRAWS = 12
 Effects = frozenset[str]
 
 
-def _candidates(size: int) -> Iterator[Effects]:
-    """Every set of at most ``size`` effects, small ones first; exclusive pairs are never together."""
+def _candidates(size: int, losses: dict[Effects, float]) -> Iterator[Effects]:
+    """Every set of at most ``size`` effects, small ones first; exclusive pairs are never together.
+
+    Sets that extend the nearest of the smaller sets come first: a rival that is near enough to end the
+    search is soon found.
+    """
     for n in range(size + 1):
-        yield from (frozenset(c) for c in combinations(CATALOGUE, n) if frozenset(c) not in EXCLUSIVE)
+        sets = [frozenset(c) for c in combinations(CATALOGUE, n) if frozenset(c) not in EXCLUSIVE]
+        yield from sorted(
+            sets, key=lambda effects: min((losses[effects - {name}] for name in effects), default=0.0)
+        )
 
 
 def _contains(rival: Effects, truth: Effects) -> bool:
@@ -77,7 +84,8 @@ def _losses(sealed: SealedRecord, size: int) -> Iterator[tuple[Effects, float]]:
     problems = {flat: problem_of(sealed, flat) for flat in ({False, True} if clipped else {False})}
     fitted: dict[tuple[bool, Effects], NDArray[np.float64]] = {}
     chi_square: dict[tuple[bool, Effects], float] = {}
-    for effects in _candidates(size):
+    losses: dict[Effects, float] = {}
+    for effects in _candidates(size, losses):
         # where no sample is flat, or none far out, clipping and outliers add nothing to a rival
         censored = clipped and "sensor_clipping" in effects
         motion = effects - {"sensor_clipping", "outliers"}
@@ -95,6 +103,7 @@ def _losses(sealed: SealedRecord, size: int) -> Iterator[tuple[Effects, float]]:
             loss *= 1.0 - fraction
             if "outliers" not in effects:
                 loss += deviance_of_outliers(sealed.times.size, fraction, scale)
+        losses[effects] = loss
         if not _contains(effects, frozenset(truth.visible)):
             yield effects, loss
 
