@@ -154,8 +154,8 @@ def _cases(seed: int) -> tuple[Case, Case]:
             ),
             system=TESTBED,
             friction=_TESTBED_FRICTION,
-            remark="All four know dry friction alone and take what viscous damping costs for friction: closed "
-            "form and sampler agree on a wrong model. A narrow interval is no proof of the model.",
+            remark="All four know dry friction alone and take what viscous damping costs for friction: "
+            "closed form and sampler agree on a wrong model. A narrow interval is no proof of the model.",
         ),
     )
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from friction_bayes.free_decay import FreeDecay
-from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, new_figure, note, styled
+from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
 __all__ = ["plot_amplitudes", "plot_fit"]
 
@@ -58,30 +58,30 @@ def plot_fit(
         close = figure.add_subplot(grid[0, 1])
         shape = figure.add_subplot(grid[1, 1])
 
-        if record is not None:
+        if record is not None and record.size > time.size:
             whole.plot(record["time"], record.values, color=FAINT, lw=0.8, rasterized=True, label="not used")
         whole.plot(time, decay.values, color=DATA, lw=0.8, rasterized=True, label="record")
         whole.plot(time, prediction, color=MODEL, lw=0.9, label="fit")
         whole.set_ylabel(_signal_label(decay))
         whole.set_title(title or decay.name)
-        whole.legend(loc="upper right", ncols=3)
+        whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
         whole.tick_params(labelbottom=False)
 
-        below.axhspan(-2.0 * noise_sd, 2.0 * noise_sd, color=FAINT, lw=0.0, label="± 2 sd of the noise")
+        below.axhspan(-2.0 * noise_sd, 2.0 * noise_sd, color=FAINT, lw=0.0)
         below.plot(time, residual, color=ACCENT, lw=0.6, rasterized=True)
         below.set_ylabel("residual")
         below.set_xlabel("time [s]")
-        below.legend(loc="upper right")
+        caption(below, "shaded: ± 2 sd of the noise")
         low, high = np.quantile(residual, [0.0005, 0.9995])
         reach = 1.25 * max(abs(low), abs(high), 2.0 * noise_sd)
-        below.set_ylim(-reach, 1.35 * reach)
+        below.set_ylim(-reach, reach)
 
         period = 2.0 * math.pi / decay.frequency
         last = time >= time[-1] - 4.0 * period
         close.plot(time[last], decay.values[last], ".", color=DATA, ms=2.5, mew=0.0, rasterized=True)
         close.plot(time[last], prediction[last], color=MODEL)
         close.locator_params(axis="x", nbins=5)
-        note(close, "the last four cycles")
+        caption(close, "the last four cycles")
 
         bound = 5.0 * max(noise_sd, float(np.std(residual)))
         shape.hist(residual, bins=41, range=(-bound, bound), density=True, color=FAINT)
@@ -91,7 +91,8 @@ def plot_fit(
         shape.set_xlabel(f"residual [{decay.unit}]")
         shape.set_yticks([])
         shape.spines["left"].set_visible(False)
-        note(shape, f"sd {noise_sd:.3g} {decay.unit}")
+        shape.locator_params(axis="x", nbins=4)
+        caption(shape, f"noise sd {noise_sd:.3g} {decay.unit}")
     return figure
 
 

@@ -11,7 +11,18 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-__all__ = ["ACCENT", "DATA", "FAINT", "MODEL", "TRUTH", "new_figure", "note", "save_figure", "styled"]
+__all__ = [
+    "ACCENT",
+    "DATA",
+    "FAINT",
+    "MODEL",
+    "TRUTH",
+    "caption",
+    "new_figure",
+    "note",
+    "save_figure",
+    "styled",
+]
 
 # Blue, vermilion and green of Okabe and Ito, told apart by colour-blind readers; in grey print by
 # lightness, and by line style where lines cross.
@@ -63,6 +74,11 @@ def styled() -> Iterator[None]:
 def new_figure(width: float = 7.0, height: float = 4.2) -> Figure:
     """Return an empty figure [inch] that no window system knows of."""
     return Figure(figsize=(width, height), layout="constrained")
+
+
+def caption(axes: Axes, text: str) -> None:
+    """Write a small text above the right end of the axes."""
+    axes.set_title(text, loc="right", fontsize=9.0, fontweight="normal", color="#444444")
 
 
 def note(axes: Axes, text: str, *, place: str = "upper right") -> None:
