@@ -23,7 +23,7 @@ TOLERANCE = 0.02
 
 _BULK = 2.4
 _RADIUS = 5.0
-"""Distances in standard deviations: of the bulk, and as far as looked. Errors may grow as the fourth power."""
+"""Standard deviations: where the bulk is, and as far as looked. Errors may grow as the fourth power."""
 _PROBES = 64
 
 

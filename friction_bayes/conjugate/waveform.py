@@ -25,7 +25,6 @@ from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.signal_fit import signal_fit
 from friction_bayes.conjugate.signal_target import SignalModel
 from friction_bayes.conjugate.waveform_fits import WaveformFits, fit_waveforms, prior_of
-from friction_bayes.conjugate.waveform_kernel import COEFFICIENTS
 from friction_bayes.conjugate.waveform_pendulum import fit_pendulum
 from friction_bayes.conjugate.waveform_signal import (
     CURVED_PAIRS,
@@ -35,6 +34,7 @@ from friction_bayes.conjugate.waveform_signal import (
     signals,
     turning_samples,
 )
+from friction_bayes.conjugate.waveform_sums import COEFFICIENTS
 from friction_bayes.errors import InputError
 from friction_bayes.free_decay import FreeDecay
 from friction_bayes.likelihood import RegressionStatistics

@@ -11,7 +11,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from friction_bayes.conjugate.regression import NormalInverseGamma
-from friction_bayes.conjugate.waveform_kernel import COEFFICIENTS, fit_waveform
+from friction_bayes.conjugate.waveform_kernel import fit_waveform
+from friction_bayes.conjugate.waveform_sums import COEFFICIENTS
 
 __all__ = ["WaveformFits", "fit_waveforms", "prior_of"]
 
@@ -28,7 +29,7 @@ class WaveformFits:
     Attributes
     ----------
     coefficients : ndarray, shape (records, 5)
-        See :mod:`friction_bayes.conjugate.waveform_kernel`; the offset is that of the record as it is.
+        See :mod:`friction_bayes.conjugate.waveform_sums`; the offset is that of the record as it is.
     kappa : ndarray, shape (records,)
         Their constant.
     stop : ndarray of int, shape (records,)

@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from friction_bayes.conjugate.estimator import Fit
+from friction_bayes.conjugate.pendulum_swing import CURVED, PendulumSwing
 from friction_bayes.conjugate.signal_fit import signal_fit
 from friction_bayes.conjugate.signal_target import SignalModel
 from friction_bayes.conjugate.waveform_fits import prior_of
 from friction_bayes.errors import InputError
 from friction_bayes.free_decay import FreeDecay
-from friction_bayes.mechanics.effects import force_vector
-from friction_bayes.mechanics.integrate import propagate
 from friction_bayes.signal_likelihood import SignalExpansion, agrees_near
 
 __all__ = ["NAMES", "fit_pendulum"]
@@ -31,13 +30,9 @@ _FIRST_PERIODS = 3.0
 _GROWTH = 1.6
 _TRIAL_FREQUENCIES = (0.9, 1.0, 1.1)
 """Of the first guess; the best on the first periods is kept."""
-_RTOL = 1e-11
-_DIFFERENCE = 1e-5
-"""Step of a derivative, relative to what changes the signal by its own size."""
 _MAX_STEPS = 40
 _CONVERGED = 1e-8
 _MAX_DAMPING = 1e8
-_CURVED = tuple((i, j) for i in range(1, 5) for j in range(i, 5))
 _BAND = 3.0
 
 Array = NDArray[np.float64]
@@ -58,7 +53,7 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
     InputError
         If no decay of a pendulum fits the record.
     """
-    swing = _Swing(decay)
+    swing = PendulumSwing(decay)
     skip = 1 if decay.rest_known else 0
     before = prior_of(prior, len(NAMES) - skip)
     weight = np.zeros(len(NAMES))
@@ -80,110 +75,7 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
     )
 
 
-class _Swing:
-    """The signal of a pendulum as a function of its five coefficients."""
-
-    def __init__(self, decay: FreeDecay) -> None:
-        self.decay = decay
-        self.order = decay.quantity.order
-        self.n = decay.values.size
-        self.time = decay.time
-        self.effects = force_vector({})
-        self.amplitude = 0.5 * float(np.ptp(decay.values)) / decay.frequency**self.order
-
-    def motion(self, q: Array, n: int) -> tuple[Array, Array]:
-        """Signal over the first ``n`` samples and turning times."""
-        w = q[3]
-        time = self.time[:n]
-        status, x, v, acceleration, turns, _, _ = propagate(
-            time,
-            q[1],
-            q[4],
-            q[2] * w ** (2 - self.order),
-            1.0,
-            w * w,
-            True,
-            time[-1],
-            self.effects,
-            _RTOL,
-        )
-        if status != 0:
-            return np.full(n, np.inf), turns
-        return q[0] + (x, v, acceleration)[self.order], turns
-
-    def signal(self, q: Array, n: int) -> Array:
-        """Signal over the first ``n`` samples."""
-        return self.motion(q, n)[0]
-
-    def about_the_bottom(self, q: Array) -> Array:
-        """The same motion with angles counted from the bottom it comes to rest at, not whole turns away."""
-        turns = 2.0 * math.pi * round((self.motion(q, self.n)[0][-1] - q[0]) / (2.0 * math.pi))
-        if self.order > 0 or turns == 0.0:
-            return q
-        return q + turns * np.array([1.0, -1.0, 0.0, 0.0, 0.0])
-
-    def steps(self, q: Array, n: int) -> Array:
-        """Steps of the coefficients that each change the signal alike."""
-        half_cycles = max(q[3] * self.time[n - 1] / math.pi, 1.0)
-        a, w = self.amplitude, q[3]
-        change = [a * w**self.order, a, a * w**self.order / half_cycles, w / half_cycles, a * w]
-        return _DIFFERENCE * np.array(change)
-
-    def jacobian(self, q: Array, n: int) -> Array:
-        """Derivatives by central differences, shape (n, 5)."""
-        out = np.ones((n, q.size))
-        for j, h in enumerate(self.steps(q, n)):
-            if j > 0:
-                shift = np.zeros(q.size)
-                shift[j] = h
-                out[:, j] = (self.signal(q + shift, n) - self.signal(q - shift, n)) / (2.0 * h)
-        return out
-
-    def curvature(self, q: Array, sd: Array) -> Array:
-        """Second derivatives of the curved pairs, over distances of twice ``sd``, shape (n, pairs)."""
-        out = np.empty((self.n, len(_CURVED)))
-        unit = 2.0 * np.diag(sd)
-        centre = self.signal(q, self.n)
-        for column, (i, j) in enumerate(_CURVED):
-            if i == j:
-                ends = self.signal(q + unit[i], self.n) + self.signal(q - unit[i], self.n)
-                change = ends - 2.0 * centre
-            else:
-                like = self.signal(q + unit[i] + unit[j], self.n) + self.signal(q - unit[i] - unit[j], self.n)
-                unlike = self.signal(q + unit[i] - unit[j], self.n) + self.signal(
-                    q - unit[i] + unit[j], self.n
-                )
-                change = 0.25 * (like - unlike)
-            out[:, column] = change / (unit[i, i] * unit[j, j])
-        return out
-
-    def first_guess(self) -> Array:
-        """Coefficients from the first period: angle and velocity by integrating or fitting the samples."""
-        decay, w = self.decay, self.decay.frequency
-        period = min(round(2.0 * math.pi / (w * decay.step)), self.n)
-        y = decay.values[:period] - decay.rest_position
-        time = self.time[:period]
-        if self.order == 0:
-            near = time <= max(0.15 * 2.0 * math.pi / w, 3.0 * decay.step)
-            slope, angle = np.polynomial.polynomial.polyfit(time[near], y[near], 2)[1::-1]
-        elif self.order == 1:
-            angle, slope = _integral(y, decay.step)[0], y[0]
-        else:
-            velocity = _integral(y, decay.step)
-            angle, slope = _integral(velocity, decay.step)[0], velocity[0]
-        # a swing of amplitude A is slower than small ones by about 1 - A**2/16
-        natural = w * (1.0 + min(0.5 * self.amplitude**2, 2.0) / 16.0)
-        loss = 0.005 * self.amplitude * natural**self.order
-        return np.array([decay.rest_position, angle, loss, natural, slope])
-
-
-def _integral(y: Array, step: float) -> Array:
-    """Running integral over one period, less its mean."""
-    total = step * np.cumsum(y - y.mean())
-    return np.asarray(total - total.mean())
-
-
-def _continued(swing: _Swing, weight: Array, skip: int) -> Array:
+def _continued(swing: PendulumSwing, weight: Array, skip: int) -> Array:
     """Optimum on the whole record, by way of its first periods."""
     guess = swing.first_guess()
     n = swing.n
@@ -207,7 +99,7 @@ def _continued(swing: _Swing, weight: Array, skip: int) -> Array:
     return q if skip else swing.about_the_bottom(q)
 
 
-def _minimised(swing: _Swing, q: Array, n: int, weight: Array, skip: int) -> tuple[float, Array]:
+def _minimised(swing: PendulumSwing, q: Array, n: int, weight: Array, skip: int) -> tuple[float, Array]:
     """Levenberg-Marquardt on the first ``n`` samples, the first ``skip`` coefficients held."""
     values = swing.decay.values[:n]
 
@@ -225,6 +117,8 @@ def _minimised(swing: _Swing, q: Array, n: int, weight: Array, skip: int) -> tup
             break
         jacobian = swing.jacobian(q, n)[:, skip:]
         scale = np.linalg.norm(jacobian, axis=0)
+        if not np.all(scale > 0.0) or not np.all(np.isfinite(scale)):
+            return math.inf, q
         root = np.sqrt(weight[skip:])
         while damping < _MAX_DAMPING:
             stacked = np.vstack([jacobian, np.diag(root), np.diag(math.sqrt(damping) * scale)]) / scale
@@ -232,6 +126,8 @@ def _minimised(swing: _Swing, q: Array, n: int, weight: Array, skip: int) -> tup
             step = np.linalg.lstsq(stacked, right, rcond=None)[0] / scale
             trial = q.copy()
             trial[skip:] += step
+            # friction that feeds the motion would soon send it over the top
+            trial[2] = max(trial[2], 0.0)
             trial_cost, trial_residual = cost_of(trial)
             if trial_cost <= cost:
                 break
@@ -247,14 +143,14 @@ def _minimised(swing: _Swing, q: Array, n: int, weight: Array, skip: int) -> tup
 
 
 def _model(
-    decay: FreeDecay, swing: _Swing, q: Array, skip: int, covariance: Array, variance: float
+    decay: FreeDecay, swing: PendulumSwing, q: Array, skip: int, covariance: Array, variance: float
 ) -> SignalModel:
     """The integrated signal, all coefficients free, for the sampler."""
     values, n = decay.values, swing.n
     prediction, turns = swing.motion(q, n)
     sd = np.concatenate([np.zeros(skip), np.sqrt(np.diag(covariance))])
     jacobian = swing.jacobian(q, n)[:, skip:]
-    pairs = np.array(_CURVED) - skip
+    pairs = np.array(CURVED) - skip
     expansion = SignalExpansion.of(
         q[skip:], values - prediction, jacobian, swing.curvature(q, sd), pairs.astype(np.int64)
     )

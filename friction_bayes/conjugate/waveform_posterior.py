@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import gammaln
 
 from friction_bayes.conjugate.waveform_fits import FLAT, WaveformFits
-from friction_bayes.conjugate.waveform_kernel import COEFFICIENTS
+from friction_bayes.conjugate.waveform_sums import COEFFICIENTS
 
 __all__ = ["WaveformSummaries", "summarise_fits"]
 

@@ -1,5 +1,5 @@
 """The signal of a Coulomb decay, its derivatives, and its misfit near an optimum, for the coefficients of
-:mod:`friction_bayes.conjugate.waveform_kernel`.
+:mod:`friction_bayes.conjugate.waveform_sums`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from friction_bayes.conjugate.waveform_kernel import accumulate
+from friction_bayes.conjugate.waveform_sums import accumulate
 
 __all__ = [
     "CURVED_PAIRS",
