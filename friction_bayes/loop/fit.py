@@ -1,0 +1,236 @@
+"""Fit a loop model to whole signals: Levenberg and Marquardt on the posterior, the record grown from its start."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from friction_bayes.loop.coordinates import scales_of
+from friction_bayes.loop.model import LoopModel, Prediction
+from friction_bayes.loop.noise import NoiseFit, NoiseForm, judge_noise, whiten
+from friction_bayes.loop.segment import Segment
+
+__all__ = ["LoopFit", "fit_grown", "fit_model", "starting_point"]
+
+_ITERATIONS = 25
+_SETTLED = 0.02
+"""Change of the deviance that ends a fit; an evidence is wanted to a few hundredths."""
+_STEP_SHARE = 0.2
+"""Difference step in posterior standard deviations: far above rounding, far below curvature."""
+_FIRST_PERIODS = 3.0
+_GROWTH = 1.7
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class LoopFit:
+    """A model at the mode of its posterior.
+
+    Attributes
+    ----------
+    model : LoopModel
+    forms : tuple of NoiseForm
+        Noise of each record.
+    z : ndarray, shape (p,)
+        The mode.
+    predictions : tuple of Prediction
+    noises : tuple of NoiseFit
+    jacobians : tuple of ndarray, shape (n, p)
+        Whitened derivatives.
+    precision : ndarray, shape (p, p)
+        Curvature of half the deviance with the prior.
+    deviance : float
+        ``-2 log L`` at the mode.
+    objective : float
+        The same with the prior.
+    """
+
+    model: LoopModel
+    forms: tuple[NoiseForm, ...]
+    z: Array
+    predictions: tuple[Prediction, ...]
+    noises: tuple[NoiseFit, ...]
+    jacobians: tuple[Array, ...]
+    precision: Array
+    deviance: float
+    objective: float
+
+    @property
+    def residuals(self) -> tuple[Array, ...]:
+        """Measured minus predicted, of each record."""
+        pairs = zip(self.model.segments, self.predictions, strict=True)
+        return tuple(segment.values - prediction.signal for segment, prediction in pairs)
+
+    @property
+    def covariance(self) -> Array:
+        """Inverse of the precision."""
+        return np.asarray(cho_solve(cho_factor(self.precision), np.eye(self.z.size)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    z: Array
+    predictions: tuple[Prediction, ...]
+    noises: tuple[NoiseFit, ...]
+    deviance: float
+    objective: float
+
+
+def starting_point(model: LoopModel) -> Array:
+    """Rough coordinates of the Coulomb model from what was found when the records were cut."""
+    decay = model.segments[0].decay
+    w0 = model.system.natural_frequency
+    drops = []
+    states = []
+    for segment in model.segments:
+        d = segment.decay
+        half = max(int(math.pi / (d.frequency * d.step)), 2)
+        unit = d.frequency**segment.order
+        y = (d.values - d.rest_position) / unit
+        first, last = (float(np.quantile(np.abs(part), 0.97)) for part in (y[: 2 * half], y[-2 * half :]))
+        halves = max(d.values.size / half - 2.0, 1.0)
+        drops.append(max(first - last, 0.02 * first) / (2.0 * halves))
+        amplitude = float(np.sqrt(2.0 * np.mean(y[: 2 * half] ** 2)))
+        states += [amplitude * math.cos(d.phase), -amplitude * d.frequency * math.sin(d.phase)]
+    ratio = math.log(decay.frequency / w0)
+    friction = float(np.median(drops)) * model.system.stiffness
+    values = [friction, ratio, *states]
+    # effects start at their nulls, which are zero in every coordinate
+    z = np.zeros(len(model.coordinates))
+    z[: len(values)] = [c.coordinate(v) for c, v in zip(model.coordinates, values, strict=False)]
+    return model.fenced(z)
+
+
+def fit_model(
+    model: LoopModel,
+    forms: Sequence[NoiseForm],
+    start: Array,
+    *,
+    segments: Sequence[Segment] | None = None,
+    iterations: int = _ITERATIONS,
+    steps: Array | None = None,
+) -> LoopFit | None:
+    """Climb from a start to the mode of the posterior.
+
+    Parameters
+    ----------
+    model : LoopModel
+    forms : sequence of NoiseForm
+    start : ndarray, shape (p,)
+    segments : sequence of Segment, optional
+        Shortened records to fit instead of the model's own.
+    iterations : int
+        Most steps.
+    steps : ndarray, shape (p,), optional
+        Difference steps.
+
+    Returns
+    -------
+    LoopFit or None
+        None where the motion from the start does not stay finite.
+    """
+    used = tuple(model.segments if segments is None else segments)
+    prior = np.array([c.precision for c in model.coordinates])
+    point = _evaluate(model, forms, model.fenced(start), used, prior)
+    if point is None:
+        return None
+    damping = 1e-3
+    jacobians, precision, gradient = _linearise(model, forms, point, used, prior, steps)
+    for _ in range(iterations):
+        improved = None
+        while damping < 1e8:
+            damped = precision + damping * np.diag(np.diag(precision))
+            move = cho_solve(cho_factor(damped), gradient)
+            trial = _evaluate(model, forms, model.fenced(point.z + move), used, prior)
+            if trial is not None and trial.objective < point.objective:
+                improved = trial
+                break
+            damping *= 6.0
+            expected = float(gradient @ move)
+            if expected < 0.25 * _SETTLED:
+                break
+        if improved is None:
+            break
+        gain = point.objective - improved.objective
+        point = improved
+        damping = max(damping / 8.0, 1e-9)
+        steps = _difference_steps(precision)
+        jacobians, precision, gradient = _linearise(model, forms, point, used, prior, steps)
+        if gain < _SETTLED:
+            break
+    return LoopFit(
+        model,
+        tuple(forms),
+        point.z,
+        point.predictions,
+        point.noises,
+        jacobians,
+        precision,
+        point.deviance,
+        point.objective,
+    )
+
+
+def fit_grown(model: LoopModel, forms: Sequence[NoiseForm], start: Array) -> LoopFit | None:
+    """Fit the first periods, then more and more of the records, so that no cycle is slipped."""
+    periods = _FIRST_PERIODS
+    z = start
+    counts = [segment.values.size for segment in model.segments]
+    per_period = [2.0 * math.pi / (s.decay.frequency * s.decay.step) for s in model.segments]
+    while True:
+        samples = [min(int(periods * p), n) for p, n in zip(per_period, counts, strict=True)]
+        if samples == counts:
+            return fit_model(model, forms, z)
+        fit = fit_model(model, forms, z, segments=model.shortened(samples), iterations=6)
+        if fit is None:
+            return None
+        z = fit.z
+        periods *= _GROWTH
+
+
+def _evaluate(
+    model: LoopModel, forms: Sequence[NoiseForm], z: Array, segments: Sequence[Segment], prior: Array
+) -> _Point | None:
+    scales = scales_of(model.segments, model.system)
+    predictions, noises = [], []
+    for r, segment in enumerate(segments):
+        prediction = model.predict(z, r, segment)
+        if prediction is None:
+            return None
+        predictions.append(prediction)
+        noises.append(judge_noise(segment.values - prediction.signal, segment.sides, forms[r], scales))
+    deviance = math.fsum(noise.deviance for noise in noises)
+    return _Point(z, tuple(predictions), tuple(noises), deviance, deviance + float(prior @ (z * z)))
+
+
+def _linearise(
+    model: LoopModel,
+    forms: Sequence[NoiseForm],
+    point: _Point,
+    segments: Sequence[Segment],
+    prior: Array,
+    steps: Array | None,
+) -> tuple[tuple[Array, ...], Array, Array]:
+    precision = np.diag(prior + 1e-12)
+    gradient = -prior * point.z
+    jacobians = []
+    for r, segment in enumerate(segments):
+        raw = model.derivatives(point.z, r, point.predictions[r], steps, segment)
+        jacobian = whiten(raw, forms[r].ar)
+        noise = point.noises[r]
+        weighted = jacobian * noise.weight[:, None]
+        precision += weighted.T @ jacobian
+        gradient += weighted.T @ noise.residual
+        jacobians.append(jacobian)
+    return tuple(jacobians), precision, gradient
+
+
+def _difference_steps(precision: Array) -> Array:
+    """A share of each coordinate's standard deviation with the others held, within sane bounds."""
+    return np.clip(_STEP_SHARE / np.sqrt(np.diag(precision)), 1e-7, 1e-2)

@@ -1,0 +1,195 @@
+"""The signal that a set of effects predicts for every record, and its derivatives in the coordinates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_bayes.loop.coordinates import (
+    Coordinate,
+    effect_coordinates,
+    physical_coordinates,
+    scales_of,
+)
+from friction_bayes.loop.segment import Segment
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, NoiseEffect, SensorEffect, force_offsets
+from friction_bayes.mechanics.integrate import propagator
+from friction_bayes.mechanics.oscillator import Oscillator
+
+__all__ = ["LoopModel", "Prediction", "distorting"]
+
+RTOL = 1e-8
+"""Local error of the integrator over the amplitude: 1e-7 after a hundred half cycles."""
+_FIRST_STEP = 1e-3
+"""Difference step in a coordinate before its posterior standard deviation is known."""
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """A predicted signal.
+
+    Attributes
+    ----------
+    clean : ndarray, shape (n,)
+        What an ideal sensor shows.
+    signal : ndarray, shape (n,)
+        With the faults of the sensor that act before the noise.
+    direction : ndarray, shape (n,)
+        Sign of the velocity.
+    turning_times, turning_points : ndarray
+        Where the velocity is zero, and the displacement there.
+    stop_time : float
+        When the final rest begins; infinite where it still moves.
+    """
+
+    clean: Array
+    signal: Array
+    direction: Array
+    turning_times: Array
+    turning_points: Array
+    stop_time: float
+
+
+def distorting(name: str) -> bool:
+    """Whether an effect changes the predicted signal: noise and what acts after it do not."""
+    effect = EFFECTS[name]
+    return not (isinstance(effect, NoiseEffect) or (isinstance(effect, SensorEffect) and effect.after_noise))
+
+
+@dataclass(frozen=True, eq=False)
+class LoopModel:
+    """Coulomb friction on a spring with a set of effects, for some records of one system.
+
+    Parameters
+    ----------
+    system : Oscillator
+    segments : tuple of Segment
+    effects : tuple of str
+        Effects that change the signal.
+    """
+
+    system: Oscillator
+    segments: tuple[Segment, ...]
+    effects: tuple[str, ...] = ()
+    coordinates: tuple[Coordinate, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        scales = scales_of(self.segments, self.system)
+        found = physical_coordinates(scales, len(self.segments))
+        for name in self.effects:
+            found += effect_coordinates(name, scales, len(self.segments))
+        object.__setattr__(self, "coordinates", found)
+
+    def shortened(self, samples: Sequence[int]) -> tuple[Segment, ...]:
+        """The first samples of each segment."""
+        return tuple(s.head(n) for s, n in zip(self.segments, samples, strict=True))
+
+    def physical(self, z: Array) -> Array:
+        """Values of the coordinates."""
+        return np.array([c.value(float(x)) for c, x in zip(self.coordinates, z, strict=True)])
+
+    def fenced(self, z: Array) -> Array:
+        """Move coordinates back to where the force laws make sense."""
+        out = z.copy()
+        for i, c in enumerate(self.coordinates):
+            low, high = c.fence
+            if c.prior.family == "log-normal":
+                # beyond six prior standard deviations a value is none
+                out[i] = min(max(z[i], -6.0), 6.0)
+            else:
+                out[i] = min(max(z[i], c.coordinate(low)), c.coordinate(high))
+        return out
+
+    def predict(self, z: Array, r: int, segment: Segment | None = None) -> Prediction | None:
+        """Predict record ``r`` (or a shortened ``segment`` of it); None when the motion does not stay finite."""
+        seg = self.segments[r] if segment is None else segment
+        value = self.physical(z)
+        ratio = math.exp(value[1])
+        q = seg.order
+        force, sensor = self._effect_values(value, r)
+        status, x, v, a, times, points, stop = propagator(self.effects)(
+            seg.time,
+            value[2 + 2 * r],
+            value[3 + 2 * r],
+            value[0],
+            # the factor from the signal's friction coefficient to force stays that of the declared system
+            self.system.moving * ratio ** (q - 2),
+            self.system.stiffness * ratio**q,
+            self.system.pendulum,
+            self.segments[r].duration,
+            force,
+            RTOL,
+        )
+        clean = (x, v, a)[q]
+        if status != 0 or not math.isfinite(float(clean.sum())):
+            return None
+        return Prediction(clean, _sensed(clean, seg.time, sensor), np.sign(v), times, points, float(stop))
+
+    def _effect_values(self, value: Array, r: int) -> tuple[Array, dict[str, list[float]]]:
+        offsets = force_offsets()
+        force = np.zeros(
+            sum(len(e.parameters) for e in EFFECTS.values() if isinstance(e, ForceEffect))
+        )
+        sensor: dict[str, list[float]] = {}
+        at: dict[str, int] = {}
+        for c, x in zip(self.coordinates, value, strict=True):
+            if c.effect in offsets:
+                force[offsets[c.effect] + at.get(c.effect, 0)] = x
+                at[c.effect] = at.get(c.effect, 0) + 1
+            elif c.effect and c.record == r:
+                sensor.setdefault(c.effect, []).append(float(x))
+        return force, sensor
+
+    def derivatives(
+        self, z: Array, r: int, base: Prediction, steps: Array | None = None, segment: Segment | None = None
+    ) -> Array:
+        """Derivatives of the signal of record ``r``, shape (n, p), by forward differences."""
+        seg = self.segments[r] if segment is None else segment
+        jacobian = np.zeros((seg.values.size, z.size))
+        for j in range(z.size):
+            c = self.coordinates[j]
+            if c.record not in (-1, r):
+                continue
+            h = _FIRST_STEP if steps is None else float(steps[j])
+            jacobian[:, j] = self.difference(z, j, h, r, base, seg)
+        return jacobian
+
+    def difference(
+        self, z: Array, j: int, h: float, r: int, base: Prediction, segment: Segment | None = None
+    ) -> Array:
+        """Derivative of the signal of record ``r`` in one coordinate, by a step ``h``."""
+        seg = self.segments[r] if segment is None else segment
+        moved = z.copy()
+        moved[j] += h
+        if self.coordinates[j].effect and self.coordinates[j].record >= 0:
+            _, sensor = self._effect_values(self.physical(moved), r)
+            return (_sensed(base.clean, seg.time, sensor) - base.signal) / h
+        other = self.predict(moved, r, seg)
+        if other is None:
+            moved[j] = z[j] - h
+            other, h = self.predict(moved, r, seg), -h
+            if other is None:
+                return np.zeros(seg.values.size)
+        column = (other.signal - base.signal) / h
+        if seg.order == 2:
+            # where a turning point passes a sample the acceleration jumps: no derivative there
+            crossed = other.direction != base.direction
+            if crossed.any() and not crossed.all():
+                kept = np.flatnonzero(~crossed)
+                column[crossed] = np.interp(np.flatnonzero(crossed), kept, column[kept])
+        return column
+
+
+def _sensed(clean: Array, time: Array, sensor: dict[str, list[float]]) -> Array:
+    signal = clean
+    for name, numbers in sensor.items():
+        effect = EFFECTS[name]
+        assert isinstance(effect, SensorEffect)
+        signal = effect.distort(signal, time, *numbers)
+    return signal

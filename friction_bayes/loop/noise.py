@@ -1,0 +1,155 @@
+"""What is left is noise of which kind: white or autoregressive, normal or with outliers, censored where flat.
+
+Every likelihood here is of one form: a deviance ``-2 log L`` at the best noise scale, and for each sample a
+weight and a pseudo-residual, such that ``J' w J`` and ``J' w e`` are its curvature and half its gradient.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+from scipy.special import log_ndtr
+
+from friction_bayes.mechanics.effects import EFFECTS, Scales
+
+__all__ = ["NoiseFit", "NoiseForm", "judge_noise", "whiten"]
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 60
+_SETTLED = 1e-4
+
+
+@dataclass(frozen=True)
+class NoiseForm:
+    """The noise that is assumed of one record.
+
+    Attributes
+    ----------
+    ar : ndarray, shape (order,)
+        Coefficients of the autoregression; empty for white noise.
+    outliers : bool
+        Whether a fraction of the samples has a larger scale.
+    censored : bool
+        Whether flat samples only say that the signal lies beyond.
+    """
+
+    ar: Array
+    outliers: bool = False
+    censored: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseFit:
+    """Deviance of residuals at their best noise scale.
+
+    Attributes
+    ----------
+    deviance : float
+        ``-2 log L``.
+    weight, residual : ndarray, shape (n,)
+        Weights and pseudo-residuals, whitened.
+    sd : float
+        Standard deviation of the (whitened) core.
+    log_volume : float
+        Logarithm of the posterior volume and the prior density of the noise parameters, relative to the logarithm
+        of ``sd`` alone.
+    fraction, scale : float
+        Of the outliers; zero without.
+    """
+
+    deviance: float
+    weight: Array
+    residual: Array
+    sd: float
+    log_volume: float
+    fraction: float = 0.0
+    scale: float = 0.0
+
+
+def whiten(columns: Array, ar: Array) -> Array:
+    """Filter residuals or derivatives, time along the first axis, by an autoregression."""
+    if ar.size == 0:
+        return columns
+    return np.asarray(lfilter(np.concatenate([[1.0], -ar]), [1.0], columns, axis=0))
+
+
+def judge_noise(residual: Array, sides: Array, form: NoiseForm, scales: Scales) -> NoiseFit:
+    """Find the best noise scale of residuals, and what it says of each sample.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (n,)
+        Measured minus predicted.
+    sides : ndarray, shape (n,)
+        1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
+    form : NoiseForm
+    scales : Scales
+        Of the priors of the outliers.
+    """
+    white = whiten(residual, form.ar)
+    usable = np.ones(white.size, dtype=bool)
+    usable[: form.ar.size] = False
+    flat = (sides != 0.0) if form.censored else np.zeros(sides.size, dtype=bool)
+    if form.censored and form.ar.size:
+        # a flat sample spoils the innovations of all that follow within the order
+        usable &= lfilter(np.ones(form.ar.size + 1), [1.0], flat.astype(float)) < 0.5
+        flat = np.zeros(sides.size, dtype=bool)
+    usable &= ~flat
+    x = white[usable]
+    weight = np.zeros(white.size)
+    if form.outliers:
+        deviance, sd, fraction, scale, core, volume = _contaminated(x, scales)
+        weight[usable] = core / sd**2 + (1.0 - core) / scale**2
+    else:
+        sd = max(math.sqrt(float(x @ x) / max(x.size, 1)), 1e-12 * scales.signal)
+        fraction = scale = volume = 0.0
+        deviance = x.size * (math.log(2.0 * math.pi * sd * sd) + 1.0)
+        weight[usable] = 1.0 / sd**2
+    if flat.any():
+        # at the upper end (side 1) the signal lies above the level: the larger the prediction the likelier
+        side = sides[flat]
+        z = -side * residual[flat] / sd
+        log_phi = log_ndtr(z)
+        hazard = np.exp(-0.5 * z * z - 0.5 * math.log(2.0 * math.pi) - log_phi)
+        curve = np.maximum(hazard * (hazard + z), 1e-12)
+        deviance -= 2.0 * float(log_phi.sum())
+        weight[flat] = curve / sd**2
+        white = white.copy()
+        white[flat] = side * hazard / curve * sd
+    return NoiseFit(deviance, weight, white, sd, volume, fraction, scale)
+
+
+def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, float, Array, float]:
+    """Expectation-maximisation of a contaminated normal, with the catalogue's priors on fraction and scale."""
+    fraction_prior, scale_prior = EFFECTS["outliers"].priors(scales)
+    square = x * x
+    sd = 1.4826 * float(np.median(np.abs(x))) or 1e-12 * scales.signal
+    far = square > (4.0 * sd) ** 2
+    fraction = max(float(far.mean()), 1.0 / x.size)
+    scale = math.sqrt(float(square[far].mean())) if far.any() else 6.0 * sd
+    last = math.inf
+    deviance, core = math.inf, np.ones(x.size)
+    for _ in range(_ROUNDS):
+        near = math.log1p(-fraction) - math.log(sd) - 0.5 * square / sd**2
+        wide = math.log(fraction) - math.log(scale) - 0.5 * square / scale**2
+        both = np.logaddexp(near, wide)
+        core = np.exp(near - both)
+        deviance = -2.0 * float(both.sum()) + x.size * math.log(2.0 * math.pi)
+        if last - deviance < _SETTLED:
+            break
+        last = deviance
+        outside = max(float(np.sum(1.0 - core)), 0.5)
+        fraction = min(outside / x.size, 0.5)
+        sd = math.sqrt(float(core @ square) / float(core.sum()))
+        scale = max(math.sqrt(float((1.0 - core) @ square) / outside), 1.5 * sd)
+    count = max(fraction * x.size, 1.0)
+    # curvature of the log-likelihood: binomial in the fraction, normal in the logarithm of the scale
+    volume = math.log(2.0 * math.pi) + 0.5 * math.log(fraction * (1.0 - fraction) / x.size)
+    volume += 0.5 * math.log(1.0 / (2.0 * count)) + math.log(scale)
+    volume += float(fraction_prior.log_density(fraction) + scale_prior.log_density(scale))
+    return deviance, sd, fraction, scale, core, volume

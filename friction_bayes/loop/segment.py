@@ -1,0 +1,125 @@
+"""What the loop sees of a record: from the release to a little beyond the stop, cut once, before any model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from friction_bayes.clipping import clipped_fraction
+from friction_bayes.errors import InputError
+from friction_bayes.free_decay import FreeDecay, find_free_decay
+from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.record import validate_record
+
+__all__ = ["Segment", "cut_records"]
+
+_REST_KEPT = 0.15
+"""Share of the moving time kept after the stop: where it rests says where the sensor's zero is."""
+_SPIKE = 6.0
+"""Distance from the neighbours' median, in robust standard deviations, of what is left aside when cutting."""
+_NEIGHBOURS = 7
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Segment:
+    """The samples of one record that every model is fitted to.
+
+    Attributes
+    ----------
+    decay : FreeDecay
+        The moving part: rough frequency and phase, unit, quantity.
+    values : ndarray, shape (n,)
+        Samples as recorded.
+    time : ndarray, shape (n,)
+        Seconds since the first of them.
+    sides : ndarray, shape (n,)
+        1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
+    moving : int
+        Samples before the stop.
+    """
+
+    decay: FreeDecay
+    values: Array
+    time: Array
+    sides: Array
+    moving: int
+
+    @property
+    def duration(self) -> float:
+        """Length [s], to which friction drift refers."""
+        return float(self.decay.step * self.values.size)
+
+    @property
+    def clipped(self) -> bool:
+        """Whether the sensor has run into an end of its range."""
+        return bool(self.sides.any())
+
+    @property
+    def order(self) -> int:
+        """Derivative order of the signal."""
+        return self.decay.quantity.order
+
+    def head(self, n: int) -> Segment:
+        """The first ``n`` samples; time and phase are the same."""
+        return Segment(
+            decay=self.decay,
+            values=self.values[:n],
+            time=self.time[:n],
+            sides=self.sides[:n],
+            moving=min(self.moving, n),
+        )
+
+
+def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Segment, ...]:
+    """Cut each record, refusing what does not belong together.
+
+    Raises
+    ------
+    InputError
+        If there is no record, a record is unusable, or records hold different quantities or units.
+    """
+    if not records:
+        raise InputError("records", "none given", "give at least one record")
+    segments = tuple(_cut(record, system) for record in records)
+    first = segments[0].decay
+    for segment in segments[1:]:
+        decay = segment.decay
+        if (decay.quantity, decay.unit) != (first.quantity, first.unit):
+            raise InputError(
+                decay.name,
+                f"holds {decay.quantity.name} [{decay.unit}], {first.name} {first.quantity.name} [{first.unit}]",
+                "close the loop on records of one quantity",
+            )
+    return segments
+
+
+def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
+    validate_record(record)
+    values = np.ascontiguousarray(record.values, dtype=np.float64)
+    smooth = median_filter(values, _NEIGHBOURS, mode="nearest")
+    away = np.abs(values - smooth)
+    spread = 1.4826 * float(np.median(away))
+    tame = np.where(away > _SPIKE * spread, smooth, values) if spread > 0.0 else values
+    decay = find_free_decay(record.copy(data=tame), system)
+    clock = np.asarray(record["time"].values, dtype=np.float64)
+    first = int(np.searchsorted(clock, decay.start_time - 0.5 * decay.step))
+    moving = decay.values.size
+    n = min(values.size - first, moving + round(_REST_KEPT * moving) if decay.stops else moving)
+    used = values[first : first + n]
+    sides = np.zeros(n)
+    if clipped_fraction(values)[1] is not None:
+        # the sensor's range may be symmetric or not: an end is clipped where it is held
+        for side, end in ((1.0, values.max()), (-1.0, values.min())):
+            held = np.isclose(used, end, rtol=1e-12, atol=1e-12 * float(np.ptp(values)))
+            if np.count_nonzero(held) > 3:
+                sides[held] = side
+    return Segment(
+        decay=decay, values=used, time=decay.step * np.arange(n), sides=sides, moving=min(moving, n)
+    )
