@@ -22,10 +22,8 @@ _CONVERGED = 1e-10
 _ROUNDING = 1e-28
 """... or below this share of the signal's sum of squares, for records without noise."""
 
-_JUMP = 0.05
-"""A step that promises less than this many squared standard deviations and still ascends has met a jump."""
 _MAX_DAMPING = 1e10
-_MAX_STOPS = 5
+_MAX_ROUNDS = 8
 
 Array = NDArray[np.float64]
 
@@ -72,6 +70,7 @@ def _minimise(
     y: Array,
     order: int,
     p: Array,
+    held: Array,
     kappa: float,
     stop: int,
     weight: Array,
@@ -79,14 +78,18 @@ def _minimise(
     matrix: Array,
     gradient: Array,
 ) -> tuple[float, bool]:
-    """Gauss-Newton, damped where a step does not descend; see :func:`fit_waveform`."""
+    """Gauss-Newton, damped where a step does not descend; see :func:`fit_waveform`.
+
+    An acceleration jumps where a sample changes its half cycle: there the half cycles of ``held`` are kept.
+    """
     trial, trial_gradient = np.zeros(COEFFICIENTS), np.zeros(COEFFICIENTS)
     trial_matrix = np.zeros((COEFFICIENTS, COEFFICIENTS))
     missing = np.zeros(COEFFICIENTS)
     signal = 0.0
     for i in range(y.size):
         signal += y[i] * y[i]
-    misfit = accumulate(y, order, p, kappa, stop, matrix, gradient)
+    jumps = order == 2
+    misfit = accumulate(y, order, p, held if jumps else p, kappa, stop, matrix, gradient)
     cost = misfit + _penalty(p, weight, mean)
     damping = 0.0
     for _ in range(_MAX_STEPS):
@@ -110,19 +113,17 @@ def _minimise(
             trial[a] = p[a] + scale * step[a]
         trial_cost = math.inf
         if trial[3] > 0.0:
-            trial_misfit = accumulate(y, order, trial, kappa, stop, trial_matrix, trial_gradient)
+            trial_misfit = accumulate(
+                y, order, trial, held if jumps else trial, kappa, stop, trial_matrix, trial_gradient
+            )
             trial_cost = trial_misfit + _penalty(trial, weight, mean)
         if trial_cost <= cost:
             _keep(p, matrix, gradient, trial, trial_matrix, trial_gradient)
             misfit, cost = trial_misfit, trial_cost
             damping = 0.0 if damping < 1e-3 else 0.1 * damping
-        elif damping < _MAX_DAMPING and fall > _JUMP * misfit / y.size:
+        elif damping < _MAX_DAMPING:
             damping = max(10.0 * damping, 1e-3)
         else:
-            # an acceleration's jump: a step would take a sample into another half cycle, and nothing is
-            # to be gained, so this counts as a smooth minimum
-            for a in range(COEFFICIENTS):
-                gradient[a] = weight[a] * (p[a] - mean[a]) if 0.0 < weight[a] < math.inf else 0.0
             return misfit, True
     return misfit, False
 
@@ -134,7 +135,7 @@ def fit_waveform(
     """Minimise squared residuals plus ``weight (p - mean)**2``, from phase and frequency in ``p``.
 
     The turning point where the motion ends is held within a minimisation, where the signal is then smooth,
-    and is put right between them.
+    and is put right between them; so are the half cycles of an acceleration.
 
     Parameters
     ----------
@@ -163,25 +164,29 @@ def fit_waveform(
     p[1], p[2] = 0.0, 0.0
     for a in range(3):
         missing[a] = mean[a] - p[a]
-    accumulate(y, order, p, kappa, NEVER, matrix, gradient)
+    accumulate(y, order, p, p, kappa, NEVER, matrix, gradient)
     step, ok = _solve_step(matrix, gradient, weight, missing, 0.0, 3)
     if not ok:
         return math.inf, NEVER, False
     for a in range(3):
         p[a] += step[a]
-    misfit, found = _minimise(y, order, p, kappa, NEVER, weight, mean, matrix, gradient)
-    stop = NEVER
-    for _ in range(_MAX_STOPS):
-        proposed = stopping_turn(p, kappa)
-        if not found or min(proposed, stop) > (p[4] + p[3]) / math.pi or proposed == stop:
+    stop, misfit, found = NEVER, math.inf, False
+    for turn in range(_MAX_ROUNDS):
+        proposed = NEVER if turn == 0 else stopping_turn(p, kappa)
+        if min(proposed, stop) > (p[4] + p[3]) / math.pi:
+            proposed = stop
+        if turn > 0 and proposed == stop and order < 2:
             break
         for a in range(COEFFICIENTS):
             trial[a] = p[a]
-        trial_misfit, trial_found = _minimise(
-            y, order, trial, kappa, proposed, weight, mean, trial_matrix, trial_gradient
+        _, trial_found = _minimise(
+            y, order, trial, p, kappa, proposed, weight, mean, trial_matrix, trial_gradient
         )
-        if stop != NEVER and trial_misfit >= misfit:
+        trial_misfit = accumulate(y, order, trial, trial, kappa, proposed, trial_matrix, trial_gradient)
+        if turn > 1 and trial_misfit >= misfit:
             break
         _keep(p, matrix, gradient, trial, trial_matrix, trial_gradient)
         misfit, found, stop = trial_misfit, trial_found, proposed
+        if not found:
+            break
     return misfit, stop, found

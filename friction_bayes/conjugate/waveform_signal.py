@@ -120,7 +120,7 @@ def exact_misfit(y: Array, order: int, p: Array, kappa: float, stop: int) -> Arr
     out = np.empty(p.shape[0])
     matrix, gradient = np.zeros((5, 5)), np.zeros(5)
     for row in range(p.shape[0]):
-        out[row] = accumulate(y, order, p[row], kappa, stop, matrix, gradient)
+        out[row] = accumulate(y, order, p[row], p[row], kappa, stop, matrix, gradient)
     return out
 
 

@@ -41,10 +41,11 @@ def stopping_turn(p: Array, kappa: float) -> int:
 
 @njit(cache=True, nogil=True)
 def accumulate(
-    y: Array, order: int, p: Array, kappa: float, stop: int, matrix: Array, gradient: Array
+    y: Array, order: int, p: Array, held: Array, kappa: float, stop: int, matrix: Array, gradient: Array
 ) -> float:
     """Sum of squared residuals, and ``J'J`` (lower triangle) and ``J'r`` in place.
 
+    Samples lie in the half cycles that the phase of ``held`` puts them in, which may be ``p`` itself.
     Within a half cycle every column is a combination of 1, ``f``, ``f'`` and ``s f'``: fifteen sums suffice.
     """
     n = y.size
@@ -55,11 +56,11 @@ def accumulate(
         for b in range(COEFFICIENTS):
             matrix[a, b] = 0.0
     total = 0.0
-    half = math.floor((p[4] - p[3]) / math.pi)
+    half = math.floor((held[4] - held[3]) / math.pi)
     i = 0
     turn_cos, turn_sin = math.cos(rate), math.sin(rate)
     while i < n and half < stop:
-        end = min(max(math.ceil(middle + ((half + 1) * math.pi - p[4]) / rate), i), n)
+        end = min(max(math.ceil(middle * (1.0 + ((half + 1) * math.pi - held[4]) / held[3])), i), n)
         k = kappa - 2.0 * half - 1.0
         swing = p[1] + k * p[2]
         e = 0.0
