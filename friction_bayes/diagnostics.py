@@ -71,7 +71,8 @@ def mixing(draws: ArrayLike) -> Mixing:
     -----
     Autocorrelations are pooled over ensembles about the *grand* mean, so that ensembles that have not found
     each other show as slow mixing. The variance of the windowed sum follows Sokal: relative variance
-    ``2 (2 M + 1) / n`` for a window of ``M`` lags in ``n`` steps in all.
+    ``2 (2 M + 1) / n`` for a window of ``M`` lags in ``n`` steps in all; taking the mean from the same series
+    costs ``(2 M + 1) / n`` of it, which is given back.
     """
     values = as_ensembles(draws)
     ensembles, _, steps = values.shape
@@ -90,9 +91,10 @@ def mixing(draws: ArrayLike) -> Mixing:
     # an anticorrelated series may mix better than independent draws; do not claim more than 2 per draw
     time = max(float(sums[window]), 0.5)
     total = ensembles * steps
-    variance_of_mean = float(covariance[0]) * time / total
+    dof = max(total / (2.0 * window + 1.0), 2.0)
+    variance_of_mean = float(covariance[0]) * time / total / (1.0 - 1.0 / dof)
     ess = min(spread / variance_of_mean, 2.0 * values.size)
-    return Mixing(ess, values.size / ess, max(total / (2.0 * window + 1.0), 1.0))
+    return Mixing(ess, values.size / ess, dof)
 
 
 def rank_normalise(draws: Array) -> Array:
