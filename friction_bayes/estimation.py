@@ -8,6 +8,7 @@ from typing import Any
 
 import xarray as xr
 
+from friction_bayes._checks import positive
 from friction_bayes.acceptance import accept_by_set_up, accept_by_threshold
 from friction_bayes.clipping import clipped_fraction
 from friction_bayes.conjugate import envelope, paper, waveform
@@ -93,6 +94,8 @@ def estimate(
     """
     if setup is not None and accept_precision is not None:
         raise InputError("setup", "given together with accept_precision", "give one of them")
+    if accept_precision is not None:
+        positive("accept_precision", accept_precision)
     if peaks not in PEAKS:
         raise InputError("peaks", f"unknown choice {peaks!r}", f"give one of {', '.join(PEAKS)}")
     estimator = estimator_named(method)

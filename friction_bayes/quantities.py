@@ -12,6 +12,7 @@ __all__ = [
     "STANDARD_GRAVITY",
     "UNCALIBRATED_UNITS",
     "Quantity",
+    "inverse_square",
     "known_units",
     "quantity_named",
     "to_si",
@@ -97,3 +98,8 @@ def to_si(quantity: Quantity, unit: str, *, place: str = "unit") -> tuple[float,
         choices = ", ".join(known_units(quantity))
         raise InputError(place, f"unit {unit!r} does not measure {quantity.name}", f"give one of {choices}")
     return known[unit], quantity.unit
+
+
+def inverse_square(unit: str) -> str:
+    """Return the unit of a precision, one over a unit squared: ``1/N^2``, ``1/(rad/s)^2``."""
+    return f"1/{unit}^2" if unit.isalpha() else f"1/({unit})^2"

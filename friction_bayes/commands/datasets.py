@@ -24,18 +24,18 @@ def add_parser(commands: Any) -> None:
 
 
 def run_list(arguments: argparse.Namespace) -> None:
-    """Print one row a record."""
+    """Print one row a data set."""
     from friction_bayes.datasets import list_datasets
 
-    table = Table(box=None, padding=(0, 2, 0, 0))
-    for heading in ("record", "what", "quantity", "licence"):
-        table.add_column(heading, header_style="bold", overflow="fold")
+    table = Table(box=None, padding=(0, 2, 1, 0))
+    table.add_column("record", header_style="bold", no_wrap=True)
+    for heading in ("parts", "what", "quantity", "licence"):
+        table.add_column(heading, header_style="bold")
     for data_set in list_datasets():
-        # The part taken when none is named comes first, under the bare name.
-        table.add_row(f"dataset:{data_set.name}", data_set.title, data_set.quantity, data_set.licence)
-        for part in data_set.parts:
-            default = "the default part" if part == data_set.default else ""
-            table.add_row(f"  dataset:{data_set.name}/{part}", default)
+        parts = [f"{part} (default)" if part == data_set.default else part for part in data_set.parts]
+        table.add_row(
+            f"dataset:{data_set.name}", ", ".join(parts), data_set.title, data_set.quantity, data_set.licence
+        )
     output_console().print(table)
 
 

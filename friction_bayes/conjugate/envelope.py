@@ -26,6 +26,7 @@ from friction_bayes.errors import InputError
 from friction_bayes.free_decay import FreeDecay
 from friction_bayes.halfcycles import force_factor, swing_frequency, tracked_phase
 from friction_bayes.mechanics.swing import frequency_ratio, linear_amplitude, third_harmonic
+from friction_bayes.quantities import inverse_square
 
 __all__ = ["COEFFICIENTS", "ENVELOPE", "EnvelopeEstimator"]
 
@@ -83,7 +84,7 @@ class EnvelopeEstimator:
         return Fit(
             coefficient=after.marginal(1),
             precision=stats.gamma(after.alpha, scale=1.0 / after.beta),
-            precision_unit=f"1/({decay.unit})^2",
+            precision_unit=inverse_square(decay.unit),
             posterior=after,
             amplitudes=half_cycles,
             frequency=_frequency(polynomial, decay, after.mean, swing),

@@ -14,7 +14,7 @@ from friction_bayes.conjugate.targets import gamma_exponential_target, normal_ga
 from friction_bayes.free_decay import FreeDecay
 from friction_bayes.halfcycles import friction_samples
 from friction_bayes.likelihood import Target
-from friction_bayes.quantities import UNCALIBRATED_UNITS
+from friction_bayes.quantities import UNCALIBRATED_UNITS, inverse_square
 from friction_bayes.scaled import scaled
 
 __all__ = ["GammaExponentialEstimator", "NormalGammaEstimator"]
@@ -93,7 +93,7 @@ def _fit(
     return Fit(
         coefficient=scaled(posterior.friction, 1.0 / factor),
         precision=precision,
-        precision_unit="" if precision is None else f"1/({force_unit})^2",
+        precision_unit="" if precision is None else inverse_square(force_unit),
         posterior=posterior,
         amplitudes=target.observed.size + 1,
         frequency=decay.frequency,

@@ -14,6 +14,7 @@ from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.signal_target import SignalModel, signal_target
 from friction_bayes.free_decay import FreeDecay
 from friction_bayes.halfcycles import force_factor
+from friction_bayes.quantities import inverse_square
 from friction_bayes.whiteness import residual_notes
 
 __all__ = ["signal_fit"]
@@ -55,7 +56,7 @@ def signal_fit(
     return Fit(
         coefficient=posterior.marginal(friction),
         precision=stats.gamma(alpha, scale=1.0 / beta),
-        precision_unit=f"1/({decay.unit})^2",
+        precision_unit=inverse_square(decay.unit),
         posterior=posterior,
         amplitudes=model.blocks.size - 1,
         frequency=float(coefficients[frequency]) * scale,

@@ -11,7 +11,7 @@ from friction_bayes.free_decay import FreeDecay
 from friction_bayes.mechanics.coulomb import coulomb_decay
 from friction_bayes.mechanics.oscillator import Oscillator, Pendulum
 from friction_bayes.phase_tracking import track_phase
-from friction_bayes.quantities import QUANTITIES
+from friction_bayes.quantities import QUANTITIES, inverse_square
 
 SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = 0.07
@@ -77,7 +77,7 @@ def test_noisy_record(order: int, seed: int) -> None:
     assert fit.coefficient.std() * factor == pytest.approx(0.00094 * FRICTION, rel=0.4)
     assert fit.noise_sd == pytest.approx(sd, rel=5 / np.sqrt(204))
     assert fit.precision.mean() ** -0.5 == pytest.approx(fit.noise_sd, rel=0.02)
-    assert fit.precision_unit == f"1/({decay.unit})^2"
+    assert fit.precision_unit == inverse_square(decay.unit)
     assert fit.frequency == pytest.approx(10.0, abs=2e-4)
     # 3 + 6 fitted numbers of 32000 samples; an acceleration may be put on the wrong side of a jump
     assert np.sqrt(np.mean((fit.prediction - clean - 0.1) ** 2)) < (0.05 if order < 2 else 0.1) * sd

@@ -63,7 +63,7 @@ def test_normal_gamma_is_the_pair_on_friction_samples(
     assert factor * fit.coefficient.mean() == pytest.approx(fit.posterior.mu)
     assert factor * fit.coefficient.mean() == pytest.approx(FRICTION, rel=0.05)
     assert fit.precision.mean() == pytest.approx(fit.posterior.alpha / fit.posterior.beta)
-    assert fit.precision_unit == "1/(N)^2"
+    assert fit.precision_unit == "1/N^2"
     assert np.array_equal(fit.target.observed, samples)
     assert any("too wide" in note for note in fit.notes)
 
@@ -84,7 +84,7 @@ def test_an_uncalibrated_signal_keeps_its_own_unit(rng: np.random.Generator) -> 
     fit = NormalGammaEstimator().fit(volts, {}, peaks="highest")
     assert fit.coefficient.mean() == fit.posterior.mu
     assert fit.coefficient.mean() == pytest.approx(FRICTION / SYSTEM.stiffness, rel=0.05)
-    assert fit.precision_unit == "1/(V)^2"
+    assert fit.precision_unit == "1/V^2"
 
 
 def test_both_are_registered_and_name_their_keys(rng: np.random.Generator) -> None:
