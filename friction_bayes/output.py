@@ -146,11 +146,11 @@ def _nearest_existing(path: Path) -> Path:
     return path
 
 
-def _check_folder_target(folder: Path, force: bool) -> None:
+def _check_folder_target(folder: Path, place: str, force: bool) -> None:
     if folder.exists() and not folder.is_dir():
-        raise InputError(f"--out {folder}", "is a file", "give a folder")
+        raise InputError(place, "is a file", "give a folder")
     if folder.is_dir() and any(folder.iterdir()) and not force:
-        raise InputError(f"--out {folder}", "already holds files", "choose another folder or add --force")
+        raise InputError(place, "already holds files", "choose another folder or add --force")
 
 
 @contextmanager
@@ -185,7 +185,7 @@ def output_folder(target: str | Path, *, force: bool = False) -> Iterator[Path]:
         If ``target`` holds files and ``force`` is not given, is a file, or cannot be written.
     """
     folder = Path(target).absolute()
-    _check_folder_target(folder, force)
+    _check_folder_target(folder, f"--out {target}", force)
     with _aside(folder) as aside:
         yield aside
         aside.chmod(0o755)
