@@ -80,7 +80,7 @@ def demodulate(y: Array, omega: float) -> tuple[Array, Array, Array, Array]:
 @njit(cache=True, nogil=True)
 def phase_polynomial(
     centre: Array, inphase: Array, quadrature: Array, floor: float, first: int, omega: float
-) -> tuple[Array, float]:
+) -> tuple[Array, float, float]:
     """Phase of the signal in time: a line, or a cubic where the data ask for it.
 
     Windows weigh as their squared amplitude.
@@ -88,7 +88,11 @@ def phase_polynomial(
     Returns
     -------
     coefficients : ndarray, shape (4,)
-        In powers of ``i / scale``; the scale [samples] follows.
+        In powers of ``i / scale``.
+    scale : float
+        In samples.
+    wander : float
+        Mean square of what the polynomial leaves of the phase [rad2]; infinite when no window shows any.
     """
     used, square = 0, 0.0
     scale = max(centre[-1], 1.0)
@@ -114,6 +118,7 @@ def phase_polynomial(
             for b in range(a + 1):
                 matrix[a, b] += power * basis[a] * basis[b]
     result = np.zeros(4)
+    left = math.inf
     size = min(2, used)
     if size > 0:
         corner, edge = np.zeros((size, size)), np.zeros(size)
@@ -123,15 +128,17 @@ def phase_polynomial(
                 corner[a, b] = matrix[a, b]
         line, straight = regression(corner, edge, square)
         if straight < math.inf:
+            left = straight
             for k in range(size):
                 result[k] = line[k]
         if used >= 12:
             cubic, bent = regression(matrix, right, square)
             if straight - bent > EVIDENCE * floor * floor:
+                left = bent
                 for k in range(4):
                     result[k] = cubic[k]
     result[1] += omega * scale
-    return result, scale
+    return result, scale, left / matrix[0, 0] if used > 0 else math.inf
 
 
 @njit(cache=True, nogil=True)

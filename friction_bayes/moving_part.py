@@ -29,6 +29,10 @@ FOUND, NOT_FINITE, CONSTANT, NO_OSCILLATION, TOO_SHORT = 0, 1, 2, 3, 4
 
 _BLOCKS_PER_PERIOD = 48.0
 """Faster sampling than this is averaged in blocks, which costs 0.1 % of the amplitude and saves the time."""
+_MOST_WANDER = 0.5
+"""Most mean square deviation of an oscillation's phase from a smooth one [rad2]; that of noise is larger."""
+_LEAST_SHARE = 0.1
+"""Share of a record's variance that the oscillation must hold."""
 _MISFIT = 0.05
 """Share of the amplitude that the smooth description may miss without that being evidence of a release."""
 
@@ -112,7 +116,8 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
     centre : float
         Constant of the oscillation.
     explained : float
-        Share of the variance that the oscillation explains, over what noise alone would give (an F ratio).
+        Variance that the oscillation explains over what noise alone would give (an F ratio); zero where it
+        is hardly a share of the whole, as in a record that only drifts.
     """
     n = y.size - start
     half = math.pi / rate_of(polynomial, scale, start)
@@ -161,6 +166,8 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
     if rest <= best_cost * (1.0 - 6.0 / n):
         best, best_cost, centre = math.inf, rest, x[0]
     explained = (variance - best_cost) / 5.0 / max(best_cost / max(n - 6, 1), 1e-300)
+    if variance - best_cost < _LEAST_SHARE * variance:
+        explained = 0.0
     return best, centre + mean, explained
 
 
@@ -241,8 +248,8 @@ def locate_moving_part(y: Array, omega: float, order: int, given_start: int, out
     first = 0
     while first < amplitude.size - 1 and amplitude[first] < threshold:
         first += 1
-    polynomial, scale = phase_polynomial(centre, inphase, quadrature, floor, first, omega * width)
-    if not rate_of(polynomial, scale, centre[first]) > 0.3 * omega * width:
+    polynomial, scale, wander = phase_polynomial(centre, inphase, quadrature, floor, first, omega * width)
+    if not wander < _MOST_WANDER or not rate_of(polynomial, scale, centre[first]) > 0.3 * omega * width:
         out[0] = NO_OSCILLATION
         return
     start = 0
@@ -261,7 +268,10 @@ def locate_moving_part(y: Array, omega: float, order: int, given_start: int, out
     rate = (phase_of(polynomial, scale, last) - phase_of(polynomial, scale, begun)) / max(
         stop - first_sample, 1
     )
-    if not rate > 0.3 * omega or (stop - first_sample) * rate < 3.0 * math.pi:
+    if not 0.3 * omega < rate < 1.8 * omega:
+        out[0] = NO_OSCILLATION
+        return
+    if (stop - first_sample) * rate < 3.0 * math.pi:
         out[0] = TOO_SHORT
         return
     out[1], out[2], out[3] = first_sample, stop, rate

@@ -1,0 +1,38 @@
+"""What changes of unit, zero and clock do to a whole-signal estimate: nothing but the obvious."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from friction_bayes import Oscillator, estimate_batch, simulate
+
+SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
+RATE = 50.0
+RECORD = simulate(
+    SYSTEM, friction=0.2, initial_displacement=0.02, duration=12.0, sampling_rate=RATE, noise_sd=4e-4, seed=5
+).values
+FLAT = {"coefficient_precision": 0.0, "alpha": 0.5, "beta": 0.0}  # the default prior has a scale of its own
+BASE = estimate_batch(RECORD[None], SYSTEM, sampling_rate=RATE, prior=FLAT)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    scale=st.floats(1e-3, 1e3),
+    offset=st.floats(-100.0, 100.0),
+    speed=st.floats(0.01, 100.0),
+    flip=st.booleans(),
+)
+def test_scale_offset_clock_and_sign(scale: float, offset: float, speed: float, flip: bool) -> None:
+    values = (-1.0 if flip else 1.0) * scale * RECORD + scale * 0.02 * offset
+    system = Oscillator(mass=10.0, stiffness=1000.0 * speed**2)
+    result = estimate_batch(values[None], system, sampling_rate=RATE * speed, prior=FLAT)
+    assert result["status"].item() == 0
+    ratio = scale * speed**2
+    assert result["friction_mean"].item() == pytest.approx(ratio * BASE["friction_mean"].item(), rel=1e-6)
+    assert result["friction_sd"].item() == pytest.approx(ratio * BASE["friction_sd"].item(), rel=1e-6)
+    assert result["noise_sd"].item() == pytest.approx(scale * BASE["noise_sd"].item(), rel=1e-6)
+    assert result["frequency"].item() == pytest.approx(speed * BASE["frequency"].item(), rel=1e-7)
+    assert np.sign(result["friction_mean"].item()) == 1.0

@@ -1,0 +1,136 @@
+"""Batches: the numbers of single estimates, bad records flagged, arrays of every kind."""
+
+from __future__ import annotations
+
+import dask.array as da
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import stats
+
+from friction_bayes import InputError, Oscillator, Pendulum, estimate, estimate_batch, make_record, simulate
+from friction_bayes.batch import STATUS
+from friction_bayes.scaled import scaled
+from friction_bayes.scaled_batch import product_moments, product_quantiles
+
+RATE = 200.0
+SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
+
+
+def records(quantity: str, count: int, system: Oscillator = SYSTEM) -> np.ndarray:
+    """Noisy decays that start differently."""
+    rng = np.random.default_rng(7)
+    rows = []
+    for k in range(count):
+        row = simulate(
+            system,
+            friction=0.2,
+            initial_displacement=0.01 + 0.001 * k,
+            initial_velocity=0.02 * k,
+            duration=9.0,
+            sampling_rate=RATE,
+            quantity=quantity,
+        ).values
+        rows.append(row + 0.05 * row.std() * rng.standard_normal(row.size) + 0.3 * row.std())
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
+@pytest.mark.parametrize("stiffness_sd", [0.0, 0.2, 30.0])
+def test_same_numbers_as_estimate(quantity: str, stiffness_sd: float) -> None:
+    system = Oscillator(mass=10.0, stiffness=1000.0, stiffness_sd=stiffness_sd, mass_sd=0.001 * stiffness_sd)
+    values = records(quantity, 3)
+    many = estimate_batch(values, system, sampling_rate=RATE, quantity=quantity)
+    for k, row in enumerate(values):
+        one = estimate(make_record(np.arange(row.size) / RATE, row, quantity), system)
+        length = one.friction_over_stiffness
+        expected = {
+            "friction_mean": one.friction.mean(),
+            "friction_sd": one.friction.std(),
+            "friction_interval90": one.friction.ppf([0.05, 0.95]),
+            "friction_over_stiffness_mean": length.mean(),
+            "friction_over_stiffness_sd": length.std(),
+            "friction_over_stiffness_interval90": length.ppf([0.05, 0.95]),
+            "noise_sd": one.noise_sd,
+            "frequency": one.frequency,
+            "frequency_sd": one.frequency_sd,
+            "rest_position": one.rest_position,
+        }
+        for name, value in expected.items():
+            np.testing.assert_allclose(many[name][k], value, rtol=1e-8, err_msg=name)
+    assert many["friction_mean"].attrs["units"] == "N"
+    assert many["friction_interval90"].dims == ("record", "bound")
+
+
+def test_bad_records_are_flagged() -> None:
+    values = records("displacement", 6)
+    values[1, 500] = np.nan
+    values[2] = 0.25
+    values[3] = np.random.default_rng(1).standard_normal(values.shape[1])
+    values[4] = np.clip(values[4], -0.005, 0.005)
+    result = estimate_batch(values, SYSTEM, sampling_rate=RATE)
+    names = result["status"].attrs["flag_meanings"].split()
+    assert tuple(names) == STATUS
+    told = [names[code] for code in result["status"].values]
+    assert told == ["ok", "not_finite", "constant", "no_oscillation", "clipped", "ok"]
+    usable = result["status"].values == 0
+    for name in ("friction_mean", "friction_sd", "noise_sd", "frequency"):
+        np.testing.assert_array_equal(np.isfinite(result[name].values), usable)
+    short = estimate_batch(values[:1, :80], SYSTEM, sampling_rate=RATE)
+    assert names[int(short["status"][0])] == "too_short"
+
+
+def test_dask_stays_lazy_and_agrees() -> None:
+    values = records("displacement", 5)
+    lazy = estimate_batch(da.from_array(values, chunks=(2, 400)), SYSTEM, sampling_rate=RATE)
+    assert all(lazy[name].chunks is not None for name in lazy.data_vars)
+    xr.testing.assert_allclose(lazy.compute(), estimate_batch(values, SYSTEM, sampling_rate=RATE), rtol=1e-12)
+
+
+def test_labelled_records_bring_clock_and_quantity() -> None:
+    values = records("velocity", 2)
+    labelled = xr.DataArray(
+        values.T,
+        dims=("time", "unit"),
+        coords={"time": np.arange(values.shape[1]) / RATE, "unit": ["left", "right"]},
+        attrs={"quantity": "velocity", "units": "m/s"},
+    )
+    result = estimate_batch(labelled, SYSTEM)
+    expected = estimate_batch(values, SYSTEM, sampling_rate=RATE, quantity="velocity")
+    np.testing.assert_allclose(result["friction_mean"], expected["friction_mean"], rtol=1e-9)
+    assert list(result["record"].values) == ["left", "right"]
+    assert result.attrs["quantity"] == "velocity"
+
+
+@pytest.mark.parametrize("relative_sd", [1e-4, 0.01, 0.2])
+@pytest.mark.parametrize("location", [5.0, -5.0, 0.1])
+def test_product_with_uncertain_factor(relative_sd: float, location: float) -> None:
+    scale, degrees, factor = 0.05, 30.0, 3.0
+    one = scaled(stats.t(degrees, location, scale), factor, relative_sd=relative_sd)
+    arrays = [np.array([value, np.nan]) for value in (location, scale, degrees)]
+    for q in (0.05, 0.95):
+        quantile = product_quantiles(arrays[0], arrays[1], arrays[2], factor, relative_sd, q)
+        assert quantile[0] == pytest.approx(float(one.ppf(q)), rel=1e-9)
+        assert np.isnan(quantile[1])
+    sd = np.array([stats.t(degrees, location, scale).std()])
+    mean, spread = product_moments(np.array([location]), sd, factor, relative_sd)
+    assert mean[0] == pytest.approx(one.mean(), rel=1e-12)
+    assert spread[0] == pytest.approx(one.std(), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"method": "envelope"}, "method: 'envelope' has no batch kernel; give one of waveform"),
+        ({"sampling_rate": None}, "sampling_rate: missing"),
+        ({"quantity": "angle"}, "quantity: angle of the other kind of system"),
+        ({"system": Pendulum(inertia=1.0, stiffness=1.0)}, "system: large swings"),
+        ({"records": np.zeros(30)}, r"records: shape \(30,\)"),
+        ({"records": np.array([["a", "b"]])}, "records: data type"),
+        ({"prior": {"gamma": 1.0}}, "unknown key 'gamma'"),
+    ],
+)
+def test_refusals(change: dict, message: str) -> None:
+    arguments = {"records": np.zeros((2, 30)), "system": SYSTEM, "sampling_rate": RATE} | change
+    with pytest.raises(InputError, match=message):
+        estimate_batch(arguments.pop("records"), arguments.pop("system"), **arguments)

@@ -1,0 +1,132 @@
+"""Release, stop, frequency, phase and rest position of a free decay, found in the data."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from friction_bayes import InputError, Oscillator, make_record
+from friction_bayes.free_decay import FreeDecay, find_free_decay, locate_free_decays
+from friction_bayes.mechanics.coulomb import coulomb_decay
+
+FREQUENCY = 2.0 * math.pi * 2.9
+SYSTEM = Oscillator(mass=2.0, stiffness=2.0 * FREQUENCY**2)
+QUANTITIES = ("displacement", "velocity", "acceleration")
+AMPLITUDE = 0.015
+HALF_CYCLES = 30.4
+
+
+def decay_signal(
+    quantity: str, rate: float, duration: float, *, phase: float = 0.0
+) -> tuple[np.ndarray, float]:
+    """Noise-free samples of a decay of 30.4 half cycles from a phase, and when it stops."""
+    d = 0.5 * AMPLITUDE / HALF_CYCLES
+    half = math.floor(phase / math.pi)
+    swing = AMPLITUDE - (2 * half + 1) * d
+    x, v = (-1) ** half * d + swing * math.cos(phase), -FREQUENCY * swing * math.sin(phase)
+    time = np.arange(round(duration * rate)) / rate
+    motion = coulomb_decay(SYSTEM, d * SYSTEM.stiffness, x, v, time)
+    return (motion.displacement, motion.velocity, motion.acceleration)[
+        QUANTITIES.index(quantity)
+    ], motion.stop_time
+
+
+def found(
+    signal: np.ndarray, rate: float, quantity: str, system: Oscillator = SYSTEM, **given: float
+) -> FreeDecay:
+    return find_free_decay(make_record(np.arange(signal.size) / rate, signal, quantity), system, **given)
+
+
+def noise(signal: np.ndarray, decibels: float, rng: np.random.Generator) -> np.ndarray:
+    moving = signal[signal != signal[-1]]
+    return np.sqrt(np.mean(moving**2)) * 10.0 ** (-decibels / 20.0) * rng.standard_normal(signal.size)
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+@pytest.mark.parametrize(
+    ("rate", "decibels", "cycles"),
+    [(1000.0, 300.0, 1.2), (1000.0, 12.0, 2.2), (100.0, 20.0, 2.2), (10.0, 30.0, 4.2)],
+)
+def test_mid_motion_offset_and_flat_tail(
+    quantity: str, rate: float, decibels: float, cycles: float, rng: np.random.Generator
+) -> None:
+    signal, stop = decay_signal(quantity, rate, 8.0, phase=2.0)
+    offset = np.abs(signal).max()
+    declared = Oscillator(mass=2.0, stiffness=2.0 * (1.25 * FREQUENCY) ** 2)
+    decay = found(signal + offset + noise(signal, decibels, rng), rate, quantity, declared)
+    assert decay.start_time == 0.0
+    assert decay.stops
+    assert decay.values.size / rate == pytest.approx(stop, abs=cycles * math.pi / FREQUENCY)
+    assert decay.frequency == pytest.approx(FREQUENCY, rel=0.02)
+    assert math.remainder(decay.phase - 2.0, 2.0 * math.pi) == pytest.approx(0.0, abs=0.2)
+    assert decay.rest_position == pytest.approx(offset, abs=0.05 * offset)
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+@pytest.mark.parametrize("decibels", [12.0, 300.0])
+@pytest.mark.parametrize("hold", [0.3, 4.0])
+def test_hold_before_release(quantity: str, decibels: float, hold: float, rng: np.random.Generator) -> None:
+    signal, _ = decay_signal(quantity, 1000.0, 8.0)
+    held = signal[0] if quantity == "displacement" else 0.0
+    record = np.concatenate([np.full(int(hold * 1000.0), held), signal]) + 0.01
+    decay = found(record + noise(record - 0.01, decibels, rng), 1000.0, quantity)
+    assert decay.start_time == pytest.approx(hold, abs=0.4 * math.pi / FREQUENCY)
+    assert decay.stops
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_record_that_ends_in_motion_is_used_whole(quantity: str, rng: np.random.Generator) -> None:
+    signal, _ = decay_signal(quantity, 200.0, 4.0, phase=5.0)
+    decay = found(signal + noise(signal, 15.0, rng), 200.0, quantity)
+    assert not decay.stops
+    assert decay.values.size == signal.size
+
+
+def test_quantised_to_rest() -> None:
+    signal, stop = decay_signal("displacement", 1000.0, 20.0)
+    decay = found(np.round(signal / 1e-4) * 1e-4, 1000.0, "displacement")
+    assert decay.values.size / 1000.0 == pytest.approx(stop, abs=1.1 * math.pi / FREQUENCY)
+
+
+def test_given_start_and_rest_position() -> None:
+    signal, _ = decay_signal("displacement", 1000.0, 8.0)
+    decay = found(signal, 1000.0, "displacement", start=0.5, rest_position=1e-3)
+    assert decay.start_time == 0.5
+    assert decay.rest_position == 1e-3
+    assert decay.rest_known
+    with pytest.raises(InputError, match=r"^start: 9 s lies outside the record"):
+        found(signal, 1000.0, "displacement", start=9.0)
+
+
+def test_one_record_or_many_are_cut_alike(rng: np.random.Generator) -> None:
+    signal, _ = decay_signal("displacement", 500.0, 8.0, phase=1.0)
+    records = signal + noise(np.tile(signal, (5, 1)).ravel(), 15.0, rng)[: 5 * signal.size].reshape(5, -1)
+    together = locate_free_decays(records, 1 / 500.0, FREQUENCY, 0)
+    apart = [locate_free_decays(row[None], 1 / 500.0, FREQUENCY, 0)[0] for row in records]
+    np.testing.assert_allclose(together, apart, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("signal", "message"),
+    [
+        (np.full(4000, 0.3), "constant signal, 0.3 throughout"),
+        (decay_signal("displacement", 1000.0, 0.4)[0], "fewer than three half cycles"),
+        (
+            np.where(np.arange(4000) == 7, np.nan, decay_signal("displacement", 1000.0, 4.0)[0]),
+            "1 samples are not finite",
+        ),
+        (np.random.default_rng(1).standard_normal(4000), "no free oscillation found"),
+        (np.arange(4000.0), "no free oscillation found"),
+    ],
+    ids=["constant", "short", "nan", "noise", "ramp"],
+)
+def test_refusals(signal: np.ndarray, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        found(signal, 1000.0, "displacement")
+
+
+def test_quantity_of_the_other_kind_of_system() -> None:
+    with pytest.raises(InputError, match="angle does not belong to a linear motion"):
+        found(decay_signal("displacement", 1000.0, 4.0)[0], 1000.0, "angle")
