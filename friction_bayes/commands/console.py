@@ -27,13 +27,15 @@ _PAPER_WIDTH = 120
 
 def output_console() -> Console:
     """Return the console of standard output, wide enough for every table when that is no terminal."""
-    return Console(width=None if sys.stdout.isatty() else _PAPER_WIDTH, highlight=False)
+    # File names may hold brackets, which are no markup.
+    width = None if sys.stdout.isatty() else _PAPER_WIDTH
+    return Console(width=width, highlight=False, markup=False)
 
 
 def note(text: str) -> None:
     """Say something on standard error, if that is a terminal."""
     if sys.stderr.isatty():
-        Console(stderr=True, highlight=False).print(f"[dim]{text}[/dim]")
+        Console(stderr=True, highlight=False, markup=False).print(text, style="dim")
 
 
 @contextmanager

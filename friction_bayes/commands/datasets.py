@@ -44,4 +44,4 @@ def run_get(arguments: argparse.Namespace) -> None:
     from friction_bayes.datasets import fetch_dataset
 
     for path in fetch_dataset(arguments.name.removeprefix("dataset:")):
-        output_console().print(str(path), soft_wrap=True, markup=False)
+        output_console().print(str(path), soft_wrap=True)
