@@ -129,6 +129,42 @@ def _minimise(
 
 
 @njit(cache=True, nogil=True)
+def _settle_jumps(
+    y: Array,
+    p: Array,
+    kappa: float,
+    stop: int,
+    misfit: float,
+    weight: Array,
+    mean: Array,
+    matrix: Array,
+    gradient: Array,
+) -> float:
+    """Move an acceleration's turning points by a few samples, all alike or at the ends, while that helps.
+
+    Where a jump stands out of the noise, every sample in the wrong half cycle makes a minimum of its own.
+    """
+    held, trial, trial_gradient = np.zeros(COEFFICIENTS), np.zeros(COEFFICIENTS), np.zeros(COEFFICIENTS)
+    trial_matrix = np.zeros((COEFFICIENTS, COEFFICIENTS))
+    for _ in range(_MAX_ROUNDS):
+        before = misfit
+        sample = p[3] / (0.5 * (y.size - 1))
+        for which in (4, 3):
+            for shift in (-3.0, -1.0, -0.4, 0.4, 1.0, 3.0):
+                for a in range(COEFFICIENTS):
+                    held[a] = trial[a] = p[a]
+                held[which] += shift * sample
+                _minimise(y, 2, trial, held, kappa, stop, weight, mean, trial_matrix, trial_gradient)
+                trial_misfit = accumulate(y, 2, trial, trial, kappa, stop, trial_matrix, trial_gradient)
+                if trial_misfit < misfit:
+                    _keep(p, matrix, gradient, trial, trial_matrix, trial_gradient)
+                    misfit = trial_misfit
+        if misfit >= before:
+            break
+    return misfit
+
+
+@njit(cache=True, nogil=True)
 def fit_waveform(
     y: Array, order: int, p: Array, kappa: float, weight: Array, mean: Array, matrix: Array, gradient: Array
 ) -> tuple[float, int, bool]:
@@ -189,4 +225,6 @@ def fit_waveform(
         misfit, found, stop = trial_misfit, trial_found, proposed
         if not found:
             break
+    if order == 2 and found and (2.0 * p[2]) ** 2 > misfit / y.size:
+        misfit = _settle_jumps(y, p, kappa, stop, misfit, weight, mean, matrix, gradient)
     return misfit, stop, found
