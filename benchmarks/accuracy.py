@@ -1,9 +1,9 @@
 """Efficiency and coverage of the whole-signal estimator, with Monte Carlo errors.
 
-``python -m benchmarks.accuracy [--systems N] [--repeats R] [--seed S]`` prints one row a cell: quantity, signal-to-
-noise ratio, the paper's example or random systems. Efficiency is the Cramer-Rao bound's variance over the mean
-squared error. Its Monte Carlo error is made small by a control variate: the unbiased estimator that is linear in
-the noise and knows the truth has exactly the bound's variance, on the same noise.
+``python -m benchmarks.accuracy [--systems N] [--repeats R] [--seed S]`` prints one row a cell: quantity,
+signal-to-noise ratio, the paper's example or random systems. Efficiency is the Cramer-Rao bound's variance over
+the mean squared error. Its Monte Carlo error is made small by a control variate: the unbiased estimator that is
+linear in the noise and knows the truth has exactly the bound's variance, on the same noise.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def random_decay(rng: np.random.Generator, order: int) -> Decay:
 def _decay(
     system: Oscillator, d: float, amplitude: float, phase: float, offset: float, time: Array, order: int
 ) -> Decay:
-    """Exact motion that has ``amplitude`` at the turning point before its start, and passes ``phase`` there."""
+    """Exact motion with ``amplitude`` at the turning point before its start, at ``phase`` when it starts."""
     w = system.natural_frequency
     half = np.floor(phase / np.pi)
     sign = 1.0 if half % 2 == 0 else -1.0
@@ -89,7 +89,9 @@ def bound_row(decay: Decay, amplitude: float) -> Array:
     return np.linalg.pinv(design / scale)[2] / scale[2]
 
 
-def measure(decays: list[tuple[Decay, float]], decibels: float, repeats: int, rng: np.random.Generator) -> Array:
+def measure(
+    decays: list[tuple[Decay, float]], decibels: float, repeats: int, rng: np.random.Generator
+) -> Array:
     """Standardised errors, those of the efficient linear estimator, and hits, shape (3, records)."""
     rows = []
     for decay, amplitude in decays:
@@ -108,7 +110,9 @@ def measure(decays: list[tuple[Decay, float]], decibels: float, repeats: int, rn
         linear = factor * noise[:, : decay.moving] @ weights
         low, high = result["friction_interval90"].values.T
         hit = (low <= decay.friction) & (decay.friction <= high)
-        rows.append(np.stack([(result["friction_mean"].values - decay.friction) / bound, linear / bound, hit]))
+        rows.append(
+            np.stack([(result["friction_mean"].values - decay.friction) / bound, linear / bound, hit])
+        )
     return np.concatenate(rows, axis=1)
 
 
@@ -130,7 +134,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=10, help="noise records a system")
     parser.add_argument("--seed", type=int, default=20261121)
     options = parser.parse_args()
-    print(f"{'quantity':14}{'systems':10}{'SNR':>6}{'records':>9}{'lost':>6}  efficiency       coverage of 90 %")
+    print(f"{'quantity':14}{'systems':10}{'SNR':>6}{'records':>9}{'lost':>6}  efficiency  coverage of 90 %")
     for order, quantity in enumerate(QUANTITIES):
         for kind in ("paper", "random"):
             for decibels in DECIBELS:
