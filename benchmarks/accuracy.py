@@ -1,9 +1,9 @@
 """Efficiency and coverage of the whole-signal estimator, with Monte Carlo errors.
 
 ``python -m benchmarks.accuracy [--systems N] [--repeats R] [--seed S]`` prints one row a cell: quantity,
-signal-to-noise ratio, the paper's example or random systems. Efficiency is the Cramer-Rao bound's variance over
-the mean squared error. Its Monte Carlo error is made small by a control variate: the unbiased estimator that is
-linear in the noise and knows the truth has exactly the bound's variance, on the same noise.
+signal-to-noise ratio, the paper's example or random systems. Efficiency is the Cramer-Rao bound's variance
+over the mean squared error. Its Monte Carlo error is made small by a control variate: the unbiased estimator
+that is linear in the noise and knows the truth has exactly the bound's variance, on the same noise.
 """
 
 from __future__ import annotations
