@@ -1,7 +1,8 @@
 """Run an experiment: spread its cells over workers, resume what was interrupted, save, tabulate.
 
 A cell is a pure function of its settings and its own seed: lost ones are redone with the same bits.
-Cells wait as small files beside the result until all are there; then they become one dataset.
+Cells wait as small files beside the result until all are there; then they become one dataset, a manifest
+and a page of tables.
 """
 
 from __future__ import annotations
@@ -21,26 +22,17 @@ from typing import Any
 import dask
 import numpy as np
 import xarray as xr
+from dask.callbacks import Callback
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-from rich.table import Table
 
 import friction_bayes
+from experiments.tables import Row, closing_table, page
 from friction_bayes.output import manifest, write_json
 
-__all__ = ["Experiment", "Row", "main"]
+__all__ = ["Cell", "Experiment", "Row", "main", "parser_for", "run_experiment", "settings_digest"]
 
 Cell = Mapping[str, Any]
-
-
-@dataclass(frozen=True)
-class Row:
-    """One line of the table that an experiment ends in, beside the paper's number where it has one."""
-
-    what: str
-    ours: str
-    paper: str = ""
-    remark: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +57,10 @@ class Experiment:
         The closing table.
     beside : str
         Heading of the column that ours stands beside.
+    paired : tuple of str
+        Coordinates that a cell's seed does not hang on: cells that differ in these alone see the same noise.
+    details : callable, Dataset -> sequence of mappings, optional
+        A second table, for ``results/NAME.md``: text by column heading, the same columns in every line.
     """
 
     name: str
@@ -75,6 +71,8 @@ class Experiment:
     assemble: Callable[[Sequence[Cell], Sequence[dict[str, Any]]], xr.Dataset]
     rows: Callable[[xr.Dataset], Sequence[Row]]
     beside: str = "paper"
+    paired: tuple[str, ...] = ()
+    details: Callable[[xr.Dataset], Sequence[Mapping[str, str]]] | None = None
 
 
 def _key(experiment: Experiment, cell: Cell, seed: int) -> str:
@@ -83,9 +81,10 @@ def _key(experiment: Experiment, cell: Cell, seed: int) -> str:
     return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:20]
 
 
-def _cell_seed(key: str) -> np.random.SeedSequence:
+def _cell_seed(experiment: Experiment, cell: Cell, seed: int) -> np.random.SeedSequence:
     """Seed sequence of one cell, the same wherever and in whatever order it runs."""
-    return np.random.SeedSequence(int(key, 16))
+    own = {name: value for name, value in cell.items() if name not in experiment.paired}
+    return np.random.SeedSequence(int(_key(experiment, own, seed), 16))
 
 
 def _write_whole(target: Path, write: Callable[[Path], None]) -> None:
@@ -95,9 +94,9 @@ def _write_whole(target: Path, write: Callable[[Path], None]) -> None:
     aside.replace(target)
 
 
-def _run_cell(experiment: Experiment, cell: Cell, key: str, folder: Path) -> None:
-    numbers = experiment.run(experiment.config, cell, _cell_seed(key))
-    _write_whole(folder / f"{key}.json", lambda path: write_json(path, numbers))
+def _run_cell(experiment: Experiment, cell: Cell, seed: int, target: Path) -> None:
+    numbers = experiment.run(experiment.config, cell, _cell_seed(experiment, cell, seed))
+    _write_whole(target, lambda path: write_json(path, numbers))
 
 
 def _compute(tasks: list[Any], scheduler: str | None, workers: int) -> None:
@@ -119,22 +118,33 @@ def _compute(tasks: list[Any], scheduler: str | None, workers: int) -> None:
             os.environ.setdefault(f"{library}_NUM_THREADS", "1")
         # processes, not threads: a sampler's Python steps hold the interpreter lock and would queue up
         chosen = {"scheduler": "processes", "num_workers": workers} if workers > 1 else {"scheduler": "sync"}
-        chunk = 4 * workers
-        with dask.config.set(**chosen):
-            for start in range(0, len(tasks), chunk):
-                dask.compute(*tasks[start : start + chunk])
-                progress.advance(bar, len(tasks[start : start + chunk]))
+        # cells are handed out one by one: their times differ by a hundred
+        with dask.config.set(chunksize=1, **chosen), Callback(posttask=lambda *_: progress.advance(bar)):
+            dask.compute(*tasks, optimize_graph=False)
 
 
-def _print(experiment: Experiment, rows: Sequence[Row], seconds: float) -> None:
-    table = Table(title=f"{experiment.name}: {experiment.question}", title_justify="left")
-    for heading in ("what", "ours", experiment.beside, "remark"):
-        table.add_column(heading, overflow="fold")
-    for row in rows:
-        table.add_row(row.what, row.ours, row.paper, row.remark)
-    console = Console()
-    console.print(table)
-    console.print(f"{seconds:.0f} s")
+def parser_for(program: str, description: str) -> argparse.ArgumentParser:
+    """Return the options that every experiment takes."""
+    parser = argparse.ArgumentParser(prog=program, description=description)
+    parser.add_argument("--full", action="store_true", help="more seeds and finer steps; resumable")
+    parser.add_argument("--seed", type=int, default=20210607, help="root seed (default %(default)s)")
+    parser.add_argument(
+        "--workers", type=int, default=os.cpu_count() or 1, help="worker processes (default: one a core)"
+    )
+    parser.add_argument("--scheduler", help="address of a dask.distributed scheduler, tcp://...")
+    parser.add_argument("--results", type=Path, default=Path("results"), help="folder (default %(default)s)")
+    return parser
+
+
+def settings_digest(experiment: Experiment, options: argparse.Namespace) -> str:
+    """Digest of all that a result depends on: settings, seed, cells, and the sources that compute it."""
+    digest = hashlib.sha256()
+    for cell in experiment.cells(experiment.config, options.full):
+        digest.update(_key(experiment, cell, options.seed).encode())
+    for package in (Path(friction_bayes.__file__).parent, Path(__file__).parent):
+        for source in sorted(package.rglob("*.py")):
+            digest.update(source.read_bytes())
+    return digest.hexdigest()
 
 
 def main(experiment: Experiment, argv: Sequence[str] | None = None) -> xr.Dataset:
@@ -152,42 +162,60 @@ def main(experiment: Experiment, argv: Sequence[str] | None = None) -> xr.Datase
     xarray.Dataset
         The same as saved to ``results/NAME.nc``.
     """
-    parser = argparse.ArgumentParser(
-        prog=f"python -m experiments.{experiment.name}", description=experiment.question
-    )
-    parser.add_argument("--full", action="store_true", help="more seeds and finer steps; resumable")
-    parser.add_argument("--seed", type=int, default=20210607, help="root seed (default %(default)s)")
-    parser.add_argument(
-        "--workers", type=int, default=os.cpu_count() or 1, help="worker processes (default: one a core)"
-    )
-    parser.add_argument("--scheduler", help="address of a dask.distributed scheduler, tcp://...")
-    parser.add_argument("--results", type=Path, default=Path("results"), help="folder (default %(default)s)")
-    options = parser.parse_args(argv)
+    parser = parser_for(f"python -m experiments.{experiment.name}", experiment.question)
+    return run_experiment(experiment, parser.parse_args(argv))
 
+
+def run_experiment(experiment: Experiment, options: argparse.Namespace) -> xr.Dataset:
+    """Compute what is missing, save dataset, manifest and tables, print the closing table.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        What to run.
+    options : argparse.Namespace
+        Of :func:`parser_for`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The same as saved to ``results/NAME.nc``.
+    """
     started = time.perf_counter()
+    digest = settings_digest(experiment, options)
     cells = list(experiment.cells(experiment.config, options.full))
-    keys = [_key(experiment, cell, options.seed) for cell in cells]
     waiting = options.results / f"{experiment.name}.cells"
     waiting.mkdir(parents=True, exist_ok=True)
-    missing = [i for i, key in enumerate(keys) if not (waiting / f"{key}.json").exists()]
+    files = [waiting / f"{_key(experiment, cell, options.seed)}.json" for cell in cells]
+    missing = [i for i, file in enumerate(files) if not file.exists()]
     if len(missing) < len(cells):
         print(f"resuming: {len(cells) - len(missing)} of {len(cells)} cells are there", file=sys.stderr)
-    tasks = [dask.delayed(_run_cell)(experiment, cells[i], keys[i], waiting) for i in missing]
+    tasks = [dask.delayed(_run_cell)(experiment, cells[i], options.seed, files[i]) for i in missing]
     _compute(tasks, options.scheduler, options.workers)
 
-    results = [json.loads((waiting / f"{key}.json").read_text()) for key in keys]
+    results = [json.loads(file.read_text()) for file in files]
     dataset = experiment.assemble(cells, results)
     dataset.attrs.update(experiment=experiment.name, question=experiment.question, seed=options.seed)
     rows = list(experiment.rows(dataset))
+    details = [] if experiment.details is None else list(experiment.details(dataset))
     target = options.results / f"{experiment.name}.nc"
     _write_whole(target, lambda path: dataset.to_netcdf(path, engine="h5netcdf"))
+    text = page(rows, details, beside=experiment.beside)
+    _write_whole(target.with_suffix(".md"), lambda path: path.write_text(text, encoding="utf-8"))
     seconds = time.perf_counter() - started
     record = manifest(
         f"python -m experiments.{experiment.name}",
         options={"config": asdict(experiment.config), "full": options.full, "cells": len(cells)},
         seed=options.seed,
-    ) | {"elapsed_s": seconds, "table": [asdict(row) for row in rows]}
+    ) | {
+        "elapsed_s": seconds,
+        "settings": digest,
+        "beside": experiment.beside,
+        "table": [asdict(row) for row in rows],
+    }
     _write_whole(target.with_suffix(".json"), lambda path: write_json(path, record))
     shutil.rmtree(waiting)
-    _print(experiment, rows, seconds)
+    console = Console()
+    console.print(closing_table(f"{experiment.name}: {experiment.question}", rows, beside=experiment.beside))
+    console.print(f"{seconds:.0f} s; all in {target}, tables in {target.with_suffix('.md')}")
     return dataset

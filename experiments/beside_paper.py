@@ -1,0 +1,168 @@
+"""Rows of the closing tables: ours over the noise seeds beside the paper's one number, and emcee's word."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from experiments.tables import Row
+
+__all__ = ["band", "compared", "detail_rows", "sampler_word"]
+
+
+def _kept(values: xr.DataArray) -> NDArray[np.float64]:
+    numbers = np.asarray(values, dtype=np.float64).ravel()
+    return numbers[np.isfinite(numbers)]
+
+
+def band(values: xr.DataArray, *, digits: int = 3, factor: float = 1.0) -> str:
+    """Return median and 90 % band over the seeds as text."""
+    numbers = factor * _kept(values)
+    if numbers.size == 0:
+        return "none"
+    low, middle, high = np.quantile(numbers, [0.05, 0.5, 0.95])
+    return f"{middle:.{digits}g} [{low:.{digits}g}, {high:.{digits}g}]"
+
+
+def compared(
+    what: str,
+    values: xr.DataArray,
+    paper: float,
+    *,
+    unit: str = "",
+    digits: int = 3,
+    factor: float = 1.0,
+    sampler: str = "",
+) -> Row:
+    """Return a row that says whether the paper's number lies in the 90 % band of ours over the seeds.
+
+    Parameters
+    ----------
+    what : str
+        What is compared.
+    values : xarray.DataArray
+        One number a seed.
+    paper : float
+        The paper's, in ``unit``.
+    unit : str
+        Shown with both.
+    digits : int
+        Significant digits.
+    factor : float
+        From the values to ``unit``.
+    sampler : str
+        What emcee found on the records that were checked.
+    """
+    numbers = factor * _kept(values)
+    remark = "all records refused"
+    if numbers.size:
+        low, high = np.quantile(numbers, [0.05, 0.95])
+        place = "in" if low <= paper <= high else ("above" if paper > high else "below")
+        remark = f"paper {place} our 90 % band"
+    return Row(
+        what=what,
+        ours=f"{band(values, digits=digits, factor=factor)} {unit}".strip(),
+        paper=f"{paper:g} {unit}".strip(),
+        remark=remark,
+        sampler=sampler,
+    )
+
+
+def sampler_word(dataset: xr.Dataset) -> str:
+    """Return emcee's mean beside the closed form's on the first checked record, and the worst diagnostics.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        One level and one method, over ``replicate``.
+    """
+    checked = np.flatnonzero(np.isfinite(dataset["rhat"].values))
+    if checked.size == 0:
+        return ""
+    first = dataset.isel(replicate=int(checked[0]))
+    mine = dataset.isel(replicate=checked)
+    return (
+        f"{float(first['reference_mean']):.5g} N for {float(first['friction']):.5g} N; "
+        f"R-hat {float(mine['rhat'].max()):.4f}, "
+        f"ESS {_least(mine['ess_bulk']):.0f}/{_least(mine['ess_tail']):.0f}, {_verdict(mine)}"
+    )
+
+
+def _least(values: xr.DataArray) -> float:
+    return float(values.min())
+
+
+def _verdict(checked: xr.Dataset) -> str:
+    n = checked.sizes["replicate"]
+    agreeing, converged = int(checked["agrees"].sum()), int(checked["converged"].sum())
+    word = {0: "disagrees", n: "agrees"}.get(agreeing, f"agrees in {agreeing} of {n}")
+    return word if converged == n else f"{word}, converged in {converged} of {n}"
+
+
+def detail_rows(dataset: xr.Dataset, levels: Sequence[str]) -> list[Mapping[str, str]]:
+    """Return one line a level and method: error, coverage, width, precision, and closed form against emcee.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of :func:`experiments.closed_forms.gather`.
+    levels : sequence of str
+        Its swept dimensions.
+    """
+    lines = []
+    stacked = dataset.stack(level=list(levels), create_index=False)
+    for i in range(stacked.sizes["level"]):
+        for method in dataset["method"].values.tolist():
+            one = stacked.isel(level=i).sel({"method": method})
+            named = {name: _label(one[name].item()) for name in levels}
+            lines.append(named | {"method": method} | _figures(one) | _against_sampler(one))
+    return lines
+
+
+def _label(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:.4g}"
+
+
+def _figures(one: xr.Dataset) -> dict[str, str]:
+    error, refused = _kept(one["error"]), int(one["refused"].sum())
+    if error.size == 0:
+        return dict.fromkeys(("error %", "RMS %", "90 % interval covers", "its width %", "precision"), "") | {
+            "refused": f"{refused}"
+        }
+    return {
+        "error %": band(one["error"], factor=100.0),
+        "RMS %": f"{100.0 * math.sqrt(float(np.mean(error**2))):.3g}",
+        "90 % interval covers": f"{int(one['covers'].sum())} of {error.size}",
+        "its width %": f"{100.0 * float(one['width'].median()):.3g}",
+        "precision": band(one["precision"]) if _kept(one["precision"]).size else "",
+        "refused": f"{refused}" if refused else "",
+    }
+
+
+def _against_sampler(one: xr.Dataset) -> dict[str, str]:
+    headings = (
+        "emcee mean - ours, in sd",
+        "emcee sd / ours",
+        "R-hat",
+        "ESS bulk/tail",
+        "verdict",
+        "time ratio",
+    )
+    checked = np.flatnonzero(np.isfinite(one["rhat"].values))
+    if checked.size == 0:
+        return dict.fromkeys(headings, "")
+    mine = one.isel(replicate=checked)
+    shift = (mine["reference_mean"] - mine["friction"]) / mine["sd"]
+    texts = (
+        f"{float(shift.mean()):+.3f}",
+        f"{float((mine['reference_sd'] / mine['sd']).mean()):.3f}",
+        f"{float(mine['rhat'].max()):.4f}",
+        f"{_least(mine['ess_bulk']):.0f}/{_least(mine['ess_tail']):.0f}",
+        _verdict(mine),
+        f"{float(mine['time_ratio'].median()):.0f}",
+    )
+    return dict(zip(headings, texts, strict=True))

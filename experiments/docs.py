@@ -1,0 +1,33 @@
+"""Bring the tables of results into a page of the documentation, between markers that name the experiment."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+__all__ = ["write_docs"]
+
+
+def write_docs(page: Path, results: Path, names: Sequence[str]) -> None:
+    """Replace what stands between ``<!-- results: NAME -->`` and ``<!-- end -->`` by the tables of NAME.
+
+    Parameters
+    ----------
+    page : Path
+        Markdown; experiments that it has no marker for are left out.
+    results : Path
+        Folder with ``NAME.md`` and ``NAME.json``.
+    names : sequence of str
+        Experiments.
+    """
+    text = page.read_text(encoding="utf-8")
+    for name in names:
+        marker = re.compile(rf"(<!-- results: {re.escape(name)} -->\n).*?(<!-- end -->)", re.DOTALL)
+        tables = (results / f"{name}.md").read_text(encoding="utf-8")
+        record = json.loads((results / f"{name}.json").read_text(encoding="utf-8"))
+        how = f"`{record['command']}`, seed {record['seed']}, {record['options']['cells']} cells."
+        body = f"{how}\n\n{tables}\n"
+        text = marker.sub(lambda match, body=body: f"{match[1]}\n{body}{match[2]}", text)
+    page.write_text(text, encoding="utf-8")

@@ -1,0 +1,163 @@
+"""How do the closed forms stand noise? The numerical example of section 3 at many signal-to-noise ratios."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from experiments.beside_paper import band, compared, detail_rows, sampler_word
+from experiments.closed_forms import SweepConfig, gather, measure, seeds_of, sweep_cells
+from experiments.runner import Cell, Experiment, main
+from experiments.tables import Row
+from friction_bayes.mechanics.testbed import (
+    PAPER_SYSTEM,
+    noise_sd_for,
+    paper_example,
+    signal_to_noise_db,
+)
+
+__all__ = ["EXPERIMENT", "Config"]
+
+FRICTION = 0.07
+"""True friction of the example [N]."""
+
+LEVELS = {"snr_db": "dB"}
+
+
+@dataclass(frozen=True)
+class Config(SweepConfig):
+    """Signal-to-noise ratios [dB], and the noise that the paper states [m], which is one more level."""
+
+    snr_db: tuple[float, ...] = (30.0, 25.0, 20.0, 17.0, 14.7, 12.0, 8.6, 6.0, 3.0)
+    stated_noise_sd: float = 5e-4
+
+
+PAPER_ERRORS = {20.0: 0.8, 14.7: 0.33, 8.6: 2.70}
+"""Error of the friction [%] by stated signal-to-noise ratio [dB], section 3."""
+
+PAPER_FRICTION, PAPER_PRECISION, PAPER_RMSE = 0.0706, 34.3, 4.3e-4
+"""Estimates [N], [1/N^2] and residual [m] of the record that section 3 shows, stated as 20 dB and 5e-4 m."""
+
+
+@cache
+def _clean() -> np.ndarray:
+    """Noise-free displacement while the system moves [m]."""
+    record = paper_example(0, noise_sd=0.0)
+    return record.values[record["time"].values < record.attrs.get("stop_time", math.inf)]
+
+
+def stated_level(config: Config) -> float:
+    """Signal-to-noise ratio of the noise that the paper states [dB], by this project's definition."""
+    return round(signal_to_noise_db(_clean(), config.stated_noise_sd), 2)
+
+
+def cells(config: Config, full: bool) -> Sequence[Cell]:
+    """Every level, the stated noise's own among them."""
+    levels = sorted({*config.snr_db, stated_level(config)}, reverse=True)
+    return sweep_cells({"snr_db": levels}, config, full)
+
+
+def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+    """The same noise at every level, only larger."""
+    of_noise, of_sampler = seeds_of(cell, seed)
+    record = paper_example(of_noise, noise_sd=noise_sd_for(_clean(), cell["snr_db"]))
+    return measure(
+        record, PAPER_SYSTEM, FRICTION, methods=config.methods, check=cell["check"], seed=of_sampler
+    )
+
+
+def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dataset:
+    """Dimensions snr_db, replicate, method; with the noise of each level."""
+    dataset = gather(cells, results, levels=LEVELS)
+    noise = [noise_sd_for(_clean(), level) for level in dataset["snr_db"].values.tolist()]
+    return dataset.assign(level_noise_sd=("snr_db", noise, {"units": "m", "long_name": "noise of a sample"}))
+
+
+def _error_rows(at_level: xr.Dataset, name: str, paper_error: float) -> list[Row]:
+    """Size of the error by every method that estimates friction, beside the paper's."""
+    rows = []
+    for method in at_level["method"].values.tolist():
+        if method == "gamma-exponential":
+            continue
+        mine = at_level.sel({"method": method})
+        word = sampler_word(mine)
+        what = f"{name}: |error|, {method}"
+        if method.startswith("normal-gamma"):
+            rows.append(compared(what, abs(mine["error"]), paper_error, unit="%", factor=100.0, sampler=word))
+        else:
+            ours = f"{band(abs(mine['error']), factor=100.0)} %"
+            rows.append(Row(what, ours, f"{paper_error:g} %", "not the paper's method", word))
+    return rows
+
+
+def _shown_record_rows(at_level: xr.Dataset, name: str) -> list[Row]:
+    """What section 3 tells of the one record it shows."""
+    rows = []
+    methods = at_level["method"].values.tolist()
+    for method in (label for label in methods if label.startswith("normal-gamma")):
+        mine = at_level.sel({"method": method})
+        rows.append(compared(f"{name}: friction, {method}", mine["friction"], PAPER_FRICTION, unit="N"))
+        rows.append(
+            compared(f"{name}: precision, {method}", mine["precision"], PAPER_PRECISION, unit="1/N^2")
+        )
+        rows.append(
+            Row(
+                f"{name}: 1/sqrt(precision), {method}",
+                f"{band(mine['precision'] ** -0.5)} N",
+                "8.4e-4",
+                f"1/sqrt({PAPER_PRECISION:g}) is {PAPER_PRECISION**-0.5:.3f} N: theirs does not follow",
+            )
+        )
+    if "waveform" in methods:
+        noise = at_level.sel({"method": "waveform"})["noise_sd"]
+        rows.append(compared(f"{name}: noise of a sample, waveform", noise, PAPER_RMSE, unit="m"))
+    if "gamma-exponential" in methods:
+        mine = at_level.sel({"method": "gamma-exponential"})
+        rows.append(
+            Row(
+                f"{name}: gamma-exponential",
+                f"{band(mine['friction'])}",
+                "a wrong value",
+                f"its 90 % interval holds the friction in {100.0 * float(mine['covers'].mean()):.0f} %: "
+                f"it estimates a rate, 1/friction = {1.0 / FRICTION:.3g} 1/N",
+                sampler_word(mine),
+            )
+        )
+    return rows
+
+
+def rows(dataset: xr.Dataset) -> list[Row]:
+    """The paper's three levels, and its one record at the ratio and at the noise that it states."""
+    table: list[Row] = []
+    levels = dataset["snr_db"].values.tolist()
+    stated = stated_level(Config())
+    for level in levels:
+        name = f"{level:.4g} dB" + (" (noise 5e-4 m)" if level == stated else "")
+        at_level = dataset.sel(snr_db=level)
+        if level in PAPER_ERRORS:
+            table += _error_rows(at_level, name, PAPER_ERRORS[level])
+        if level in (20.0, stated):
+            table += _shown_record_rows(at_level, name)
+    return table
+
+
+EXPERIMENT = Experiment(
+    name="noise_sweep",
+    question="how do the closed forms stand noise?",
+    config=Config(),
+    cells=cells,
+    run=run,
+    assemble=assemble,
+    rows=rows,
+    paired=("snr_db", "check"),
+    details=lambda dataset: detail_rows(dataset, tuple(LEVELS)),
+)
+
+if __name__ == "__main__":
+    main(EXPERIMENT)
