@@ -20,14 +20,14 @@ from experiments.tables import closing_table
 
 
 def all_experiments() -> dict[str, Experiment]:
-    """Return every experiment of this package by name."""
+    """Return every experiment of this package by name, those beside the paper's numbers first."""
     found = {}
     for module in iter_modules(experiments.__path__):
         if not module.ispkg and module.name != "__main__":
             experiment = getattr(import_module(f"experiments.{module.name}"), "EXPERIMENT", None)
             if experiment is not None:
                 found[experiment.name] = experiment
-    return found
+    return dict(sorted(found.items(), key=lambda item: (item[1].beside != "paper", item[0])))
 
 
 def _finished(experiment: Experiment, options: argparse.Namespace) -> bool:
@@ -57,6 +57,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         if _finished(known[name], options):
             print(f"{name}: kept, nothing it hangs on has changed", file=sys.stderr)
         else:
+            print(f"{name}: {known[name].question}", file=sys.stderr)
             run_experiment(known[name], options)
     if options.docs is not None:
         write_docs(options.docs, options.results, names)

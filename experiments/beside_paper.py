@@ -72,13 +72,15 @@ def compared(
     )
 
 
-def sampler_word(dataset: xr.Dataset) -> str:
+def sampler_word(dataset: xr.Dataset, unit: str = "N") -> str:
     """Return emcee's mean beside the closed form's on the first checked record, and the worst diagnostics.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         One level and one method, over ``replicate``.
+    unit : str
+        What the method's friction is in.
     """
     checked = np.flatnonzero(np.isfinite(dataset["rhat"].values))
     if checked.size == 0:
@@ -86,7 +88,7 @@ def sampler_word(dataset: xr.Dataset) -> str:
     first = dataset.isel(replicate=int(checked[0]))
     mine = dataset.isel(replicate=checked)
     return (
-        f"{float(first['reference_mean']):.5g} N for {float(first['friction']):.5g} N; "
+        f"{float(first['reference_mean']):.5g} {unit} for {float(first['friction']):.5g} {unit}; "
         f"R-hat {float(mine['rhat'].max()):.4f}, "
         f"ESS {_least(mine['ess_bulk']):.0f}/{_least(mine['ess_tail']):.0f}, {_verdict(mine)}"
     )

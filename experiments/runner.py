@@ -87,7 +87,7 @@ def _cell_seed(experiment: Experiment, cell: Cell, seed: int) -> np.random.SeedS
     return np.random.SeedSequence(int(_key(experiment, own, seed), 16))
 
 
-def _write_whole(target: Path, write: Callable[[Path], None]) -> None:
+def _write_whole(target: Path, write: Callable[[Path], object]) -> None:
     """Let ``write`` make the file under another name, so that what is killed leaves no half of it."""
     aside = target.with_name(f"{target.name}.{os.getpid()}.part")
     write(aside)

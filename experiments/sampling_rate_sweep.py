@@ -64,10 +64,15 @@ def _record(quantity: str, seed: int) -> xr.DataArray:
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
-    """Every rate is cut from the very same record, as in the paper."""
+    """Every rate is cut from the very same record, as in the paper.
+
+    Which of its samples are kept is drawn: the clock of a sensor knows nothing of the release.
+    """
     of_noise, of_sampler = seeds_of(cell, seed)
     record = last_part(_record(cell["quantity"], of_noise), config.last_share)
-    record = record.isel(time=slice(None, None, round(RATE / cell["sampling_rate"])))
+    step = round(RATE / cell["sampling_rate"])
+    first = np.random.default_rng(np.random.SeedSequence(of_noise, spawn_key=(1,))).random()
+    record = record.isel(time=slice(int(first * step), None, step))
     return measure(record, TESTBED, FRICTION, methods=config.methods, check=cell["check"], seed=of_sampler)
 
 

@@ -1,0 +1,160 @@
+"""Each experiment on a tiny configuration: what it leaves, that it resumes, that it repeats itself."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from experiments import __main__ as all_of_them
+from experiments import noise_sweep, reduced_data_set, sampling_rate_sweep
+from experiments.runner import Cell, Experiment, main
+
+PAPER_METHODS = ("normal-gamma, highest", "normal-gamma, nominal", "gamma-exponential")
+TINY = {
+    "noise_sweep": (noise_sweep.EXPERIMENT, {"snr_db": (20.0, 8.6)}),
+    "sampling_rate_sweep": (sampling_rate_sweep.EXPERIMENT, {"keep_every": (1, 100)}),
+    "reduced_data_set": (reduced_data_set.EXPERIMENT, {}),
+}
+
+
+def tiny(name: str, **changes: Any) -> Experiment:
+    experiment, levels = TINY[name]
+    settings = {"records": 2, "checked": 0, "methods": PAPER_METHODS} | levels | changes
+    return replace(experiment, config=replace(experiment.config, **settings))
+
+
+def run(experiment: Experiment, folder: Path, *options: str) -> xr.Dataset:
+    return main(experiment, ["--workers", "1", "--results", str(folder), *options])
+
+
+@pytest.mark.parametrize("name", TINY)
+def test_leaves_dataset_manifest_and_tables(name: str, tmp_path: Path) -> None:
+    computed = run(tiny(name), tmp_path)
+    with xr.open_dataset(tmp_path / f"{name}.nc", engine="h5netcdf") as saved:
+        xr.testing.assert_equal(saved.load(), computed)
+    assert computed["friction"].dims[-2:] == ("replicate", "method")
+    assert computed["refused"].sum() == 0
+    assert np.all(np.isfinite(computed["error"]))
+    manifest = json.loads((tmp_path / f"{name}.json").read_text())
+    assert manifest["seed"] == 20210607
+    assert manifest["options"]["config"]["records"] == 2
+    assert any(row["paper"] for row in manifest["table"])
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        f"{name}{end}" for end in (".json", ".md", ".nc")
+    ]
+
+
+def test_whole_signal_beats_the_paper_and_its_rate_is_no_friction(tmp_path: Path) -> None:
+    methods = ("waveform", "envelope", *PAPER_METHODS)
+    found = run(tiny("noise_sweep", snr_db=(20.0,), records=4, methods=methods), tmp_path)
+    worst = abs(found["error"].sel(snr_db=20.0)).max("replicate")
+    # at 20 dB: Cramer-Rao bound 0.11 %, the drops between highest samples scatter by 5 %
+    assert float(worst.sel({"method": "waveform"})) < 0.01
+    assert float(worst.sel({"method": "envelope"})) < 0.01
+    assert not found["covers"].sel({"method": "gamma-exponential"}).any()
+
+
+def test_checks_with_emcee_in_worker_processes(tmp_path: Path) -> None:
+    experiment = tiny(
+        "reduced_data_set", records=2, checked=1, data_sets=("2",), methods=("normal-gamma, highest",)
+    )
+    found = main(experiment, ["--workers", "2", "--results", str(tmp_path)]).squeeze("method")
+    checked, plain = found.isel(data_set=0, replicate=0), found.isel(data_set=0, replicate=1)
+    assert checked["converged"] == 1.0
+    assert checked["rhat"] < 1.01
+    assert min(checked["ess_bulk"], checked["ess_tail"]) > 1000.0
+    # five Monte Carlo standard errors at the least effective sample size
+    assert abs(checked["reference_mean"] - checked["friction"]) < 5.0 * checked["sd"] / np.sqrt(1000.0)
+    assert checked["time_ratio"] > 1.0
+    assert np.isnan(plain["rhat"])
+
+
+def test_rates_are_cut_from_the_same_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    records: list[xr.DataArray] = []
+    measure = sampling_rate_sweep.measure
+
+    def listening(record: xr.DataArray, *others: Any, **options: Any) -> dict[str, Any]:
+        records.append(record)
+        return measure(record, *others, **options)
+
+    monkeypatch.setattr(sampling_rate_sweep, "measure", listening)
+    run(tiny("sampling_rate_sweep", quantities=("acceleration",), methods=PAPER_METHODS[:1]), tmp_path)
+    by_size = sorted(records, key=lambda record: record.size)
+    slow, fast = by_size[:2], by_size[2:]
+    assert not np.array_equal(fast[0].values, fast[1].values)
+    kept = [[bool(np.isin(mine.values, all_of.values).all()) for all_of in fast] for mine in slow]
+    assert sorted(kept) == [[False, True], [True, False]]
+    # which samples are kept is drawn
+    assert slow[0]["time"].values[0] != slow[1]["time"].values[0]
+
+
+def test_takes_up_an_interrupted_run_with_the_same_bits(tmp_path: Path) -> None:
+    experiment = tiny("noise_sweep", snr_db=(20.0,))
+    whole = run(experiment, tmp_path / "whole")
+    calls: list[Cell] = []
+
+    def breaking_off(config: Any, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        calls.append(cell)
+        return experiment.run(config, cell, seed)
+
+    with pytest.raises(KeyboardInterrupt):
+        run(replace(experiment, run=breaking_off), tmp_path / "resumed")
+    assert not (tmp_path / "resumed" / "noise_sweep.nc").exists()
+    calls.clear()
+    resumed = run(replace(experiment, run=breaking_off), tmp_path / "resumed")
+    assert len(calls) == whole.sizes["snr_db"] * whole.sizes["replicate"] - 3
+    for name in ("friction", "sd", "precision"):
+        xr.testing.assert_equal(resumed[name], whole[name])
+
+
+def test_all_keep_what_is_finished_and_end_in_one_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    known = {name: tiny(name, records=1) for name in ("noise_sweep", "reduced_data_set")}
+    monkeypatch.setattr(all_of_them, "all_experiments", lambda: known)
+    page = tmp_path / "page.md"
+    page.write_text("before\n<!-- results: reduced_data_set -->\nold\n<!-- end -->\nafter\n")
+    options = ["--workers", "1", "--results", str(tmp_path / "results")]
+    all_of_them.main(options)
+    assert "all experiments beside the paper" in capsys.readouterr().out
+    written = (tmp_path / "results" / "noise_sweep.nc").stat().st_mtime_ns
+    all_of_them.main([*options, "--docs", str(page)])
+    told = capsys.readouterr()
+    assert told.err.count("kept") == 2
+    assert "0.0706 N" in told.out
+    assert "0.1643 N" in told.out
+    assert (tmp_path / "results" / "noise_sweep.nc").stat().st_mtime_ns == written
+    text = page.read_text()
+    assert text.startswith("before\n")
+    assert text.endswith("<!-- end -->\nafter\n")
+    assert "old" not in text
+    assert "| 0.1643 N |" in text
+
+
+def test_all_experiments_are_found() -> None:
+    found = list(all_of_them.all_experiments())
+    assert set(TINY) <= set(found)
+    assert found[: len(TINY)] == sorted(TINY)
+
+
+def test_an_unknown_experiment_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        all_of_them.main(["frobnicate"])
+    assert stopped.value.code == 2
+    assert "no experiment 'frobnicate'" in capsys.readouterr().err
+
+
+def test_documentation_has_the_tables_of_every_experiment_beside_the_paper() -> None:
+    text = (Path(__file__).parents[2] / "docs" / "experiments.md").read_text(encoding="utf-8")
+    for name in TINY:
+        _, found, rest = text.partition(f"<!-- results: {name} -->\n")
+        assert found
+        assert "| paper |" in rest.partition("<!-- end -->")[0]
