@@ -28,6 +28,6 @@ def write_docs(page: Path, results: Path, names: Sequence[str]) -> None:
         tables = (results / f"{name}.md").read_text(encoding="utf-8")
         record = json.loads((results / f"{name}.json").read_text(encoding="utf-8"))
         how = f"`{record['command']}`, seed {record['seed']}, {record['options']['cells']} cells."
-        body = f"{how}\n\n{tables}\n"
-        text = marker.sub(lambda match, body=body: f"{match[1]}\n{body}{match[2]}", text)
+        if found := marker.search(text):
+            text = f"{text[: found.end(1)]}\n{how}\n\n{tables}\n{text[found.start(2) :]}"
     page.write_text(text, encoding="utf-8")

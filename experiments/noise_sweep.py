@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from experiments.beside_paper import band, compared, detail_rows, sampler_word
+from experiments.beside_paper import band, compared, detail_rows, sampler_word, verdict_rows
 from experiments.closed_forms import SweepConfig, gather, measure, seeds_of, sweep_cells
 from experiments.runner import Cell, Experiment, main
 from experiments.tables import Row
@@ -104,7 +104,8 @@ def _shown_record_rows(at_level: xr.Dataset, name: str) -> list[Row]:
     methods = at_level["method"].values.tolist()
     for method in (label for label in methods if label.startswith("normal-gamma")):
         mine = at_level.sel({"method": method})
-        rows.append(compared(f"{name}: friction, {method}", mine["friction"], PAPER_FRICTION, unit="N"))
+        what, word = f"{name}: friction, {method}", sampler_word(mine)
+        rows.append(compared(what, mine["friction"], PAPER_FRICTION, unit="N", sampler=word))
         rows.append(
             compared(f"{name}: precision, {method}", mine["precision"], PAPER_PRECISION, unit="1/N^2")
         )
@@ -146,7 +147,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
             table += _error_rows(at_level, name, PAPER_ERRORS[level])
         if level in (20.0, stated):
             table += _shown_record_rows(at_level, name)
-    return table
+    return table + verdict_rows(dataset)
 
 
 EXPERIMENT = Experiment(

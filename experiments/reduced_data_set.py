@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from experiments.beside_paper import band, compared, detail_rows, sampler_word
+from experiments.beside_paper import band, compared, detail_rows, sampler_word, verdict_rows
 from experiments.closed_forms import SweepConfig, gather, measure, seeds_of, sweep_cells
 from experiments.runner import Cell, Experiment, main
 from experiments.tables import Row
@@ -30,6 +30,7 @@ LEVELS = {"data_set": "1"}
 class Config(SweepConfig):
     """Data sets of Table 1, and the share of the motion that the reduced one keeps."""
 
+    records: int = 100
     data_sets: tuple[str, ...] = tuple(DATA_SETS)
     last_share: float = 0.2
 
@@ -92,7 +93,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
     for data_set in dataset["data_set"].values.tolist():
         name = f"set {data_set} (true {DATA_SETS[data_set]:g} N)"
         table += paper_rows(dataset.sel(data_set=data_set), name, *PAPER[data_set])
-    return table
+    return table + verdict_rows(dataset)
 
 
 EXPERIMENT = Experiment(

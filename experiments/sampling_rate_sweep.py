@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from experiments.beside_paper import detail_rows
+from experiments.beside_paper import detail_rows, verdict_rows
 from experiments.closed_forms import SweepConfig, gather, measure, seeds_of, sweep_cells
 from experiments.reduced_data_set import DATA_SETS, last_part, paper_rows
 from experiments.runner import Cell, Experiment, main
@@ -30,6 +30,7 @@ LEVELS = {"sampling_rate": "Hz", "quantity": "1"}
 class Config(SweepConfig):
     """What fraction of the 1 kHz samples is kept, of which sensor, and the share of the motion used."""
 
+    records: int = 100
     keep_every: tuple[int, ...] = (1, 5, 10, 20, 40, 100)
     keep_every_full: tuple[int, ...] = (1, 2, 5, 10, 20, 40, 50, 80, 100)
     quantities: tuple[str, ...] = ("acceleration", "displacement")
@@ -88,6 +89,9 @@ def rows(dataset: xr.Dataset) -> list[Row]:
         if rate in PAPER:
             at_level = dataset.sel(sampling_rate=rate, quantity="acceleration")
             table += paper_rows(at_level, f"{rate:g} Hz (true {FRICTION:g} N)", *PAPER[rate])
+    for quantity in dataset["quantity"].values.tolist():
+        verdicts = verdict_rows(dataset.sel(quantity=quantity))
+        table += [replace(row, what=f"{quantity}, {row.what}") for row in verdicts]
     return table
 
 
