@@ -82,10 +82,16 @@ def _log_support(fit: LoopFit) -> float:
         sd = math.sqrt(covariance[i, i])
         mass = float(ndtr((high[i] - fit.z[i]) / sd) - ndtr((low[i] - fit.z[i]) / sd))
         return math.log(max(mass, 1e-300))
-    block = covariance[np.ix_(near, near)]
+    # in units of their standard deviations, however different the coordinates' scales
+    sd = np.sqrt(np.diag(covariance))[near]
+    block = covariance[np.ix_(near, near)] / np.outer(sd, sd)
     mass = float(
         stats.multivariate_normal.cdf(
-            high[near], mean=fit.z[near], cov=block, lower_limit=low[near], rng=np.random.default_rng(0)
+            (high[near] - fit.z[near]) / sd,
+            cov=block,
+            lower_limit=(low[near] - fit.z[near]) / sd,
+            allow_singular=True,
+            rng=np.random.default_rng(0),
         )
     )
     return math.log(max(mass, _LEAST))

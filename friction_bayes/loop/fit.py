@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from friction_bayes.loop.coordinates import scales_of
 from friction_bayes.loop.model import LoopModel, Prediction
 from friction_bayes.loop.noise import NoiseFit, NoiseForm, judge_noise, whiten
 from friction_bayes.loop.segment import Segment
@@ -177,34 +176,45 @@ def fit_model(
     )
 
 
-def fit_grown(model: LoopModel, forms: Sequence[NoiseForm], start: Array) -> LoopFit | None:
-    """Fit the first periods, then more and more of the records, so that no cycle is slipped."""
-    periods = _FIRST_PERIODS
-    z = start
+def fit_grown(
+    model: LoopModel, forms: Sequence[NoiseForm], start: Array, *, share: float = 0.0
+) -> LoopFit | None:
+    """Fit the first part of the records, then more and more of them, so that no cycle is slipped.
+
+    Parameters
+    ----------
+    model : LoopModel
+    forms : sequence of NoiseForm
+    start : ndarray, shape (p,)
+    share : float
+        Share of the moving samples to begin with; three periods at least.
+    """
     counts = [segment.values.size for segment in model.segments]
-    per_period = [2.0 * math.pi / (s.decay.frequency * s.decay.step) for s in model.segments]
+    periods = [2.0 * math.pi / (s.decay.frequency * s.decay.step) for s in model.segments]
+    pairs = zip(model.segments, periods, strict=True)
+    samples = [max(share * s.moving, _FIRST_PERIODS * period) for s, period in pairs]
+    z = start
     while True:
-        samples = [min(int(periods * p), n) for p, n in zip(per_period, counts, strict=True)]
-        if samples == counts:
+        used = [min(int(n), most) for n, most in zip(samples, counts, strict=True)]
+        if used == counts:
             return fit_model(model, forms, z)
-        fit = fit_model(model, forms, z, segments=model.shortened(samples), iterations=6)
+        fit = fit_model(model, forms, z, segments=model.shortened(used), iterations=6)
         if fit is None:
             return None
         z = fit.z
-        periods *= _GROWTH
+        samples = [_GROWTH * n for n in samples]
 
 
 def _evaluate(
     model: LoopModel, forms: Sequence[NoiseForm], z: Array, segments: Sequence[Segment], prior: Array
 ) -> _Point | None:
-    scales = scales_of(model.segments, model.system)
     predictions, noises = [], []
     for r, segment in enumerate(segments):
         prediction = model.predict(z, r, segment)
         if prediction is None:
             return None
         predictions.append(prediction)
-        noises.append(judge_noise(segment.values - prediction.signal, segment.sides, forms[r], scales))
+        noises.append(judge_noise(segment.values - prediction.signal, segment.sides, forms[r], model.scales))
     deviance = math.fsum(noise.deviance for noise in noises)
     return _Point(z, tuple(predictions), tuple(noises), deviance, deviance + float(prior @ (z * z)))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from friction_bayes.loop.coordinates import (
     scales_of,
 )
 from friction_bayes.loop.segment import Segment
-from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, NoiseEffect, SensorEffect, force_offsets
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, NoiseEffect, Scales, SensorEffect, force_offsets
 from friction_bayes.mechanics.integrate import propagator
 from friction_bayes.mechanics.oscillator import Oscillator
 
@@ -78,6 +78,8 @@ class LoopModel:
     segments: tuple[Segment, ...]
     effects: tuple[str, ...] = ()
     coordinates: tuple[Coordinate, ...] = field(init=False)
+    scales: Scales = field(init=False)
+    durations: tuple[float, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         scales = scales_of(self.segments, self.system)
@@ -85,10 +87,20 @@ class LoopModel:
         for name in self.effects:
             found += effect_coordinates(name, scales, len(self.segments))
         object.__setattr__(self, "coordinates", found)
+        object.__setattr__(self, "scales", scales)
+        object.__setattr__(self, "durations", tuple(segment.duration for segment in self.segments))
 
     def shortened(self, samples: Sequence[int]) -> tuple[Segment, ...]:
         """The first samples of each segment."""
         return tuple(s.head(n) for s, n in zip(self.segments, samples, strict=True))
+
+    def with_segments(self, segments: tuple[Segment, ...]) -> LoopModel:
+        """The same model, priors included, of shortened records."""
+        other = replace(self, segments=segments)
+        object.__setattr__(other, "coordinates", self.coordinates)
+        object.__setattr__(other, "scales", self.scales)
+        object.__setattr__(other, "durations", self.durations)
+        return other
 
     def physical(self, z: Array) -> Array:
         """Values of the coordinates."""
@@ -122,7 +134,7 @@ class LoopModel:
             self.system.moving * ratio ** (q - 2),
             self.system.stiffness * ratio**q,
             self.system.pendulum,
-            self.segments[r].duration,
+            self.durations[r],
             force,
             RTOL,
         )

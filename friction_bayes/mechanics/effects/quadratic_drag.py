@@ -30,8 +30,9 @@ def _force(
 
 
 def _prior(scales: Scales) -> Prior:
-    # the drag that takes from the largest half cycle what a damping ratio of 0.05 takes
-    return half_normal(0.05 * 0.75 * math.pi * scales.system.moving / scales.amplitude)
+    # the drag that takes from the largest half cycle what an e-fold of amplitude in the record takes
+    damping_ratio = 1.0 / (scales.system.natural_frequency * scales.duration)
+    return half_normal(damping_ratio * 0.75 * math.pi * scales.system.moving / scales.amplitude)
 
 
 QUADRATIC_DRAG = ForceEffect(

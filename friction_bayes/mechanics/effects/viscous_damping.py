@@ -8,7 +8,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from friction_bayes.mechanics.effects.effect import ForceEffect, Parameter
-from friction_bayes.mechanics.effects.prior import half_normal
+from friction_bayes.mechanics.effects.prior import Prior, Scales, half_normal
 
 __all__ = ["VISCOUS_DAMPING"]
 
@@ -29,9 +29,14 @@ def _force(
     return 2.0 * p[i] * math.sqrt(stiffness * mass) * v
 
 
+def _prior(scales: Scales) -> Prior:
+    # damping that takes an e-fold of the amplitude within the record: with more, there would be no record
+    return half_normal(1.0 / (scales.system.natural_frequency * scales.duration))
+
+
 VISCOUS_DAMPING = ForceEffect(
     name="viscous_damping",
     summary="2 zeta w0 m v",
-    parameters=(Parameter(name="damping_ratio", unit="1", low=0.0, prior=lambda scales: half_normal(0.05)),),
+    parameters=(Parameter(name="damping_ratio", unit="1", low=0.0, prior=_prior),),
     force=_force,
 )

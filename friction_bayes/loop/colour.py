@@ -1,0 +1,91 @@
+"""White or coloured? What is locked to the motion is misfit; noise is judged where the motion is not.
+
+Above the eighth harmonic of the motion next to nothing of a free decay is left, whatever the force law. If
+the residual's spectrum is flat there, the noise is white and everything else that the residual holds is
+misfit; if it is not, the noise is coloured and described by an autoregression.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+__all__ = ["autoregression", "correlation_length", "is_coloured"]
+
+_HARMONICS = 8.0
+_BANDS = 8
+_LEVEL = 1e-4
+_RATIO = 2.0
+"""Least ratio of the powers of two bands that is called colour."""
+_MOST_LAGS = 40
+_HANN_SPREAD = 1.5
+"""Neighbouring ordinates of a Hann-windowed periodogram are correlated: so many count as one."""
+
+Array = NDArray[np.float64]
+
+
+def is_coloured(residual: Array, step: float, frequency: float) -> bool:
+    """Whether the spectrum above the motion's harmonics is not flat.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (n,)
+    step : float
+        Sampling interval [s].
+    frequency : float
+        Of the motion [rad/s].
+    """
+    n = residual.size
+    limit = float(4.0 * 1.4826 * np.median(np.abs(residual - np.median(residual))))
+    tame = np.clip(residual - residual.mean(), -limit, limit)
+    power = np.abs(np.fft.rfft(tame * np.hanning(n)))[1:-1] ** 2
+    lowest = frequency * step * n / (2.0 * math.pi)
+    first = int(_HARMONICS * lowest)
+    if power.size - first < 20 * _BANDS:
+        # too coarsely sampled to look above the harmonics: what is above the third must do
+        first = int(3.0 * lowest)
+    bands = np.array_split(power[first:], _BANDS)
+    size = min(band.size for band in bands)
+    if size < 10:
+        return False
+    # medians, so that a line of interference colours nothing
+    level = np.log([np.median(band) for band in bands])
+    variance = _HANN_SPREAD / (size * math.log(2.0) ** 2)
+    statistic = float(np.sum((level - level.mean()) ** 2)) / variance
+    flat = stats.chi2.sf(statistic, _BANDS - 1) > _LEVEL
+    return not flat and float(level.max() - level.min()) > math.log(_RATIO)
+
+
+def autoregression(residual: Array) -> Array:
+    """Coefficients of the autoregression that the residual asks for, order by the Bayesian criterion."""
+    x = residual - residual.mean()
+    n = x.size
+    most = min(_MOST_LAGS, n // 20)
+    lagged = np.column_stack([x[most - k - 1 : n - k - 1] for k in range(most)])
+    target = x[most:]
+    gram, right, square = lagged.T @ lagged, lagged.T @ target, float(target @ target)
+    best, best_score = np.zeros(0), math.inf
+    for order in range(1, most + 1):
+        ridge = 1e-10 * np.trace(gram[:order, :order]) / order * np.eye(order)
+        coefficients = np.linalg.solve(gram[:order, :order] + ridge, right[:order])
+        rest = square - float(right[:order] @ coefficients)
+        if rest <= 0.0:
+            break
+        score = target.size * math.log(rest) + order * math.log(target.size)
+        if score < best_score:
+            best, best_score = coefficients, score
+    return best
+
+
+def correlation_length(ar: Array, step: float) -> float:
+    """Time after which the correlation of an autoregression has fallen below 1/e [s]; 0 for white noise."""
+    if ar.size == 0:
+        return 0.0
+    size = 1 << 16
+    spectrum = 1.0 / np.abs(np.fft.rfft(np.concatenate([[1.0], -ar]), size)) ** 2
+    correlation = np.fft.irfft(spectrum)[: size // 2]
+    below = np.flatnonzero(correlation < correlation[0] / math.e)
+    return float(step * (below[0] if below.size else size // 2))

@@ -1,0 +1,50 @@
+"""How well a model forecasts: fitted anew to the first part of the record, compared over the rest."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from friction_bayes.loop.fit import LoopFit, fit_grown
+
+__all__ = ["FITTED_SHARE", "forecast_error", "held_out_error"]
+
+FITTED_SHARE = 0.7
+
+
+def forecast_error(fit: LoopFit) -> float:
+    """RMS error over the rest of the moving records of a model fitted to their first 70 %; nan if none fits."""
+    model = fit.model
+    heads = [int(FITTED_SHARE * segment.moving) for segment in model.segments]
+    again = fit_grown(model.with_segments(model.shortened(heads)), fit.forms, fit.z, share=0.5)
+    if again is None:
+        return math.nan
+    total, count = 0.0, 0
+    for r, (segment, head) in enumerate(zip(model.segments, heads, strict=True)):
+        prediction = model.predict(again.z, r)
+        if prediction is None:
+            return math.nan
+        used = segment.sides == 0.0
+        used[:head] = False
+        used[segment.moving :] = False
+        error = (segment.values - prediction.signal)[used]
+        total += float(error @ error)
+        count += error.size
+    return math.sqrt(total / count) if count else math.nan
+
+
+def held_out_error(before: LoopFit, after: LoopFit) -> dict[str, Any]:
+    """Forecast errors of two models, as the report gives them."""
+    noise = math.sqrt(float(np.mean([np.var(e) for e in after.residuals])))
+    return {
+        "before": forecast_error(before),
+        "after": forecast_error(after),
+        "noise_floor": noise,
+        "unit": after.model.segments[0].decay.unit,
+        "what": (
+            "root mean square error over the last 30 % of the moving record of each model, "
+            "fitted anew to the first 70 %; the noise floor is the residual of the final fit to all of it"
+        ),
+    }

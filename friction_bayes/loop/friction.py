@@ -1,0 +1,77 @@
+"""Friction as a distribution: the mixture over the candidates, or one model's."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_bayes.loop.evidence import bounded_draws
+from friction_bayes.loop.fit import LoopFit
+
+__all__ = ["DRAWS", "Distribution", "friction_of", "mixture_draws"]
+
+DRAWS = 4000
+_LEAST_SHARE = 1e-4
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Distribution:
+    """Draws of a number with a unit.
+
+    Attributes
+    ----------
+    draws : ndarray, shape (m,)
+    unit : str
+    """
+
+    draws: Array
+    unit: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Mean, standard deviation, central 90 % interval and unit."""
+        low, high = np.quantile(self.draws, (0.05, 0.95))
+        return {
+            "mean": float(self.draws.mean()),
+            "sd": float(self.draws.std(ddof=1)),
+            "interval90": [float(low), float(high)],
+            "unit": self.unit,
+        }
+
+
+def mixture_draws(
+    fits: Sequence[LoopFit], probabilities: Array, rng: np.random.Generator
+) -> tuple[NDArray[np.int64], list[Array]]:
+    """Draw coordinates from each candidate in proportion to its probability.
+
+    Returns
+    -------
+    which : ndarray of int, shape (DRAWS,)
+        Candidate of each draw.
+    draws : list of ndarray, shape (k, p)
+        Draws of each candidate, empty where its share is too small.
+    """
+    kept = np.where(probabilities > _LEAST_SHARE, probabilities, 0.0)
+    counts = rng.multinomial(DRAWS, kept / kept.sum())
+    draws = [
+        bounded_draws(fit, rng, int(k)) if k else np.empty((0, fit.z.size))
+        for fit, k in zip(fits, counts, strict=True)
+    ]
+    return np.repeat(np.arange(len(fits)), counts), draws
+
+
+def friction_of(fits: Sequence[LoopFit], draws: Sequence[Array], rng: np.random.Generator) -> Distribution:
+    """Friction force of draws, with the uncertainty of mass and stiffness where it was given."""
+    model = fits[0].model
+    values = np.concatenate(
+        [np.asarray(f.model.coordinates[0].value(d[:, 0])) for f, d in zip(fits, draws, strict=True)]
+    )
+    relative = model.system.force_factor_relative_sd(model.segments[0].decay.quantity)
+    if relative > 0.0:
+        values = values * (1.0 + relative * rng.standard_normal(values.size))
+    return Distribution(values, model.system.friction_unit)

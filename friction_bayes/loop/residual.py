@@ -1,0 +1,198 @@
+"""Is what is left noise? Tests of the residual in every channel where an effect can show.
+
+Each channel is a set of template signals. With the templates' inner products ``b`` with the standardised
+residual, and ``S`` their Gram matrix after what the fit has absorbed is projected out, ``b' S^-1 b`` is chi
+square with one degree of freedom a template if the residual is noise. The rest are textbook tests
+(Ljung-Box, the largest line of a periodogram, the count of far residuals). All p-values are
+corrected for the number of channels.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+from scipy.linalg import cho_factor, cho_solve
+
+from friction_bayes.loop.fit import LoopFit
+from friction_bayes.loop.noise import whiten
+from friction_bayes.whiteness import whiteness
+
+__all__ = ["FALSE_ALARM_RATE", "Channel", "ResidualTests", "standardised", "residual_tests"]
+
+FALSE_ALARM_RATE = 0.01
+"""That any channel of a record that is noise fails."""
+
+_THIRDS = 3
+_PHASE_BINS = 8
+_TIME_BINS = 8
+_CENTRE_BINS = 24
+_FAR = 4.0
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One test.
+
+    Attributes
+    ----------
+    name : str
+    statistic : float
+    degrees : int
+        Degrees of freedom, or samples of a count.
+    p_value : float
+        Before correction.
+    """
+
+    name: str
+    statistic: float
+    degrees: int
+    p_value: float
+
+
+@dataclass(frozen=True)
+class ResidualTests:
+    """All tests of a fit.
+
+    Attributes
+    ----------
+    channels : tuple of Channel
+    rms : float
+        Of the residual, unit of the signal.
+    """
+
+    channels: tuple[Channel, ...]
+    rms: float
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """Names of the channels that fail."""
+        level = FALSE_ALARM_RATE / max(len(self.channels), 1)
+        return tuple(c.name for c in self.channels if c.p_value < level)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            "rms": self.rms,
+            "passes": not self.failed,
+            "failed": list(self.failed),
+            "false_alarm_rate": FALSE_ALARM_RATE,
+            "channels": {
+                c.name: {"statistic": c.statistic, "degrees": c.degrees, "p_value": c.p_value}
+                for c in self.channels
+            },
+        }
+
+
+def standardised(fit: LoopFit, r: int) -> tuple[Array, NDArray[np.bool_]]:
+    """Whitened residual over its standard deviation, and which samples have one."""
+    noise = fit.noises[r]
+    used = (noise.weight > 0.0) & ~((fit.model.segments[r].sides != 0.0) & fit.forms[r].censored)
+    # with outliers the weight is what the contaminated normal gives the sample
+    return np.where(used, noise.residual * np.sqrt(noise.weight), 0.0), used
+
+
+def residual_tests(fit: LoopFit) -> ResidualTests:
+    """Test what a fit leaves."""
+    residuals = [standardised(fit, r) for r in range(len(fit.noises))]
+    channels = _template_channels(fit, residuals)
+    lines, correlated, far = [], [], []
+    for r, (e, used) in enumerate(residuals):
+        x = e[used]
+        correlated.append(whiteness(x))
+        lines.append(_largest_line(x))
+        plain = fit.noises[r].residual[used] / fit.noises[r].sd
+        far.append((int(np.count_nonzero(np.abs(plain) > _FAR)), x.size))
+    lags = sum(w.lags for w in correlated)
+    total = math.fsum(w.statistic for w in correlated)
+    channels.append(Channel("whiteness", total, lags, float(stats.chi2.sf(total, lags))))
+    peak = min(lines, key=lambda line: line[1])
+    channels.append(Channel("spectrum", peak[0], 2, min(1.0, peak[1] * len(lines))))
+    if not any(form.outliers for form in fit.forms):
+        count, n = sum(c for c, _ in far), sum(n for _, n in far)
+        expected = 2.0 * stats.norm.sf(_FAR)
+        channels.append(Channel("tails", float(count), n, float(stats.binom.sf(count - 1, n, expected))))
+    flat = sum(
+        int(np.count_nonzero(s.sides))
+        for s, f in zip(fit.model.segments, fit.forms, strict=True)
+        if not f.censored
+    )
+    channels.append(Channel("saturation", float(flat), 1, 0.0 if flat else 1.0))
+    everything = np.concatenate(fit.residuals)
+    return ResidualTests(tuple(channels), float(np.sqrt(np.mean(everything**2))))
+
+
+def _template_channels(fit: LoopFit, residuals: list[tuple[Array, NDArray[np.bool_]]]) -> list[Channel]:
+    factor = cho_factor(fit.precision)
+    sums: dict[str, tuple[float, int]] = {}
+    for r, (e, used) in enumerate(residuals):
+        root = np.where(used, np.sqrt(fit.noises[r].weight), 0.0)
+        for name, columns in _templates(fit, r).items():
+            scaled = whiten(columns, fit.forms[r].ar) * root[:, None]
+            norm = np.sqrt((scaled**2).sum(axis=0))
+            scaled = scaled[:, norm > 1e-9 * max(float(norm.max(initial=0.0)), 1e-300)]
+            if scaled.shape[1] == 0:
+                continue
+            scaled = scaled / np.sqrt((scaled**2).sum(axis=0))
+            shared = (fit.jacobians[r] * root[:, None]).T @ scaled
+            gram = scaled.T @ scaled - shared.T @ cho_solve(factor, shared)
+            values, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
+            kept = values > 1e-3
+            b = vectors[:, kept].T @ (scaled.T @ e)
+            statistic, degrees = sums.get(name, (0.0, 0))
+            sums[name] = (statistic + float(np.sum(b * b / values[kept])), degrees + int(kept.sum()))
+    return [Channel(k, s, d, float(stats.chi2.sf(s, d))) for k, (s, d) in sums.items() if d]
+
+
+def _templates(fit: LoopFit, r: int) -> dict[str, Array]:
+    segment, prediction = fit.model.segments[r], fit.predictions[r]
+    time, n = segment.time, segment.values.size
+    moving = time < prediction.stop_time
+    end = max(int(np.count_nonzero(moving)), 1)
+    share = np.minimum(np.arange(n) / end, 1.0 - 1e-9)
+    turns = prediction.turning_times
+    if turns.size < 2:
+        return {"centres": _binned(np.ones(n), np.arange(n) / n, _CENTRE_BINS)}
+    half = np.clip(np.searchsorted(turns, time, side="right") - 1, 0, turns.size - 2)
+    fraction = np.clip((time - turns[half]) / (turns[half + 1] - turns[half]), 0.0, 1.0 - 1e-9)
+    before = time < turns[0]
+    # a start in mid-motion: count back from the first turning point at the pace of the first half cycle
+    fraction[before] = np.clip(1.0 - (turns[0] - time[before]) / (turns[1] - turns[0]), 0.0, 1.0 - 1e-9)
+    cell = np.floor(fraction * _PHASE_BINS) + _PHASE_BINS * (prediction.direction > 0.0)
+    cell += 2 * _PHASE_BINS * np.floor(share * _THIRDS)
+    phase = np.zeros((n, 2 * _PHASE_BINS * _THIRDS))
+    phase[np.arange(n), cell.astype(int)] = moving
+    swing = prediction.clean * moving
+    found = {
+        "phase": phase,
+        "turning_points": _binned(swing, share, _TIME_BINS),
+        "half_periods": _binned(np.gradient(prediction.clean) * moving, share, _TIME_BINS),
+        "centres": _binned(np.ones(n), np.arange(n) / n, _CENTRE_BINS),
+        "direction": _binned(prediction.direction * moving, share, _TIME_BINS),
+    }
+    if not moving.all():
+        found["rest"] = (~moving).astype(float)[:, None]
+    return found
+
+
+def _binned(column: Array, share: Array, bins: int) -> Array:
+    """One template a stretch of time."""
+    out = np.zeros((column.size, bins))
+    out[np.arange(column.size), (share * bins).astype(int)] = column
+    return out
+
+
+def _largest_line(x: Array) -> tuple[float, float]:
+    """Largest ordinate of the periodogram over their mean, and its p-value (Fisher)."""
+    power = np.abs(np.fft.rfft(x - x.mean())[1:-1]) ** 2
+    mean = float(power.mean()) if power.size else 0.0
+    if mean == 0.0:
+        return 0.0, 1.0
+    g = float(power.max()) / mean
+    return g, float(-np.expm1(power.size * np.log1p(-math.exp(-g)))) if g > 1e-9 else 1.0
