@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from friction_bayes.errors import FrictionBayesError, InputError, NotConvergedWarning, RecordWarning
     from friction_bayes.estimation import estimate
     from friction_bayes.forces import Estimate
+    from friction_bayes.loop import LoopReport, close_loop
     from friction_bayes.mechanics.oscillator import Oscillator, Pendulum
     from friction_bayes.mechanics.testbed import simulate
     from friction_bayes.readers import read_record
@@ -31,12 +32,14 @@ _HOME = {
     "FrictionBayesError": "errors",
     "GammaExponential": "conjugate.gamma_exponential",
     "InputError": "errors",
+    "LoopReport": "loop",
     "NormalGamma": "conjugate.normal_gamma",
     "NormalInverseGamma": "conjugate.regression",
     "NotConvergedWarning": "errors",
     "Oscillator": "mechanics.oscillator",
     "Pendulum": "mechanics.oscillator",
     "RecordWarning": "errors",
+    "close_loop": "loop",
     "dataset_record": "datasets",
     "estimate": "estimation",
     "estimate_batch": "batch",
@@ -55,6 +58,7 @@ __all__ = [
     "FrictionBayesError",
     "GammaExponential",
     "InputError",
+    "LoopReport",
     "NormalGamma",
     "NormalInverseGamma",
     "NotConvergedWarning",
@@ -62,6 +66,7 @@ __all__ = [
     "Pendulum",
     "RecordWarning",
     "__version__",
+    "close_loop",
     "dataset_record",
     "estimate",
     "estimate_batch",

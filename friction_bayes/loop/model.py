@@ -121,14 +121,21 @@ class LoopModel:
     def predict(self, z: Array, r: int, segment: Segment | None = None) -> Prediction | None:
         """Predict record ``r`` (or a shortened ``segment`` of it); None when the motion does not stay finite."""
         seg = self.segments[r] if segment is None else segment
+        return self.predict_at(z, r, seg.time)
+
+    def predict_at(
+        self, z: Array, r: int, time: Array, state: tuple[float, float] | None = None, order: int | None = None
+    ) -> Prediction | None:
+        """Predict record ``r`` at any times, from another state or for another sensor where these are given."""
         value = self.physical(z)
+        q = self.segments[r].order
+        x0, v0 = (value[2 + 2 * r], value[3 + 2 * r]) if state is None else state
         ratio = math.exp(value[1])
-        q = seg.order
         force, sensor = self._effect_values(value, r)
         status, x, v, a, times, points, stop = propagator(self.effects)(
-            seg.time,
-            value[2 + 2 * r],
-            value[3 + 2 * r],
+            time,
+            x0,
+            v0,
             value[0],
             # the factor from the signal's friction coefficient to force stays that of the declared system
             self.system.moving * ratio ** (q - 2),
@@ -138,10 +145,10 @@ class LoopModel:
             force,
             RTOL,
         )
-        clean = (x, v, a)[q]
+        clean = (x, v, a)[q if order is None else order]
         if status != 0 or not math.isfinite(float(clean.sum())):
             return None
-        return Prediction(clean, _sensed(clean, seg.time, sensor), np.sign(v), times, points, float(stop))
+        return Prediction(clean, _sensed(clean, time, sensor), np.sign(v), times, points, float(stop))
 
     def _effect_values(self, value: Array, r: int) -> tuple[Array, dict[str, list[float]]]:
         offsets = force_offsets()

@@ -1,0 +1,139 @@
+"""The report of a closed loop: plain fields for report.json, and arrays for whoever draws it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+__all__ = ["LoopReport", "RecordTrace"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordTrace:
+    """One record, and what was made of it.
+
+    Attributes
+    ----------
+    name, unit, quantity : str
+    time : ndarray, shape (n,)
+        Seconds in the record.
+    signal, before, after : ndarray, shape (n,)
+        Measured, and predicted by the Coulomb model alone and by the final one.
+    sides : ndarray, shape (n,)
+        1 and -1 where a sample is clipped.
+    phase : ndarray, shape (n,)
+        Phase of the final model's motion [half cycles], zero at its first turning point.
+    turning_times_before, turning_points_before : ndarray
+        When the motion turns, and at which displacement, by the Coulomb model alone.
+    turning_times, turning_points : ndarray
+        The same by the final model.
+    """
+
+    name: str
+    unit: str
+    quantity: str
+    time: Array
+    signal: Array
+    before: Array
+    after: Array
+    sides: Array
+    phase: Array
+    turning_times_before: Array
+    turning_points_before: Array
+    turning_times: Array
+    turning_points: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LoopReport:
+    """What closing the loop found; :meth:`to_dict` is ``report.json``.
+
+    Attributes
+    ----------
+    verdict : str
+        ``adequate``, ``explained``, ``ambiguous`` or ``unexplained``.
+    effects : list of dict
+        Of the most probable candidate: name, probability, parameters.
+    candidates : list of dict
+        Effects and probability, most probable first.
+    friction_before, friction_after : dict
+        Mean, sd, 90 % interval, unit.
+    held_out_error, residual, noise, paper_procedure : dict
+    next_experiment : str or None
+    reference_check : dict or None
+        Of the sampler, or against a reference friction.
+    elapsed_s : float
+    seed : int
+    trail : list of str
+        The steps of the search.
+    traces : tuple of RecordTrace
+        The records.
+    posterior : xarray.DataTree
+        Draws: ``posterior`` of the most probable candidate, ``mixture`` of friction over all.
+    """
+
+    verdict: str
+    effects: list[dict[str, Any]]
+    candidates: list[dict[str, Any]]
+    friction_before: dict[str, Any]
+    friction_after: dict[str, Any]
+    held_out_error: dict[str, Any]
+    residual: dict[str, Any]
+    noise: dict[str, Any]
+    paper_procedure: dict[str, Any]
+    next_experiment: str | None
+    reference_check: dict[str, Any] | None
+    elapsed_s: float
+    seed: int
+    trail: list[str]
+    traces: tuple[RecordTrace, ...]
+    posterior: xr.DataTree
+
+    def to_dict(self) -> dict[str, Any]:
+        """Fields of ``report.json``; numbers that are not finite are None."""
+        names = (
+            "verdict",
+            "effects",
+            "candidates",
+            "friction_before",
+            "friction_after",
+            "held_out_error",
+            "residual",
+            "noise",
+            "paper_procedure",
+            "next_experiment",
+            "reference_check",
+            "elapsed_s",
+            "seed",
+            "trail",
+        )
+        return {name: _strict(getattr(self, name)) for name in names}
+
+    def plot(self) -> Any:
+        """Draw signal, residual and candidates; needs matplotlib."""
+        # a face: imported only when asked for
+        from importlib import import_module
+
+        return import_module("friction_bayes.plotting.loop").plot_loop(self)
+
+
+def _strict(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _strict(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_strict(item) for item in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, np.integer):
+        return int(value)
+    return value
