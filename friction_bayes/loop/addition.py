@@ -19,11 +19,12 @@ from friction_bayes.mechanics.effects import EFFECTS
 
 __all__ = ["Addition", "additions"]
 
-_STEP = 1e-3
 _GRID = (-2.0, -1.0, 0.0, 1.0)
 """Where a log-normal parameter is tried, in prior standard deviations of its logarithm."""
 _LINES = 2
 """Spectral lines of the residual from which interference is tried."""
+_LEAST_PERIODS = 2
+"""Periods of a line within the record; with fewer it is a drift."""
 _LEAST_INFORMATION = 1.0
 """An effect of which the samples tell less than the prior cannot be seen in this record: it is not weighed."""
 
@@ -107,7 +108,7 @@ def _line_starts(fit: LoopFit, coordinates: Sequence[Coordinate]) -> list[Array]
     size = 1 << (4 * n - 1).bit_length()
     spectrum = np.fft.rfft(residual * np.hanning(n), size)
     power = np.abs(spectrum)
-    power[: size // n] = 0.0
+    power[: _LEAST_PERIODS * size // n] = 0.0
     starts = []
     for _ in range(_LINES):
         peak = int(np.argmax(power))
@@ -138,14 +139,14 @@ def _linear_step(
     z[list(mine)] = start
     k = len(mine)
     cross = np.zeros((fit.z.size, k))
-    own = np.diag(prior + 1e-12)
+    own = np.diag(prior + [c.least_precision for c in coordinates])
     gradient = -prior * start
     gained = 0.0
     for r, noise in enumerate(fit.noises):
         base = model.predict(z, r)
         if base is None:
             return None
-        columns = np.column_stack([model.difference(z, i, _STEP, r, base) for i in mine])
+        columns = np.column_stack([model.difference(z, i, model.first_step(i), r, base) for i in mine])
         columns = whiten(columns, fit.forms[r].ar)
         # a start away from the null has moved the signal already
         moved = whiten(fit.predictions[r].signal - base.signal, fit.forms[r].ar)

@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 from scipy import special
 
 from friction_bayes.loop.segment import Segment
-from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Prior, Scales, SensorEffect
+from friction_bayes.mechanics.effects import (
+    EFFECTS,
+    Effect,
+    ForceEffect,
+    Parameter,
+    Prior,
+    Scales,
+    SensorEffect,
+)
 from friction_bayes.mechanics.oscillator import Oscillator
 
 __all__ = ["Coordinate", "effect_coordinates", "physical_coordinates", "scales_of"]
@@ -74,6 +82,11 @@ class Coordinate:
     def precision(self) -> float:
         """Prior precision of the coordinate."""
         return 0.0 if self.prior.family == "uniform" else 1.0
+
+    @property
+    def least_precision(self) -> float:
+        """Precision whose normal volume is the range of a flat prior: no posterior is wider."""
+        return 2.0 * math.pi if self.prior.family == "uniform" else 0.0
 
     @property
     def support(self) -> tuple[float, float]:
@@ -158,23 +171,26 @@ def effect_coordinates(name: str, scales: Scales, records: int) -> tuple[Coordin
             effect=name,
             record=owner,
             prior=prior,
-            fence=_fence(effect, prior, parameter.low, parameter.high, parameter.open_low),
-            circular=prior.family == "uniform" and parameter.unit == "rad",
+            fence=_fence(effect, prior, parameter),
+            circular=_is_angle(prior, parameter),
         )
         for owner in owners
         for parameter, prior in zip(effect.parameters, effect.priors(scales), strict=True)
     )
 
 
-def _fence(
-    effect: object, prior: Prior, low: float, high: float, open_low: bool
-) -> tuple[float, float]:
+def _is_angle(prior: Prior, parameter: Parameter) -> bool:
+    return prior.family == "uniform" and parameter.unit == "rad"
+
+
+def _fence(effect: Effect, prior: Prior, parameter: Parameter) -> tuple[float, float]:
     """A force that is linear in a parameter goes on through its null; nothing else does."""
     if prior.family == "uniform":
-        width = prior.high - prior.low
+        width = prior.high - prior.low if _is_angle(prior, parameter) else 0.0
         return prior.low - width, prior.high + width
     if prior.family == "log-normal":
         return 0.0, math.inf
-    if isinstance(effect, ForceEffect) and low == 0.0 and not open_low:
+    low = parameter.low
+    if isinstance(effect, ForceEffect) and low == 0.0 and not parameter.open_low:
         low = -0.5 * prior.scale
-    return low, high
+    return low, parameter.high

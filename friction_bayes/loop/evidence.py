@@ -34,7 +34,8 @@ _LEAST = 1e-12
 
 def log_evidence(fit: LoopFit) -> float:
     """Log-evidence of a fit, up to what all models of the same samples share."""
-    root = np.linalg.cholesky(fit.precision)
+    least = np.array([c.least_precision for c in fit.model.coordinates])
+    root = np.linalg.cholesky(fit.precision + np.diag(least))
     value = -0.5 * fit.objective + math.fsum(c.log_normalisation for c in fit.model.coordinates)
     value += 0.5 * fit.z.size * math.log(2.0 * math.pi) - float(np.log(np.diag(root)).sum())
     value += math.fsum(noise.log_volume for noise in fit.noises)

@@ -32,6 +32,8 @@ _PHASE_BINS = 8
 _TIME_BINS = 8
 _CENTRE_BINS = 24
 _FAR = 4.0
+_CUT = 4.0
+"""Standard deviations from an end of the range within which noise is cut off."""
 
 Array = NDArray[np.float64]
 
@@ -91,11 +93,23 @@ class ResidualTests:
 
 
 def standardised(fit: LoopFit, r: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Whitened residual over its standard deviation, and which samples have one."""
-    noise = fit.noises[r]
-    used = (noise.weight > 0.0) & ~((fit.model.segments[r].sides != 0.0) & fit.forms[r].censored)
+    """Whitened residual over its standard deviation, and which samples are free of the sensor's ends.
+
+    Near an end of the range the residuals are those of a cut distribution. Over the censored samples
+    and these together their generalised residuals still sum to nothing, so that the templates may use them.
+    """
+    noise, segment = fit.noises[r], fit.model.segments[r]
     # with outliers the weight is what the contaminated normal gives the sample
-    return np.where(used, noise.residual * np.sqrt(noise.weight), 0.0), used
+    e = noise.residual * np.sqrt(noise.weight)
+    free = noise.weight > 0.0
+    if fit.forms[r].censored:
+        free &= segment.sides == 0.0
+        reach = fit.predictions[r].signal
+        for side in (1.0, -1.0):
+            held = segment.values[segment.sides == side]
+            if held.size:
+                free &= side * reach < side * held[0] - _CUT * noise.sd
+    return e, free
 
 
 def residual_tests(fit: LoopFit) -> ResidualTests:
@@ -131,8 +145,8 @@ def residual_tests(fit: LoopFit) -> ResidualTests:
 def _template_channels(fit: LoopFit, residuals: list[tuple[Array, NDArray[np.bool_]]]) -> list[Channel]:
     factor = cho_factor(fit.precision)
     sums: dict[str, tuple[float, int]] = {}
-    for r, (e, used) in enumerate(residuals):
-        root = np.where(used, np.sqrt(fit.noises[r].weight), 0.0)
+    for r, (e, _) in enumerate(residuals):
+        root = np.sqrt(fit.noises[r].weight)
         for name, columns in _templates(fit, r).items():
             scaled = whiten(columns, fit.forms[r].ar) * root[:, None]
             norm = np.sqrt((scaled**2).sum(axis=0))

@@ -31,7 +31,8 @@ PERIODIC_INTERFERENCE = SensorEffect(
             unit="Hz",
             low=0.0,
             open_low=True,
-            prior=lambda scales: uniform(0.0, 0.5 * scales.sampling_rate),
+            # with less than one period in the record it is a drift
+            prior=lambda scales: uniform(1.0 / scales.duration, 0.5 * scales.sampling_rate),
         ),
         Parameter(name="phase", unit="rad", default=0.0, prior=lambda scales: uniform(-math.pi, math.pi)),
     ),
