@@ -115,7 +115,12 @@ def close_loop(
         fits.append(before)
         probabilities = np.append(probabilities, 0.0)
     found = Found(
-        sets=tuple(sets), fits=tuple(fits), probabilities=probabilities, before=before, ar=ar, trail=tuple(trail)
+        sets=tuple(sets),
+        fits=tuple(fits),
+        probabilities=probabilities,
+        before=before,
+        ar=ar,
+        trail=tuple(trail),
     )
     return make_report(
         found,

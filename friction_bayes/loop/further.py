@@ -103,7 +103,9 @@ def _expected_log_bayes_factor(truth: LoopFit, rival: LoopFit, option: Proposal)
     unit = model.system.natural_frequency ** (option.order - segment.order)
     sd = truth.noises[0].sd * unit
     columns = [
-        _change(rival, time, state, option.order, base.signal, j) for j in range(rival.z.size) if not _state(rival, j)
+        _change(rival, time, state, option.order, base.signal, j)
+        for j in range(rival.z.size)
+        if not _state(rival, j)
     ]
     kept = [j for j in range(rival.z.size) if not _state(rival, j)]
     free = [

@@ -16,7 +16,14 @@ from friction_bayes.loop.coordinates import (
     scales_of,
 )
 from friction_bayes.loop.segment import Segment
-from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, NoiseEffect, Scales, SensorEffect, force_offsets
+from friction_bayes.mechanics.effects import (
+    EFFECTS,
+    ForceEffect,
+    NoiseEffect,
+    Scales,
+    SensorEffect,
+    force_offsets,
+)
 from friction_bayes.mechanics.integrate import propagator
 from friction_bayes.mechanics.oscillator import Oscillator
 
@@ -125,7 +132,12 @@ class LoopModel:
         return self.predict_at(z, r, seg.time)
 
     def predict_at(
-        self, z: Array, r: int, time: Array, state: tuple[float, float] | None = None, order: int | None = None
+        self,
+        z: Array,
+        r: int,
+        time: Array,
+        state: tuple[float, float] | None = None,
+        order: int | None = None,
     ) -> Prediction | None:
         """Predict record ``r`` at any times, from another state or for another sensor where these are given."""
         value = self.physical(z)
@@ -153,9 +165,7 @@ class LoopModel:
 
     def _effect_values(self, value: Array, r: int) -> tuple[Array, dict[str, list[float]]]:
         offsets = force_offsets()
-        force = np.zeros(
-            sum(len(e.parameters) for e in EFFECTS.values() if isinstance(e, ForceEffect))
-        )
+        force = np.zeros(sum(len(e.parameters) for e in EFFECTS.values() if isinstance(e, ForceEffect)))
         sensor: dict[str, list[float]] = {}
         at: dict[str, int] = {}
         for c, x in zip(self.coordinates, value, strict=True):

@@ -143,7 +143,11 @@ def _noise_parameters(fit: LoopFit, name: str, units: dict[str, str]) -> dict[st
                 "sd": math.sqrt(noise.fraction * (1.0 - noise.fraction) / n),
                 "unit": units["fraction"],
             },
-            "scale": {"mean": noise.scale, "sd": noise.scale / math.sqrt(2.0 * count), "unit": units["scale"]},
+            "scale": {
+                "mean": noise.scale,
+                "sd": noise.scale / math.sqrt(2.0 * count),
+                "unit": units["scale"],
+            },
         }
     held = np.abs(segment.values[segment.sides != 0.0])
     level = float(held.max()) if held.size else math.nan
@@ -186,7 +190,11 @@ def _force_residual(found: Found, force: Array) -> dict[str, Any]:
 def _trace(before: LoopFit, after: LoopFit, r: int) -> RecordTrace:
     segment, last = after.model.segments[r], after.predictions[r]
     turns = last.turning_times
-    phase = np.interp(segment.time, turns, np.arange(turns.size)) if turns.size > 1 else np.zeros_like(segment.time)
+    phase = (
+        np.interp(segment.time, turns, np.arange(turns.size))
+        if turns.size > 1
+        else np.zeros_like(segment.time)
+    )
     decay = segment.decay
     return RecordTrace(
         name=decay.name,

@@ -168,7 +168,9 @@ class Search:
             other = self.candidates.get(part)
             if other is None or other.fit.objective > candidate.fit.objective - 1.0:
                 continue
-            again = fit_model(candidate.fit.model, candidate.fit.forms, _embedded(other.fit, candidate.fit.model))
+            again = fit_model(
+                candidate.fit.model, candidate.fit.forms, _embedded(other.fit, candidate.fit.model)
+            )
             self._keep(names, again)
 
     def _fit_parts(self) -> None:
@@ -201,7 +203,9 @@ class Search:
         rests = any(math.isfinite(p.stop_time) for p in origin.predictions) or any(
             s.decay.stops for s in self.segments
         )
-        climb = fit_grown(model, forms, start, share=_BEFORE_REST) if rests else fit_model(model, forms, start)
+        climb = (
+            fit_grown(model, forms, start, share=_BEFORE_REST) if rests else fit_model(model, forms, start)
+        )
         self._keep(names, climb)
         if _misfit(origin) > _GROSS:
             self._keep(names, fit_grown(model, forms, starting_point(model)))

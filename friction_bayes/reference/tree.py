@@ -77,7 +77,9 @@ def make_tree(
     at, thinned = _thin(index, chains, draws, THINNED_DRAWS)
     pointwise = target.pointwise(coordinates[at].reshape(-1, size))
     groups["log_likelihood"] = _per_draw(target.observed_name, "block", pointwise, thinned)
-    at, thinned = _thin(index, chains, draws, min(THINNED_DRAWS, _PREDICTED_VALUES // max(target.observed.size, 1)))
+    at, thinned = _thin(
+        index, chains, draws, min(THINNED_DRAWS, _PREDICTED_VALUES // max(target.observed.size, 1))
+    )
     predicted = target.predictive(coordinates[at].reshape(-1, size), rng)
     groups["posterior_predictive"] = _per_draw(target.observed_name, "observation", predicted, thinned)
     try:
