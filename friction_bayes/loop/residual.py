@@ -22,7 +22,7 @@ from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import whiten
 from friction_bayes.whiteness import whiteness
 
-__all__ = ["FALSE_ALARM_RATE", "Channel", "ResidualTests", "standardised", "residual_tests"]
+__all__ = ["FALSE_ALARM_RATE", "Channel", "ResidualTests", "residual_tests", "standardised"]
 
 FALSE_ALARM_RATE = 0.01
 """That any channel of a record that is noise fails."""

@@ -195,10 +195,7 @@ class Search:
         if origin is None:
             self._keep(names, fit_grown(model, forms, starting_point(model)))
             return
-        if addition is not None:
-            start = addition.start(model)
-        else:
-            start = _embedded(origin, model)
+        start = addition.start(model) if addition is not None else _embedded(origin, model)
         # where the motion ends, a half cycle more or less is a step in the likelihood: come from before it
         rests = any(math.isfinite(p.stop_time) for p in origin.predictions) or any(
             s.decay.stops for s in self.segments
