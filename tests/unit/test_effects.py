@@ -90,9 +90,10 @@ def test_outside_its_support_a_prior_has_no_density(prior):
 
 def test_drag_and_cubic_priors_scale_with_the_declared_system():
     (drag,) = effect_named("quadratic_drag").priors(SCALES)
-    # the drop of a half cycle at the full amplitude, (4/3)(b/m) A^2, equals pi zeta A at zeta = 0.05
+    # the drop of a half cycle at the full amplitude, (4/3)(b/m) A^2, equals pi zeta A at zeta = 1/(w0 T)
     drop = 4.0 / 3.0 * drag.scale / LINEAR.moving * SCALES.amplitude**2
-    assert drop == pytest.approx(math.pi * 0.05 * SCALES.amplitude)
+    zeta = 1.0 / (LINEAR.natural_frequency * SCALES.duration)
+    assert drop == pytest.approx(math.pi * zeta * SCALES.amplitude)
     (cubic,) = effect_named("cubic_stiffness").priors(SCALES)
     assert cubic.scale * SCALES.amplitude**2 == pytest.approx(0.2 * LINEAR.stiffness)
     assert SCALES.signal == pytest.approx(SCALES.velocity)
