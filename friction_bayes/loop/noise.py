@@ -113,15 +113,28 @@ def judge_noise(residual: Array, sides: Array, form: NoiseForm, scales: Scales) 
     if flat.any():
         # at the upper end (side 1) the signal lies above the level: the larger the prediction the likelier
         side = sides[flat]
-        z = -side * residual[flat] / sd
-        log_phi = log_ndtr(z)
-        hazard = np.exp(-0.5 * z * z - 0.5 * math.log(2.0 * math.pi) - log_phi)
-        curve = np.maximum(hazard * (hazard + z), 1e-12)
-        deviance -= 2.0 * float(log_phi.sum())
-        weight[flat] = curve / sd**2
+        log_p, hazard, curve = _beyond(-side * residual[flat], sd, fraction, scale)
+        deviance -= 2.0 * float(log_p.sum())
+        weight[flat] = curve
         white = white.copy()
-        white[flat] = side * hazard / curve * sd
+        white[flat] = side * hazard / curve
     return NoiseFit(deviance, weight, white, sd, volume, fraction, scale)
+
+
+def _beyond(distance: Array, sd: float, fraction: float, scale: float) -> tuple[Array, Array, Array]:
+    """Log-probability that a signal predicted ``distance`` beyond the level is held there, its slope and curvature."""
+    z = distance / sd
+    log_p = log_ndtr(z)
+    log_density = -0.5 * z * z - 0.5 * math.log(2.0 * math.pi) - math.log(sd)
+    if fraction > 0.0:
+        wide = distance / scale
+        log_p = np.logaddexp(math.log1p(-fraction) + log_p, math.log(fraction) + log_ndtr(wide))
+        far = -0.5 * wide * wide - 0.5 * math.log(2.0 * math.pi) - math.log(scale)
+        log_density = np.logaddexp(math.log1p(-fraction) + log_density, math.log(fraction) + far)
+    hazard = np.exp(log_density - log_p)
+    # of one normal the curvature is hazard (hazard + z / sd); of two it may turn negative, and is then left out
+    curve = hazard * (hazard + z / sd) if fraction == 0.0 else hazard * hazard
+    return log_p, hazard, np.maximum(curve, 1e-12 / sd**2)
 
 
 def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, float, Array, float]:

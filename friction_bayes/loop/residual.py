@@ -32,6 +32,8 @@ _PHASE_BINS = 8
 _TIME_BINS = 8
 _CENTRE_BINS = 24
 _FAR = 4.0
+_LEAST_SHARE = 1e-2
+"""Share of a template that the fit must leave for it to test anything."""
 _CUT = 4.0
 """Standard deviations from an end of the range within which noise is cut off."""
 
@@ -145,6 +147,11 @@ def residual_tests(fit: LoopFit) -> ResidualTests:
 def _template_channels(fit: LoopFit, residuals: list[tuple[Array, NDArray[np.bool_]]]) -> list[Channel]:
     factor = cho_factor(fit.precision)
     sums: dict[str, tuple[float, int]] = {}
+    # what a last step of the climb would still move: a template close to the fit's own space would show it
+    gradient = -np.array([c.precision for c in fit.model.coordinates]) * fit.z
+    for (e, _), jacobian, noise in zip(residuals, fit.jacobians, fit.noises, strict=True):
+        gradient += jacobian.T @ (np.sqrt(noise.weight) * e)
+    unclimbed = cho_solve(factor, gradient)
     for r, (e, _) in enumerate(residuals):
         root = np.sqrt(fit.noises[r].weight)
         for name, columns in _templates(fit, r).items():
@@ -154,11 +161,12 @@ def _template_channels(fit: LoopFit, residuals: list[tuple[Array, NDArray[np.boo
             if scaled.shape[1] == 0:
                 continue
             scaled = scaled / np.sqrt((scaled**2).sum(axis=0))
-            shared = (fit.jacobians[r] * root[:, None]).T @ scaled
+            jacobian = fit.jacobians[r] * root[:, None]
+            shared = jacobian.T @ scaled
             gram = scaled.T @ scaled - shared.T @ cho_solve(factor, shared)
             values, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
-            kept = values > 1e-3
-            b = vectors[:, kept].T @ (scaled.T @ e)
+            kept = values > _LEAST_SHARE
+            b = vectors[:, kept].T @ (scaled.T @ e - shared.T @ unclimbed)
             statistic, degrees = sums.get(name, (0.0, 0))
             sums[name] = (statistic + float(np.sum(b * b / values[kept])), degrees + int(kept.sum()))
     return [Channel(k, s, d, float(stats.chi2.sf(s, d))) for k, (s, d) in sums.items() if d]

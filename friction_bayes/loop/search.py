@@ -26,7 +26,7 @@ from friction_bayes.mechanics.oscillator import Oscillator
 
 __all__ = ["INCLUSION", "Candidate", "Search"]
 
-INCLUSION = 0.15
+INCLUSION = 0.1
 """Prior probability that an effect acts, independently for each."""
 MOST_EFFECTS = 3
 _BEAM = 3
