@@ -101,7 +101,10 @@ def _least(values: xr.DataArray) -> float:
 def _verdict(checked: xr.Dataset) -> str:
     n = checked.sizes["replicate"]
     agreeing, converged = int(checked["agrees"].sum()), int(checked["converged"].sum())
-    word = {0: "disagrees", n: "agrees"}.get(agreeing, f"agrees in {agreeing} of {n}")
+    judged = int(np.isfinite(checked["agrees"]).sum())
+    word = {0: "disagrees", judged: "agrees"}.get(agreeing, f"agrees in {agreeing} of {judged}")
+    if judged < n:
+        word = f"{word}, judged in {judged} of {n}" if judged else "not judged"
     return word if converged == n else f"{word}, converged in {converged} of {n}"
 
 

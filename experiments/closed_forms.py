@@ -17,7 +17,7 @@ import xarray as xr
 
 import friction_bayes as fb
 from experiments.runner import Cell
-from friction_bayes.commands.check import check_estimate
+from friction_bayes.checking import check_estimate
 
 __all__ = ["METHODS", "SweepConfig", "gather", "measure", "seeds_of", "sweep_cells"]
 
@@ -180,7 +180,9 @@ def _reference(summary: Mapping[str, Any]) -> dict[str, float]:
         "sampler_s",
         "time_ratio",
     )
-    return {name: float(value) for name, value in (kept | {key: summary[key] for key in named}).items()}
+    figures = kept | {key: summary[key] for key in named}
+    # no verdict is no number
+    return {name: math.nan if value is None else float(value) for name, value in figures.items()}
 
 
 def gather(

@@ -13,7 +13,7 @@ import xarray as xr
 from dask.callbacks import Callback
 
 import friction_bayes as fb
-from friction_bayes.commands.check import ReferenceRun, check_estimate
+from friction_bayes.checking import ReferenceRun, check_estimate
 from friction_bayes.commands.console import collected_warnings, note, output_console, progress_bar
 from friction_bayes.commands.figures import draw_comparison, draw_joint, draw_signal
 from friction_bayes.commands.options import options_of

@@ -25,7 +25,7 @@ from friction_bayes.output import output_folder, strict_json, write_json, write_
 if TYPE_CHECKING:
     import xarray as xr
 
-    from friction_bayes.commands.check import ReferenceRun
+    from friction_bayes.checking import ReferenceRun
     from friction_bayes.forces import Estimate
 
 __all__ = ["add_parser"]
@@ -145,7 +145,7 @@ def _leave(estimate: Estimate, record: xr.DataArray, reference: ReferenceRun | N
 
 
 def _check(estimate: Estimate, seed: int) -> ReferenceRun:
-    from friction_bayes.commands.check import check_estimate
+    from friction_bayes.checking import check_estimate
 
     with progress_bar() as bar:
         task = bar.add_task("emcee", total=None)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from friction_bayes.commands.check import ReferenceRun
+from friction_bayes.checking import ReferenceRun
 from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.errors import InputError
 from friction_bayes.forces import Estimate

@@ -11,6 +11,17 @@ from rich.text import Text
 
 __all__ = ["comparison_table", "disagreements", "estimate_table"]
 
+_VERDICTS = {
+    True: "agrees with the closed form",
+    False: "DOES NOT AGREE with the closed form",
+    None: "NOT JUDGED against the closed form",
+}
+_MARKS = {
+    True: Text("yes"),
+    False: Text("NO", style="bold red"),
+    None: Text("not judged", style="bold yellow"),
+}
+
 
 def _number(value: float | None, digits: int = 4) -> str:
     """Write a number to some significant digits; a dash where there is none."""
@@ -36,11 +47,10 @@ def _frequency(result: Mapping[str, Any]) -> str:
 
 def _reference(reference: Mapping[str, Any]) -> str:
     trust = "" if reference["converged"] else "NOT CONVERGED: "
-    verdict = "agrees with the closed form" if reference["agrees"] else "DOES NOT AGREE with the closed form"
     lines = [
         _with_interval(reference["friction"]),
         f"{trust}R-hat {reference['rhat']:.4f}, effective sample size {reference['ess_bulk']:.0f}",
-        f"{verdict} (false-alarm rate {reference['false_alarm_rate']:.0%})",
+        f"{_VERDICTS[reference['agrees']]} (false-alarm rate {reference['false_alarm_rate']:.0%})",
         f"closed form {_duration(reference['closed_form_s'])}, emcee {_duration(reference['sampler_s'])}",
     ]
     if not reference["agrees"]:
@@ -129,7 +139,7 @@ def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]
             _number(reference["friction"]["mean"]),
             f"{reference['rhat']:.4f}",
             f"{reference['ess_bulk']:.0f}",
-            "yes" if reference["agrees"] else Text("NO", style="bold red"),
+            _MARKS[reference["agrees"]],
             _duration(reference["closed_form_s"]),
             _duration(reference["sampler_s"]),
         )
@@ -137,7 +147,7 @@ def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]
 
 
 def disagreements(rows: Sequence[Mapping[str, Any]]) -> list[Text]:
-    """Say of each estimate that its reference run does not bear out by how much it fails.
+    """Say of each estimate that its reference run does not bear out, or cannot judge, why.
 
     Parameters
     ----------
@@ -145,7 +155,10 @@ def disagreements(rows: Sequence[Mapping[str, Any]]) -> list[Text]:
         As for :func:`comparison_table`.
     """
     return [
-        Text(f"{row['method']} does not agree with emcee: {row['reference']['because']}", style="red")
+        Text(
+            f"{row['method']}: {_VERDICTS[row['reference']['agrees']]}: {row['reference']['because']}",
+            style="red",
+        )
         for row in rows
         if not row["reference"]["agrees"]
     ]

@@ -35,7 +35,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("forces",),
     ("estimation",),
     ("diagnostics", "tabulated", "reference"),
-    ("agreement", "calibration", "testing"),
+    ("agreement", "checking", "calibration", "testing"),
     ("loop", "monitor"),
     ("output", "plotting", "report"),
     ("commands",),

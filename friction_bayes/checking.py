@@ -31,7 +31,7 @@ class ReferenceRun:
     friction : ndarray, shape (ensembles, walkers, draws)
         Friction force, carrying the standard deviation of mass and stiffness as the estimate does.
     summary : dict
-        ``reference`` of the JSON result.
+        ``reference`` of the JSON result; ``agrees`` is None where too few draws were effective.
     """
 
     tree: xr.DataTree
@@ -85,7 +85,7 @@ def check_estimate(
         "ess_bulk": float(posterior.attrs["ess_bulk"]),
         "ess_tail": float(posterior.attrs["ess_tail"]),
         "converged": bool(attrs["converged"]),
-        "agrees": bool(agreement.agrees),
+        "agrees": agreement.agrees,
         "because": agreement.because,
         "false_alarm_rate": agreement.false_alarm_rate,
         "closed_form_s": closed_form_s,

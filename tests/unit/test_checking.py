@@ -1,0 +1,49 @@
+"""The check of an estimate: what its verdict says, and when it says nothing."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+
+import pytest
+
+import friction_bayes as fb
+from friction_bayes import checking
+from friction_bayes.agreement import compare
+from friction_bayes.commands.tables import disagreements, estimate_table
+from friction_bayes.output import strict_json
+
+SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
+
+
+@pytest.fixture(scope="module")
+def estimate() -> fb.Estimate:
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.5,
+        initial_displacement=0.02,
+        duration=6.0,
+        sampling_rate=100.0,
+        noise_sd=1e-4,
+        seed=5,
+    )
+    return fb.estimate(record, SYSTEM, method="normal-gamma")
+
+
+def test_no_verdict_is_null_and_said_so(estimate: fb.Estimate, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(checking, "compare", partial(compare, minimum_ess=1e6))
+    summary = checking.check_estimate(estimate, seed=1).summary
+    assert summary["agrees"] is None
+    assert "not judged" in summary["because"]
+    result = estimate.to_dict(summary)
+    assert json.loads(strict_json(result))["reference"]["agrees"] is None
+    told = estimate_table(result).columns[1]._cells
+    assert any("NOT JUDGED" in str(cell) and "DOES NOT AGREE" not in str(cell) for cell in told)
+    assert "NOT JUDGED" in str(disagreements([result])[0])
+
+
+def test_verdict_and_times(estimate: fb.Estimate) -> None:
+    summary = checking.check_estimate(estimate, seed=1).summary
+    assert summary["agrees"] is True, summary["because"]
+    assert summary["sampler_s"] / summary["closed_form_s"] == pytest.approx(summary["time_ratio"])
+    assert summary["seed"] == 1
