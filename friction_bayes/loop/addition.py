@@ -26,7 +26,7 @@ _LINES = 2
 _LEAST_PERIODS = 2
 """Periods of a line within the record; with fewer it is a drift."""
 _LEAST_INFORMATION = 1.0
-"""An effect of which the samples tell less than the prior cannot be seen in this record: it is not weighed."""
+"""An effect of which the samples tell less than the prior cannot be seen in it: it is not weighed."""
 
 Array = NDArray[np.float64]
 

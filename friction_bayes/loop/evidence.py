@@ -84,18 +84,18 @@ def _log_support(fit: LoopFit) -> float:
         mass = float(ndtr((high[i] - fit.z[i]) / sd) - ndtr((low[i] - fit.z[i]) / sd))
         return math.log(max(mass, 1e-300))
     # in units of their standard deviations, however different the coordinates' scales
-    sd = np.sqrt(np.diag(covariance))[near]
-    block = covariance[np.ix_(near, near)] / np.outer(sd, sd)
-    mass = float(
+    widths = np.sqrt(np.diag(covariance))[near]
+    block = covariance[np.ix_(near, near)] / np.outer(widths, widths)
+    joint = float(
         stats.multivariate_normal.cdf(
-            (high[near] - fit.z[near]) / sd,
+            (high[near] - fit.z[near]) / widths,
             cov=block,
-            lower_limit=(low[near] - fit.z[near]) / sd,
+            lower_limit=(low[near] - fit.z[near]) / widths,
             allow_singular=True,
             rng=np.random.default_rng(0),
         )
     )
-    return math.log(max(mass, _LEAST))
+    return math.log(max(joint, _LEAST))
 
 
 def bounded_draws(fit: LoopFit, rng: np.random.Generator, draws: int) -> Array:

@@ -1,4 +1,4 @@
-"""Fit a loop model to whole signals: Levenberg and Marquardt on the posterior, the record grown from its start."""
+"""Fit a loop model to whole signals: Levenberg and Marquardt on the posterior of a growing record."""
 
 from __future__ import annotations
 

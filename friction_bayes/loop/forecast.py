@@ -15,7 +15,7 @@ FITTED_SHARE = 0.7
 
 
 def forecast_error(fit: LoopFit) -> float:
-    """RMS error over the rest of the moving records of a model fitted to their first 70 %; nan if none fits."""
+    """RMS error over the rest of the moving records after a fit to their first 70 %; nan if none fits."""
     model = fit.model
     heads = [int(FITTED_SHARE * segment.moving) for segment in model.segments]
     again = fit_grown(model.with_segments(model.shortened(heads)), fit.forms, fit.z, share=0.5)

@@ -50,7 +50,7 @@ class Proposal:
 
 
 def next_experiment(fits: Sequence[LoopFit], names: Sequence[str]) -> str | None:
-    """One sentence that names the further record that decides best between the first candidate and its rivals."""
+    """Name, in a sentence, the further record that tells the first candidate best from its rivals."""
     decided = [proposals(fits[0], rival) for rival in fits[1:]]
     if not decided or not decided[0]:
         return None
@@ -61,8 +61,8 @@ def next_experiment(fits: Sequence[LoopFit], names: Sequence[str]) -> str | None
     chosen, score = decided[0][best], scores[best]
     if score < _DECISIVE:
         return (
-            f"No single further record is expected to tell {names[0]} from {rivals}; the best, {chosen.what}, is "
-            f"expected to shift the odds by a factor {math.exp(score):.2g}."
+            f"No single further record is expected to tell {names[0]} from {rivals}; "
+            f"the best, {chosen.what}, is expected to shift the odds by a factor {math.exp(score):.2g}."
         )
     factor = f"{math.exp(score):.2g}" if score < 12.0 else "more than 1e5"
     return (
@@ -92,7 +92,9 @@ def proposals(truth: LoopFit, rival: LoopFit) -> list[Proposal]:
 def _expected_log_bayes_factor(truth: LoopFit, rival: LoopFit, option: Proposal) -> float:
     model = truth.model
     segment = model.segments[0]
-    time = np.arange(round(segment.values.size * option.duration)) * segment.decay.step
+    time = np.asarray(
+        segment.decay.step * np.arange(round(segment.values.size * option.duration)), dtype=np.float64
+    )
     largest = model.scales.amplitude * option.amplitude
     state = (largest, 0.0)
     target = model.predict_at(truth.z, 0, time, state, option.order)

@@ -127,7 +127,7 @@ class LoopModel:
         return out
 
     def predict(self, z: Array, r: int, segment: Segment | None = None) -> Prediction | None:
-        """Predict record ``r`` (or a shortened ``segment`` of it); None when the motion does not stay finite."""
+        """Predict record ``r`` (or a shortened ``segment``); None when the motion does not stay finite."""
         seg = self.segments[r] if segment is None else segment
         return self.predict_at(z, r, seg.time)
 
@@ -139,7 +139,7 @@ class LoopModel:
         state: tuple[float, float] | None = None,
         order: int | None = None,
     ) -> Prediction | None:
-        """Predict record ``r`` at any times, from another state or for another sensor where these are given."""
+        """Predict record ``r`` at any times; from another state, for another sensor where these are given."""
         value = self.physical(z)
         q = self.segments[r].order
         x0, v0 = (value[2 + 2 * r], value[3 + 2 * r]) if state is None else state

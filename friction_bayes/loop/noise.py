@@ -16,7 +16,7 @@ from scipy.special import log_ndtr
 
 from friction_bayes.mechanics.effects import EFFECTS, Scales
 
-__all__ = ["NoiseFit", "NoiseForm", "judge_noise", "whiten"]
+__all__ = ["NoiseFit", "NoiseForm", "judge_noise", "log_densities", "whiten"]
 
 Array = NDArray[np.float64]
 
@@ -56,8 +56,8 @@ class NoiseFit:
     sd : float
         Standard deviation of the (whitened) core.
     log_volume : float
-        Logarithm of the posterior volume and the prior density of the noise parameters, relative to the logarithm
-        of ``sd`` alone.
+        Logarithm of the posterior volume and the prior density of the noise parameters, relative to the
+        logarithm of ``sd`` alone.
     fraction, scale : float
         Of the outliers; zero without.
     """
@@ -121,8 +121,26 @@ def judge_noise(residual: Array, sides: Array, form: NoiseForm, scales: Scales) 
     return NoiseFit(deviance, weight, white, sd, volume, fraction, scale)
 
 
+def log_densities(residual: Array, sides: Array, form: NoiseForm, noise: NoiseFit) -> Array:
+    """Log-likelihood of each sample at the noise scale found, shape (n,); zero where it says nothing.
+
+    Under an autoregression a sample's density is that given the samples before it.
+    """
+    counted = noise.weight > 0.0
+    flat = counted & (sides != 0.0) if form.censored else np.zeros(sides.size, dtype=bool)
+    # the whitened residual, where it was not replaced by a pseudo-residual
+    x = whiten(residual, form.ar)
+    out = -0.5 * (x / noise.sd) ** 2 - math.log(noise.sd) - 0.5 * math.log(2.0 * math.pi)
+    if noise.fraction > 0.0:
+        wide = -0.5 * (x / noise.scale) ** 2 - math.log(noise.scale) - 0.5 * math.log(2.0 * math.pi)
+        out = np.logaddexp(math.log1p(-noise.fraction) + out, math.log(noise.fraction) + wide)
+    if flat.any():
+        out[flat] = _beyond(-sides[flat] * residual[flat], noise.sd, noise.fraction, noise.scale)[0]
+    return np.where(counted, out, 0.0)
+
+
 def _beyond(distance: Array, sd: float, fraction: float, scale: float) -> tuple[Array, Array, Array]:
-    """Log-probability that a signal predicted ``distance`` beyond the level is held there, its slope and curvature."""
+    """Log-probability that a signal predicted ``distance`` beyond the level is held, slope, curvature."""
     z = distance / sd
     log_p = log_ndtr(z)
     log_density = -0.5 * z * z - 0.5 * math.log(2.0 * math.pi) - math.log(sd)
@@ -132,13 +150,13 @@ def _beyond(distance: Array, sd: float, fraction: float, scale: float) -> tuple[
         far = -0.5 * wide * wide - 0.5 * math.log(2.0 * math.pi) - math.log(scale)
         log_density = np.logaddexp(math.log1p(-fraction) + log_density, math.log(fraction) + far)
     hazard = np.exp(log_density - log_p)
-    # of one normal the curvature is hazard (hazard + z / sd); of two it may turn negative, and is then left out
+    # of one normal the curvature is hazard (hazard + z / sd); of two it may turn negative and is left out
     curve = hazard * (hazard + z / sd) if fraction == 0.0 else hazard * hazard
     return log_p, hazard, np.maximum(curve, 1e-12 / sd**2)
 
 
 def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, float, Array, float]:
-    """Expectation-maximisation of a contaminated normal, with the catalogue's priors on fraction and scale."""
+    """Expectation-maximisation of a contaminated normal, the catalogue's priors on fraction and scale."""
     fraction_prior, scale_prior = EFFECTS["outliers"].priors(scales)
     square = x * x
     sd = 1.4826 * float(np.median(np.abs(x))) or 1e-12 * scales.signal

@@ -48,8 +48,8 @@ def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...])
     try:
         said = _read_off(fit, segment.time, segment.values)
     except InputError as error:
-        because = ["sensor_clipping"] if segment.clipped else []
-        return {"friction": None, "disagrees": True, "because": because, "why": str(error)}
+        unusable = ["sensor_clipping"] if segment.clipped else []
+        return {"friction": None, "disagrees": True, "because": unusable, "why": str(error)}
     moving = segment.time[: segment.moving]
     period = 2.0 * np.pi / segment.decay.frequency
     fine = np.linspace(0.0, moving[-1], int(_FINE * moving[-1] / period))
@@ -65,7 +65,7 @@ def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...])
     shares["noise_lifts_maxima"] = said["mean"] - last
     low, high = said["interval90"]
     least = max(_SHARE * friction, 2.0 * sd)
-    because: list[str] = []
+    because = []
     for fault, share in shares.items():
         if abs(share) > least:
             because += list(effects) if fault == "effects" else [fault]

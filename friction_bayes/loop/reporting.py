@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from friction_bayes.loop.checking import sampled_check
 from friction_bayes.loop.colour import correlation_length
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import held_out_error
@@ -87,7 +88,7 @@ def make_report(
         },
         paper_procedure=paper_procedure(best, after, effects),
         next_experiment=further,
-        reference_check=_reference(after, before, reference_friction, best, check, seed),
+        reference_check=_reference(found, after, before, reference_friction, seed if check else None),
         elapsed_s=time.perf_counter() - started,
         seed=seed,
         trail=list(found.trail),
@@ -155,12 +156,11 @@ def _noise_parameters(fit: LoopFit, name: str, units: dict[str, str]) -> dict[st
 
 
 def _reference(
+    found: Found,
     after: Distribution,
     before: Distribution,
     friction: float | None,
-    best: LoopFit,
-    check: bool,
-    seed: int,
+    seed: int | None,
 ) -> dict[str, Any] | None:
     told: dict[str, Any] = {}
     if friction is not None:
@@ -169,10 +169,8 @@ def _reference(
         told["error_after"] = float(after.draws.mean()) / friction - 1.0
         low, high = np.quantile(after.draws, (0.05, 0.95))
         told["within_interval90"] = bool(low <= friction <= high)
-    if check:
-        from friction_bayes.loop.checking import sampled_check
-
-        told["sampler"] = sampled_check(best, seed)
+    if seed is not None:
+        told["sampler"] = sampled_check(found.before, found.fits[0], seed)
     return told or None
 
 

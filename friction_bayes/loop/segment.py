@@ -1,4 +1,4 @@
-"""What the loop sees of a record: from the release to a little beyond the stop, cut once, before any model."""
+"""What the loop sees of a record: from the release to just beyond the stop, cut once, before any model."""
 
 from __future__ import annotations
 
@@ -94,7 +94,8 @@ def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Se
         if (decay.quantity, decay.unit) != (first.quantity, first.unit):
             raise InputError(
                 decay.name,
-                f"holds {decay.quantity.name} [{decay.unit}], {first.name} {first.quantity.name} [{first.unit}]",
+                f"holds {decay.quantity.name} [{decay.unit}], "
+                f"{first.name} {first.quantity.name} [{first.unit}]",
                 "close the loop on records of one quantity",
             )
     return segments
@@ -120,6 +121,5 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
             held = np.isclose(used, end, rtol=1e-12, atol=1e-12 * float(np.ptp(values)))
             if np.count_nonzero(held) > 3:
                 sides[held] = side
-    return Segment(
-        decay=decay, values=used, time=decay.step * np.arange(n), sides=sides, moving=min(moving, n)
-    )
+    time = np.asarray(decay.step * np.arange(n), dtype=np.float64)
+    return Segment(decay=decay, values=used, time=time, sides=sides, moving=min(moving, n))
