@@ -56,6 +56,14 @@ def test_same_seed_same_bits(target: Target, tree: xr.DataTree) -> None:
     assert not np.array_equal(other["posterior"]["friction"][:, 0], tree["posterior"]["friction"][:, 0])
 
 
+def test_one_seed_is_not_one_walk_for_all_records(tree: xr.DataTree) -> None:
+    """In standardised coordinates the posterior of other data of the same size has the same shape."""
+    other = sample_target(normal_gamma_target(PRIOR, SAMPLES + 1e-9), seed=11)
+    assert not np.allclose(
+        other["posterior"]["friction"][:, 0], tree["posterior"]["friction"][:, 0], rtol=1e-3
+    )
+
+
 def test_global_random_state_is_left_alone(target: Target) -> None:
     before = np.random.get_state()[1].copy()  # noqa: NPY002
     Ensembles(target, seed=1, ensembles=4, walkers=8).advance(5)
