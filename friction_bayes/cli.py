@@ -20,6 +20,7 @@ _EPILOG = """examples:
   friction-bayes simulate --mass 10 --stiffness 1000 --friction 0.07 --out decay.csv
   friction-bayes estimate decay.csv --mass 10 --stiffness 1000 --check
   friction-bayes estimate dataset:map-single-pendulum --json
+  friction-bayes close-loop decay.csv --mass 10 --stiffness 1000 --out loop
 
 exit status: 0 done; 2 bad input or options; 1 a defect of this program
 """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import friction_bayes.commands.close_loop as close_loop
 import friction_bayes.commands.datasets as datasets
 import friction_bayes.commands.demo as demo
 import friction_bayes.commands.estimate as estimate
@@ -9,4 +10,4 @@ import friction_bayes.commands.simulate as simulate
 
 __all__ = ["COMMANDS"]
 
-COMMANDS = (demo, estimate, simulate, datasets)
+COMMANDS = (demo, estimate, close_loop, simulate, datasets)

@@ -61,18 +61,26 @@ def add_record(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--resample", action="store_true", help="bring a non-uniform record to a uniform rate")
 
 
-def add_output_folder(parser: argparse.ArgumentParser, default: str | None = None) -> None:
+def add_output_folder(
+    parser: argparse.ArgumentParser, default: str | None = None, *, required: bool = False
+) -> None:
     """Add ``--out`` and ``--force``."""
     text = "folder for results and figures" + (f" (default: {default})" if default else "")
-    parser.add_argument("--out", metavar="DIR", default=default, help=text)
+    parser.add_argument("--out", metavar="DIR", default=default, required=required, help=text)
     parser.add_argument("--force", action="store_true", help="replace the folder of an earlier run")
 
 
 def add_seed(parser: argparse.ArgumentParser) -> None:
     """Add ``--seed``."""
     parser.add_argument(
-        "--seed", type=int, default=1, metavar="N", help="seed of all randomness (default: 1)"
+        "--seed", type=_seed, default=1, metavar="N", help="seed of all randomness (default: 1)"
     )
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 upwards")
+    return int(text)
 
 
 def system_of(arguments: argparse.Namespace, declared: Oscillator | None = None) -> Oscillator:

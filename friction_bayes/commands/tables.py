@@ -9,7 +9,10 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-__all__ = ["comparison_table", "disagreements", "estimate_table"]
+from friction_bayes.report.story import loop_story
+from friction_bayes.words import duration, number, with_interval
+
+__all__ = ["comparison_table", "disagreements", "estimate_table", "loop_table"]
 
 _VERDICTS = {
     True: "agrees with the closed form",
@@ -23,35 +26,19 @@ _MARKS = {
 }
 
 
-def _number(value: float | None, digits: int = 4) -> str:
-    """Write a number to some significant digits; a dash where there is none."""
-    return "–" if value is None else f"{value:.{digits}g}"
-
-
-def _with_interval(summary: Mapping[str, Any], digits: int = 5) -> str:
-    """Write mean, standard deviation and 90 % interval of a summary."""
-    low, high = summary["interval90"]
-    return (
-        f"{_number(summary['mean'], digits)} {summary['unit']}   sd {_number(summary['sd'], 2)}   "
-        f"90 %: {_number(low, digits)} .. {_number(high, digits)}"
-    )
-
-
 def _frequency(result: Mapping[str, Any]) -> str:
     frequency = result["frequency"]
-    spread = "" if frequency["sd"] is None else f" ± {_number(frequency['sd'], 2)}"
-    return (
-        f"{_number(frequency['mean'], 6)}{spread} rad/s, declared {_number(frequency['declared'], 6)} rad/s"
-    )
+    spread = "" if frequency["sd"] is None else f" ± {number(frequency['sd'], 2)}"
+    return f"{number(frequency['mean'], 6)}{spread} rad/s, declared {number(frequency['declared'], 6)} rad/s"
 
 
 def _reference(reference: Mapping[str, Any]) -> str:
     trust = "" if reference["converged"] else "NOT CONVERGED: "
     lines = [
-        _with_interval(reference["friction"]),
+        with_interval(reference["friction"]),
         f"{trust}R-hat {reference['rhat']:.4f}, effective sample size {reference['ess_bulk']:.0f}",
         f"{_VERDICTS[reference['agrees']]} (false-alarm rate {reference['false_alarm_rate']:.0%})",
-        f"closed form {_duration(reference['closed_form_s'])}, emcee {_duration(reference['sampler_s'])}",
+        f"closed form {duration(reference['closed_form_s'])}, emcee {duration(reference['sampler_s'])}",
     ]
     if not reference["agrees"]:
         lines.insert(3, reference["because"])
@@ -66,26 +53,21 @@ def estimate_table(result: Mapping[str, Any]) -> Table:
     result : mapping
         The estimate, its ``reference`` included where one was sampled.
     """
-    table = Table.grid(padding=(0, 3))
-    table.title = Text(f"{result['record']}, {result['method']}", style="bold")
-    table.title_justify = "left"
-    table.add_column(style="dim", no_wrap=True)
-    table.add_column(overflow="fold")
-
-    table.add_row("friction", Text(_with_interval(result["friction"]), style="bold"))
-    table.add_row("friction / stiffness", _with_interval(result["friction_over_stiffness"]))
-    table.add_row("P(friction < 0)", _number(result["probability_negative"], 2))
+    table = _two_columns(f"{result['record']}, {result['method']}")
+    table.add_row("friction", Text(with_interval(result["friction"]), style="bold"))
+    table.add_row("friction / stiffness", with_interval(result["friction_over_stiffness"]))
+    table.add_row("P(friction < 0)", number(result["probability_negative"], 2))
     if result["precision"] is not None:
-        table.add_row("precision", _with_interval(result["precision"], 4))
+        table.add_row("precision", with_interval(result["precision"], 4))
     if result["acceptance"] is not None:
         word = "yes" if result["accepted"] else "NO"
         table.add_row("accepted", f"{word}: {result['acceptance']['because']}")
     table.add_row("frequency", _frequency(result))
     if result["noise_sd"]["mean"] is not None:
         noise = result["noise_sd"]
-        table.add_row("noise of a sample", f"sd {_number(noise['mean'])} {noise['unit']}")
+        table.add_row("noise of a sample", f"sd {number(noise['mean'])} {noise['unit']}")
     rest = result["rest_position"]
-    table.add_row("rest position", f"{_number(rest['mean'])} {rest['unit']}")
+    table.add_row("rest position", f"{number(rest['mean'])} {rest['unit']}")
     table.add_row("amplitudes", str(result["amplitudes"]))
     if result["reference"] is not None:
         table.add_row("emcee", _reference(result["reference"]))
@@ -133,15 +115,15 @@ def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]
         low, high = friction["interval90"]
         table.add_row(
             row["method"],
-            _number(friction["mean"]),
-            f"{_number(low)} .. {_number(high)}",
+            number(friction["mean"]),
+            f"{number(low)} .. {number(high)}",
             _percent(friction["mean"] / truth - 1.0),
-            _number(reference["friction"]["mean"]),
+            number(reference["friction"]["mean"]),
             f"{reference['rhat']:.4f}",
             f"{reference['ess_bulk']:.0f}",
             _MARKS[reference["agrees"]],
-            _duration(reference["closed_form_s"]),
-            _duration(reference["sampler_s"]),
+            duration(reference["closed_form_s"]),
+            duration(reference["sampler_s"]),
         )
     return table
 
@@ -168,5 +150,30 @@ def _percent(share: float) -> str:
     return f"{share:+.2%}" if abs(share) < 1.0 else f"x {1.0 + share:.0f}"
 
 
-def _duration(seconds: float) -> str:
-    return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.1f} s"
+def loop_table(title: str, result: Mapping[str, Any]) -> Table:
+    """Lay out what closing the loop found.
+
+    Parameters
+    ----------
+    title : str
+        The records.
+    result : mapping
+        Fields of ``report.json`` and ``notes``.
+    """
+    table = _two_columns(title)
+    for label, text in loop_story(result):
+        bold = label in {"verdict", "friction after"}
+        table.add_row(label, Text(text, style="bold" if bold else ""))
+    for text in result["notes"]:
+        table.add_row("note", Text(text))
+    return table
+
+
+def _two_columns(title: str) -> Table:
+    """Labels and what they stand for."""
+    table = Table.grid(padding=(0, 3))
+    table.title = Text(title, style="bold")
+    table.title_justify = "left"
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(overflow="fold")
+    return table

@@ -37,6 +37,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("diagnostics", "tabulated", "reference"),
     ("agreement", "checking", "calibration", "testing"),
     ("loop", "monitor"),
+    ("words",),
     ("output", "plotting", "report"),
     ("commands",),
     ("cli", "__main__"),

@@ -1,0 +1,174 @@
+"""Figures of a closed loop: candidates and their probabilities, friction by each, and all at a glance."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from friction_bayes.loop.result import LoopReport
+from friction_bayes.plotting.loop_record import (
+    draw_signal,
+    plot_loop_residual,
+    plot_loop_signal,
+    plot_turning_points,
+)
+from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, caption, new_figure, styled
+from friction_bayes.words import percent, set_words
+
+__all__ = [
+    "plot_candidates",
+    "plot_loop",
+    "plot_loop_friction",
+    "plot_loop_residual",
+    "plot_loop_signal",
+    "plot_turning_points",
+]
+
+_MOST_BARS = 8
+_LEAST_DRAWS = 40
+"""Draws of friction that a candidate needs for an interval of its own."""
+
+
+def _records(report: LoopReport) -> str:
+    first, others = report.traces[0].name, len(report.traces) - 1
+    return f"{first} and {others} more" if others else first
+
+
+def _draw_candidates(axes: Axes, report: LoopReport) -> None:
+    shown = report.candidates[:_MOST_BARS]
+    rest = report.candidates[_MOST_BARS:]
+    labels = [set_words(c["effects"]) for c in shown]
+    values = [float(c["probability"]) for c in shown]
+    if rest:
+        labels.append(f"{len(rest)} others together")
+        values.append(float(sum(c["probability"] for c in rest)))
+    places = list(range(len(values)))
+    colors = [MODEL] + [DATA] * (len(values) - 1)
+    axes.barh(places, values, height=0.62, color=colors)
+    for place, value in zip(places, values, strict=True):
+        axes.text(value + 0.012, place, percent(value), va="center", fontsize=9.0)
+    axes.set_yticks(places, labels)
+    axes.set_ylim(len(values) - 0.4, -0.6)
+    axes.set_xlim(0.0, 1.14)
+    axes.set_xticks([0.0, 0.25, 0.5, 0.75, 1.0], ["0", "25 %", "50 %", "75 %", "100 %"])
+    axes.tick_params(axis="y", left=False)
+    axes.set_xlabel("posterior probability")
+
+
+def plot_candidates(report: LoopReport) -> Figure:
+    """Draw the sets of effects that were weighed and how probable each is.
+
+    Parameters
+    ----------
+    report : LoopReport
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(8.0, 1.3 + 0.34 * min(len(report.candidates), _MOST_BARS + 1))
+        axes = figure.add_subplot()
+        _draw_candidates(axes, report)
+        axes.set_title(f"{_records(report)}: candidates")
+    return figure
+
+
+def _friction_rows(report: LoopReport) -> list[tuple[str, float, float, float, str]]:
+    """Label, mean, interval and colour, from top to bottom."""
+    rows = []
+    paper = report.paper_procedure.get("friction")
+    if paper is not None:
+        rows.append(("paper's procedure", paper["mean"], *paper["interval90"], DATA))
+    before, after = report.friction_before, report.friction_after
+    rows.append(("before: Coulomb alone", before["mean"], *before["interval90"], ACCENT))
+    mixture = report.posterior["mixture"]
+    which, draws = (np.ravel(np.asarray(mixture[name])) for name in ("candidate", "friction"))
+    several = []
+    for i, candidate in enumerate(report.candidates):
+        own = draws[which == i]
+        if own.size >= _LEAST_DRAWS:
+            low, high = np.quantile(own, (0.05, 0.95))
+            several.append((f"  {set_words(candidate['effects'])}", float(own.mean()), low, high, FAINT))
+    if len(several) > 1:
+        rows += several
+    rows.append(("after", after["mean"], *after["interval90"], MODEL))
+    return rows
+
+
+def _draw_friction(axes: Axes, report: LoopReport) -> None:
+    rows = _friction_rows(report)
+    for place, (label, mean, low, high, color) in enumerate(rows):
+        bold = not label.startswith("  ")
+        line = color if bold else DATA
+        axes.plot([low, high], [place] * 2, color=line, lw=3.0 if bold else 1.4)
+        axes.plot([mean], [place], "o", ms=6.5 if bold else 4.0, color=line)
+    reference = (report.reference_check or {}).get("friction")
+    if isinstance(reference, float | int):
+        axes.axvline(reference, color=TRUTH, lw=1.2, ls=":")
+        caption(axes, f"dotted: reference {reference:.4g} {report.friction_after['unit']}")
+    axes.set_yticks(range(len(rows)), [label.strip() for label, *_ in rows])
+    for text, (label, *_) in zip(axes.get_yticklabels(), rows, strict=True):
+        text.set_color("#666666" if label.startswith("  ") else "#111111")
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.tick_params(axis="y", left=False)
+    axes.locator_params(axis="x", nbins=6)
+    axes.set_xlabel(f"friction [{report.friction_after['unit']}], 90 % intervals")
+
+
+def plot_loop_friction(report: LoopReport) -> Figure:
+    """Draw friction by the paper's procedure, before, by each candidate, and after.
+
+    Parameters
+    ----------
+    report : LoopReport
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    with styled():
+        figure = new_figure(8.0, 1.2 + 0.32 * len(_friction_rows(report)))
+        axes = figure.add_subplot()
+        _draw_friction(axes, report)
+        axes.set_title(f"{_records(report)}: friction")
+    return figure
+
+
+def plot_loop(report: LoopReport) -> Figure:
+    """Draw a report at a glance: the first record, its residual, the candidates and friction.
+
+    Parameters
+    ----------
+    report : LoopReport
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    trace = report.traces[0]
+    with styled():
+        figure = new_figure(11.0, 6.8)
+        grid = figure.add_gridspec(2, 2)
+        signal, candidates, friction = (figure.add_subplot(grid[p]) for p in ((0, 0), (0, 1), (1, 1)))
+        draw_signal(signal, trace)
+        signal.set_title(trace.name)
+        signal.legend(loc="upper right", ncols=3)
+        stacked = grid[1, 0].subgridspec(2, 1)
+        upper = figure.add_subplot(stacked[0])
+        lower = figure.add_subplot(stacked[1], sharex=upper, sharey=upper)
+        free = trace.sides == 0.0
+        for axes, model, name in ((upper, trace.before, "before"), (lower, trace.after, "after")):
+            error = (trace.signal - model)[free]
+            axes.plot(trace.time[free], error, ".", ms=1.8, mew=0.0, color=DATA, rasterized=True)
+            axes.axhline(0.0, color="#444444", lw=0.6)
+            axes.set_title(f"residual {name}: RMS {np.sqrt(np.mean(error**2)):.3g} {trace.unit}")
+            axes.set_ylabel(f"[{trace.unit}]")
+        upper.tick_params(labelbottom=False)
+        lower.set_xlabel("time [s]")
+        _draw_candidates(candidates, report)
+        candidates.set_title(f"what explains the residual: {report.verdict}")
+        _draw_friction(friction, report)
+        friction.set_title("friction")
+    return figure

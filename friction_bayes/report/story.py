@@ -1,0 +1,204 @@
+"""What closing the loop found, line by line: the one story of the terminal's table and of the page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from friction_bayes.words import duration, listed, number, percent, set_words, with_interval
+
+__all__ = ["CHANNELS", "effect_lines", "loop_story", "paper_words", "sampler_lines", "verdict_sentence"]
+
+CHANNELS = {
+    "phase": "mean by phase and direction of the motion, in thirds of the record",
+    "turning_points": "amplitude over time",
+    "half_periods": "timing over time",
+    "centres": "centre of the signal over time",
+    "direction": "difference between the two directions",
+    "rest": "level at rest",
+    "whiteness": "correlation between samples",
+    "spectrum": "a line in the spectrum",
+    "tails": "samples far out",
+    "saturation": "flat samples at an end of the sensor's range",
+}
+"""What each test of the residual looks at."""
+
+_FAULTS = {
+    "coarse_sampling": "few samples a period",
+    "noise_lifts_maxima": "noise lifts the highest samples",
+    "telescoping_drops": "successive drops share a peak, which makes its interval too wide",
+}
+_HELD = 0.95
+_MOST_NAMED = 3
+
+Report = Mapping[str, Any]
+
+
+def verdict_sentence(report: Report) -> str:
+    """Say the verdict in one sentence.
+
+    Parameters
+    ----------
+    report : mapping
+        Fields of ``report.json``.
+    """
+    best = report["candidates"][0]
+    name, share = set_words(best["effects"]), percent(best["probability"])
+    if report["verdict"] == "adequate":
+        return "Coulomb friction alone explains the record: what it leaves is noise."
+    if report["verdict"] == "explained":
+        return f"Coulomb friction with {name} explains the record ({share}): what is left is noise."
+    if report["verdict"] == "ambiguous":
+        tied = [f"{set_words(c['effects'])} ({percent(c['probability'])})" for c in _credible(report)]
+        if len(tied) > _MOST_NAMED:
+            tied = [*tied[:_MOST_NAMED], f"{len(tied) - _MOST_NAMED} more"]
+        return f"The record does not tell {listed(tied)} apart; friction is averaged over them."
+    failed = [name.replace("_", " ") for name in report["residual"]["after"]["failed"]]
+    tests = f" (it fails: {', '.join(failed)})" if failed else ""
+    return (
+        f"Something in the record is neither noise nor an effect of the catalogue{tests}; "
+        f"the closest candidate is {name}, which is not an explanation."
+    )
+
+
+def _credible(report: Report) -> list[Mapping[str, Any]]:
+    """Candidates, most probable first, that hold 95 % together."""
+    held, kept = 0.0, []
+    for candidate in report["candidates"]:
+        kept.append(candidate)
+        held += candidate["probability"]
+        if held >= _HELD:
+            break
+    return kept
+
+
+def loop_story(report: Report) -> list[tuple[str, str]]:
+    """Label and text of each line; texts may have several lines.
+
+    Parameters
+    ----------
+    report : mapping
+        Fields of ``report.json``.
+    """
+    rows = [
+        ("verdict", f"{report['verdict'].upper()}: {verdict_sentence(report)}"),
+        ("friction before", with_interval(report["friction_before"])),
+        ("friction after", with_interval(report["friction_after"])),
+    ]
+    if report["effects"]:
+        rows.append(("effects", "\n".join(effect_lines(report["effects"]))))
+    rows.append(("candidates", "\n".join(_candidate_lines(report))))
+    rows.append(("error held out", _held_out(report["held_out_error"])))
+    for when in ("before", "after"):
+        rows.append((f"residual {when}", _tests(report["residual"][when], report["held_out_error"]["unit"])))
+    rows.append(("noise", _noise(report["noise"], report["held_out_error"]["unit"])))
+    rows.append(("paper's procedure", paper_words(report["paper_procedure"])))
+    if report["next_experiment"]:
+        rows.append(("next experiment", report["next_experiment"]))
+    check = report["reference_check"] or {}
+    if "friction" in check:
+        rows.append(("reference", _reference(check, report["friction_after"]["unit"])))
+    if "force" in report["residual"]:
+        rows.append(("measured force", _force(report)))
+    if "sampler" in check:
+        rows.append(("emcee", "\n".join(sampler_lines(check["sampler"]))))
+    return rows
+
+
+def effect_lines(effects: Sequence[Mapping[str, Any]]) -> list[str]:
+    """One line an effect: its probability and its parameters."""
+    lines = []
+    for effect in effects:
+        told = [
+            f"{name.replace('_', ' ')} {number(p['mean'])} ± {number(p['sd'], 2)}"
+            + ("" if p["unit"] == "1" else f" {p['unit']}")
+            for name, p in effect["parameters"].items()
+        ]
+        lines.append(
+            f"{effect['name'].replace('_', ' ')}   {percent(effect['probability'])}   {', '.join(told)}"
+        )
+    return lines
+
+
+def _candidate_lines(report: Report) -> list[str]:
+    kept = _credible(report)
+    shown = kept[:5] if len(kept) > 1 else report["candidates"][:2]
+    lines = [f"{percent(c['probability']):>8}   {set_words(c['effects'])}" for c in shown]
+    others = report["candidates"][len(shown) :]
+    if others:
+        rest = sum(c["probability"] for c in others)
+        lines.append(f"{percent(rest):>8}   {len(others)} others together")
+    return lines
+
+
+def _held_out(error: Mapping[str, Any]) -> str:
+    unit, before, after = error["unit"], error["before"], error["after"]
+    text = f"{number(before, 3)} {unit} before, {number(after, 3)} {unit} after"
+    if before and after is not None:
+        text += f" ({number(after / before, 2)} of it)"
+    return f"{text}; noise floor {number(error['noise_floor'], 3)} {unit}"
+
+
+def _tests(tests: Mapping[str, Any], unit: str) -> str:
+    count = len(tests["channels"])
+    failed = [name.replace("_", " ") for name in tests["failed"]]
+    said = (
+        f"passes all {count} tests" if not failed else f"fails {len(failed)} of {count}: {', '.join(failed)}"
+    )
+    return f"RMS {number(tests['rms'], 3)} {unit}; {said}"
+
+
+def _noise(noise: Mapping[str, Any], unit: str) -> str:
+    text = f"sd {number(noise['sd'], 3)} {unit}, "
+    if noise["model"] == "white":
+        return text + "white"
+    order = f" of order {noise['order']}" if noise.get("order") else ""
+    return text + f"autoregressive{order}, correlated over {number(noise['correlation_length_s'], 3)} s"
+
+
+def paper_words(procedure: Mapping[str, Any]) -> str:
+    """What the paper's own procedure says, and why it differs."""
+    if procedure["friction"] is None:
+        return f"gives nothing: {procedure.get('why') or 'refused'}"
+    text = with_interval(procedure["friction"])
+    reasons = [_FAULTS.get(name, name.replace("_", " ")) for name in procedure["because"]]
+    if not procedure["disagrees"]:
+        return text + "\nagrees" + (f"; but {listed(reasons)}" if reasons else "")
+    return text + "\ndisagrees" + (f": {listed(reasons)}" if reasons else "")
+
+
+def _reference(check: Mapping[str, Any], unit: str) -> str:
+    inside = "holds it" if check["within_interval90"] else "does not hold it"
+    return (
+        f"{number(check['friction'])} {unit}: off by {100.0 * check['error_before']:+.2g} % before, "
+        f"{100.0 * check['error_after']:+.2g} % after; the 90 % interval {inside}"
+    )
+
+
+def _force(report: Report) -> str:
+    force, unit = report["residual"]["force"], report["friction_after"]["unit"]
+    before, after = (number(force[when]["rms"], 3) for when in ("before", "after"))
+    return f"RMS difference {before} {unit} before, {after} {unit} after"
+
+
+def sampler_lines(sampler: Mapping[str, Any]) -> list[str]:
+    """What the sampler found and whether it bears the closed form out."""
+    if "friction" not in sampler:
+        return [sampler["because"]]
+    word = {True: "agrees with", False: "DOES NOT AGREE with", None: "does not judge"}[sampler["agrees"]]
+    lines = [
+        with_interval(sampler["friction"]),
+        f"R-hat {number(sampler['rhat'], 5)}, effective sample size {number(sampler['ess_bulk'], 5)}; "
+        f"{word} the normal approximation of the most probable candidate",
+    ]
+    if not sampler["agrees"]:
+        lines.append(sampler["because"])
+    if "sampler_s" in sampler:
+        lines.append(f"fit {duration(sampler['closed_form_s'])}, emcee {duration(sampler['sampler_s'])}")
+    loo = sampler.get("leave_one_out")
+    if loo:
+        lines.append(
+            f"leave-one-out over half cycles: after better by {number(loo['gain'], 3)} ± "
+            f"{number(loo['gain_se'], 2)} in log density"
+        )
+    return lines

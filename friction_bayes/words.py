@@ -1,0 +1,44 @@
+"""Numbers and names as people read them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+__all__ = ["duration", "listed", "number", "percent", "set_words", "with_interval"]
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """Write a number to some significant digits; a dash where there is none."""
+    return "–" if value is None else f"{value:.{digits}g}"
+
+
+def with_interval(summary: Mapping[str, Any], digits: int = 5) -> str:
+    """Write mean, standard deviation and 90 % interval of a summary."""
+    low, high = summary["interval90"]
+    return (
+        f"{number(summary['mean'], digits)} {summary['unit']}   sd {number(summary['sd'], 2)}   "
+        f"90 %: {number(low, digits)} .. {number(high, digits)}"
+    )
+
+
+def percent(probability: float) -> str:
+    """Write a probability; near 0 and 1 on which side it lies."""
+    if probability >= 0.9995:
+        return "> 99.9 %"
+    return "< 0.1 %" if probability < 5e-4 else f"{100.0 * probability:.1f} %"
+
+
+def duration(seconds: float) -> str:
+    """Write a time."""
+    return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.1f} s"
+
+
+def set_words(effects: Sequence[str]) -> str:
+    """Name a set of effects."""
+    return " + ".join(name.replace("_", " ") for name in effects) or "Coulomb friction alone"
+
+
+def listed(items: Sequence[str], last: str = "and") -> str:
+    """Join items to ``a, b and c``."""
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}"
