@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import json
 import math
 import warnings
 import zlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import product
+from collections.abc import Sequence
 from time import perf_counter
 from typing import Any
 
@@ -16,10 +13,12 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
-from experiments.runner import Cell
-from friction_bayes.checking import check_estimate
+from friction_bayes.checking import ReferenceRun, check_estimate
+from friction_bayes.conjugate.gamma_exponential import negative_share
+from friction_bayes.halfcycles import peak_amplitudes
+from friction_bayes.mechanics.testbed import signal_to_noise_db
 
-__all__ = ["METHODS", "SweepConfig", "gather", "measure", "seeds_of", "sweep_cells"]
+__all__ = ["METHODS", "VARIABLES", "measure"]
 
 METHODS = {
     "waveform": ("waveform", "highest"),
@@ -41,6 +40,18 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "precision": ("", "posterior mean of the method's precision parameter, 1/(unit of its data)^2"),
     "noise_sd": ("", "standard deviation of a sample, unit of the signal; of whole-signal methods"),
     "amplitudes": ("1", "amplitudes used, or in the moving record"),
+    "frequency": ("Hz", "frequency found in the data"),
+    "duration": ("s", "length of the moving part found"),
+    "signal_to_noise_db": (
+        "dB",
+        "mean square of the fitted signal over the noise variance; of whole-signal methods",
+    ),
+    "envelope_rmse": (
+        "",
+        "RMS of picked amplitudes about a straight line, unit of the signal; of normal-gamma",
+    ),
+    "rmse_in_interval": ("1", "whether the 90 % interval of the precision holds what that RMS means"),
+    "negative_share": ("1", "share of friction samples below zero; of the paper's methods"),
     "elapsed": ("s", "wall time of the estimate, from record to posterior"),
     "refused": ("1", "whether the record was refused"),
     "warned": ("1", "warnings of the estimate and of its check"),
@@ -48,6 +59,8 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "reference_sd": ("N", "standard deviation of the draws"),
     "reference_low": ("N", "5 % quantile of the draws"),
     "reference_high": ("N", "95 % quantile of the draws"),
+    "reference_error": ("1", "(mean of the draws - true friction) / true friction"),
+    "reference_precision": ("", "mean of the precision's draws"),
     "rhat": ("1", "nested R-hat over the ensembles"),
     "ess_bulk": ("1", "bulk effective sample size"),
     "ess_tail": ("1", "tail effective sample size"),
@@ -58,35 +71,6 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "time_ratio": ("1", "wall time of the sampler over that of the closed form"),
 }
 """Unit and meaning of what is kept of a method on a record; nan where there is none."""
-
-
-@dataclass(frozen=True)
-class SweepConfig:
-    """Records a level (with ``--full``), how many of them go through emcee, and by which methods."""
-
-    records: int = 40
-    records_full: int = 200
-    checked: int = 1
-    checked_full: int = 5
-    methods: tuple[str, ...] = tuple(METHODS)
-
-
-def sweep_cells(levels: Mapping[str, Sequence[Any]], config: SweepConfig, full: bool) -> list[dict[str, Any]]:
-    """Return the cells of all combinations of levels, those with a sampler first since they take longest."""
-    combinations = [dict(zip(levels, values, strict=True)) for values in product(*levels.values())]
-    checked = config.checked_full if full else config.checked
-    return [
-        known | {"replicate": replicate, "check": replicate < checked}
-        for replicate in range(config.records_full if full else config.records)
-        for known in combinations
-    ]
-
-
-def seeds_of(cell: Cell, seed: np.random.SeedSequence) -> tuple[int, int]:
-    """Return the seed of the noise, shared by paired cells, and that of the sampler, the cell's own."""
-    of_noise = int(seed.generate_state(1)[0])
-    own = zlib.crc32(json.dumps(dict(cell), sort_keys=True).encode())
-    return of_noise, int(np.random.SeedSequence([of_noise, own]).generate_state(1)[0])
 
 
 def measure(
@@ -141,8 +125,10 @@ def _one(
             return {"refused": 1.0}
         elapsed = perf_counter() - began
         found = _figures(estimate, friction) | {"elapsed": elapsed, "refused": 0.0}
+        if method in ("normal-gamma", "gamma-exponential"):
+            found |= _of_samples(estimate)
         if seed is not None:
-            found |= _reference(check_estimate(estimate, seed=seed).summary)
+            found |= _reference(check_estimate(estimate, seed=seed), friction)
     # a sampler that did not converge has its own entry
     told = [each for each in caught if not issubclass(each.category, fb.NotConvergedWarning)]
     return found | {"warned": float(len(told))}
@@ -162,13 +148,41 @@ def _figures(estimate: fb.Estimate, friction: float) -> dict[str, float]:
         "precision": math.nan if estimate.precision is None else float(estimate.precision.mean()),
         "noise_sd": estimate.noise_sd,
         "amplitudes": float(estimate.amplitudes),
+        "frequency": estimate.frequency / (2.0 * math.pi),
+        "duration": estimate.decay.values.size * estimate.decay.step,
+        "signal_to_noise_db": _signal_to_noise(estimate),
     }
 
 
-def _reference(summary: Mapping[str, Any]) -> dict[str, float]:
+def _signal_to_noise(estimate: fb.Estimate) -> float:
+    prediction = estimate.fit.prediction
+    if prediction is None or not estimate.noise_sd > 0.0:
+        return math.nan
+    return signal_to_noise_db(prediction - estimate.rest_position, estimate.noise_sd)
+
+
+def _of_samples(estimate: fb.Estimate) -> dict[str, float]:
+    """Scatter of the amplitudes about the envelope, and whether the precision agrees with it."""
+    found = {"negative_share": negative_share(estimate.fit.target.observed)}
+    time, amplitude = peak_amplitudes(estimate.decay, estimate.peaks)
+    if estimate.precision is None or amplitude.size < 3:
+        return found
+    residual = amplitude - np.polyval(np.polyfit(time, amplitude, 1), time)
+    rmse = float(np.sqrt(np.mean(residual**2)))
+    # a friction sample is factor (A_i - A_i+1) / 4, so amplitudes of variance v give it factor^2 v / 8
+    implied = 8.0 / (estimate.force_factor * rmse) ** 2
+    low, high = estimate.precision.ppf(0.05), estimate.precision.ppf(0.95)
+    return found | {"envelope_rmse": rmse, "rmse_in_interval": float(low <= implied <= high)}
+
+
+def _reference(run: ReferenceRun, true_friction: float) -> dict[str, float]:
+    summary, posterior = run.summary, run.tree["posterior"].dataset
     friction = summary["friction"]
     low, high = friction["interval90"]
     kept = {"reference_mean": friction["mean"], "reference_sd": friction["sd"]}
+    kept |= {"reference_error": friction["mean"] / true_friction - 1.0}
+    if "precision" in posterior:
+        kept |= {"reference_precision": float(posterior["precision"].mean())}
     kept |= {"reference_low": low, "reference_high": high}
     named = (
         "rhat",
@@ -183,43 +197,3 @@ def _reference(summary: Mapping[str, Any]) -> dict[str, float]:
     figures = kept | {key: summary[key] for key in named}
     # no verdict is no number
     return {name: math.nan if value is None else float(value) for name, value in figures.items()}
-
-
-def gather(
-    cells: Sequence[Cell], results: Sequence[Mapping[str, Any]], *, levels: Mapping[str, str]
-) -> xr.Dataset:
-    """Lay the cells of a sweep out over levels, replicates and methods.
-
-    Parameters
-    ----------
-    cells, results : sequences
-        As the runner hands them over.
-    levels : mapping
-        Unit of each swept coordinate, by name.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions: the levels, ``replicate`` and ``method``; the names of :data:`VARIABLES`.
-    """
-    dims, methods = (*levels, "replicate"), results[0]["method"]
-    coordinates: dict[str, list[Any]] = {}
-    for name in dims:
-        coordinates[name] = list(dict.fromkeys(cell[name] for cell in cells))
-    shape = (*(len(values) for values in coordinates.values()), len(methods))
-    columns = {name: np.full(shape, np.nan) for name in VARIABLES}
-    for cell, result in zip(cells, results, strict=True):
-        where = tuple(coordinates[name].index(cell[name]) for name in dims)
-        for name, column in columns.items():
-            # a number that was not finite is null in a cell's file
-            column[where] = np.array(result[name], dtype=np.float64)
-    dataset = xr.Dataset(
-        {
-            name: ((*dims, "method"), column, {"units": unit, "long_name": meaning})
-            for (name, column), (unit, meaning) in zip(columns.items(), VARIABLES.values(), strict=True)
-        },
-        coords=coordinates | {"method": methods},
-    )
-    for name, unit in levels.items():
-        dataset[name].attrs["units"] = unit
-    return dataset.assign_attrs(synthetic=1)

@@ -11,9 +11,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from benchmarks.accuracy import bound_row, paper_decay
 from experiments.beside_paper import band, compared, detail_rows, sampler_word, verdict_rows
-from experiments.closed_forms import SweepConfig, gather, measure, seeds_of, sweep_cells
+from experiments.closed_forms import measure
+from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
+from experiments.sweeps import SweepConfig, gather, seeds_of, sweep_cells
 from experiments.tables import Row
 from friction_bayes.mechanics.testbed import (
     PAPER_SYSTEM,
@@ -24,8 +27,11 @@ from friction_bayes.mechanics.testbed import (
 
 __all__ = ["EXPERIMENT", "Config"]
 
-FRICTION = 0.07
+FRICTION = printed("example-friction")
 """True friction of the example [N]."""
+
+RELEASE = 0.0147
+"""Initial displacement of the example [m], see :func:`friction_bayes.mechanics.testbed.paper_example`."""
 
 LEVELS = {"snr_db": "dB"}
 
@@ -35,13 +41,18 @@ class Config(SweepConfig):
     """Signal-to-noise ratios [dB], and the noise that the paper states [m], which is one more level."""
 
     snr_db: tuple[float, ...] = (30.0, 25.0, 20.0, 17.0, 14.7, 12.0, 8.6, 6.0, 3.0)
-    stated_noise_sd: float = 5e-4
+    stated_noise_sd: float = printed("example-noise")
 
 
-PAPER_ERRORS = {20.0: 0.8, 14.7: 0.33, 8.6: 2.70}
+PAPER_ERRORS = {
+    printed("example-snr"): printed("example-error"),
+    printed("noise-snr-14.7"): printed("noise-error-14.7"),
+    printed("noise-snr-8.6"): printed("noise-error-8.6"),
+}
 """Error of the friction [%] by stated signal-to-noise ratio [dB], section 3."""
 
-PAPER_FRICTION, PAPER_PRECISION, PAPER_RMSE = 0.0706, 34.3, 4.3e-4
+PAPER_FRICTION, PAPER_PRECISION = printed("example-estimate"), printed("example-precision")
+PAPER_RMSE = printed("example-rmse")
 """Estimates [N], [1/N^2] and residual [m] of the record that section 3 shows, stated as 20 dB and 5e-4 m."""
 
 
@@ -59,8 +70,10 @@ def stated_level(config: Config) -> float:
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
     """Every level, the stated noise's own among them."""
-    levels = sorted({*config.snr_db, stated_level(config)}, reverse=True)
-    return sweep_cells({"snr_db": levels}, config, full)
+    stated = stated_level(config)
+    levels = sorted({*config.snr_db, stated}, reverse=True)
+    of_paper = {stated, *PAPER_ERRORS}
+    return sweep_cells({"snr_db": levels}, config, full, of_paper=lambda known: known["snr_db"] in of_paper)
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
@@ -73,10 +86,16 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dataset:
-    """Dimensions snr_db, replicate, method; with the noise of each level."""
+    """Dimensions snr_db, replicate, method; with the noise of each level and the Cramer-Rao bound at it."""
     dataset = gather(cells, results, levels=LEVELS)
-    noise = [noise_sd_for(_clean(), level) for level in dataset["snr_db"].values.tolist()]
-    return dataset.assign(level_noise_sd=("snr_db", noise, {"units": "m", "long_name": "noise of a sample"}))
+    noise = np.array([noise_sd_for(_clean(), level) for level in dataset["snr_db"].values.tolist()])
+    # the error of the efficient estimator that is linear in the noise, all five parameters unknown
+    bound = PAPER_SYSTEM.stiffness * float(np.linalg.norm(bound_row(paper_decay(0), RELEASE)))
+    bounds = noise * bound / FRICTION
+    return dataset.assign(
+        level_noise_sd=("snr_db", noise, {"units": "m", "long_name": "noise of a sample"}),
+        bound=("snr_db", bounds, {"units": "1", "long_name": "Cramer-Rao bound of the error"}),
+    )
 
 
 def _error_rows(at_level: xr.Dataset, name: str, paper_error: float) -> list[Row]:
@@ -91,7 +110,11 @@ def _error_rows(at_level: xr.Dataset, name: str, paper_error: float) -> list[Row
         if method.startswith("normal-gamma"):
             row = compared(what, abs(mine["error"]), paper_error, unit="%", factor=100.0, sampler=word)
             closer = int((100.0 * abs(mine["error"]) <= paper_error).sum())
-            rows.append(replace(row, remark=f"{row.remark}; {closer} of {mine.sizes['replicate']} as close"))
+            rows.append(
+                replace(
+                    row, remark=f"{row.remark}; {closer} of {int(mine['error'].notnull().sum())} as close"
+                )
+            )
         else:
             ours = f"{band(abs(mine['error']), factor=100.0)} %"
             rows.append(Row(what, ours, f"{paper_error:g} %", "not the paper's method", word))

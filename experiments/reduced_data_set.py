@@ -3,24 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from experiments.beside_paper import band, compared, detail_rows, sampler_word, verdict_rows
-from experiments.closed_forms import SweepConfig, gather, measure, seeds_of, sweep_cells
+from experiments.closed_forms import measure
+from experiments.paper_numbers import printed
+from experiments.rig import Rig, run_rig, system_of, true_friction
 from experiments.runner import Cell, Experiment, main
+from experiments.sweeps import SweepConfig, gather, seeds_of, sweep_cells
 from experiments.tables import Row
-from friction_bayes.mechanics.testbed import TESTBED, paper_testbed
 
-__all__ = ["DATA_SETS", "EXPERIMENT", "Config", "last_part", "paper_rows"]
+__all__ = ["DATA_SETS", "EXPERIMENT", "Config", "last_begins", "last_part", "paper_rows"]
 
-DATA_SETS = {"1": 0.2933, "2": 0.1834, "2-reduced": 0.1834}
-"""Measured friction [N] of Table 1, which the twin has for its true friction."""
+DATA_SETS = {
+    "1": printed("reference-1"),
+    "2": printed("reference-2"),
+    "2-reduced": printed("reference-2"),
+}
+"""Measured friction [N] of Table 1, about which the twin's friction varies."""
 
-PAPER = {"1": (0.2909, 5.7), "2": (0.1808, 11.6), "2-reduced": (0.1643, 32.2)}
+PAPER = {
+    "1": (printed("estimate-1"), printed("precision-1")),
+    "2": (printed("estimate-2"), printed("precision-2")),
+    "2-reduced": (printed("estimate-reduced"), printed("precision-reduced")),
+}
 """Estimated friction [N] of Table 1 and precision [1/N^2] of section 4."""
 
 LEVELS = {"data_set": "1"}
@@ -30,15 +40,19 @@ LEVELS = {"data_set": "1"}
 class Config(SweepConfig):
     """Data sets of Table 1, and the share of the motion that the reduced one keeps."""
 
-    records: int = 100
+    rig: Rig = field(default_factory=Rig)
     data_sets: tuple[str, ...] = tuple(DATA_SETS)
     last_share: float = 0.2
 
 
+def last_begins(record: xr.DataArray, share: float) -> float:
+    """When the last ``share`` of the motion begins [s]."""
+    return (1.0 - share) * float(record.attrs["stop_time"])
+
+
 def last_part(record: xr.DataArray, share: float) -> xr.DataArray:
     """Return the last ``share`` of the motion and the rest after it, on the clock of the whole record."""
-    begin = (1.0 - share) * record.attrs["stop_time"]
-    return record.isel(time=record["time"].values >= begin)
+    return record.isel(time=record["time"].values >= last_begins(record, share))
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
@@ -49,11 +63,20 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """The reduced set is cut from the very record of data set 2."""
     of_noise, of_sampler = seeds_of(cell, seed)
-    data_set, friction = cell["data_set"], DATA_SETS[cell["data_set"]]
-    record = paper_testbed(friction, seed=of_noise)
+    data_set = cell["data_set"]
+    signals = run_rig(config.rig, DATA_SETS[data_set], seed=of_noise)
+    record, since = signals["acceleration"], 0.0
     if data_set == "2-reduced":
+        since = last_begins(record, config.last_share)
         record = last_part(record, config.last_share)
-    return measure(record, TESTBED, friction, methods=config.methods, check=cell["check"], seed=of_sampler)
+    return measure(
+        record,
+        system_of(config.rig),
+        true_friction(signals, since),
+        methods=config.methods,
+        check=cell["check"],
+        seed=of_sampler,
+    )
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dataset:

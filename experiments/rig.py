@@ -7,6 +7,7 @@ varied by :mod:`experiments.testbed_choices`.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,7 @@ from friction_bayes.mechanics.varying_friction import varying_friction_decay
 from friction_bayes.quantities import STANDARD_GRAVITY
 from friction_bayes.record import make_record
 
-__all__ = ["Rig", "measured_reference", "refined_force", "run_rig", "system_of"]
+__all__ = ["Rig", "measured_reference", "refined_force", "run_rig", "system_of", "true_friction"]
 
 Array = NDArray[np.float64]
 
@@ -52,8 +53,8 @@ class Rig:
     roughness, roughness_time : float
         Standard deviation of the friction about its mean, relative, and its correlation time [s]: a scratched
         plate; "considerable" in the words of the paper.
-    burst_size, burst_duration : float
-        Relative size of the departures, alternately more and less, and their duration [s].
+    burst_sizes, burst_duration
+        Relative size of each departure, which leave the mean as it is, and their duration [s].
     load_cell_noise, displacement_noise : float
         [N], [m]: one per cent of the cell's range, and the sensor's resolution.
     filter_window, filter_order : int
@@ -77,7 +78,7 @@ class Rig:
     release: float = 0.015
     roughness: float = 0.15
     roughness_time: float = 0.02
-    burst_size: float = 0.6
+    burst_sizes: tuple[float, ...] = (0.5, -0.8, 0.3)
     burst_duration: float = 0.06
     load_cell_noise: float = 0.01
     displacement_noise: float = 3e-5
@@ -97,9 +98,8 @@ def _friction_level(rig: Rig, friction: float, time: Array, rng: np.random.Gener
     white = rng.standard_normal(time.size)
     scatter = lfilter([math.sqrt(1.0 - keep**2)], [1.0, -keep], white)
     relative = 1.0 + rig.roughness * scatter
-    for i, at in enumerate(rig.burst_times):
-        sign = 1.0 if i % 2 == 0 else -1.0
-        relative += sign * rig.burst_size * np.exp(-0.5 * ((time - at) / (0.5 * rig.burst_duration)) ** 2)
+    for at, size in zip(rig.burst_times, rig.burst_sizes, strict=True):
+        relative += size * np.exp(-0.5 * ((time - at) / (0.5 * rig.burst_duration)) ** 2)
     return friction * np.maximum(relative, 0.0)
 
 
@@ -122,8 +122,9 @@ def run_rig(rig: Rig, friction: float, *, seed: int) -> dict[str, xr.DataArray]:
     Returns
     -------
     dict
-        ``acceleration`` [m/s2], ``displacement`` [m] and ``friction_force`` [N], each a record over ``time``
-        with the attributes ``synthetic``, ``friction``, ``stop_time`` [s] and ``seed``.
+        ``acceleration`` [m/s2], ``displacement`` [m] and ``friction_force`` [N], each over ``time`` with the
+        attributes ``synthetic``, ``friction``, ``stop_time`` [s] and ``seed``; and the truth behind them,
+        ``level``, the size of the friction force while it moves, zero at rest [N].
     """
     rng = np.random.default_rng(seed)
     system = system_of(rig)
@@ -148,6 +149,7 @@ def run_rig(rig: Rig, friction: float, *, seed: int) -> dict[str, xr.DataArray]:
     acceleration = motion.acceleration[before] + rng.normal(0.0, rig.accelerometer_noise * gravity, time.size)
     displacement = bowed + rng.normal(0.0, rig.displacement_noise, time.size)
     friction_force = force[now] + rng.normal(0.0, rig.load_cell_noise, time.size)
+    moving = time < motion.stop_time
     settings = {"synthetic": True, "friction": friction, "seed": seed, "stop_time": motion.stop_time}
     cell = _acquired(friction_force, rig.load_cell_range, rig.bits)
     return {
@@ -168,7 +170,17 @@ def run_rig(rig: Rig, friction: float, *, seed: int) -> dict[str, xr.DataArray]:
         "friction_force": xr.DataArray(
             cell, dims="time", coords={"time": time}, attrs={"units": "N", **settings}, name="friction force"
         ),
+        "level": xr.DataArray(
+            np.where(moving, level, 0.0), dims="time", coords={"time": time}, attrs={"units": "N", **settings}
+        ),
     }
+
+
+def true_friction(run: Mapping[str, xr.DataArray], since: float = 0.0) -> float:
+    """Mean friction that a run had from ``since`` [s] until it came to rest [N]."""
+    level = run["level"]
+    taken = level.values[(level["time"].values >= since) & (level.values > 0.0)]
+    return float(taken.mean())
 
 
 def refined_force(rig: Rig, force: xr.DataArray) -> Array:

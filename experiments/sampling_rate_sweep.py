@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from experiments.beside_paper import detail_rows, verdict_rows
-from experiments.closed_forms import SweepConfig, gather, measure, seeds_of, sweep_cells
-from experiments.reduced_data_set import DATA_SETS, last_part, paper_rows
+from experiments.closed_forms import measure
+from experiments.paper_numbers import printed
+from experiments.reduced_data_set import DATA_SETS, last_begins, last_part, paper_rows
+from experiments.rig import Rig, run_rig, system_of, true_friction
 from experiments.runner import Cell, Experiment, main
+from experiments.sweeps import SweepConfig, gather, seeds_of, sweep_cells
 from experiments.tables import Row
-from friction_bayes.mechanics.testbed import TESTBED, paper_testbed, simulate
 
-__all__ = ["EXPERIMENT", "Config"]
+__all__ = ["EXPERIMENT", "FRICTION", "Config", "down_sampled"]
 
 FRICTION = DATA_SETS["2"]
 
-PAPER = {1000.0: (0.1643, 32.2), 100.0: (0.1567, 32.9), 10.0: (0.1465, 27.5)}
+PAPER = {
+    1000.0: (printed("estimate-reduced"), printed("precision-reduced")),
+    100.0: (printed("estimate-100"), printed("precision-100")),
+    10.0: (printed("estimate-10"), printed("precision-10")),
+}
 """Estimated friction [N] and precision [1/N^2] of Table 2, by sampling rate [Hz]."""
 
 LEVELS = {"sampling_rate": "Hz", "quantity": "1"}
@@ -31,50 +37,55 @@ class Config(SweepConfig):
     """What fraction of the 1 kHz samples is kept, of which sensor, and the share of the motion used."""
 
     records: int = 100
+    rig: Rig = field(default_factory=Rig)
     keep_every: tuple[int, ...] = (1, 5, 10, 20, 40, 100)
     keep_every_full: tuple[int, ...] = (1, 2, 5, 10, 20, 40, 50, 80, 100)
     quantities: tuple[str, ...] = ("acceleration", "displacement")
     last_share: float = 0.2
 
 
-RATE = 1000.0
-"""Of the record that is down-sampled [Hz]."""
-
-
 def cells(config: Config, full: bool) -> Sequence[Cell]:
     """Every rate of every sensor."""
-    rates = [RATE / step for step in (config.keep_every_full if full else config.keep_every)]
-    return sweep_cells({"sampling_rate": rates, "quantity": config.quantities}, config, full)
+    steps = config.keep_every_full if full else config.keep_every
+    rates = [config.rig.sampling_rate / step for step in steps]
 
+    def of_paper(known: Mapping[str, Any]) -> bool:
+        return known["sampling_rate"] in PAPER and known["quantity"] == "acceleration"
 
-def _record(quantity: str, seed: int) -> xr.DataArray:
-    """The rig's accelerometer, or a displacement sensor with the same noise in share of its signal."""
-    record = paper_testbed(FRICTION, seed=seed)
-    if quantity == "acceleration":
-        return record
-    return simulate(
-        TESTBED,
-        friction=FRICTION,
-        initial_displacement=record.attrs["initial_displacement"],
-        duration=record.attrs["duration"],
-        sampling_rate=RATE,
-        noise_sd=record.attrs["noise_sd"] / TESTBED.natural_frequency**2,
-        seed=seed,
-        name="testbed, displacement (synthetic)",
+    return sweep_cells(
+        {"sampling_rate": rates, "quantity": config.quantities}, config, full, of_paper=of_paper
     )
 
 
-def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
-    """Every rate is cut from the very same record, as in the paper.
+def down_sampled(record: xr.DataArray, step: int, seed: int) -> xr.DataArray:
+    """Keep every ``step``-th sample; the first is drawn, since a clock knows nothing of the release.
 
-    Which of its samples are kept is drawn: the clock of a sensor knows nothing of the release.
+    Parameters
+    ----------
+    record : xarray.DataArray
+    step : int
+    seed : int
+        Of the run, so that all rates of one run start from one draw.
     """
+    first = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1,))).random()
+    return record.isel(time=slice(int(first * step), None, step))
+
+
+def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+    """Every rate is cut from the very same record, as in the paper."""
     of_noise, of_sampler = seeds_of(cell, seed)
-    record = last_part(_record(cell["quantity"], of_noise), config.last_share)
-    step = round(RATE / cell["sampling_rate"])
-    first = np.random.default_rng(np.random.SeedSequence(of_noise, spawn_key=(1,))).random()
-    record = record.isel(time=slice(int(first * step), None, step))
-    return measure(record, TESTBED, FRICTION, methods=config.methods, check=cell["check"], seed=of_sampler)
+    signals = run_rig(config.rig, FRICTION, seed=of_noise)
+    whole = signals[cell["quantity"]]
+    step = round(config.rig.sampling_rate / cell["sampling_rate"])
+    record = down_sampled(last_part(whole, config.last_share), step, of_noise)
+    return measure(
+        record,
+        system_of(config.rig),
+        true_friction(signals, last_begins(whole, config.last_share)),
+        methods=config.methods,
+        check=cell["check"],
+        seed=of_sampler,
+    )
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dataset:

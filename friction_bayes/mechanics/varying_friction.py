@@ -28,12 +28,12 @@ def _march(
     displacement, velocity, acceleration, force = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     turning_times, turning_points = np.zeros(n), np.zeros(n)
     turns = 0
-    direction = 0.0 if v == 0.0 else math.copysign(1.0, v)
-    rest_since = time[0]
+    direction = math.copysign(1.0, v if v != 0.0 else -x)
+    stop_time = math.inf
+    if v == 0.0 and abs(stiffness * x) <= level[0]:
+        direction, stop_time = 0.0, time[0]
     for i in range(n):
         r = level[i]
-        if direction == 0.0 and abs(stiffness * x) > r:
-            direction = -math.copysign(1.0, x)
         displacement[i], velocity[i] = x, v
         # at rest the contact holds whatever the spring pulls
         force[i] = r * direction if direction != 0.0 else -stiffness * x
@@ -60,10 +60,9 @@ def _march(
                 turning_times[turns], turning_points[turns] = now, x
                 turns += 1
             if abs(stiffness * x) <= r:
-                direction, rest_since = 0.0, now
+                direction, stop_time = 0.0, now
             else:
                 direction = -direction
-    stop_time = rest_since if direction == 0.0 else math.inf
     return (
         displacement,
         velocity,
@@ -85,8 +84,9 @@ def varying_friction_decay(
     r"""Solve ``m x'' + r(t) sign(x') + k x = 0`` with a level held from each sample to the next.
 
     Between two samples, and between a reversal and the next sample, the motion is a cosine about
-    ``-sign(x') r/k``; reversals are solved for, not stepped over. The system sticks where the spring is no
-    stronger than the level, and breaks away at the first sample at which the level has fallen below it.
+    ``-sign(x') r/k``; reversals are solved for, not stepped over. The motion ends at the first one where the
+    spring is no stronger than the level. It does not break away again: the level stands for what the contact
+    meets on its path, and at rest there is none.
 
     Parameters
     ----------

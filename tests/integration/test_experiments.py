@@ -25,7 +25,7 @@ TINY = {
 
 def tiny(name: str, **changes: Any) -> Experiment:
     experiment, levels = TINY[name]
-    settings = {"records": 2, "checked": 0, "methods": PAPER_METHODS} | levels | changes
+    settings = {"records": 2, "records_paper": 2, "checked": 0, "methods": PAPER_METHODS} | levels | changes
     return replace(experiment, config=replace(experiment.config, **settings))
 
 
@@ -52,7 +52,7 @@ def test_leaves_dataset_manifest_and_tables(name: str, tmp_path: Path) -> None:
 
 def test_whole_signal_beats_the_paper_and_its_rate_is_no_friction(tmp_path: Path) -> None:
     methods = ("waveform", "envelope", *PAPER_METHODS)
-    found = run(tiny("noise_sweep", snr_db=(20.0,), records=4, methods=methods), tmp_path)
+    found = run(tiny("noise_sweep", snr_db=(20.0,), records=4, records_paper=4, methods=methods), tmp_path)
     worst = abs(found["error"].sel(snr_db=20.0)).max("replicate")
     # at 20 dB: Cramer-Rao bound 0.11 %, the drops between highest samples scatter by 5 %
     assert float(worst.sel({"method": "waveform"})) < 0.01
@@ -61,9 +61,7 @@ def test_whole_signal_beats_the_paper_and_its_rate_is_no_friction(tmp_path: Path
 
 
 def test_checks_with_emcee_in_worker_processes(tmp_path: Path) -> None:
-    experiment = tiny(
-        "reduced_data_set", records=2, checked=1, data_sets=("2",), methods=("normal-gamma, highest",)
-    )
+    experiment = tiny("reduced_data_set", checked=1, data_sets=("2",), methods=("normal-gamma, highest",))
     found = main(experiment, ["--workers", "2", "--results", str(tmp_path)]).squeeze("method")
     checked, plain = found.isel(data_set=0, replicate=0), found.isel(data_set=0, replicate=1)
     assert checked["converged"] == 1.0
@@ -118,7 +116,7 @@ def test_takes_up_an_interrupted_run_with_the_same_bits(tmp_path: Path) -> None:
 def test_all_keep_what_is_finished_and_end_in_one_table(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    known = {name: tiny(name, records=1) for name in ("noise_sweep", "reduced_data_set")}
+    known = {name: tiny(name, records=1, records_paper=1) for name in ("noise_sweep", "reduced_data_set")}
     monkeypatch.setattr(all_of_them, "all_experiments", lambda: known)
     page = tmp_path / "page.md"
     page.write_text("before\n<!-- results: reduced_data_set -->\nold\n<!-- end -->\nafter\n")

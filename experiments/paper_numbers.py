@@ -1,0 +1,80 @@
+"""Every number that the paper prints, from the one table ``paper_numbers.toml``."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+__all__ = ["PaperNumber", "paper_numbers", "printed"]
+
+TABLE = Path(__file__).with_name("paper_numbers.toml")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperNumber:
+    """One number of the paper.
+
+    Attributes
+    ----------
+    id : str
+        Unique.
+    value : float
+        As printed, in ``unit``.
+    unit : str
+    place : str
+        Table, figure or section.
+    text : str
+        The words it stands in.
+    kind : str
+        ``result`` (computed by the paper), ``measured`` (by its sensors), ``setting`` (of its example or
+        rig), or ``criterion``.
+    ours : mapping or None
+        Where ours is found: ``experiment``, ``variable``, ``where`` (coordinates), ``factor`` to the unit,
+        ``size`` (whether the sign is dropped), ``power``, ``readings`` (methods, one row each), ``per``
+        (coordinates of what it is divided by). None for a setting that is taken over.
+    note : str
+        What a reader must know of the row.
+    """
+
+    id: str
+    value: float
+    unit: str
+    place: str
+    text: str
+    kind: str
+    ours: Mapping[str, Any] | None = None
+    note: str = ""
+    keys: tuple[str, ...] = field(
+        default=("experiment", "variable", "where", "factor", "size", "power", "readings", "per"), repr=False
+    )
+
+    def __post_init__(self) -> None:
+        if self.ours is not None and (unknown := set(self.ours) - set(self.keys)):
+            raise ValueError(f"{TABLE.name}, {self.id}: unknown {', '.join(sorted(unknown))}")
+
+
+@cache
+def paper_numbers() -> Mapping[str, PaperNumber]:
+    """Return the table by id, in its order.
+
+    Raises
+    ------
+    ValueError
+        If an id stands twice or an entry has an unknown key.
+    """
+    found: dict[str, PaperNumber] = {}
+    for entry in tomllib.loads(TABLE.read_text(encoding="utf-8"))["number"]:
+        if entry["id"] in found:
+            raise ValueError(f"{TABLE.name}: {entry['id']} stands twice")
+        found[entry["id"]] = PaperNumber(**entry)
+    return MappingProxyType(found)
+
+
+def printed(identity: str) -> float:
+    """Return the paper's number of that id, in the unit of the table."""
+    return paper_numbers()[identity].value

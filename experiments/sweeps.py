@@ -1,0 +1,112 @@
+"""Sweeps of the closed forms over levels: their cells, their seeds, and the dataset they are gathered in."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from experiments.closed_forms import METHODS, VARIABLES
+from experiments.runner import Cell
+
+__all__ = ["SweepConfig", "gather", "seeds_of", "sweep_cells"]
+
+
+@dataclass(frozen=True)
+class SweepConfig:
+    """Records a level (with ``--full``; at levels of the paper), how many go through emcee, methods."""
+
+    records: int = 40
+    records_full: int = 400
+    records_paper: int = 200
+    checked: int = 1
+    checked_full: int = 5
+    methods: tuple[str, ...] = tuple(METHODS)
+
+
+def sweep_cells(
+    levels: Mapping[str, Sequence[Any]],
+    config: SweepConfig,
+    full: bool,
+    *,
+    of_paper: Callable[[Mapping[str, Any]], bool] = lambda known: True,
+) -> list[dict[str, Any]]:
+    """Return the cells of all combinations of levels, those with a sampler first since they take longest.
+
+    Parameters
+    ----------
+    levels : mapping
+        Values by name.
+    config : SweepConfig
+    full : bool
+        Whether to take as many records as ``--full`` asks for.
+    of_paper : callable
+        Whether a combination stands beside a number of the paper; those have the more records.
+    """
+    combinations = [dict(zip(levels, values, strict=True)) for values in product(*levels.values())]
+    checked = config.checked_full if full else config.checked
+
+    def records(known: Mapping[str, Any]) -> int:
+        if full:
+            return config.records_full
+        return max(config.records_paper, config.records) if of_paper(known) else config.records
+
+    return [
+        known | {"replicate": replicate, "check": replicate < checked}
+        for replicate in range(max(records(known) for known in combinations))
+        for known in combinations
+        if replicate < records(known)
+    ]
+
+
+def seeds_of(cell: Cell, seed: np.random.SeedSequence) -> tuple[int, int]:
+    """Return the seed of the noise, shared by paired cells, and that of the sampler, the cell's own."""
+    of_noise = int(seed.generate_state(1)[0])
+    own = zlib.crc32(json.dumps(dict(cell), sort_keys=True).encode())
+    return of_noise, int(np.random.SeedSequence([of_noise, own]).generate_state(1)[0])
+
+
+def gather(
+    cells: Sequence[Cell], results: Sequence[Mapping[str, Any]], *, levels: Mapping[str, str]
+) -> xr.Dataset:
+    """Lay the cells of a sweep out over levels, replicates and methods.
+
+    Parameters
+    ----------
+    cells, results : sequences
+        As the runner hands them over.
+    levels : mapping
+        Unit of each swept coordinate, by name.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions: the levels, ``replicate`` and ``method``; the names of :data:`VARIABLES`.
+    """
+    dims, methods = (*levels, "replicate"), results[0]["method"]
+    coordinates: dict[str, list[Any]] = {}
+    for name in dims:
+        coordinates[name] = list(dict.fromkeys(cell[name] for cell in cells))
+    shape = (*(len(values) for values in coordinates.values()), len(methods))
+    columns = {name: np.full(shape, np.nan) for name in VARIABLES}
+    for cell, result in zip(cells, results, strict=True):
+        where = tuple(coordinates[name].index(cell[name]) for name in dims)
+        for name, column in columns.items():
+            # a number that was not finite is null in a cell's file
+            column[where] = np.array(result[name], dtype=np.float64)
+    dataset = xr.Dataset(
+        {
+            name: ((*dims, "method"), column, {"units": unit, "long_name": meaning})
+            for (name, column), (unit, meaning) in zip(columns.items(), VARIABLES.values(), strict=True)
+        },
+        coords=coordinates | {"method": methods},
+    )
+    for name, unit in levels.items():
+        dataset[name].attrs["units"] = unit
+    return dataset.assign_attrs(synthetic=1)
