@@ -185,13 +185,17 @@ def _leave(
 ) -> None:
     """Write report, draws, figures and page."""
     # matplotlib takes a second to load, which bad input need not wait for
-    from friction_bayes.commands.figures import draw_loop
+    from friction_bayes.plotting import save_figure
+    from friction_bayes.plotting.loop import loop_figures
     from friction_bayes.report.loop import loop_page
 
     made = {"options": options_of(arguments), "seed": arguments.seed, "inputs": inputs}
     write_json(folder / "report.json", result)
     report.posterior.to_netcdf(folder / "posterior.nc", engine="h5netcdf")
-    draw_loop(report, folder)
-    html = loop_page(report, manifest("close-loop", **made))
+    figures = {}
+    for name, figure in loop_figures(report).items():
+        save_figure(figure, folder, name, ("png", "svg"))
+        figures[name] = (folder / f"{name}.svg").read_bytes()
+    html = loop_page(report, figures, manifest("close-loop", **made))
     (folder / "report.html").write_text(html, encoding="utf-8")
     write_manifest(folder, "close-loop", **made)

@@ -15,7 +15,6 @@ from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.errors import InputError
 from friction_bayes.forces import Estimate
 from friction_bayes.halfcycles import half_cycles
-from friction_bayes.loop.result import LoopReport
 from friction_bayes.plotting import (
     Interval,
     plot_amplitudes,
@@ -26,16 +25,8 @@ from friction_bayes.plotting import (
     plot_joint,
     save_figure,
 )
-from friction_bayes.plotting.loop import (
-    plot_candidates,
-    plot_loop,
-    plot_loop_friction,
-    plot_loop_residual,
-    plot_loop_signal,
-    plot_turning_points,
-)
 
-__all__ = ["draw_comparison", "draw_estimate", "draw_joint", "draw_loop", "draw_signal"]
+__all__ = ["draw_comparison", "draw_estimate", "draw_joint", "draw_signal"]
 
 _GRID_POINTS = 240
 _GRID_TAILS = (5e-5, 1.0 - 5e-5)
@@ -167,15 +158,3 @@ def _interval(estimate: Estimate, check: ReferenceRun | None) -> Interval:
 def _reference(draws: np.ndarray) -> tuple[Any, ...]:
     low, high = np.quantile(draws, [0.05, 0.95])
     return float(draws.mean()), float(low), float(high)
-
-
-def draw_loop(report: LoopReport, folder: Path) -> None:
-    """Draw all figures of a closed loop; those of the second record on carry its number."""
-    save_figure(plot_loop(report), folder, "overview")
-    save_figure(plot_candidates(report), folder, "candidates")
-    save_figure(plot_loop_friction(report), folder, "friction")
-    for i, trace in enumerate(report.traces):
-        suffix = f"_{i + 1}" if len(report.traces) > 1 else ""
-        save_figure(plot_loop_signal(trace), folder, f"signal{suffix}")
-        save_figure(plot_loop_residual(trace), folder, f"residual{suffix}")
-        save_figure(plot_turning_points(trace), folder, f"turning_points{suffix}")

@@ -17,6 +17,7 @@ from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, cap
 from friction_bayes.words import percent, set_words
 
 __all__ = [
+    "loop_figures",
     "plot_candidates",
     "plot_loop",
     "plot_loop_friction",
@@ -172,3 +173,23 @@ def plot_loop(report: LoopReport) -> Figure:
         _draw_friction(friction, report)
         friction.set_title("friction")
     return figure
+
+
+def loop_figures(report: LoopReport) -> dict[str, Figure]:
+    """Draw every figure of a report, by name; those of several records carry their number.
+
+    Parameters
+    ----------
+    report : LoopReport
+    """
+    figures = {
+        "overview": plot_loop(report),
+        "candidates": plot_candidates(report),
+        "friction": plot_loop_friction(report),
+    }
+    for i, trace in enumerate(report.traces, start=1):
+        suffix = f"_{i}" if len(report.traces) > 1 else ""
+        figures[f"signal{suffix}"] = plot_loop_signal(trace)
+        figures[f"residual{suffix}"] = plot_loop_residual(trace)
+        figures[f"turning_points{suffix}"] = plot_turning_points(trace)
+    return figures

@@ -7,13 +7,6 @@ from html import escape
 from typing import Any
 
 from friction_bayes.loop.result import LoopReport
-from friction_bayes.plotting.loop import (
-    plot_candidates,
-    plot_loop_friction,
-    plot_loop_residual,
-    plot_loop_signal,
-    plot_turning_points,
-)
 from friction_bayes.report.page import figure_block, page, pairs, paragraphs, section, table, tiles
 from friction_bayes.report.story import CHANNELS, loop_story, verdict_sentence
 from friction_bayes.words import listed, number, percent, set_words
@@ -23,12 +16,14 @@ __all__ = ["loop_page"]
 _MOST_CANDIDATES = 12
 
 
-def loop_page(report: LoopReport, manifest: Mapping[str, Any]) -> str:
+def loop_page(report: LoopReport, figures: Mapping[str, bytes], manifest: Mapping[str, Any]) -> str:
     """Return the page of a report.
 
     Parameters
     ----------
     report : LoopReport
+    figures : mapping of str to bytes
+        SVG of each of :func:`friction_bayes.plotting.loop.loop_figures`.
     manifest : mapping
         Seed, options, inputs and versions, from :func:`friction_bayes.output.manifest`.
 
@@ -46,7 +41,7 @@ def loop_page(report: LoopReport, manifest: Mapping[str, Any]) -> str:
         section(
             "What explains the residual",
             figure_block(
-                plot_candidates(report),
+                figures["candidates"],
                 "Every set of effects that was weighed on the same data, with its posterior probability.",
             ),
             _effects(told["effects"]),
@@ -54,12 +49,12 @@ def loop_page(report: LoopReport, manifest: Mapping[str, Any]) -> str:
         section(
             "Friction",
             figure_block(
-                plot_loop_friction(report),
+                figures["friction"],
                 "Friction with 90 % intervals. After: averaged over the candidates, so that what the record "
                 "cannot decide widens the interval.",
             ),
         ),
-        *(_record(report, i) for i in range(len(report.traces))),
+        *_records(report, figures),
         section("Is what is left noise?", _tests(told)),
         section("The whole story", pairs(loop_story(told)[1:])),
         section("All candidates", _candidates(told["candidates"]), folded=True),
@@ -119,26 +114,28 @@ def _effects(effects: Sequence[Mapping[str, Any]]) -> str:
     return table(("effect", "probability that it acts", "parameter", "mean", "sd"), rows)
 
 
-def _record(report: LoopReport, i: int) -> str:
-    trace = report.traces[i]
-    return section(
-        f"Record {trace.name}" if len(report.traces) > 1 else "Record",
-        figure_block(
-            plot_loop_signal(trace),
-            "The record with the Coulomb model alone (before) and the final model (after); "
-            "below, the shaded parts.",
-        ),
-        figure_block(
-            plot_loop_residual(trace),
-            "Residual before and after, each on its own scale, against time, phase and amplitude. "
-            "What follows the motion is a missing effect; noise does not.",
-        ),
-        figure_block(
-            plot_turning_points(trace),
-            "Amplitude at the turning points, and what each half cycle takes from it: a constant is dry "
-            "friction, a slope viscous damping, a parabola drag.",
-        ),
-    )
+_CAPTIONS = {
+    "signal": "The record with the Coulomb model alone (before) and the final model (after); below, the "
+    "shaded parts.",
+    "residual": "Residual before and after, each on its own scale, against time, phase and amplitude. What "
+    "follows the motion is a missing effect; noise does not.",
+    "turning_points": "Amplitude at the turning points, and what each half cycle takes from it: a constant "
+    "is dry friction, a slope viscous damping, a parabola drag.",
+}
+
+
+def _records(report: LoopReport, figures: Mapping[str, bytes]) -> list[str]:
+    several = len(report.traces) > 1
+    return [
+        section(
+            f"Record {trace.name}" if several else "Record",
+            *(
+                figure_block(figures[f"{kind}_{i}" if several else kind], text)
+                for kind, text in _CAPTIONS.items()
+            ),
+        )
+        for i, trace in enumerate(report.traces, start=1)
+    ]
 
 
 def _tests(told: Mapping[str, Any]) -> str:

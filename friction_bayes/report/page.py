@@ -3,20 +3,11 @@
 from __future__ import annotations
 
 import base64
-import io
 from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 
-import matplotlib as mpl
-from matplotlib.figure import Figure
-
-from friction_bayes.plotting.style import styled
-
 __all__ = ["figure_block", "page", "pairs", "paragraphs", "section", "table", "tiles"]
-
-_EMBEDDED = {"svg.fonttype": "path", "svg.hashsalt": "friction-bayes"}
-"""Letters as outlines, so that a page looks the same on every machine."""
 
 
 def page(title: str, *blocks: str) -> str:
@@ -74,12 +65,9 @@ def pairs(rows: Sequence[tuple[str, str]]) -> str:
     return '<table class="pairs">\n<tbody>\n' + "\n".join(lines) + "\n</tbody>\n</table>"
 
 
-def figure_block(figure: Figure, text: str) -> str:
+def figure_block(svg: bytes, text: str) -> str:
     """Embed a figure with its caption."""
-    stream = io.BytesIO()
-    with styled(), mpl.rc_context(_EMBEDDED):
-        figure.savefig(stream, format="svg", metadata={"Date": None})
-    data = base64.b64encode(stream.getvalue()).decode("ascii")
+    data = base64.b64encode(svg).decode("ascii")
     return (
         f'<figure>\n<img alt="{escape(text, quote=True)}" src="data:image/svg+xml;base64,{data}">\n'
         f"<figcaption>{escape(text)}</figcaption>\n</figure>"
