@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import stats
 
 from friction_bayes._checks import positive
 from friction_bayes.clipping import SHORTEST_RUN, clipped_fraction
+from friction_bayes.conjugate.batch_fits import BATCH_FITS, BatchTask
 from friction_bayes.conjugate.priors import complete_prior, default_prior
-from friction_bayes.conjugate.waveform_fits import fit_waveforms
-from friction_bayes.conjugate.waveform_posterior import summarise_fits
 from friction_bayes.errors import InputError
 from friction_bayes.free_decay import locate_free_decays
+from friction_bayes.halfcycles import PEAKS, force_factor, swing_frequency
 from friction_bayes.mechanics.oscillator import Oscillator
 from friction_bayes.moving_part import FOUND
 from friction_bayes.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
@@ -25,8 +24,8 @@ from friction_bayes.scaled_batch import product_moments, product_quantiles
 
 __all__ = ["METHODS", "STATUS", "estimate_batch"]
 
-METHODS = ("waveform",)
-"""Methods with a batch kernel."""
+METHODS = tuple(BATCH_FITS)
+"""Methods that take batches."""
 
 STATUS = ("ok", "not_finite", "constant", "no_oscillation", "too_short", "no_fit", "clipped")
 """Meaning of ``status`` 0, 1, 2, ..."""
@@ -62,6 +61,7 @@ def estimate_batch(
     method: str = "waveform",
     quantity: str = "displacement",
     prior: Mapping[str, float] | None = None,
+    peaks: str = "highest",
 ) -> xr.Dataset:
     """Estimate friction from many free decays of one system, in closed form.
 
@@ -78,11 +78,13 @@ def estimate_batch(
     sampling_rate : float, optional
         Samples a second, where ``records`` does not say.
     method : str
-        One of :data:`METHODS`.
+        ``waveform``, ``envelope``, ``normal-gamma`` or ``gamma-exponential``.
     quantity : str
         What was measured, where ``records`` does not say.
     prior : mapping, optional
         Prior parameters by key, as in :func:`friction_bayes.estimate`.
+    peaks : {"highest", "nominal"}
+        How the paper's two methods pick amplitudes.
 
     Returns
     -------
@@ -99,32 +101,41 @@ def estimate_batch(
     """
     if method not in METHODS:
         raise InputError(
-            "method", f"{method!r} has no batch kernel", f"give one of {', '.join(METHODS)}, or use estimate"
+            "method", f"{method!r} takes no batches", f"give one of {', '.join(METHODS)}, or use estimate"
         )
-    if system.pendulum:
+    if peaks not in PEAKS:
+        raise InputError("peaks", f"unknown choice {peaks!r}", f"give one of {', '.join(PEAKS)}")
+    stack, kind, unit, step = _as_stack(records, sampling_rate, quantity)
+    if method == "waveform" and swing_frequency(system, unit) > 0.0:
         raise InputError(
             "system",
-            "large swings of a pendulum have no batch kernel",
-            "declare a rotational Oscillator for small swings, or use estimate",
+            "waveform integrates a pendulum's large swings one record at a time",
+            "give method envelope, use estimate, or declare a rotational Oscillator for small swings",
         )
-    stack, kind, unit, step = _as_stack(records, sampling_rate, quantity)
     if kind.angular != system.angular:
         expected = "inertia" if kind.angular else "mass"
         raise InputError(
             "quantity", f"{kind.name} of the other kind of system", f"declare the system by {expected}"
         )
-    chosen = complete_prior(default_prior(method, system, kind, unit), prior)
+    common = {
+        "system": system,
+        "quantity": kind,
+        "unit": unit,
+        "step": step,
+        "prior": complete_prior(default_prior(method, system, kind, unit), prior),
+        "peaks": peaks,
+    }
     table = xr.apply_ufunc(
         _estimate_rows,
         stack,
-        kwargs={"system": system, "kind": kind, "unit": unit, "step": step, "prior": chosen},
+        kwargs={"common": common, "method": method},
         input_core_dims=[["time"]],
         output_core_dims=[["column"]],
         dask="parallelized",
         dask_gufunc_kwargs={"output_sizes": {"column": len(_COLUMNS)}},
         output_dtypes=[np.float64],
     )
-    return _as_dataset(table, system, kind, unit)
+    return _as_dataset(table, system, kind, unit).assign_attrs(method=method, peaks=peaks)
 
 
 def _as_stack(
@@ -155,48 +166,42 @@ def _as_stack(
     return stack, kind, str(stack.attrs.get("units", kind.unit)), step
 
 
-def _estimate_rows(
-    values: NDArray[Any],
-    *,
-    system: Oscillator,
-    kind: Quantity,
-    unit: str,
-    step: float,
-    prior: Mapping[str, float],
-) -> Array:
+def _estimate_rows(values: NDArray[Any], *, common: Mapping[str, Any], method: str) -> Array:
     """Estimate every row of an array, shape (records, n) to (records, columns)."""
     rows = max(_CHUNK_VALUES // max(values.shape[1], 1), 1)
     parts = [
-        _estimate_chunk(np.ascontiguousarray(part, dtype=np.float64), system, kind, unit, step, prior)
+        # writeable as those of a single record are: kernels are compiled for one kind of array
+        _estimate_chunk(np.require(part, np.float64, ["C", "W"]), common, method)
         for part in np.split(values, range(rows, len(values), rows))
     ]
     return np.concatenate(parts)
 
 
-def _estimate_chunk(
-    values: Array, system: Oscillator, kind: Quantity, unit: str, step: float, prior: Mapping[str, float]
-) -> Array:
+def _estimate_chunk(values: Array, common: Mapping[str, Any], method: str) -> Array:
+    system, kind, step, unit = (common[key] for key in ("system", "quantity", "step", "unit"))
     located = locate_free_decays(values, step, system.natural_frequency, kind.order)
     located[_clipped(values, located[:, 0] == FOUND), 0] = _CLIPPED
-    fits = fit_waveforms(values, located, kind.order, prior["coefficient_precision"])
-    status = np.where((located[:, 0] == FOUND) & ~fits.found, _NO_FIT, located[:, 0])
-    counts = (located[:, 2] - located[:, 1]).astype(np.int64)
-    posterior = summarise_fits(fits, counts, prior)
-    half_duration = np.where(counts > 1, 0.5 * (counts - 1) * step, np.nan)
-    frequency = posterior.frequency / half_duration
-    factor, relative_sd = 1.0, 0.0
+    fits = BATCH_FITS[method](BatchTask(values=values, located=located, **common))
+    found = fits.found & np.isfinite(fits.frequency)
+    status = np.where((located[:, 0] == FOUND) & ~found, _NO_FIT, located[:, 0])
+    family = fits.family
+    coefficient = tuple(np.where(found, parameter, np.nan) for parameter in fits.parameters)
+    location, spread = (_finite(moment(*coefficient)) for moment in (family.mean, family.std))
+    factor, relative_sd = force_factor(system, kind, unit), 0.0
     if unit not in UNCALIBRATED_UNITS:
-        factor, relative_sd = system.force_factor(kind), system.force_factor_relative_sd(kind)
-    degrees = posterior.degrees
-    spread = np.where(degrees > 2.0, posterior.friction_scale * np.sqrt(degrees / (degrees - 2.0)), np.nan)
-    mean, sd = product_moments(posterior.friction, spread, factor, relative_sd)
-    t = (posterior.friction, posterior.friction_scale, degrees)
-    low, high = (product_quantiles(*t, factor, relative_sd, q) for q in (0.05, 0.95))
-    length = frequency**-kind.order
-    over_low, over_high = (stats.t.ppf(q, degrees, *t[:2]) * length for q in (0.05, 0.95))
-    columns = (mean, sd, low, high, t[0] * length, spread * length, over_low, over_high)
-    rest = (posterior.noise_sd, frequency, posterior.frequency_scale / half_duration, posterior.rest_position)
-    return np.column_stack([*columns, *rest, status])
+        relative_sd = system.force_factor_relative_sd(kind)
+    mean, sd = product_moments(location, spread, factor, relative_sd)
+    low, high = (product_quantiles(family, coefficient, factor, relative_sd, q) for q in (0.05, 0.95))
+    length = fits.frequency**-kind.order
+    over_low, over_high = (family.ppf(q, *coefficient) * length for q in (0.05, 0.95))
+    columns = (mean, sd, low, high, location * length, spread * length, over_low, over_high)
+    rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
+    return np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
+
+
+def _finite(values: Array) -> Array:
+    """The moments that exist; nan for the others."""
+    return np.where(np.isfinite(values), values, np.nan)
 
 
 def _clipped(values: Array, usable: NDArray[np.bool_]) -> NDArray[np.intp]:
@@ -254,7 +259,7 @@ def _as_dataset(table: xr.DataArray, system: Oscillator, kind: Quantity, unit: s
             for name in units
         },
         coords={"bound": ["low", "high"]},
-        attrs={"method": METHODS[0], "quantity": kind.name},
+        attrs={"quantity": kind.name},
     )
     result["status"] = column["status"].astype(np.int8)
     for name, value in units.items():

@@ -12,11 +12,22 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from friction_bayes.mechanics.swing import friction_of_period, swing_amplitude, third_harmonic
+from friction_bayes.mechanics.swing import (
+    frequency_ratio,
+    friction_of_period,
+    swing_amplitude,
+    third_harmonic,
+)
 from friction_bayes.phase_polynomial import coulomb_shapes, phase_at, time_of_phase
 from friction_bayes.phase_tracking import coulomb_fit, solve_spd, track_phase
 
-__all__ = ["friction_sample_statistics", "peaks_of_periods", "period_friction", "turning_values"]
+__all__ = [
+    "friction_sample_statistics",
+    "peaks_of_periods",
+    "period_friction",
+    "small_swing_frequency",
+    "turning_values",
+]
 
 _MIN_SAMPLES = 6.0
 
@@ -177,6 +188,22 @@ def period_friction(peaks: Array, centre: float, order: int, swing_frequency: fl
 
 
 @njit(cache=True, nogil=True)
+def small_swing_frequency(
+    polynomial: Array, duration: float, peaks: Array, centre: float, order: int, swing_frequency: float
+) -> float:
+    """Frequency [rad/s] of a pendulum's small swings: rate of its phase over the mean slowing of its peaks.
+
+    A peak stands for the fundamental of its period, which it exceeds by less than 1 % up to 1 rad.
+    """
+    first, _ = phase_at(polynomial, -1.0)
+    last, _ = phase_at(polynomial, 1.0)
+    slowing = 0.0
+    for j in range(peaks.size):
+        slowing += frequency_ratio((peaks[j] - centre) / swing_frequency**order, order) / peaks.size
+    return (last - first) / duration / slowing
+
+
+@njit(cache=True, nogil=True)
 def friction_sample_statistics(
     records: Array,
     step: float,
@@ -187,7 +214,7 @@ def friction_sample_statistics(
     order: int,
     swing_frequency: float,
     highest: bool,
-) -> tuple[NDArray[np.int64], Array, Array, NDArray[np.int64]]:
+) -> tuple[NDArray[np.int64], Array, Array, Array]:
     """Sufficient statistics of the paper's friction samples, in the signal's units, for many records at once.
 
     Parameters
@@ -203,14 +230,14 @@ def friction_sample_statistics(
         Friction samples: amplitudes less one; zero for a record skipped.
     mean, squares : ndarray, shape (r,)
         Their mean and the sum of their squared deviations from it; NaN where there is none.
-    negative : ndarray of int, shape (r,)
-        How many are negative.
+    natural : ndarray, shape (r,)
+        Frequency of small motion [rad/s]: ``frequency``, or :func:`small_swing_frequency` of a pendulum.
     """
     r = records.shape[0]
     count = np.zeros(r, dtype=np.int64)
-    negative = np.zeros(r, dtype=np.int64)
     mean = np.full(r, np.nan)
     squares = np.full(r, np.nan)
+    natural = frequency.copy()
     for k in range(r):
         if stop[k] - start[k] < 8:
             continue
@@ -224,5 +251,9 @@ def friction_sample_statistics(
             count[k] = samples.size
             mean[k] = samples.mean()
             squares[k] = ((samples - mean[k]) ** 2).sum()
-            negative[k] = (samples < 0.0).sum()
-    return count, mean, squares, negative
+            if swing_frequency > 0.0:
+                duration = (values.size - 1) * step
+                natural[k] = small_swing_frequency(
+                    polynomial, duration, peaks, centre, order, swing_frequency
+                )
+    return count, mean, squares, natural

@@ -10,15 +10,22 @@ from numpy.typing import NDArray
 
 from friction_bayes.errors import InputError
 from friction_bayes.free_decay import FreeDecay
-from friction_bayes.halfcycle_kernels import peaks_of_periods, period_friction, turning_values
+from friction_bayes.halfcycle_kernels import (
+    peaks_of_periods,
+    period_friction,
+    small_swing_frequency,
+    turning_values,
+)
+from friction_bayes.mechanics.oscillator import Oscillator
 from friction_bayes.phase_tracking import coulomb_fit, track_phase
-from friction_bayes.quantities import UNCALIBRATED_UNITS
+from friction_bayes.quantities import UNCALIBRATED_UNITS, Quantity
 
 __all__ = [
     "PEAKS",
     "force_factor",
     "friction_samples",
     "half_cycles",
+    "natural_frequency_found",
     "peak_amplitudes",
     "swing_frequency",
     "tracked_phase",
@@ -51,18 +58,18 @@ def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
     )
 
 
-def swing_frequency(decay: FreeDecay) -> float:
+def swing_frequency(system: Oscillator, unit: str) -> float:
     """Natural frequency of a pendulum [rad/s]; zero where amplitudes are taken as those of a linear system.
 
     Large swings are converted by their angle, which a signal that was not calibrated does not give.
     """
-    large_swings = decay.system.pendulum and decay.unit not in UNCALIBRATED_UNITS
-    return decay.system.natural_frequency if large_swings else 0.0
+    large_swings = system.pendulum and unit not in UNCALIBRATED_UNITS
+    return system.natural_frequency if large_swings else 0.0
 
 
-def force_factor(decay: FreeDecay) -> float:
+def force_factor(system: Oscillator, quantity: Quantity, unit: str) -> float:
     """Factor from the signal's friction coefficient to the friction force; 1 where it was not calibrated."""
-    return 1.0 if decay.unit in UNCALIBRATED_UNITS else decay.system.force_factor(decay.quantity)
+    return 1.0 if unit in UNCALIBRATED_UNITS else system.force_factor(quantity)
 
 
 def half_cycles(decay: FreeDecay) -> xr.Dataset:
@@ -102,7 +109,7 @@ def half_cycles(decay: FreeDecay) -> xr.Dataset:
     polynomial, values, reference = tracked_phase(decay)
     order = decay.quantity.order
     index, time, value, noise_sd, value_sd = turning_values(
-        values, decay.step, polynomial, order, swing_frequency(decay)
+        values, decay.step, polynomial, order, swing_frequency(decay.system, decay.unit)
     )
     if index.size < 2 or not np.all(np.isfinite(value)):
         raise InputError(
@@ -212,11 +219,28 @@ def friction_samples(decay: FreeDecay, peaks: str = "highest") -> Array:
         As :func:`peak_amplitudes`; and if a pendulum's peaks exceed what any swing reaches.
     """
     _, amplitude = peak_amplitudes(decay, peaks)
-    samples = period_friction(amplitude, 0.0, decay.quantity.order, swing_frequency(decay))
+    samples = period_friction(amplitude, 0.0, decay.quantity.order, swing_frequency(decay.system, decay.unit))
     if not np.all(np.isfinite(samples)):
         raise InputError(
             decay.name,
             f"a peak of {np.abs(amplitude).max():g} {decay.unit} exceeds any swing of the declared pendulum",
             "check inertia, stiffness and unit",
         )
-    return samples * force_factor(decay)
+    return samples * force_factor(decay.system, decay.quantity, decay.unit)
+
+
+def natural_frequency_found(decay: FreeDecay, peaks: str = "highest") -> float:
+    """Rough frequency of small motion [rad/s] in the data; that of a pendulum is freed of its large swings.
+
+    Raises
+    ------
+    InputError
+        As :func:`peak_amplitudes`.
+    """
+    swing = swing_frequency(decay.system, decay.unit)
+    if swing == 0.0:
+        return decay.frequency
+    polynomial, values, _ = tracked_phase(decay)
+    _, amplitude = peak_amplitudes(decay, peaks)
+    duration = (values.size - 1) * decay.step
+    return float(small_swing_frequency(polynomial, duration, amplitude, 0.0, decay.quantity.order, swing))

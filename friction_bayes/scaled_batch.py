@@ -1,8 +1,9 @@
-"""Many Student t variables times one uncertain factor: :mod:`friction_bayes.scaled` for whole arrays."""
+"""Many variables of one family times one uncertain factor: :mod:`friction_bayes.scaled` for whole arrays."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,47 +39,44 @@ def product_moments(mean: Array, sd: Array, factor: float, relative_sd: float) -
 
 
 def product_quantiles(
-    location: Array, scale: Array, degrees: Array, factor: float, relative_sd: float, q: float
+    family: Any, parameters: Sequence[Array], factor: float, relative_sd: float, q: float
 ) -> Array:
-    """Quantile of Student t variables times a normal factor kept above zero.
+    """Quantile of variables times a normal factor kept above zero.
 
     As in :class:`friction_bayes.scaled.ScaledDistribution` the product's probability is averaged over the
     variable that is relatively the narrower one.
 
     Parameters
     ----------
-    location, scale, degrees : ndarray, shape (m,)
-        Of the variables; nan gives nan.
+    family : scipy.stats continuous distribution
+        Of the variables.
+    parameters : sequence of ndarray, shape (m,)
+        Its shapes, location and scale; nan gives nan.
     factor, relative_sd : float
         Mean of the factor and its standard deviation over it; zero when exact.
     q : float
         Probability.
     """
-    plain = stats.t.ppf(q, degrees, location, scale)
+    plain = np.asarray(family.ppf(q, *parameters))
     if relative_sd == 0.0:
-        return np.asarray(plain * factor)
-    result = np.full(location.shape, np.nan)
-    quartile = stats.t.ppf(0.75, degrees) * scale
+        return plain * factor
+    result = np.full(plain.shape, np.nan)
     usable = np.isfinite(plain)
-    narrow = usable & (relative_sd * np.abs(location) <= 4.0 * quartile)
+    lower, centre, upper = (np.asarray(family.ppf(p, *parameters)) for p in (0.25, 0.5, 0.75))
+    narrow = usable & (relative_sd * np.abs(centre) <= 2.0 * (upper - lower))
     positive = _factor(factor, relative_sd)
-    reach = np.hypot((plain - location) * factor, relative_sd * factor * location * stats.norm.ppf(q))
-    start = location * factor + np.sign(q - 0.5) * reach
+    reach = np.hypot((plain - centre) * factor, relative_sd * factor * centre * stats.norm.ppf(q))
+    start = centre * factor + np.sign(q - 0.5) * reach
     factors = np.where(_LOGITS > 0.0, positive.isf(_PROBABILITIES[::-1]), positive.ppf(_PROBABILITIES))
     for rows, by_factor in ((narrow, True), (usable & ~narrow, False)):
         if not rows.any():
             continue
-        loc, spread, df = (a[rows, None] for a in (location, scale, degrees))
+        chosen = family(*(a[rows, None] for a in parameters))
         if by_factor:
-            nodes = factors[None, :]
-            outer = stats.t(df, loc, spread)
+            nodes, outer = factors[None, :], chosen
         else:
-            nodes = np.where(
-                _LOGITS > 0.0,
-                stats.t.isf(_PROBABILITIES[::-1], df, loc, spread),
-                stats.t.ppf(_PROBABILITIES, df, loc, spread),
-            )
-            outer = positive
+            upper_half, lower_half = chosen.isf(_PROBABILITIES[::-1]), chosen.ppf(_PROBABILITIES)
+            nodes, outer = np.where(_LOGITS > 0.0, upper_half, lower_half), positive
         result[rows] = _invert(nodes, outer.cdf, outer.pdf, start[rows], reach[rows], q)
     return result
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from friction_bayes.mechanics.swing import linear_amplitude, third_harmonic
 from friction_bayes.phase_polynomial import coulomb_shapes, phase_at
-from friction_bayes.phase_tracking import coulomb_fit, solve_spd, track_phase
+from friction_bayes.phase_tracking import MAX_DEGREE, coulomb_fit, solve_spd, track_phase
 
 __all__ = ["envelope_statistics", "half_cycle_rows", "least_squares"]
 
@@ -184,7 +184,7 @@ def envelope_statistics(
     stop: NDArray[np.int64],
     order: int,
     swing_frequency: float,
-) -> tuple[Array, Array, Array, NDArray[np.int64], NDArray[np.int64]]:
+) -> tuple[Array, Array, Array, NDArray[np.int64], Array]:
     """Sufficient statistics of the envelope regression for many records at once.
 
     Parameters
@@ -209,15 +209,17 @@ def envelope_statistics(
         Least-squares coefficients, NaN where they are not determined.
     residual : ndarray, shape (r,)
         Residual sum of squares.
-    rows, half_cycles : ndarray of int, shape (r,)
-        Data of the regression, and how many amplitudes are among them.
+    rows : ndarray of int, shape (r,)
+        Data of the regression.
+    polynomial : ndarray, shape (r, MAX_DEGREE + 1)
+        Phase, from :func:`friction_bayes.phase_tracking.track_phase`.
     """
     r = records.shape[0]
     gram = np.zeros((r, 3, 3))
     coefficients = np.full((r, 3), np.nan)
     residual = np.full(r, np.nan)
     rows = np.zeros(r, dtype=np.int64)
-    half_cycles = np.zeros(r, dtype=np.int64)
+    polynomials = np.zeros((r, MAX_DEGREE + 1))
     for k in range(r):
         if stop[k] - start[k] < 8:
             continue
@@ -225,10 +227,11 @@ def envelope_statistics(
         reference = values.mean()
         values = values - reference
         polynomial = track_phase(values, step, frequency[k], phase[k], order)
-        response, design, used = half_cycle_rows(values, polynomial, order, swing_frequency)
+        response, design, _ = half_cycle_rows(values, polynomial, order, swing_frequency)
         found, ok, left, moments = least_squares(design, response)
         rows[k] = response.size
-        half_cycles[k] = used
+        for a in range(MAX_DEGREE + 1):
+            polynomials[k, a] = polynomial[a]
         if ok:
             for a in range(3):
                 coefficients[k, a] = found[a]
@@ -236,4 +239,4 @@ def envelope_statistics(
                     gram[k, a, b] = moments[a, b]
             coefficients[k, 2] += reference
             residual[k] = left
-    return gram, coefficients, residual, rows, half_cycles
+    return gram, coefficients, residual, rows, polynomials

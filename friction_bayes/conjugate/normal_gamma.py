@@ -16,7 +16,7 @@ from friction_bayes.conjugate.credible import IntervalKind, credible_interval, n
 from friction_bayes.errors import InputError
 from friction_bayes.likelihood import NormalStatistics
 
-__all__ = ["NormalGamma"]
+__all__ = ["NormalGamma", "posterior_parameters"]
 
 Array = NDArray[np.float64]
 
@@ -87,11 +87,7 @@ class NormalGamma:
     def _after(self, data: NormalStatistics) -> NormalGamma:
         if data.n == 0:
             return self
-        lam = self.lam + data.n
-        step = data.mean - self.mu
-        # the centred form of Eq. (8): differences are squared, squares never subtracted
-        beta = self.beta + 0.5 * data.sum_of_squares + 0.5 * self.lam * data.n / lam * step**2
-        return NormalGamma(self.mu + data.n / lam * step, lam, self.alpha + 0.5 * data.n, beta)
+        return NormalGamma(*posterior_parameters(self, data.n, data.mean, data.sum_of_squares))
 
     @property
     def friction(self) -> Any:
@@ -172,3 +168,21 @@ class NormalGamma:
                 f"{values} is improper and has not {what}",
                 "update it with more samples that are not all equal, or give lam, alpha and beta above zero",
             )
+
+
+def posterior_parameters(
+    prior: NormalGamma, n: Any, mean: Any, sum_of_squares: Any
+) -> tuple[Any, Any, Any, Any]:
+    """Return ``mu``, ``lam``, ``alpha`` and ``beta`` after samples, Eqs. (5)-(8); arrays broadcast.
+
+    Parameters
+    ----------
+    prior : NormalGamma
+    n, mean, sum_of_squares : float or ndarray
+        Number of samples (at least one), their mean, and their centred sum of squares.
+    """
+    lam = prior.lam + n
+    step = mean - prior.mu
+    # the centred form of Eq. (8): differences are squared, squares never subtracted
+    beta = prior.beta + 0.5 * sum_of_squares + 0.5 * prior.lam * n / lam * step**2
+    return prior.mu + n / lam * step, lam, prior.alpha + 0.5 * n, beta

@@ -12,7 +12,7 @@ from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.conjugate.priors import complete_prior, default_prior, prior_keys
 from friction_bayes.conjugate.targets import gamma_exponential_target, normal_gamma_target
 from friction_bayes.free_decay import FreeDecay
-from friction_bayes.halfcycles import friction_samples
+from friction_bayes.halfcycles import force_factor, friction_samples, natural_frequency_found
 from friction_bayes.likelihood import Target
 from friction_bayes.quantities import UNCALIBRATED_UNITS, inverse_square
 from friction_bayes.scaled import scaled
@@ -49,6 +49,7 @@ class NormalGammaEstimator:
             decay,
             posterior,
             normal_gamma_target(before, samples),
+            peaks,
             precision=posterior.precision,
             notes=(_TELESCOPING,),
         )
@@ -75,20 +76,23 @@ class GammaExponentialEstimator:
                 f"{100.0 * share:.0f} % of the friction samples are negative, where an exponential "
                 "likelihood is zero: the formal likelihood in the sum of samples is used",
             )
-        return _fit(decay, posterior, gamma_exponential_target(before, samples), precision=None, notes=notes)
+        return _fit(
+            decay, posterior, gamma_exponential_target(before, samples), peaks, precision=None, notes=notes
+        )
 
 
 def _fit(
     decay: FreeDecay,
     posterior: NormalGamma | GammaExponential,
     target: Target,
+    peaks: str,
     *,
     precision: Any,
     notes: tuple[str, ...],
 ) -> Fit:
     """Bring a posterior of the friction force to the unit of the signal."""
     calibrated = decay.unit not in UNCALIBRATED_UNITS
-    factor = decay.system.force_factor(decay.quantity) if calibrated else 1.0
+    factor = force_factor(decay.system, decay.quantity, decay.unit)
     force_unit = decay.system.friction_unit if calibrated else decay.unit
     return Fit(
         coefficient=scaled(posterior.friction, 1.0 / factor),
@@ -96,7 +100,7 @@ def _fit(
         precision_unit="" if precision is None else inverse_square(force_unit),
         posterior=posterior,
         amplitudes=target.observed.size + 1,
-        frequency=decay.frequency,
+        frequency=natural_frequency_found(decay, peaks),
         frequency_sd=math.nan,
         rest_position=decay.rest_position,
         noise_sd=math.nan,

@@ -17,7 +17,7 @@ from friction_bayes.conjugate.multivariate_t import MultivariateT
 from friction_bayes.errors import InputError
 from friction_bayes.likelihood import RegressionStatistics
 
-__all__ = ["NormalInverseGamma"]
+__all__ = ["NormalInverseGamma", "mean_error_sd"]
 
 Array = NDArray[np.float64]
 
@@ -226,6 +226,11 @@ class NormalInverseGamma:
                 f"{np.linalg.matrix_rank(self.factor)} of {self.size} is improper and has not {what}",
                 "update it with more data than coefficients, or give a proper prior",
             )
+
+
+def mean_error_sd(alpha: Any, beta: Any) -> Any:
+    """Mean of the error's standard deviation when its variance is inverse gamma; arrays broadcast."""
+    return np.sqrt(beta) * np.exp(gammaln(alpha - 0.5) - gammaln(alpha))
 
 
 def _root(precision: Array, size: int) -> Array:

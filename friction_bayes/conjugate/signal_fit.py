@@ -7,10 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
-from scipy.special import gammaln
 
 from friction_bayes.conjugate.estimator import Fit
-from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.conjugate.regression import NormalInverseGamma, mean_error_sd
 from friction_bayes.conjugate.signal_target import SignalModel, signal_target
 from friction_bayes.free_decay import FreeDecay
 from friction_bayes.halfcycles import force_factor
@@ -62,8 +61,10 @@ def signal_fit(
         frequency=float(coefficients[frequency]) * scale,
         frequency_sd=math.sqrt(posterior.coefficients.shape[frequency, frequency]) * scale,
         rest_position=rest_position,
-        noise_sd=math.sqrt(beta) * math.exp(gammaln(alpha - 0.5) - gammaln(alpha)),
+        noise_sd=float(mean_error_sd(alpha, beta)),
         prediction=prediction,
-        target=signal_target(model, prior, posterior, force_factor=force_factor(decay)),
+        target=signal_target(
+            model, prior, posterior, force_factor=force_factor(decay.system, decay.quantity, decay.unit)
+        ),
         notes=(*notes, *residual_notes(decay.values - prediction, prediction)),
     )

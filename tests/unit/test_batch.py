@@ -8,8 +8,17 @@ import pytest
 import xarray as xr
 from scipy import stats
 
-from friction_bayes import InputError, Oscillator, Pendulum, estimate, estimate_batch, make_record, simulate
-from friction_bayes.batch import STATUS
+from friction_bayes import (
+    Estimate,
+    InputError,
+    Oscillator,
+    Pendulum,
+    estimate,
+    estimate_batch,
+    make_record,
+    simulate,
+)
+from friction_bayes.batch import METHODS, STATUS
 from friction_bayes.scaled import scaled
 from friction_bayes.scaled_batch import product_moments, product_quantiles
 
@@ -35,31 +44,106 @@ def records(quantity: str, count: int, system: Oscillator = SYSTEM) -> np.ndarra
     return np.array(rows)
 
 
+def assert_same(many: xr.Dataset, k: int, one: Estimate) -> None:
+    """Row ``k`` of a batch holds the numbers of a single estimate."""
+    length = one.friction_over_stiffness
+    expected = {
+        "friction_mean": one.friction.mean(),
+        "friction_sd": one.friction.std(),
+        "friction_interval90": one.friction.ppf([0.05, 0.95]),
+        "friction_over_stiffness_mean": length.mean(),
+        "friction_over_stiffness_sd": length.std(),
+        "friction_over_stiffness_interval90": length.ppf([0.05, 0.95]),
+        "noise_sd": one.noise_sd,
+        "frequency": one.frequency,
+        "frequency_sd": one.frequency_sd,
+        "rest_position": one.rest_position,
+    }
+    for name, value in expected.items():
+        np.testing.assert_allclose(many[name][k], value, rtol=1e-8, err_msg=name)
+
+
 @pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
+@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("stiffness_sd", [0.0, 0.2, 30.0])
-def test_same_numbers_as_estimate(quantity: str, stiffness_sd: float) -> None:
+def test_same_numbers_as_estimate(quantity: str, method: str, stiffness_sd: float) -> None:
     system = Oscillator(mass=10.0, stiffness=1000.0, stiffness_sd=stiffness_sd, mass_sd=0.001 * stiffness_sd)
     values = records(quantity, 3)
-    many = estimate_batch(values, system, sampling_rate=RATE, quantity=quantity)
+    many = estimate_batch(values, system, sampling_rate=RATE, quantity=quantity, method=method)
     for k, row in enumerate(values):
-        one = estimate(make_record(np.arange(row.size) / RATE, row, quantity), system)
-        length = one.friction_over_stiffness
-        expected = {
-            "friction_mean": one.friction.mean(),
-            "friction_sd": one.friction.std(),
-            "friction_interval90": one.friction.ppf([0.05, 0.95]),
-            "friction_over_stiffness_mean": length.mean(),
-            "friction_over_stiffness_sd": length.std(),
-            "friction_over_stiffness_interval90": length.ppf([0.05, 0.95]),
-            "noise_sd": one.noise_sd,
-            "frequency": one.frequency,
-            "frequency_sd": one.frequency_sd,
-            "rest_position": one.rest_position,
-        }
-        for name, value in expected.items():
-            np.testing.assert_allclose(many[name][k], value, rtol=1e-8, err_msg=name)
+        one = estimate(make_record(np.arange(row.size) / RATE, row, quantity), system, method=method)
+        assert_same(many, k, one)
     assert many["friction_mean"].attrs["units"] == "N"
     assert many["friction_interval90"].dims == ("record", "bound")
+    assert many.attrs["method"] == method
+
+
+@pytest.mark.parametrize(
+    ("method", "prior"),
+    [
+        ("waveform", {"coefficient_precision": 3.0, "alpha": 4.0}),
+        ("envelope", {"coefficient_precision": 3.0, "alpha": 4.0}),
+        ("normal-gamma", {"mu": 0.3, "lam": 5.0, "alpha": 2.0, "beta": 0.1}),
+        ("gamma-exponential", {"alpha": 3.0, "kappa": 0.5}),
+    ],
+)
+def test_same_prior_and_peaks_as_estimate(method: str, prior: dict[str, float]) -> None:
+    values = records("displacement", 2)
+    many = estimate_batch(values, SYSTEM, sampling_rate=RATE, method=method, prior=prior, peaks="nominal")
+    for k, row in enumerate(values):
+        record = make_record(np.arange(row.size) / RATE, row, "displacement")
+        assert_same(many, k, estimate(record, SYSTEM, method=method, prior=prior, peaks="nominal"))
+
+
+@pytest.mark.parametrize("quantity", ["angle", "angular_velocity"])
+@pytest.mark.parametrize("method", METHODS[1:])
+def test_same_numbers_for_a_pendulum(quantity: str, method: str) -> None:
+    system = Pendulum(inertia=0.02, stiffness=2.0, inertia_sd=0.001)
+    signal = simulate(
+        system,
+        friction=0.004,
+        initial_displacement=0.9,
+        duration=6.0,
+        sampling_rate=RATE,
+        quantity=quantity,
+        noise_sd=1e-3,
+        seed=3,
+    )
+    many = estimate_batch(
+        np.stack([signal.values] * 2), system, sampling_rate=RATE, quantity=quantity, method=method
+    )
+    assert_same(many, 1, estimate(signal, system, method=method))
+
+
+def test_uncalibrated_pendulum_is_taken_as_small_swings() -> None:
+    values = records("displacement", 1)
+    system = Pendulum(inertia=0.02, stiffness=2.0)
+    stack = xr.DataArray(values, dims=("record", "time"), attrs={"quantity": "angle", "units": "V"})
+    for method in METHODS:
+        many = estimate_batch(stack, system, sampling_rate=RATE, method=method)
+        one = estimate(
+            make_record(np.arange(values.shape[1]) / RATE, values[0], "angle", unit="V"),
+            system,
+            method=method,
+        )
+        assert_same(many, 0, one)
+        assert many["friction_mean"].attrs["units"] == "V"
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_what_estimate_refuses_has_a_status(method: str) -> None:
+    """Rows without a posterior: too short for the method, or negative friction samples in the sum."""
+    growing = records("displacement", 2)[:, ::-1].copy()
+    result = estimate_batch(growing, SYSTEM, sampling_rate=RATE, method=method)
+    for k, row in enumerate(growing):
+        record = make_record(np.arange(row.size) / RATE, row, "displacement")
+        try:
+            estimate(record, SYSTEM, method=method)
+        except InputError:
+            assert result["status"][k] != 0
+            assert np.isnan(result["friction_mean"][k])
+        else:
+            assert result["status"][k] == 0
 
 
 def test_bad_records_are_flagged() -> None:
@@ -80,11 +164,13 @@ def test_bad_records_are_flagged() -> None:
     assert names[int(short["status"][0])] == "too_short"
 
 
-def test_dask_stays_lazy_and_agrees() -> None:
+@pytest.mark.parametrize("method", METHODS)
+def test_dask_stays_lazy_and_agrees(method: str) -> None:
     values = records("displacement", 5)
-    lazy = estimate_batch(da.from_array(values, chunks=(2, 400)), SYSTEM, sampling_rate=RATE)
+    lazy = estimate_batch(da.from_array(values, chunks=(2, 400)), SYSTEM, sampling_rate=RATE, method=method)
     assert all(lazy[name].chunks is not None for name in lazy.data_vars)
-    xr.testing.assert_allclose(lazy.compute(), estimate_batch(values, SYSTEM, sampling_rate=RATE), rtol=1e-12)
+    expected = estimate_batch(values, SYSTEM, sampling_rate=RATE, method=method)
+    xr.testing.assert_allclose(lazy.compute(), expected, rtol=1e-12)
 
 
 def test_labelled_records_bring_clock_and_quantity() -> None:
@@ -109,7 +195,7 @@ def test_product_with_uncertain_factor(relative_sd: float, location: float) -> N
     one = scaled(stats.t(degrees, location, scale), factor, relative_sd=relative_sd)
     arrays = [np.array([value, np.nan]) for value in (location, scale, degrees)]
     for q in (0.05, 0.95):
-        quantile = product_quantiles(arrays[0], arrays[1], arrays[2], factor, relative_sd, q)
+        quantile = product_quantiles(stats.t, (arrays[2], *arrays[:2]), factor, relative_sd, q)
         assert quantile[0] == pytest.approx(float(one.ppf(q)), rel=1e-9)
         assert np.isnan(quantile[1])
     sd = np.array([stats.t(degrees, location, scale).std()])
@@ -121,10 +207,15 @@ def test_product_with_uncertain_factor(relative_sd: float, location: float) -> N
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"method": "envelope"}, "method: 'envelope' has no batch kernel; give one of waveform"),
+        ({"method": "gibbs"}, "method: 'gibbs' takes no batches; give one of waveform, envelope"),
+        ({"peaks": "lowest"}, "peaks: unknown choice 'lowest'"),
+        ({"prior": {"coefficient_precision": -1.0}}, "precision: -1 is negative"),
         ({"sampling_rate": None}, "sampling_rate: missing"),
         ({"quantity": "angle"}, "quantity: angle of the other kind of system"),
-        ({"system": Pendulum(inertia=1.0, stiffness=1.0)}, "system: large swings"),
+        (
+            {"system": Pendulum(inertia=1.0, stiffness=1.0), "quantity": "angle"},
+            "system: waveform integrates",
+        ),
         ({"records": np.zeros(30)}, r"records: shape \(30,\)"),
         ({"records": np.array([["a", "b"]])}, "records: data type"),
         ({"prior": {"gamma": 1.0}}, "unknown key 'gamma'"),

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from friction_bayes import Pendulum, estimate, simulate
 from friction_bayes.conjugate.estimator import ESTIMATORS
 from friction_bayes.conjugate.gamma_exponential import GammaExponential
 from friction_bayes.conjugate.normal_gamma import NormalGamma
@@ -92,3 +93,15 @@ def test_both_are_registered_and_name_their_keys(rng: np.random.Generator) -> No
     assert ESTIMATORS["gamma-exponential"].prior_keys == ("alpha", "kappa")
     with pytest.raises(InputError, match="unknown key 'sigma'"):
         NormalGammaEstimator().fit(coulomb_decay(rng), {"sigma": 1.0}, peaks="highest")
+
+
+@pytest.mark.parametrize("quantity", ["angle", "angular_velocity"])
+def test_large_swings_do_not_pass_for_a_wrong_system(quantity: str) -> None:
+    """At 0.9 rad a pendulum swings 5 % slower than in small swings; that is no disagreement."""
+    system = Pendulum(inertia=0.02, stiffness=2.0)
+    record = simulate(
+        system, friction=0.004, initial_displacement=0.9, duration=6.0, sampling_rate=200.0, quantity=quantity
+    )
+    found = estimate(record, system, method="normal-gamma")
+    assert found.frequency == pytest.approx(10.0, rel=2e-3)
+    assert found.friction_over_stiffness.mean() == pytest.approx(0.002, rel=0.02)
