@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from friction_bayes.loop import LoopReport, close_loop
     from friction_bayes.mechanics.oscillator import Oscillator, Pendulum
     from friction_bayes.mechanics.testbed import simulate
+    from friction_bayes.monitor import MonitorReport, monitor_fleet, monitor_records
     from friction_bayes.readers import read_record
     from friction_bayes.record import make_record
     from friction_bayes.reference import sample_reference
@@ -33,6 +34,7 @@ _HOME = {
     "GammaExponential": "conjugate.gamma_exponential",
     "InputError": "errors",
     "LoopReport": "loop",
+    "MonitorReport": "monitor",
     "NormalGamma": "conjugate.normal_gamma",
     "NormalInverseGamma": "conjugate.regression",
     "NotConvergedWarning": "errors",
@@ -45,6 +47,8 @@ _HOME = {
     "estimate_batch": "batch",
     "list_datasets": "datasets",
     "make_record": "record",
+    "monitor_fleet": "monitor",
+    "monitor_records": "monitor",
     "read_record": "readers",
     "sample_reference": "reference",
     "simulate": "mechanics.testbed",
@@ -59,6 +63,7 @@ __all__ = [
     "GammaExponential",
     "InputError",
     "LoopReport",
+    "MonitorReport",
     "NormalGamma",
     "NormalInverseGamma",
     "NotConvergedWarning",
@@ -72,6 +77,8 @@ __all__ = [
     "estimate_batch",
     "list_datasets",
     "make_record",
+    "monitor_fleet",
+    "monitor_records",
     "read_record",
     "sample_reference",
     "simulate",

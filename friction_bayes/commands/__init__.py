@@ -6,8 +6,9 @@ import friction_bayes.commands.close_loop as close_loop
 import friction_bayes.commands.datasets as datasets
 import friction_bayes.commands.demo as demo
 import friction_bayes.commands.estimate as estimate
+import friction_bayes.commands.monitor as monitor
 import friction_bayes.commands.simulate as simulate
 
 __all__ = ["COMMANDS"]
 
-COMMANDS = (demo, estimate, close_loop, simulate, datasets)
+COMMANDS = (demo, estimate, close_loop, monitor, simulate, datasets)

@@ -1,0 +1,140 @@
+"""Results of monitoring as tables to read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Group
+from rich.table import Table
+from rich.text import Text
+
+from friction_bayes.commands.tables import number
+from friction_bayes.monitor.points import per
+
+__all__ = ["fleet_table", "monitor_table"]
+
+_MOST = 20
+"""Machines shown of a fleet; the files hold all."""
+
+
+def _interval(summary: Mapping[str, Any]) -> str:
+    low, high = summary["interval90"]
+    return f"{number(low)} .. {number(high)}"
+
+
+def _life(low: float | None, middle: float | None, high: float | None) -> str:
+    return f"{_time(middle)}   90 %: {_time(low)} .. {_time(high)}"
+
+
+def _time(value: float | None) -> str:
+    return "never" if value is None or value == float("inf") else f"{value:.3g}"
+
+
+def monitor_table(result: Mapping[str, Any]) -> Group:
+    """Lay out the detection points of a machine and what follows from them.
+
+    Parameters
+    ----------
+    result : mapping
+        As :meth:`MonitorReport.to_dict` gives it, with ``notes``.
+    """
+    unit = result["health_assessment"]["friction"]["unit"]
+    time_unit = result["data_acquisition"]["time_unit"]
+    forgetting, plain = (result["state_detection"][name] for name in ("forgetting", "plain"))
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    table.add_column("point")
+    table.add_column("record", overflow="fold")
+    for heading in (f"time\n[{time_unit}]", f"alone\n[{unit}]", f"f(r|Ti)\n[{unit}]", "90 % interval"):
+        table.add_column(heading, justify="right")
+    table.add_column(f"nothing forgotten\n[{unit}]", justify="right")
+    for acquired, found, tracked, late in zip(
+        result["data_acquisition"]["points"],
+        result["data_manipulation"]["points"],
+        forgetting["friction"],
+        plain["friction"],
+        strict=True,
+    ):
+        table.add_row(
+            acquired["point"],
+            acquired["record"],
+            f"{acquired['time']:.6g}",
+            number(found["friction"]["mean"]),
+            number(tracked["mean"]),
+            _interval(tracked),
+            number(late["mean"]),
+        )
+    below = Table.grid(padding=(0, 3))
+    below.add_column(style="dim", no_wrap=True)
+    below.add_column(overflow="fold")
+    below.add_row(
+        "forgetting",
+        f"discount {forgetting['discount']:.3g}, chosen by the one-step forecasts; their log-density "
+        f"{forgetting['log_predictive']:.4g}, {plain['log_predictive']:.4g} where nothing is forgotten",
+    )
+    health = result["health_assessment"]
+    for name in ("drift", "diffusion", "scatter"):
+        value = health[name]
+        below.add_row(name, f"{number(value['mean'])} {value['unit']}   sd {number(value['sd'])}")
+    prognosis = result["prognostic_assessment"]
+    if prognosis is not None:
+        life = prognosis["remaining_life"]
+        below.add_row("threshold", f"{health['threshold']:g} {unit}")
+        below.add_row("remaining life", _life(life["interval90"][0], life["median"], life["interval90"][1]))
+        below.add_row(
+            "probabilities",
+            f"reached already {prognosis['probability_reached_already']:.2g}, "
+            f"never reached {prognosis['probability_never_reached']:.2g}",
+        )
+    below.add_row("advice", Text(result["advisory_generation"]["text"], style="bold"))
+    for text in result["notes"]:
+        below.add_row("note", text)
+    return Group(table, below)
+
+
+def fleet_table(result: Mapping[str, Any]) -> Table:
+    """Lay out the most urgent machines of a fleet.
+
+    Parameters
+    ----------
+    result : mapping
+        As in ``monitor.json`` of a fleet.
+    """
+    acquired, health = result["data_acquisition"], result["health_assessment"]
+    machines, time_unit = health["machines"], acquired["time_unit"]
+    shown = min(len(machines), _MOST)
+    unusable = result["data_manipulation"]["records_not_usable"]
+    title = f"{acquired['machines']} machines, {acquired['detection_points']} detection points"
+    if unusable:
+        title += f", {unusable} records not usable"
+    table = Table(title=f"{title}; the {shown} most urgent", box=SIMPLE_HEAD, title_justify="left")
+    table.add_column("machine")
+    for heading in ("points", f"friction\n[{health['unit']}]", f"drift\n[{per(health['unit'], time_unit)}]"):
+        table.add_column(heading, justify="right")
+    prognoses = result["prognostic_assessment"]
+    if prognoses is not None:
+        table.add_column(f"remaining life\n[{time_unit}]")
+        table.add_column("never\nreached", justify="right")
+    for k, each in enumerate(machines[:shown]):
+        row = [
+            each["machine"],
+            str(each["points_used"]),
+            number(_known(each["friction"]["mean"])),
+            number(_known(each["drift"]["mean"])),
+        ]
+        if prognoses is not None:
+            life = prognoses[k]["remaining_life"]
+            usable = each["status"] == "ok"
+            row.append(
+                _life(life["interval90"][0], life["median"], life["interval90"][1])
+                if usable
+                else each["status"]
+            )
+            row.append(f"{prognoses[k]['probability_never_reached']:.2g}" if usable else "–")
+        table.add_row(*row)
+    return table
+
+
+def _known(value: float) -> float | None:
+    return None if value != value else value

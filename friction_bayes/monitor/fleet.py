@@ -1,0 +1,213 @@
+"""Monitoring of many machines at once, over the records of all their detection points."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import dask
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from friction_bayes._checks import positive
+from friction_bayes.batch import estimate_batch
+from friction_bayes.errors import InputError
+from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.monitor.points import COUNTED, TIME_ATTRIBUTE, DetectionPoints, per
+from friction_bayes.monitor.report import QUANTILES, follow
+from friction_bayes.quantities import UNCALIBRATED_UNITS, quantity_named
+
+__all__ = ["STATUS", "monitor_fleet"]
+
+STATUS = ("ok", "too_few_points")
+"""Meaning of a machine's ``status`` 0, 1."""
+_BLOCK = 32
+"""Machines followed by one task."""
+
+Array = NDArray[np.float64]
+
+_TRACKED = ("friction_mean", "friction_sd", "plain_mean", "plain_sd")
+_SCALARS = (
+    *("discount", "level_mean", "level_sd", "drift_mean", "drift_sd"),
+    *("probability_above_threshold", "probability_never_reached"),
+)
+
+
+def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float | None = None) -> xr.Dataset:
+    """Follow the friction of many machines of one kind over their detection points.
+
+    The numbers are those of :func:`monitor_records`, machine by machine, up to rounding. Records are
+    estimated by :func:`friction_bayes.estimate_batch`; work is done by Dask, threads unless its
+    configuration says otherwise.
+
+    Parameters
+    ----------
+    records : xarray.DataArray
+        Dimensions machine, point and ``time``, the first two of any name and in this order; attributes
+        ``quantity`` and ``units``; coordinate ``time`` [s]. A coordinate ``detection_time`` over points, or
+        over machines and points, says when records were taken (attribute ``units``); without it points are
+        taken as evenly spaced and counted. A lazy array stays on disk till its turn.
+    system : Oscillator
+        Mass or inertia, and stiffness, of each machine.
+    threshold : float, optional
+        Friction at which a machine fails.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``machine`` and ``point``: ``estimate_mean``, ``estimate_sd``, ``record_status`` (see
+        :data:`friction_bayes.batch.STATUS`) and ``friction_mean``, ``friction_sd``, ``plain_mean``,
+        ``plain_sd`` as in :meth:`MonitorReport.to_dataset`, nan where a record cannot be used. Over
+        ``machine``: ``status``, ``points_used``, ``discount``, ``level``, ``drift`` and, with a threshold,
+        ``probability_above_threshold``, ``probability_never_reached`` and ``remaining_life`` (over
+        ``quantile``; infinite where the threshold is never reached with so much probability).
+
+    Raises
+    ------
+    InputError
+        If the array has other dimensions, fewer than two points, times that do not increase, or an argument
+        is wrong.
+    """
+    if threshold is not None:
+        positive("threshold", threshold)
+    machine, point = _dimensions(records)
+    machines, points = records.sizes[machine], records.sizes[point]
+    times, time_unit = _times(records, machine, point)
+    # mass and stiffness are common to all points: their spread comes in at the threshold
+    exact = replace(system, **{name: 0.0 for name in ("mass_sd", "inertia_sd", "stiffness_sd")})
+    estimates = estimate_batch(_one_a_row(records, machine, point), exact)
+    (estimates,) = dask.compute(estimates)
+    kind = quantity_named(estimates.attrs["quantity"])
+    unit = estimates["friction_mean"].attrs["units"]
+    relative_sd = 0.0 if unit in UNCALIBRATED_UNITS else system.force_factor_relative_sd(kind)
+    shape = (machines, points)
+    mean = estimates["friction_mean"].values.reshape(shape)
+    sd = estimates["friction_sd"].values.reshape(shape)
+    known = {"time_unit": time_unit, "unit": unit, "relative_sd": relative_sd}
+    blocks = [slice(i, i + _BLOCK) for i in range(0, machines, _BLOCK)]
+    tasks = [dask.delayed(_follow_block)(times[b], mean[b], sd[b], threshold, known) for b in blocks]
+    parts = dask.compute(*tasks)
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    columns["record_status"] = estimates["status"].values.reshape(shape)
+    columns |= {"estimate_mean": mean, "estimate_sd": sd}
+    dataset = _as_dataset(columns, times, known, threshold)
+    named = {"machine": records.coords[machine].values} if machine in records.coords else {}
+    return dataset.assign_coords(named).assign_attrs(quantity=kind.name)
+
+
+def _dimensions(records: xr.DataArray) -> tuple[str, str]:
+    others = [str(name) for name in records.dims if name != "time"]
+    if "time" not in records.dims or len(others) != 2:
+        raise InputError(
+            "fleet", f"dimensions {records.dims}", "give (machine, point, time), the last one named time"
+        )
+    if records.sizes[others[0]] < 1 or records.sizes[others[1]] < 2:
+        raise InputError(
+            "fleet",
+            f"{records.sizes[others[0]]} machines, {records.sizes[others[1]]} detection points",
+            "give at least one machine and two points",
+        )
+    return others[0], others[1]
+
+
+def _times(records: xr.DataArray, machine: str, point: str) -> tuple[Array, str]:
+    """Times of the points of every machine, shape (machines, points), and their unit."""
+    shape = (records.sizes[machine], records.sizes[point])
+    if TIME_ATTRIBUTE not in records.coords:
+        return np.broadcast_to(np.arange(1.0, shape[1] + 1.0), shape), COUNTED
+    coordinate = records.coords[TIME_ATTRIBUTE]
+    if not set(coordinate.dims) <= {machine, point} or point not in coordinate.dims:
+        raise InputError(
+            TIME_ATTRIBUTE, f"dimensions {coordinate.dims}", f"give it over {point}, or {machine} and {point}"
+        )
+    if coordinate.dtype.kind not in "fiu":
+        raise InputError(
+            TIME_ATTRIBUTE, f"data type {coordinate.dtype}", "give numbers, with attribute units"
+        )
+    template = xr.DataArray(np.zeros(shape), dims=(machine, point))
+    times = (template + coordinate.drop_vars(list(coordinate.coords))).transpose(machine, point).values
+    wrong = np.argwhere(~(np.diff(times, axis=1) > 0.0))
+    if wrong.size:
+        k, i = wrong[0].tolist()
+        raise InputError(
+            TIME_ATTRIBUTE,
+            f"of machine {k}: {times[k, i + 1]:.9g} at point {i + 1} is not after {times[k, i]:.9g}",
+            "order the points by time",
+        )
+    return times.astype(np.float64), str(coordinate.attrs.get("units", f"unit of {TIME_ATTRIBUTE}"))
+
+
+def _one_a_row(records: xr.DataArray, machine: str, point: str) -> xr.DataArray:
+    ordered = records.transpose(machine, point, "time")
+    if ordered.chunks is not None:
+        ordered = ordered.chunk({point: -1, "time": -1})
+    rows = ordered.data.reshape((-1, ordered.sizes["time"]))
+    if "time" not in records.coords:
+        raise InputError("fleet", "has no coordinate time", "add the sample times in seconds")
+    clock = {"time": records.coords["time"].values}
+    return xr.DataArray(rows, dims=("record", "time"), coords=clock, attrs=records.attrs)
+
+
+def _follow_block(
+    times: Array, mean: Array, sd: Array, threshold: float | None, known: dict[str, Any]
+) -> dict[str, NDArray[Any]]:
+    """Follow some machines; arrays of shape (machines, points) in, columns of the dataset out."""
+    machines, points = mean.shape
+    columns: dict[str, NDArray[Any]] = {name: np.full((machines, points), np.nan) for name in _TRACKED}
+    columns |= {name: np.full((machines,), np.nan) for name in _SCALARS}
+    columns["remaining_life"] = np.full((machines, len(QUANTILES)), np.nan)
+    usable = np.isfinite(mean) & np.isfinite(sd)
+    columns["points_used"] = usable.sum(axis=1)
+    columns["status"] = (columns["points_used"] < 2).astype(np.int8)
+    for k in np.flatnonzero(columns["status"] == 0):
+        use = usable[k]
+        report = follow(
+            DetectionPoints(times=times[k, use], friction=mean[k, use], sd=sd[k, use], **known), threshold
+        )
+        tracks = (report.forgetting.mean, report.forgetting.sd, report.plain.mean, report.plain.sd)
+        for name, values in zip(_TRACKED, tracks, strict=True):
+            columns[name][k, use] = values
+        scalars = [report.forgetting.discount, *report.wear.moments("level"), *report.wear.moments("drift")]
+        if report.life is not None:
+            scalars += [report.life.already, report.life.never]
+            columns["remaining_life"][k] = [report.life.ppf(q) for q in QUANTILES]
+        for name, value in zip(_SCALARS, scalars, strict=False):
+            columns[name][k] = value
+    return columns
+
+
+def _as_dataset(
+    columns: dict[str, NDArray[Any]], times: Array, known: dict[str, Any], threshold: float | None
+) -> xr.Dataset:
+    if threshold is None:
+        columns = {
+            name: values
+            for name, values in columns.items()
+            if name not in {"remaining_life", "probability_above_threshold", "probability_never_reached"}
+        }
+    unit, time_unit = known["unit"], known["time_unit"]
+    units = dict.fromkeys(("estimate_mean", "estimate_sd", *_TRACKED, "level_mean", "level_sd"), unit)
+    units |= dict.fromkeys(("drift_mean", "drift_sd"), per(unit, time_unit))
+    units["remaining_life"] = time_unit
+    second = {"remaining_life": "quantile"}
+    dataset = xr.Dataset(
+        {
+            name: (
+                ("machine", second.get(name, "point"))[: values.ndim],
+                values,
+                {"units": units.get(name, "1")},
+            )
+            for name, values in columns.items()
+        },
+        coords={
+            "detection_time": (("machine", "point"), times, {"units": time_unit}),
+            "machine": np.arange(len(times)),
+            "point": [f"T{i + 1}" for i in range(times.shape[1])],
+        },
+        attrs={"relative_sd_of_factor": known["relative_sd"]},
+    )
+    dataset["status"].attrs = {"flag_values": [0, 1], "flag_meanings": " ".join(STATUS)}
+    if threshold is None:
+        return dataset
+    return dataset.assign_coords(quantile=list(QUANTILES)).assign_attrs(threshold=threshold)

@@ -1,0 +1,244 @@
+"""What monitoring says, ordered by the blocks of ISO 13374: acquisition to advice."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import xarray as xr
+from scipy import stats
+
+from friction_bayes._checks import positive
+from friction_bayes.monitor.points import DetectionPoints, per
+from friction_bayes.monitor.remaining_life import RemainingLife, remaining_life
+from friction_bayes.monitor.tracking import Track, choose_discount, track
+from friction_bayes.monitor.wear import WearPosterior, fit_wear
+
+__all__ = ["MonitorReport", "follow"]
+
+QUANTILES = (0.05, 0.5, 0.95)
+"""Of the remaining life."""
+_FAR = 3.0
+"""A remaining life of more spans of the detection points than this is called an extrapolation."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MonitorReport:
+    """Friction of one machine followed over its detection points.
+
+    Attributes
+    ----------
+    points : DetectionPoints
+        The estimates.
+    plain, forgetting : Track
+        f(r|Ti) with the whole posterior as the next prior, and with the discount the forecasts chose.
+    wear : WearPosterior
+        Drift, diffusion, scatter and friction at Tn.
+    threshold : float or None
+        Friction at which the machine fails.
+    life : RemainingLife or None
+        f(dt|Tn); None without a threshold.
+    acquisition, manipulation : tuple of dict
+        What is known of each record and of its estimate.
+    times_from : str
+        What said when the records were taken.
+    """
+
+    points: DetectionPoints
+    plain: Track
+    forgetting: Track
+    wear: WearPosterior
+    threshold: float | None
+    life: RemainingLife | None
+    acquisition: tuple[Mapping[str, Any], ...] = ()
+    manipulation: tuple[Mapping[str, Any], ...] = ()
+    times_from: str = ""
+
+    @property
+    def names(self) -> list[str]:
+        """T1, T2, ... Tn."""
+        return [f"T{i + 1}" for i in range(self.points.times.size)]
+
+    def density(self, point: int, *, forgetting: bool = True) -> Any:
+        """f(r|Ti) as a frozen normal, the uncertainty of mass and stiffness in it; ``point`` from zero."""
+        followed = self.forgetting if forgetting else self.plain
+        return self._normal(float(followed.mean[point]), float(followed.sd[point]))
+
+    def _normal(self, mean: float, sd: float) -> Any:
+        return stats.norm(mean, math.hypot(sd, mean * self.points.relative_sd))
+
+    def _summary(self, distribution: Any, unit: str) -> dict[str, Any]:
+        low, high = distribution.ppf([0.05, 0.95]).tolist()
+        mean, sd = float(distribution.mean()), float(distribution.std())
+        return {"mean": mean, "sd": sd, "interval90": [low, high], "unit": unit}
+
+    def _moments(self, name: str, unit: str) -> dict[str, Any]:
+        mean, sd = self.wear.moments(name)
+        return {"mean": mean, "sd": sd, "unit": unit}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain numbers and words, for JSON; infinite times become null there."""
+        points, unit = self.points, self.points.unit
+        n = points.times.size
+        rate = per(unit, points.time_unit)
+        level, level_sd = self.wear.moments("level")
+        return {
+            "data_acquisition": {
+                "points": [
+                    {"point": name, "time": float(time)} | dict(known)
+                    for name, time, known in zip(self.names, points.times, self.acquisition, strict=True)
+                ],
+                "time_unit": points.time_unit,
+                "times_from": self.times_from,
+            },
+            "data_manipulation": {
+                "method": "waveform",
+                "points": [
+                    {"point": name} | dict(known)
+                    for name, known in zip(self.names, self.manipulation, strict=True)
+                ],
+            },
+            "state_detection": {
+                "forgetting": self._track(self.forgetting)
+                | {"rule": "power prior; the discount with the best one-step forecasts of all points"},
+                "plain": self._track(self.plain) | {"rule": "the posterior is the next prior"},
+                "lag_of_plain": {"mean": float(points.friction[-1] - self.plain.mean[-1]), "unit": unit},
+            },
+            "health_assessment": {
+                "friction": self._summary(self._normal(level, level_sd), unit),
+                "threshold": self.threshold,
+                "probability_above_threshold": None if self.life is None else self.life.already,
+                "drift": self._moments("drift", rate),
+                "diffusion": self._moments("wander", f"{unit}/sqrt({points.time_unit})"),
+                "scatter": self._moments("scatter", unit),
+                "includes_system_uncertainty": points.relative_sd > 0.0,
+                "detection_points": n,
+            },
+            "prognostic_assessment": self._prognosis(),
+            "advisory_generation": self.advice(),
+        }
+
+    def _track(self, followed: Track) -> dict[str, Any]:
+        return {
+            "discount": followed.discount,
+            "log_predictive": followed.log_predictive,
+            "friction": [
+                self._summary(self._normal(float(mean), float(sd)), self.points.unit)
+                for mean, sd in zip(followed.mean, followed.sd, strict=True)
+            ],
+        }
+
+    def _prognosis(self) -> dict[str, Any] | None:
+        if self.life is None:
+            return None
+        low, middle, high = (self.life.ppf(q) for q in QUANTILES)
+        return {
+            "remaining_life": {"median": middle, "interval90": [low, high], "unit": self.points.time_unit},
+            "probability_reached_already": self.life.already,
+            "probability_never_reached": self.life.never,
+            "model": "Wiener process with drift; first passage of the threshold, in closed form",
+        }
+
+    def advice(self) -> dict[str, str]:
+        """Say in one sentence what follows, and in one word which case it is."""
+        if self.life is None or self.threshold is None:
+            return {"case": "no_threshold", "text": "no threshold was given: nothing is said of what remains"}
+        unit, what = self.points.time_unit, f"{self.threshold:g} {self.points.unit}"
+        low, middle, high = (self.life.ppf(q) for q in QUANTILES)
+        if self.life.already >= 0.5:
+            text = f"friction is at or above {what} with probability {self.life.already:.2g}: act now"
+            return {"case": "threshold_passed", "text": text}
+        if not math.isfinite(middle):
+            text = (
+                f"friction is not on its way to {what}: it never reaches it with probability "
+                f"{self.life.never:.2g}"
+            )
+            return {"case": "not_approaching", "text": text}
+        end = f"{high:.3g}" if math.isfinite(high) else "never"
+        text = f"friction reaches {what} in {middle:.3g} {unit} (90 %: {low:.3g} .. {end})"
+        if low > 0.0:
+            text += f"; up to {low:.3g} {unit} from now the probability is below 5 %"
+        if middle > _FAR * self.points.span:
+            text += f"; this is {middle / self.points.span:.2g} times as long as was observed"
+        return {"case": "approaching", "text": text}
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return estimates, tracks and, with a threshold, the remaining life as arrays with units."""
+        points, unit = self.points, self.points.unit
+        columns = {
+            "estimate_mean": (points.friction, "estimate of the record alone"),
+            "estimate_sd": (points.sd, "its standard deviation, mass and stiffness exact"),
+            "friction_mean": (self.forgetting.mean, "f(r|Ti) with forgetting"),
+            "friction_sd": (self.forgetting.sd, "its standard deviation, mass and stiffness exact"),
+            "plain_mean": (self.plain.mean, "f(r|Ti), nothing forgotten"),
+            "plain_sd": (self.plain.sd, "its standard deviation, mass and stiffness exact"),
+        }
+        dataset = xr.Dataset(
+            {
+                name: ("point", values, {"units": unit, "long_name": text})
+                for name, (values, text) in columns.items()
+            },
+            coords={
+                "point": self.names,
+                "detection_time": ("point", points.times, {"units": points.time_unit}),
+            },
+            attrs={"discount": self.forgetting.discount, "relative_sd_of_factor": points.relative_sd},
+        )
+        if self.life is None or self.threshold is None:
+            return dataset
+        life = xr.Dataset(
+            {
+                "remaining_life_density": ("remaining", self.life.density),
+                "remaining_life_cdf": ("remaining", self.life.cumulative),
+            },
+            coords={"remaining": ("remaining", self.life.time, {"units": points.time_unit})},
+        )
+        return dataset.merge(life).assign_attrs(
+            threshold=self.threshold,
+            probability_reached_already=self.life.already,
+            probability_never_reached=self.life.never,
+        )
+
+
+def follow(
+    points: DetectionPoints,
+    threshold: float | None,
+    *,
+    acquisition: Sequence[Mapping[str, Any]] = (),
+    manipulation: Sequence[Mapping[str, Any]] = (),
+    times_from: str = "",
+) -> MonitorReport:
+    """Follow the friction of one machine over at least two detection points.
+
+    Parameters
+    ----------
+    points : DetectionPoints
+    threshold : float, optional
+        Friction at which the machine fails, positive.
+    acquisition, manipulation, times_from
+        Kept for the report.
+
+    Raises
+    ------
+    InputError
+        If the threshold is not a positive number.
+    """
+    if threshold is not None:
+        positive("threshold", threshold)
+    wear = fit_wear(points.times, points.friction, points.sd)
+    life = None
+    if threshold is not None:
+        life = remaining_life(wear, threshold, points.span, relative_sd=points.relative_sd)
+    return MonitorReport(
+        points=points,
+        plain=track(points.friction, points.sd),
+        forgetting=track(points.friction, points.sd, choose_discount(points.friction, points.sd)),
+        wear=wear,
+        threshold=threshold,
+        life=life,
+        acquisition=tuple(acquisition),
+        manipulation=tuple(manipulation),
+        times_from=times_from,
+    )

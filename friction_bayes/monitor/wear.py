@@ -1,0 +1,190 @@
+"""A wear model of friction over detection points: linear drift, diffusion, scatter from run to run.
+
+The true friction is a Wiener process with drift, ``d theta = b dt + sqrt(v) dW``; the estimate of a record
+is ``y_i = theta(t_i) + e_i`` with ``e_i`` normal of variance ``s_i**2 + tau**2``: its own standard deviation,
+known from the closed form, and what conditions scatter from run to run. Given ``v`` and ``tau`` the model is
+linear and normal, so the posterior of drift and of the friction at Tn is its conjugate normal in closed form,
+and so is the marginal likelihood; these two are integrated over on a grid that is laid anew around the mass
+it finds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+__all__ = ["WearPosterior", "WearPrior", "default_wear_prior", "fit_wear"]
+
+Array = NDArray[np.float64]
+
+_NODES = 24
+"""Grid nodes along each of the two standard deviations."""
+_PASSES = 3
+_KEPT = 1e-7
+"""Nodes below this share of the heaviest are dropped, in the end and when the grid is laid anew."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WearPrior:
+    """Prior of the wear model.
+
+    Attributes
+    ----------
+    wander : tuple of float
+        Range of the standard deviation that diffusion adds per square root of the unit of time, ``sqrt(v)``;
+        log-uniform within.
+    scatter : tuple of float
+        Range of ``tau``, unit of friction; log-uniform within.
+    drift_mean, drift_sd : float
+        Normal prior of the drift, friction per unit of time; an infinite sd is flat.
+    level_mean, level_sd : float
+        Normal prior of the friction at T1; an infinite sd is flat.
+    """
+
+    wander: tuple[float, float]
+    scatter: tuple[float, float]
+    drift_mean: float = 0.0
+    drift_sd: float = math.inf
+    level_mean: float = 0.0
+    level_sd: float = math.inf
+
+
+@dataclass(frozen=True, eq=False)
+class WearPosterior:
+    """Posterior of the wear model: a mixture of bivariate normals of friction at Tn and drift.
+
+    Attributes
+    ----------
+    weight : ndarray, shape (m,)
+        Posterior probability of each node of the grid.
+    wander, scatter : ndarray, shape (m,)
+        ``sqrt(v)`` and ``tau`` of each node.
+    level, drift : ndarray, shape (m,)
+        Posterior means given the node.
+    level_variance, drift_variance, covariance : ndarray, shape (m,)
+        Posterior covariance given the node.
+    """
+
+    weight: Array
+    wander: Array
+    scatter: Array
+    level: Array
+    drift: Array
+    level_variance: Array
+    drift_variance: Array
+    covariance: Array
+
+    def moments(self, name: str) -> tuple[float, float]:
+        """Return posterior mean and sd of ``level``, ``drift``, ``wander`` or ``scatter``."""
+        values = getattr(self, name)
+        inner = getattr(self, f"{name}_variance", np.zeros_like(values))
+        mean = float(self.weight @ values)
+        return mean, math.sqrt(float(self.weight @ (inner + (values - mean) ** 2)))
+
+
+def default_wear_prior(times: Array, friction: Array) -> WearPrior:
+    """Return the weak prior: flat in friction and drift, wide in the two standard deviations.
+
+    Over the span of the points diffusion makes friction wander by, and conditions scatter it by, between a
+    thousandth and the whole of its size, every order of magnitude as likely as the next.
+    """
+    size = float(np.abs(friction).max())
+    span = math.sqrt(float(times[-1] - times[0]))
+    return WearPrior(wander=(1e-3 * size / span, size / span), scatter=(1e-3 * size, size))
+
+
+@njit(cache=True, nogil=True)
+def _filter(
+    times: Array, friction: Array, sd: Array, wander: Array, scatter: Array, prior: Array
+) -> tuple[Array, Array]:
+    """Posterior of (level, drift) and log marginal likelihood for every node, shapes (m, 5) and (m,).
+
+    A Kalman filter of the level runs over the estimates and over the regressor of the drift alike (de Jong
+    1991): the drift is then a generalised least-squares fit to the innovations.
+    """
+    drift_mean, drift_precision, level_mean, level_variance = prior
+    result = np.empty((wander.size, 5))
+    log_likelihood = np.empty(wander.size)
+    for k in range(wander.size):
+        extra, v = scatter[k] ** 2, wander[k] ** 2
+        # level of the estimates and of the regressor, and their common variance
+        y, x = friction[0], 0.0
+        p = sd[0] ** 2 + extra
+        total = 0.0
+        if level_variance < np.inf:
+            innovation = level_variance + p
+            gain = level_variance / innovation
+            total -= 0.5 * (math.log(innovation) + (friction[0] - level_mean) ** 2 / innovation)
+            y = level_mean + gain * (friction[0] - level_mean)
+            p = level_variance * (1.0 - gain)
+        information, projected = drift_precision, drift_precision * drift_mean
+        squares = drift_precision * drift_mean**2
+        for i in range(1, times.size):
+            p += v * (times[i] - times[i - 1])
+            innovation = p + sd[i] ** 2 + extra
+            gain = p / innovation
+            of_y, of_x = friction[i] - y, (times[i] - times[0]) - x
+            information += of_x * of_x / innovation
+            projected += of_x * of_y / innovation
+            squares += of_y * of_y / innovation
+            total -= 0.5 * math.log(innovation)
+            y += gain * of_y
+            x += gain * of_x
+            p *= 1.0 - gain
+        drift = projected / information
+        lever = (times[-1] - times[0]) - x
+        result[k, 0] = y + lever * drift
+        result[k, 1] = drift
+        result[k, 2] = p + lever * lever / information
+        result[k, 3] = 1.0 / information
+        result[k, 4] = lever / information
+        log_likelihood[k] = total - 0.5 * math.log(information) - 0.5 * (squares - projected * drift)
+    return result, log_likelihood
+
+
+def fit_wear(times: Array, friction: Array, sd: Array, prior: WearPrior | None = None) -> WearPosterior:
+    """Fit the wear model to the estimates of at least two detection points.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Increasing, any unit.
+    friction, sd : ndarray, shape (n,)
+        Estimate of each record and its standard deviation.
+    prior : WearPrior, optional
+        :func:`default_wear_prior` when left out.
+
+    Returns
+    -------
+    WearPosterior
+    """
+    prior = prior or default_wear_prior(times, friction)
+    normal = np.array([prior.drift_mean, prior.drift_sd**-2.0, prior.level_mean, prior.level_sd**2])
+    (low_v, high_v), (low_s, high_s) = np.log(prior.wander), np.log(prior.scatter)
+    for _ in range(_PASSES):
+        # midpoints of equal cells in the logarithms, where the prior is uniform
+        share = (np.arange(_NODES) + 0.5) / _NODES
+        a, b = np.meshgrid(low_v + share * (high_v - low_v), low_s + share * (high_s - low_s), indexing="ij")
+        wander, scatter = np.exp(a.ravel()), np.exp(b.ravel())
+        found, log_likelihood = _filter(times, friction, sd, wander, scatter, normal)
+        weight = np.exp(log_likelihood - log_likelihood.max())
+        kept = (weight > _KEPT).reshape(_NODES, _NODES)
+        low_v, high_v = _around(kept.any(axis=1), low_v, high_v)
+        low_s, high_s = _around(kept.any(axis=0), low_s, high_s)
+    chosen = weight > _KEPT
+    weight = weight[chosen] / weight[chosen].sum()
+    level, drift, level_variance, drift_variance, covariance = found[chosen].T
+    return WearPosterior(
+        weight, wander[chosen], scatter[chosen], level, drift, level_variance, drift_variance, covariance
+    )
+
+
+def _around(kept: NDArray[np.bool_], low: float, high: float) -> tuple[float, float]:
+    """Range of the cells that were kept."""
+    cell = (high - low) / kept.size
+    first, last = np.flatnonzero(kept)[[0, -1]]
+    return low + first * cell, low + (last + 1) * cell
