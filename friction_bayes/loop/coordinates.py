@@ -51,6 +51,10 @@ class Coordinate:
     fence : tuple of float
         Values between which the force law makes sense, wider than the prior's support where the law can
         be continued through its null.
+    circular : bool
+        Whether it is an angle.
+    shapes : bool
+        Whether it only shapes a term whose size another parameter gives: it has no null.
     """
 
     name: str
@@ -59,6 +63,12 @@ class Coordinate:
     prior: Prior
     fence: tuple[float, float]
     circular: bool = False
+    shapes: bool = False
+
+    @property
+    def key(self) -> tuple[str, str, int]:
+        """Effect, name and record: what tells it from the others of a model."""
+        return self.effect, self.name, self.record
 
     def value(self, z: float | Array) -> float | Array:
         """Value of a coordinate."""
@@ -77,6 +87,21 @@ class Coordinate:
         if p.family == "uniform":
             return (value - p.low) / (p.high - p.low)
         return (value - p.location) / p.scale
+
+    def at_score(self, score: float) -> float:
+        """Coordinate at the prior quantile of a normal score."""
+        share = float(special.ndtr(score))
+        if self.prior.family == "uniform":
+            return share
+        low, high = special.ndtr(self.support)
+        return float(special.ndtri(low + (high - low) * share))
+
+    @property
+    def start(self) -> float:
+        """Where a fit that knows nothing starts: the null, or the prior's median where there is none."""
+        if self.shapes:
+            return self.at_score(0.0)
+        return self.coordinate(0.0) if self.prior.family == "uniform" and not self.circular else 0.0
 
     @property
     def precision(self) -> float:
@@ -173,6 +198,7 @@ def effect_coordinates(name: str, scales: Scales, records: int) -> tuple[Coordin
             prior=prior,
             fence=_fence(effect, prior, parameter),
             circular=_is_angle(prior, parameter),
+            shapes=_shapes(prior, parameter),
         )
         for owner in owners
         for parameter, prior in zip(effect.parameters, effect.priors(scales), strict=True)
@@ -181,6 +207,15 @@ def effect_coordinates(name: str, scales: Scales, records: int) -> tuple[Coordin
 
 def _is_angle(prior: Prior, parameter: Parameter) -> bool:
     return prior.family == "uniform" and parameter.unit == "rad"
+
+
+def _shapes(prior: Prior, parameter: Parameter) -> bool:
+    """A parameter that cannot vanish has no null; nor has one whose flat prior excludes zero."""
+    if prior.family == "uniform":
+        return not _is_angle(prior, parameter) and not (
+            prior.low <= 0.0 < prior.high and not parameter.open_low
+        )
+    return prior.family == "log-normal" or parameter.open_low
 
 
 def _fence(effect: Effect, prior: Prior, parameter: Parameter) -> tuple[float, float]:

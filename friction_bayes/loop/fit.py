@@ -19,6 +19,8 @@ __all__ = ["LoopFit", "fit_grown", "fit_model", "starting_point"]
 _ITERATIONS = 25
 _SETTLED = 0.02
 """Change of the deviance that ends a fit; an evidence is wanted to a few hundredths."""
+_NEAR = 0.1
+"""Squared length of a step, in posterior standard deviations, over which the derivatives stay the same."""
 _STEP_SHARE = 0.2
 """Difference step in posterior standard deviations: far above rounding, far below curvature."""
 _FIRST_PERIODS = 3.0
@@ -100,8 +102,7 @@ def starting_point(model: LoopModel) -> Array:
     ratio = math.log(decay.frequency / w0)
     friction = float(np.median(drops)) * model.system.stiffness
     values = [friction, ratio, *states]
-    # effects start at their nulls, which are zero in every coordinate
-    z = np.zeros(len(model.coordinates))
+    z = np.array([c.start for c in model.coordinates])
     z[: len(values)] = [c.coordinate(v) for c, v in zip(model.coordinates, values, strict=False)]
     return model.fenced(z)
 
@@ -143,12 +144,14 @@ def fit_model(
     jacobians, precision, gradient = _linearise(model, forms, point, used, prior, steps)
     for _ in range(iterations):
         improved = None
+        length = 0.0
         while damping < 1e8:
             damped = precision + damping * np.diag(np.diag(precision))
             move = cho_solve(cho_factor(damped), gradient)
             trial = _evaluate(model, forms, model.fenced(point.z + move), used, prior)
             if trial is not None and trial.objective < point.objective:
                 improved = trial
+                length = float(move @ precision @ move)
                 break
             damping *= 6.0
             expected = float(gradient @ move)
@@ -159,10 +162,13 @@ def fit_model(
         gain = point.objective - improved.objective
         point = improved
         damping = max(damping / 8.0, 1e-9)
-        steps = _difference_steps(precision)
-        jacobians, precision, gradient = _linearise(model, forms, point, used, prior, steps)
-        if gain < _SETTLED:
+        near = length < _NEAR
+        if near and gain < _SETTLED:
             break
+        steps = _difference_steps(precision)
+        jacobians, precision, gradient = _linearise(
+            model, forms, point, used, prior, steps, jacobians if near else None
+        )
     return LoopFit(
         model,
         tuple(forms),
@@ -226,13 +232,18 @@ def _linearise(
     segments: Sequence[Segment],
     prior: Array,
     steps: Array | None,
+    known: Sequence[Array] | None = None,
 ) -> tuple[tuple[Array, ...], Array, Array]:
+    """Derivatives (the ``known`` ones where given), precision and gradient at a point."""
     precision = np.diag(prior + 1e-12)
     gradient = -prior * point.z
     jacobians = []
     for r, segment in enumerate(segments):
-        raw = model.derivatives(point.z, r, point.predictions[r], steps, segment)
-        jacobian = whiten(raw, forms[r].ar)
+        if known is None:
+            raw = model.derivatives(point.z, r, point.predictions[r], steps, segment)
+            jacobian = whiten(raw, forms[r].ar)
+        else:
+            jacobian = known[r]
         noise = point.noises[r]
         weighted = jacobian * noise.weight[:, None]
         precision += weighted.T @ jacobian

@@ -34,6 +34,8 @@ RTOL = 1e-8
 _FIRST_STEP = 1e-3
 """Difference step in a coordinate before its posterior standard deviation is known."""
 _SENSOR_STEP = 1e-7
+_SOFT_SHARE = 0.1
+"""Share of the sampling interval over which the acceleration jumps."""
 
 Array = NDArray[np.float64]
 
@@ -102,6 +104,10 @@ class LoopModel:
         """The first samples of each segment."""
         return tuple(s.head(n) for s, n in zip(self.segments, samples, strict=True))
 
+    def with_effects(self, names: Sequence[str]) -> LoopModel:
+        """The same records with other effects, in the catalogue's order."""
+        return LoopModel(self.system, self.segments, tuple(name for name in EFFECTS if name in names))
+
     def with_segments(self, segments: tuple[Segment, ...]) -> LoopModel:
         """The same model, priors included, of shortened records."""
         other = replace(self, segments=segments)
@@ -159,6 +165,8 @@ class LoopModel:
             RTOL,
         )
         clean = (x, v, a)[q if order is None else order]
+        if status == 0 and clean is a:
+            _soften(a, time, times)
         if status != 0 or not math.isfinite(float(clean.sum())):
             return None
         return Prediction(clean, _sensed(clean, time, sensor), np.sign(v), times, points, float(stop))
@@ -223,6 +231,25 @@ class LoopModel:
                 kept = np.flatnonzero(~crossed)
                 column[crossed] = np.interp(np.flatnonzero(crossed), kept, column[kept])
         return column
+
+
+def _soften(acceleration: Array, time: Array, turns: Array) -> None:
+    """Spread the jump at each turning point over a small share of the sampling interval, in place.
+
+    A sample that lies that close to a turning point says which side it is on with less certainty than the
+    sampling clock has; and a likelihood without steps can be climbed.
+    """
+    if time.size < 3:
+        return
+    step = time[1] - time[0]
+    at = np.rint((turns - time[0]) / step).astype(int)
+    inside = (at > 0) & (at < time.size - 1)
+    j, turn = at[inside], turns[inside]
+    s = (time[j] - turn) / (_SOFT_SHARE * step)
+    near = np.abs(s) < 1.0
+    j, s = j[near], s[near]
+    jump = acceleration[j + 1] - acceleration[j - 1]
+    acceleration[j] += np.where(s < 0.0, 0.5 + 0.5 * s, 0.5 * s - 0.5) * jump
 
 
 def _sensed(clean: Array, time: Array, sensor: dict[str, list[float]]) -> Array:

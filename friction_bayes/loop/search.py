@@ -1,27 +1,27 @@
 """Which effects: a search led by the residual, from the empty set to three effects at once.
 
-At each set the derivatives of the signal with respect to everything that is not in it are projected out of
-what the set already explains; the residual then says, to first order, what each addition would gain. Only
-what promises to matter is fitted, from where the linear step points. The best sets are extended in turn,
-and every part of the winner is fitted too, so that no effect is carried by another.
+About the best fit so far every set of effects, those of the fit dropped, swapped or kept, is judged to
+second order (see :mod:`friction_bayes.loop.expansion`); what promises to matter is fitted from where that
+points, and the search goes on from the best. Each single effect is fitted whatever is promised, and
+single forces also from the first periods on, so that no wrong start decides.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from itertools import combinations
 
 import numpy as np
 
-from friction_bayes.loop.addition import Addition, additions
 from friction_bayes.loop.evidence import log_evidence
+from friction_bayes.loop.expansion import Expansion, Guess
 from friction_bayes.loop.fit import LoopFit, fit_grown, fit_model, starting_point
 from friction_bayes.loop.model import LoopModel, distorting
 from friction_bayes.loop.noise import NoiseForm
+from friction_bayes.loop.residual import residual_tests
 from friction_bayes.loop.segment import Segment
-from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.oscillator import Oscillator
 
 __all__ = ["INCLUSION", "Candidate", "Search"]
@@ -29,12 +29,14 @@ __all__ = ["INCLUSION", "Candidate", "Search"]
 INCLUSION = 0.1
 """Prior probability that an effect acts, independently for each."""
 MOST_EFFECTS = 3
-_BEAM = 3
-_PROMISING = math.log(200.0)
-"""What the linear step must come within of the best evidence to be fitted."""
-_MOST_FITS = 6
-_GROSS = 0.2
-"""Residual over signal, RMS, beyond which a linear step says nothing and the record is grown anew."""
+_PROMISING = math.log(300.0)
+"""How far below the best a set may be, to second order, and still be fitted."""
+_BETTER = 1.0
+"""Objective below that of a fit, to second order, that makes it be climbed again."""
+_NEAR = 4.0
+"""Log-weight below the best within which a fit is expanded about too."""
+_MOST_FITS = 12
+_MOST_CENTRES = 7
 _BEFORE_REST = 0.7
 """Share of the moving samples fitted first where the motion comes to rest."""
 
@@ -96,59 +98,73 @@ class Search:
     def run(self) -> None:
         """Search."""
         root = self.certain
-        self._fit(root, None)
+        self._grow(root)
         if root not in self.candidates:
             return
-        frontier = [root]
-        for size in range(1, MOST_EFFECTS + 1):
-            before = self.ranked()[0].log_weight
-            grown: list[Names] = []
-            for names in frontier:
-                grown += self._extend(names)
-            if not grown:
-                break
-            for names in grown:
-                self._second_start(names)
+        if residual_tests(self.candidates[root].fit).failed:
+            for name in self.allowed:
+                if isinstance(EFFECTS[name], ForceEffect):
+                    self._grow(root | {name})
+        done: dict[Names, float] = {}
+        while len(done) < _MOST_CENTRES:
             best = self.ranked()[0]
-            self.trail.append(
-                f"with {size}: {'+'.join(sorted(best.effects)) or 'Coulomb alone'} is most probable, "
-                f"log evidence {best.log_weight - before:+.1f} on the last step"
-            )
-            if best.log_weight <= before:
+            centres = [
+                c
+                for c in self.ranked()
+                if c.log_weight > best.log_weight - _NEAR and done.get(c.effects) != c.fit.objective
+            ]
+            if not done and root not in [c.effects for c in centres]:
+                centres.insert(0, self.candidates[root])
+            if not centres:
                 break
-            fresh = sorted(set(grown), key=lambda names: -self.candidates[names].log_weight)
-            frontier = fresh[:_BEAM]
-        self._fit_parts()
+            self._expand(centres[0])
+            done[centres[0].effects] = self.candidates[centres[0].effects].fit.objective
 
-    def _extend(self, names: Names) -> list[Names]:
-        """Fit the promising extensions of a set; those fitted."""
-        parent = self.candidates[names]
-        wanted = [
-            name
-            for name in self.allowed
-            if name not in names
-            and name != "sensor_clipping"
-            and not any(other in names for other in EFFECTS[name].excludes)
-        ]
-        found = additions(parent.fit, [name for name in wanted if distorting(name)])
-        threshold = self.ranked()[0].log_weight - _PROMISING
-        step = math.log(INCLUSION / (1.0 - INCLUSION))
-        chosen = [a for a in found if parent.log_weight + a.log_gain + step > threshold]
-        chosen.sort(key=lambda a: -a.log_gain)
-        grown = []
-        for addition in chosen[:_MOST_FITS] if names != self.certain else chosen:
-            child = names | {addition.effect}
-            if child not in self.candidates:
-                self._fit(child, addition)
-            if child in self.candidates:
-                grown.append(child)
-        if "outliers" in wanted and self._heavy(parent.fit):
-            child = names | {"outliers"}
-            if child not in self.candidates:
-                self._fit(child, None, parent.fit)
-            if child in self.candidates:
-                grown.append(child)
-        return grown
+    def _expand(self, centre: Candidate) -> None:
+        """Fit what promises to matter about a candidate."""
+        before = self.ranked()[0]
+        self._toggle_outliers(centre)
+        distorted = [n for n in self.allowed if distorting(n)]
+        noise = centre.effects - frozenset(distorted)
+        size = len(centre.effects - self.certain)
+        most = min(MOST_EFFECTS - len(noise - self.certain), max(size + 1, 2))
+        guesses = []
+        for guess in Expansion(centre.fit, distorted).guesses(most):
+            names = guess.effects | noise
+            weight = (
+                centre.log_weight + guess.log_gain + self._log_prior(names) - self._log_prior(centre.effects)
+            )
+            guesses.append((weight, names, guess))
+        guesses.sort(key=lambda g: -g[0])
+        fitted = 0
+        for weight, names, guess in guesses:
+            known = self.candidates.get(names)
+            single = len(names - self.certain) <= 1 and known is None
+            promising = weight > self.ranked()[0].log_weight - _PROMISING and fitted < _MOST_FITS
+            if single or (promising and (known is None or self._is_better(guess, known, centre))):
+                self._climb(names, guess, centre)
+                fitted += 1
+        best = self.ranked()[0]
+        self.trail.append(
+            f"about {_told(centre.effects)}: {len(guesses)} sets judged, {fitted} fitted; "
+            f"{_told(best.effects)} is most probable, log evidence {best.log_weight - before.log_weight:+.1f}"
+        )
+
+    @staticmethod
+    def _is_better(guess: Guess, known: Candidate, centre: Candidate) -> bool:
+        return centre.fit.objective + guess.objective < known.fit.objective - _BETTER
+
+    def _toggle_outliers(self, centre: Candidate) -> None:
+        """Fit the same set with outliers where residuals lie far out, and without them where it has them."""
+        if "outliers" in centre.effects:
+            other = centre.effects - {"outliers"}
+        elif "outliers" in self.allowed and self._heavy(centre.fit):
+            other = centre.effects | {"outliers"}
+        else:
+            return
+        if len(other - self.certain) <= MOST_EFFECTS and other not in self.candidates:
+            model = centre.fit.model
+            self._keep(other, fit_model(model, self._forms(other), centre.fit.z))
 
     @staticmethod
     def _heavy(fit: LoopFit) -> bool:
@@ -161,51 +177,33 @@ class Search:
                 return True
         return False
 
-    def _second_start(self, names: Names) -> None:
-        """A set must not be worse than its parts: climb again from the part that is better."""
-        candidate = self.candidates[names]
-        for part in (names - {name} for name in names):
-            other = self.candidates.get(part)
-            if other is None or other.fit.objective > candidate.fit.objective - 1.0:
-                continue
-            again = fit_model(
-                candidate.fit.model, candidate.fit.forms, _embedded(other.fit, candidate.fit.model)
-            )
-            self._keep(names, again)
-
-    def _fit_parts(self) -> None:
-        """Fit every subset of the winner that was passed over, from the winner's parameters."""
-        best = self.ranked()[0]
-        free = best.effects - self.certain
-        for size in range(len(free) - 1, 0, -1):
-            for part in combinations(sorted(free), size):
-                names = frozenset(part) | self.certain
-                if names not in self.candidates:
-                    self._fit(names, None, best.fit)
-
-    def _fit(self, names: Names, addition: Addition | None, nearby: LoopFit | None = None) -> None:
-        effects = tuple(name for name in EFFECTS if name in names and distorting(name))
-        model = LoopModel(self.system, self.segments, effects)
-        forms = [
-            NoiseForm(ar, outliers="outliers" in names, censored="sensor_clipping" in names) for ar in self.ar
-        ]
+    def _model(self, names: Names) -> LoopModel:
         if self.progress is not None:
             self.progress("+".join(sorted(names)) or "Coulomb friction alone")
-        origin = addition.parent if addition is not None else nearby
-        if origin is None:
-            self._keep(names, fit_grown(model, forms, starting_point(model)))
-            return
-        start = addition.start(model) if addition is not None else _embedded(origin, model)
-        # where the motion ends, a half cycle more or less is a step in the likelihood: come from before it
-        rests = any(math.isfinite(p.stop_time) for p in origin.predictions) or any(
-            s.decay.stops for s in self.segments
-        )
-        climb = (
-            fit_grown(model, forms, start, share=_BEFORE_REST) if rests else fit_model(model, forms, start)
-        )
-        self._keep(names, climb)
-        if _misfit(origin) > _GROSS:
-            self._keep(names, fit_grown(model, forms, starting_point(model)))
+        effects = tuple(name for name in EFFECTS if name in names and distorting(name))
+        return LoopModel(self.system, self.segments, effects)
+
+    def _forms(self, names: Names) -> list[NoiseForm]:
+        return [
+            NoiseForm(ar, outliers="outliers" in names, censored="sensor_clipping" in names) for ar in self.ar
+        ]
+
+    def _grow(self, names: Names) -> None:
+        """Fit from the first periods on."""
+        model = self._model(names)
+        self._keep(names, fit_grown(model, self._forms(names), starting_point(model)))
+
+    def _climb(self, names: Names, guess: Guess, centre: Candidate) -> None:
+        """Fit from where the expansion points."""
+        model = self._model(names)
+        forms = self._forms(names)
+        start = guess.coordinates(model)
+        self._keep(names, fit_model(model, forms, start))
+        reached = self.candidates.get(names)
+        short = reached is None or self._is_better(guess, reached, centre)
+        if short and any(s.decay.stops for s in self.segments):
+            # at the end of the motion a half cycle more or less bends the likelihood: come from before it
+            self._keep(names, fit_grown(model, forms, start, share=_BEFORE_REST))
 
     def _keep(self, names: Names, fit: LoopFit | None) -> None:
         if fit is None:
@@ -213,25 +211,13 @@ class Search:
         known = self.candidates.get(names)
         if known is not None and known.fit.objective <= fit.objective:
             return
+        self.candidates[names] = Candidate(names, fit, log_evidence(fit) + self._log_prior(names))
+
+    def _log_prior(self, names: Names) -> float:
         k = len(names - self.certain)
         others = len(self.allowed) - len(names)
-        prior = k * math.log(INCLUSION) + others * math.log1p(-INCLUSION)
-        self.candidates[names] = Candidate(names, fit, log_evidence(fit) + prior)
+        return k * math.log(INCLUSION) + others * math.log1p(-INCLUSION)
 
 
-def _misfit(fit: LoopFit) -> float:
-    """Residual over signal, root mean square."""
-    residual = np.concatenate(fit.residuals)
-    signal = np.concatenate([p.signal for p in fit.predictions])
-    return float(np.sqrt(np.mean(residual**2) / np.mean(signal**2)))
-
-
-def _embedded(fit: LoopFit, model: LoopModel) -> np.ndarray:
-    """Coordinates of another model that agree with a fit where they have the same name, null elsewhere."""
-    known = {(c.effect, c.name, c.record): x for c, x in zip(fit.model.coordinates, fit.z, strict=True)}
-    return np.array([known.get((c.effect, c.name, c.record), 0.0) for c in model.coordinates])
-
-
-def describe(candidates: Sequence[Candidate]) -> list[str]:
-    """Names of candidates."""
-    return ["+".join(sorted(c.effects)) or "none" for c in candidates]
+def _told(names: Names) -> str:
+    return "+".join(name for name in EFFECTS if name in names) or "Coulomb friction alone"

@@ -1,0 +1,259 @@
+"""What every set of effects would be worth, to second order about one fit.
+
+The derivatives of the signal in everything that the catalogue may add are taken once, at the fit. The
+posterior of any set of effects, those of the fit dropped or kept, is then a small linear problem: its
+solution is where that set's own fit should start, and its value says whether to fit it at all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from friction_bayes.loop.coordinates import Coordinate
+from friction_bayes.loop.fit import LoopFit
+from friction_bayes.loop.lines import LineColumns, line_columns
+from friction_bayes.loop.model import LoopModel
+from friction_bayes.loop.noise import whiten
+from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+
+__all__ = ["Expansion", "Guess"]
+
+_SCORES = (-2.0, -1.0, 0.0, 1.0)
+"""Where a parameter that only shapes a term is tried, as normal scores of its prior."""
+_VERSIONS = 2
+"""Versions of an effect, of those tried, that go on into combinations."""
+_LEAST_INFORMATION = 1.0
+"""An effect of which the samples tell less than the prior cannot be seen in them: it is not weighed."""
+_LEAST_SHARE = 1e-4
+"""A residual is not promised to fall below this share of its sum of squares."""
+
+Array = NDArray[np.float64]
+Names = frozenset[str]
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """One set of effects, to second order.
+
+    Attributes
+    ----------
+    effects : frozenset of str
+        Those that change the signal.
+    log_gain : float
+        Log-evidence over that of the fit expanded about, both to second order.
+    objective : float
+        Deviance with the prior over that of the fit.
+    start : dict
+        Coordinate of each parameter by effect, name and record.
+    """
+
+    effects: Names
+    log_gain: float
+    objective: float
+    start: dict[tuple[str, str, int], float]
+
+    def coordinates(self, model: LoopModel) -> Array:
+        """Start in the coordinates of a model with these effects."""
+        return np.array([self.start[c.key] for c in model.coordinates])
+
+
+@dataclass(frozen=True, eq=False)
+class _Version:
+    """An effect that is not in the fit: where it was linearised, and its columns in the whole problem."""
+
+    effect: str
+    coordinates: tuple[Coordinate, ...]
+    columns: slice
+    line: LineColumns | None = None
+    offset: int | None = None
+
+
+class Expansion:
+    """The second-order problem about a fit.
+
+    Parameters
+    ----------
+    fit : LoopFit
+    allowed : sequence of str
+        Effects that may be added.
+    """
+
+    def __init__(self, fit: LoopFit, allowed: Sequence[str]) -> None:
+        self._fit = fit
+        self._versions: dict[str, list[_Version]] = {}
+        self._at: list[float] = fit.z.tolist()
+        self._owners: list[Coordinate | None] = list(fit.model.coordinates)
+        self._prior = [c.precision for c in fit.model.coordinates]
+        columns = [[jacobian] for jacobian in fit.jacobians]
+        for name in allowed:
+            if name not in fit.model.effects:
+                for added in self._linearised(name):
+                    for r, column in enumerate(added):
+                        columns[r].append(column)
+        matrices, gradients, squares = [], [], []
+        for r, noise in enumerate(fit.noises):
+            full = np.hstack(columns[r])
+            weighted = full * noise.weight[:, None]
+            matrices.append(weighted.T @ full)
+            gradients.append(weighted.T @ noise.residual)
+            squares.append(float(noise.weight @ noise.residual**2))
+        self._matrices, self._gradients = np.array(matrices), np.array(gradients)
+        self._squares = np.array(squares)
+        self._plain = np.array([not (f.outliers or f.censored) for f in fit.forms])
+        own = self._owners
+        support = np.array([(-math.inf, math.inf) if c is None else c.support for c in own])
+        self._low, self._high = support[:, 0], support[:, 1]
+        self._normalisation = np.array([0.0 if c is None else c.log_normalisation for c in own])
+        self._least = np.array([0.0 if c is None else c.least_precision for c in own])
+        self._origin, self._precision = np.array(self._at), np.array(self._prior)
+        present = frozenset(fit.model.effects)
+        self._reference = self._judge(present, ())[0]
+        for name, versions in self._versions.items():
+            seen = [(self._judge(present | {name}, (v,))[0], v) for v in versions if self._is_seen(v)]
+            seen.sort(key=lambda pair: -pair[0])
+            self._versions[name] = [v for _, v in seen[:_VERSIONS]]
+
+    def guesses(self, most: int) -> Iterator[Guess]:
+        """Judge every set of at most ``most`` effects."""
+        present = self._fit.model.effects
+        names = [name for name in EFFECTS if name in present or self._versions.get(name)]
+        for size in range(most + 1):
+            for chosen in combinations(names, size):
+                if any(other in chosen for name in chosen for other in EFFECTS[name].excludes):
+                    continue
+                yield self._best(frozenset(chosen), [n for n in chosen if n not in present])
+
+    def _best(self, names: Names, new: Sequence[str]) -> Guess:
+        tried = [(self._judge(names, v), v) for v in product(*(self._versions[name] for name in new))]
+        (value, objective, reached), versions = max(tried, key=lambda t: t[0][0])
+        start = {
+            c.key: float(x)
+            for c, x in zip(self._fit.model.coordinates, reached, strict=False)
+            if not c.effect or c.effect in names
+        }
+        for version in versions:
+            own = reached[version.columns]
+            if version.line is not None:
+                own = version.line.start(version.coordinates, own)
+            start |= {c.key: float(x) for c, x in zip(version.coordinates, own, strict=True)}
+        return Guess(names, value - self._reference, objective, start)
+
+    def _linearised(self, name: str) -> Iterator[list[Array]]:
+        """Derivatives of each record's signal in an effect, version by version, which are noted down."""
+        fit = self._fit
+        model = fit.model.with_effects((*fit.model.effects, name))
+        mine = [i for i, c in enumerate(model.coordinates) if c.effect == name]
+        coordinates = tuple(model.coordinates[i] for i in mine)
+        if name == PERIODIC_INTERFERENCE.name:
+            for line in line_columns(fit):
+                self._note(name, coordinates, np.zeros(line.size), line.prior(coordinates), line=line)
+                yield list(line.columns)
+            return
+        known = {c.key: x for c, x in zip(fit.model.coordinates, fit.z, strict=True)}
+        z = np.array([known.get(c.key, 0.0) for c in model.coordinates])
+        for score in _SCORES if any(c.shapes for c in coordinates) else (0.0,):
+            z[mine] = [c.at_score(score) if c.shapes else c.start for c in coordinates]
+            bases = [model.predict(z, r) for r in range(len(fit.noises))]
+            added, changed = [], False
+            for r, base in enumerate(bases):
+                if base is None:
+                    break
+                own = [model.difference(z, i, model.first_step(i), r, base) for i in mine]
+                # where no parameter has a null the term has moved the signal already
+                change = base.signal - fit.predictions[r].signal
+                changed |= bool(np.any(change != 0.0))
+                added.append(whiten(np.column_stack([*own, change]), fit.forms[r].ar))
+            else:
+                self._note(name, coordinates, z[mine], [c.precision for c in coordinates], changed=changed)
+                yield added
+
+    def _note(
+        self,
+        name: str,
+        coordinates: tuple[Coordinate, ...],
+        at: Array,
+        prior: Sequence[float],
+        *,
+        line: LineColumns | None = None,
+        changed: bool = False,
+    ) -> None:
+        first = len(self._at)
+        columns = slice(first, first + at.size)
+        self._at += at.tolist()
+        self._prior += prior
+        self._owners += [None] * at.size if line is not None else coordinates
+        if line is None:
+            # the column of what the term has moved already is no parameter
+            self._at.append(0.0)
+            self._prior.append(0.0)
+            self._owners.append(None)
+        offset = columns.stop if changed else None
+        self._versions.setdefault(name, []).append(_Version(name, coordinates, columns, line, offset))
+
+    def _is_seen(self, version: _Version) -> bool:
+        """Whether the samples say more of any of the effect's parameters than its prior."""
+        if version.line is not None:
+            return True
+        p = self._fit.z.size
+        matrix = self._matrices.sum(axis=0)
+        cross = matrix[:p, version.columns]
+        left = matrix[version.columns, version.columns] - cross.T @ np.linalg.solve(
+            self._fit.precision, cross
+        )
+        return bool(np.any(np.diag(left) > _LEAST_INFORMATION * self._precision[version.columns]))
+
+    def _judge(self, names: Names, versions: Sequence[_Version]) -> tuple[float, float, Array]:
+        """Log-evidence and objective of a set up to constants of the fit, and the mode."""
+        moved = np.zeros(self._origin.size)
+        free = []
+        for i, (c, x) in enumerate(zip(self._fit.model.coordinates, self._fit.z, strict=True)):
+            if not c.effect or c.effect in names:
+                free.append(i)
+            elif not c.shapes and not c.circular:
+                # what the fit has and the set has not goes back to its null
+                moved[i] = c.start - x
+        for version in versions:
+            free += range(version.columns.start, version.columns.stop)
+            if version.offset is not None:
+                moved[version.offset] = 1.0
+        index = np.array(free)
+        block = np.ix_(list(range(len(self._matrices))), index, index)
+        matrices = self._matrices[block]
+        forces = self._gradients[:, index] - self._matrices[:, index] @ moved
+        origin, prior = self._origin[index], self._precision[index]
+        scale = np.ones(len(matrices))
+        for _ in range(2):
+            curvature = np.tensordot(scale, matrices, 1) + np.diag(prior + 1e-12)
+            moved[index] = np.linalg.solve(curvature, scale @ forces - prior * origin)
+            deviance, scale = self._deviance(moved)
+        reached = self._origin + moved
+        mode = reached[index]
+        objective = deviance + float(prior @ mode**2)
+        covariance = np.linalg.inv(curvature + np.diag(self._least[index]))
+        sd = np.sqrt(np.diag(covariance))
+        mass = ndtr((self._high[index] - mode) / sd) - ndtr((self._low[index] - mode) / sd)
+        value = -0.5 * objective + 0.5 * float(np.linalg.slogdet(covariance)[1])
+        value += 0.5 * index.size * math.log(2.0 * math.pi) + float(self._normalisation[index].sum())
+        value += float(np.log(np.maximum(mass, 1e-100)).sum())
+        for version in versions:
+            if version.line is not None:
+                own = reached[version.columns]
+                lines = self._matrices[:, version.columns, version.columns].sum(axis=0)
+                value += version.line.log_volume(version.coordinates, own, float(own @ lines @ own))
+        return value, objective - self._fit.objective, reached
+
+    def _deviance(self, moved: Array) -> tuple[float, Array]:
+        """Deviance after a step, and by how much the weights grow with the smaller noise."""
+        change = np.einsum("i,rij,j->r", moved, self._matrices, moved) - 2.0 * self._gradients @ moved
+        share = np.maximum(1.0 + change / self._squares, _LEAST_SHARE)
+        total = math.fsum(n.deviance for n in self._fit.noises)
+        total += float(np.where(self._plain, self._squares * np.log(share), change).sum())
+        return total, np.where(self._plain, 1.0 / share, 1.0)
