@@ -20,7 +20,15 @@ from friction_bayes.mechanics.varying_friction import varying_friction_decay
 from friction_bayes.quantities import STANDARD_GRAVITY
 from friction_bayes.record import make_record
 
-__all__ = ["Rig", "measured_reference", "refined_force", "run_rig", "system_of", "true_friction"]
+__all__ = [
+    "Rig",
+    "measured_reference",
+    "plateaus",
+    "refined_force",
+    "run_rig",
+    "system_of",
+    "true_friction",
+]
 
 Array = NDArray[np.float64]
 
@@ -188,17 +196,21 @@ def refined_force(rig: Rig, force: xr.DataArray) -> Array:
     return np.asarray(savgol_filter(force.values, rig.filter_window, rig.filter_order))
 
 
-def measured_reference(rig: Rig, force: xr.DataArray) -> float:
-    """Reference friction [N]: mean size of the refined signal, reversals left out.
+def plateaus(rig: Rig, force: xr.DataArray) -> tuple[NDArray[np.intp], Array]:
+    """Samples of the motion that are no reversal, and the size of the refined force there [N].
 
     The filter smears the change of sign over half its window; samples that near to one are no plateau.
     """
     refined = refined_force(rig, force)
-    moving = force["time"].values < force.attrs["stop_time"]
-    changes = np.flatnonzero(np.diff(np.signbit(refined)))
-    near = np.zeros(refined.size, dtype=bool)
-    for change in changes:
-        near[max(change - rig.filter_window // 2, 0) : change + rig.filter_window // 2 + 2] = True
-    kept = moving & ~near
-    kept[: rig.filter_window // 2] = False
-    return float(np.mean(np.abs(refined[kept])))
+    reach = rig.filter_window // 2
+    reversal = np.zeros(refined.size, dtype=bool)
+    for change in np.flatnonzero(np.diff(np.signbit(refined))):
+        reversal[max(change - reach, 0) : change + reach + 2] = True
+    reversal[:reach] = True
+    kept = np.flatnonzero((force["time"].values < force.attrs["stop_time"]) & ~reversal)
+    return kept, np.abs(refined[kept])
+
+
+def measured_reference(rig: Rig, force: xr.DataArray) -> float:
+    """Reference friction [N]: mean size of the refined signal of the load cell."""
+    return float(plateaus(rig, force)[1].mean())

@@ -15,7 +15,7 @@ import xarray as xr
 from experiments.closed_forms import METHODS, VARIABLES
 from experiments.runner import Cell
 
-__all__ = ["SweepConfig", "gather", "seeds_of", "sweep_cells"]
+__all__ = ["SweepConfig", "gather", "lay_out", "seeds_of", "sweep_cells"]
 
 
 @dataclass(frozen=True)
@@ -89,24 +89,54 @@ def gather(
     xarray.Dataset
         Dimensions: the levels, ``replicate`` and ``method``; the names of :data:`VARIABLES`.
     """
-    dims, methods = (*levels, "replicate"), results[0]["method"]
-    coordinates: dict[str, list[Any]] = {}
-    for name in dims:
-        coordinates[name] = list(dict.fromkeys(cell[name] for cell in cells))
-    shape = (*(len(values) for values in coordinates.values()), len(methods))
-    columns = {name: np.full(shape, np.nan) for name in VARIABLES}
+    inner = {"method": results[0]["method"]}
+    dataset = lay_out(cells, results, dims=(*levels, "replicate"), variables=VARIABLES, inner=inner)
+    for name, unit in levels.items():
+        dataset[name].attrs["units"] = unit
+    return dataset
+
+
+def lay_out(
+    cells: Sequence[Cell],
+    results: Sequence[Mapping[str, Any]],
+    *,
+    dims: Sequence[str],
+    variables: Mapping[str, tuple[str, str]],
+    inner: Mapping[str, Sequence[Any]] | None = None,
+) -> xr.Dataset:
+    """Lay numbers out over the coordinates of their cells, nan where there is no cell.
+
+    Parameters
+    ----------
+    cells, results : sequences
+        As the runner hands them over.
+    dims : sequence of str
+        Keys of the cells that become dimensions.
+    variables : mapping
+        Unit and meaning by name; each a key of every result.
+    inner : mapping, optional
+        Coordinates of further dimensions, along which every result holds a flat list in C order.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions: ``dims``, then those of ``inner``.
+    """
+    within = {} if inner is None else {name: list(values) for name, values in inner.items()}
+    coordinates = {name: list(dict.fromkeys(cell[name] for cell in cells)) for name in dims}
+    tail = tuple(len(values) for values in within.values())
+    shape = (*(len(values) for values in coordinates.values()), *tail)
+    columns = {name: np.full(shape, np.nan) for name in variables}
     for cell, result in zip(cells, results, strict=True):
         where = tuple(coordinates[name].index(cell[name]) for name in dims)
         for name, column in columns.items():
             # a number that was not finite is null in a cell's file
-            column[where] = np.array(result[name], dtype=np.float64)
-    dataset = xr.Dataset(
+            column[where] = np.array(result[name], dtype=np.float64).reshape(tail)
+    return xr.Dataset(
         {
-            name: ((*dims, "method"), column, {"units": unit, "long_name": meaning})
-            for (name, column), (unit, meaning) in zip(columns.items(), VARIABLES.values(), strict=True)
+            name: ((*coordinates, *within), columns[name], {"units": unit, "long_name": meaning})
+            for name, (unit, meaning) in variables.items()
         },
-        coords=coordinates | {"method": methods},
+        coords=coordinates | within,
+        attrs={"synthetic": 1},
     )
-    for name, unit in levels.items():
-        dataset[name].attrs["units"] = unit
-    return dataset.assign_attrs(synthetic=1)

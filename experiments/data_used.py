@@ -1,0 +1,179 @@
+"""How much data does an estimate need, and does its precision parameter say so? Fig. 4 of the paper."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+import friction_bayes as fb
+from experiments.beside_paper import band
+from experiments.paper_numbers import printed
+from experiments.runner import Cell, Experiment, main
+from experiments.sweeps import lay_out
+from experiments.tables import Row
+from friction_bayes.conjugate.targets import normal_gamma_target
+from friction_bayes.mechanics.testbed import PAPER_SYSTEM, paper_example
+from friction_bayes.reference import sample_target
+
+__all__ = ["EXPERIMENT", "Config"]
+
+FRICTION = printed("example-friction")
+
+VARIABLES = {
+    "friction": ("N", "posterior mean of the friction"),
+    "sd": ("N", "posterior standard deviation of the friction"),
+    "precision": ("1/N^2", "posterior mean of the precision"),
+    "reference_friction": ("N", "mean of emcee's draws of the friction"),
+    "reference_precision": ("1/N^2", "mean of emcee's draws of the precision"),
+    "rhat": ("1", "nested R-hat of the friction over the ensembles"),
+    "ess_bulk": ("1", "bulk effective sample size of the friction"),
+}
+
+
+@dataclass(frozen=True)
+class Config:
+    """Records, the numbers of amplitudes used, and how the peaks are picked."""
+
+    records: int = 200
+    records_full: int = 1000
+    amplitudes: tuple[int, ...] = (3, 4, 5, 6, 8, 10, 13, 16, 20, 25, 30, 35, 40, 45, 51)
+    peaks: tuple[str, ...] = ("highest", "nominal")
+    checked: int = 1
+
+
+def cells(config: Config, full: bool) -> Sequence[Cell]:
+    """One record a cell; the first goes through emcee at every number of amplitudes."""
+    return [
+        {"replicate": replicate, "check": replicate < config.checked}
+        for replicate in range(config.records_full if full else config.records)
+    ]
+
+
+def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+    """Update with the first amplitudes of a record, more and more of them, Eqs. (5)-(8)."""
+    of_noise, of_sampler = seed.generate_state(2).tolist()
+    record = paper_example(of_noise)
+    columns: dict[str, list[float]] = {name: [] for name in VARIABLES}
+    for peaks in config.peaks:
+        estimate = fb.estimate(record, PAPER_SYSTEM, method="normal-gamma", peaks=peaks)
+        samples = np.asarray(estimate.fit.target.observed)
+        prior = fb.NormalGamma(**estimate.prior)
+        for amplitudes in config.amplitudes:
+            used = samples[: amplitudes - 1]
+            found = {} if used.size < amplitudes - 1 else _figures(prior, used)
+            if found and cell["check"]:
+                found |= _reference(prior, used, of_sampler)
+            for name, column in columns.items():
+                column.append(found.get(name, math.nan))
+    return {"peaks": list(config.peaks), "amplitudes": list(config.amplitudes), **columns}
+
+
+def _figures(prior: fb.NormalGamma, samples: np.ndarray) -> dict[str, float]:
+    posterior = prior.update(samples)
+    return {
+        "friction": posterior.mu,
+        "sd": float(posterior.friction.std()),
+        "precision": float(posterior.precision.mean()),
+    }
+
+
+def _reference(prior: fb.NormalGamma, samples: np.ndarray, seed: int) -> dict[str, float]:
+    posterior = sample_target(normal_gamma_target(prior, samples), seed=seed)["posterior"].dataset
+    diagnostics = posterior["friction"].attrs
+    return {
+        "reference_friction": float(posterior["friction"].mean()),
+        "reference_precision": float(posterior["precision"].mean()),
+        "rhat": float(diagnostics["nested_rhat"]),
+        "ess_bulk": float(diagnostics["ess_bulk"]),
+    }
+
+
+def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
+    """Dimensions replicate, peaks, amplitudes."""
+    inner = {name: results[0][name] for name in ("peaks", "amplitudes")}
+    dataset = lay_out(cells, results, dims=("replicate",), variables=VARIABLES, inner=inner)
+    error = abs(dataset["friction"] / FRICTION - 1.0)
+    return dataset.assign(
+        along_record=_correlation(dataset["precision"], error, "amplitudes"),
+        across_records=_correlation(dataset["precision"], error, "replicate"),
+    )
+
+
+def _correlation(precision: xr.DataArray, error: xr.DataArray, dim: str) -> xr.DataArray:
+    """Rank correlation of precision and size of the error along ``dim``."""
+
+    def spearman(first: np.ndarray, second: np.ndarray) -> float:
+        kept = np.isfinite(first) & np.isfinite(second)
+        return float(stats.spearmanr(first[kept], second[kept]).statistic) if kept.sum() > 2 else math.nan
+
+    found = xr.apply_ufunc(spearman, precision, error, input_core_dims=[[dim], [dim]], vectorize=True)
+    return found.assign_attrs(units="1", long_name=f"rank correlation of precision and |error| along {dim}")
+
+
+def rows(dataset: xr.Dataset) -> list[Row]:
+    """What the paper says of its Fig. 4."""
+    table = []
+    for peaks in dataset["peaks"].values.tolist():
+        mine = dataset.sel(peaks=peaks)
+        for amplitudes in (5, 10, 25, 51):
+            if amplitudes in dataset["amplitudes"]:
+                at = mine.sel(amplitudes=amplitudes)
+                table.append(
+                    Row(
+                        f"{peaks}, {amplitudes} amplitudes: |error| and precision",
+                        f"{band(abs(at['friction'] / FRICTION - 1.0), factor=100.0)} %; "
+                        f"{band(at['precision'])} 1/N^2",
+                        sampler=_word(at),
+                    )
+                )
+        table.append(
+            Row(
+                f"{peaks}: rank correlation of precision and |error| along a record",
+                band(mine["along_record"]),
+                "negative (Fig. 4)",
+                "the more data, the better the estimate; the precision changes little once it is known",
+            )
+        )
+        last = mine["across_records"].isel(amplitudes=-1)
+        table.append(
+            Row(
+                f"{peaks}: the same across records of equal length",
+                f"{float(last):.3g}",
+                "negative (a criterion)",
+                f"chance alone is within {1.96 / math.sqrt(mine.sizes['replicate'] - 1):.2g} of zero",
+            )
+        )
+    return table
+
+
+def _word(at: xr.Dataset) -> str:
+    checked = at.isel(replicate=np.flatnonzero(np.isfinite(at["rhat"].values)))
+    if checked.sizes["replicate"] == 0:
+        return ""
+    one = checked.isel(replicate=0)
+    return (
+        f"{float(one['reference_friction']):.5g} N for {float(one['friction']):.5g} N, "
+        f"{float(one['reference_precision']):.4g} for {float(one['precision']):.4g}; "
+        f"R-hat {float(one['rhat']):.4f}, ESS {float(one['ess_bulk']):.0f}"
+    )
+
+
+EXPERIMENT = Experiment(
+    name="data_used",
+    question="how much data does an estimate need, and does its precision say so?",
+    config=Config(),
+    cells=cells,
+    run=run,
+    assemble=assemble,
+    rows=rows,
+    paired=("check",),
+)
+
+if __name__ == "__main__":
+    main(EXPERIMENT)

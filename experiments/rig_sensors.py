@@ -1,0 +1,148 @@
+"""Do the sensors of the twin give back what went in? Reference, phase error, departures from Coulomb."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+import friction_bayes as fb
+from experiments.beside_paper import compared
+from experiments.paper_numbers import printed
+from experiments.rig import Rig, measured_reference, plateaus, run_rig, system_of, true_friction
+from experiments.runner import Cell, Experiment, main
+from experiments.sweeps import lay_out
+from experiments.tables import Row
+
+__all__ = ["EXPERIMENT", "Config"]
+
+VARIABLES = {
+    "reference": ("N", "mean size of the refined force on its plateaus"),
+    "true_friction": ("N", "mean friction that the run had"),
+    "phase_error": ("deg", "delay of the accelerometer behind the displacement sensor"),
+    "displacement_estimate": ("N", "posterior mean by the whole displacement signal"),
+}
+DEPARTURE = {"burst_time": ("s", "when the refined force departs most from its mean, around each burst")}
+SEARCH = 0.1
+"""How far from a stated time its departure is looked for [s]."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """The rig, and how many runs at each of its two friction levels."""
+
+    rig: Rig = field(default_factory=Rig)
+    records: int = 200
+    records_full: int = 1000
+
+
+FRICTIONS = {"1": printed("reference-1"), "2": printed("reference-2")}
+
+
+def cells(config: Config, full: bool) -> Sequence[Cell]:
+    """Both data sets."""
+    records = config.records_full if full else config.records
+    return [{"data_set": name, "replicate": i} for i in range(records) for name in FRICTIONS]
+
+
+def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+    """Read one run off its three sensors."""
+    rig = config.rig
+    signals = run_rig(rig, FRICTIONS[cell["data_set"]], seed=int(seed.generate_state(1)[0]))
+    force = signals["friction_force"]
+    kept, size = plateaus(rig, force)
+    time = force["time"].values[kept]
+    reference = measured_reference(rig, force)
+    departures = []
+    for stated in rig.burst_times:
+        near = np.flatnonzero(np.abs(time - stated) < SEARCH)
+        largest = near[np.argmax(np.abs(size[near] - reference))] if near.size else None
+        departures.append(math.nan if largest is None else float(time[largest]))
+    return {
+        "reference": reference,
+        "true_friction": true_friction(signals),
+        "phase_error": _phase_error(signals, rig),
+        "displacement_estimate": _by_displacement(signals["displacement"], rig),
+        "burst_time": departures,
+    }
+
+
+def _by_displacement(record: xr.DataArray, rig: Rig) -> float:
+    try:
+        return float(fb.estimate(record, system_of(rig)).friction.mean())
+    except fb.InputError:
+        # equal codes of the digitiser at an extreme may look like the end of its range
+        return math.nan
+
+
+def _phase_error(signals: Mapping[str, xr.DataArray], rig: Rig) -> float:
+    """Phase of the displacement over that of the negative acceleration at the natural frequency [deg]."""
+    acceleration = signals["acceleration"]
+    time = acceleration["time"].values
+    moving = time < acceleration.attrs["stop_time"]
+    # a window without steps at its ends, so that both transforms obey the derivative rule
+    window = np.hanning(np.count_nonzero(moving)) * np.exp(
+        -2j * math.pi * rig.natural_frequency * time[moving]
+    )
+    displacement = signals["displacement"].values[moving]
+    of_displacement = np.sum(window * (displacement - displacement.mean()))
+    return math.degrees(np.angle(-of_displacement / np.sum(window * acceleration.values[moving])))
+
+
+def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
+    """Dimensions data_set, replicate; ``burst_time`` along ``burst`` too."""
+    dims = ("data_set", "replicate")
+    bursts = {"burst": range(len(results[0]["burst_time"]))}
+    return lay_out(cells, results, dims=dims, variables=VARIABLES).merge(
+        lay_out(cells, results, dims=dims, variables=DEPARTURE, inner=bursts)
+    )
+
+
+def rows(dataset: xr.Dataset) -> list[Row]:
+    """What the paper says of its sensors."""
+    table = []
+    for name, friction in FRICTIONS.items():
+        mine = dataset.sel(data_set=name)
+        table.append(
+            compared(f"set {name}: refined load cell", mine["reference"], friction, unit="N", digits=4)
+        )
+        table.append(
+            compared(
+                f"set {name}: whole displacement signal",
+                mine["displacement_estimate"],
+                friction,
+                unit="N",
+                digits=4,
+            )
+        )
+        table.append(
+            compared(
+                f"set {name}: phase error of the accelerometer",
+                mine["phase_error"],
+                printed("rig-phase-error"),
+                unit="deg",
+            )
+        )
+    stated = [printed(f"burst-{time}") for time in ("3.8", "4", "4.5")]
+    for burst, time in enumerate(stated[: dataset.sizes["burst"]]):
+        found = dataset["burst_time"].sel(data_set="1").isel(burst=burst)
+        table.append(compared("set 1: largest departure from Coulomb's law", found, time, unit="s"))
+    return table
+
+
+EXPERIMENT = Experiment(
+    name="rig_sensors",
+    question="do the sensors of the twin give back what went in?",
+    config=Config(),
+    cells=cells,
+    run=run,
+    assemble=assemble,
+    rows=rows,
+)
+
+if __name__ == "__main__":
+    main(EXPERIMENT)
