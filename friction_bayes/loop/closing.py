@@ -14,6 +14,7 @@ from friction_bayes.errors import InputError
 from friction_bayes.loop.colour import autoregression, is_coloured
 from friction_bayes.loop.evidence import posterior_probabilities
 from friction_bayes.loop.fit import LoopFit, fit_grown, starting_point
+from friction_bayes.loop.force import checked_force
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.noise import NoiseForm
 from friction_bayes.loop.reporting import Found, make_report
@@ -85,6 +86,7 @@ def close_loop(
         positive("reference_friction", reference_friction)
     allowed = _allowed(effects, exclude)
     segments = cut_records(records, system)
+    force = None if reference_force is None else checked_force(segments[0], reference_force)
     white = tuple(np.zeros(0) for _ in segments)
     search = Search(system, segments, allowed, white, progress)
     _run(search)
@@ -128,7 +130,7 @@ def close_loop(
         started=started,
         check=check,
         reference_friction=reference_friction,
-        reference_force=None if reference_force is None else np.asarray(reference_force, dtype=np.float64),
+        reference_force=force,
     )
 
 

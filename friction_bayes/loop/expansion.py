@@ -225,8 +225,7 @@ class Expansion:
             if version.offset is not None:
                 moved[version.offset] = 1.0
         index = np.array(free)
-        block = np.ix_(list(range(len(self._matrices))), index, index)
-        matrices = self._matrices[block]
+        matrices = self._matrices[:, index[:, None], index]
         forces = self._gradients[:, index] - self._matrices[:, index] @ moved
         origin, prior = self._origin[index], self._precision[index]
         scale = np.ones(len(matrices))

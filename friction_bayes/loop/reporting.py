@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from friction_bayes.loop.checking import sampled_check
 from friction_bayes.loop.colour import correlation_length
 from friction_bayes.loop.fit import LoopFit
+from friction_bayes.loop.force import force_check
 from friction_bayes.loop.forecast import held_out_error
 from friction_bayes.loop.friction import Distribution, friction_of, mixture_draws
 from friction_bayes.loop.further import next_experiment
@@ -67,8 +68,9 @@ def make_report(
     step = best.model.segments[0].decay.step
     lengths = [correlation_length(a, step) for a in found.ar]
     residual: dict[str, Any] = {"before": tests_before.to_dict(), "after": tests_after.to_dict()}
+    forces: tuple[Array, ...] | None = None
     if reference_force is not None:
-        residual["force"] = _force_residual(found, reference_force)
+        residual["force"], forces = force_check(found.before, best, reference_force)
     return LoopReport(
         verdict=word,
         effects=_effects(found, effects, draws[0]),
@@ -92,7 +94,9 @@ def make_report(
         elapsed_s=time.perf_counter() - started,
         seed=seed,
         trail=list(found.trail),
-        traces=tuple(_trace(found.before, best, r) for r in range(len(best.noises))),
+        traces=tuple(
+            _trace(found.before, best, r, forces if r == 0 else None) for r in range(len(best.noises))
+        ),
         posterior=_posterior(best, draws[0], after, which, seed),
     )
 
@@ -174,18 +178,7 @@ def _reference(
     return told or None
 
 
-def _force_residual(found: Found, force: Array) -> dict[str, Any]:
-    """Measured friction force against the two models, over the samples used of the first record."""
-    segment = found.before.model.segments[0]
-    told = {}
-    for name, fit in (("before", found.before), ("after", found.fits[0])):
-        n = min(force.size, segment.values.size)
-        value = fit.model.physical(fit.z)[0] * fit.predictions[0].direction[:n]
-        told[name] = {"rms": float(np.sqrt(np.mean((force[:n] - value) ** 2)))}
-    return told
-
-
-def _trace(before: LoopFit, after: LoopFit, r: int) -> RecordTrace:
+def _trace(before: LoopFit, after: LoopFit, r: int, forces: tuple[Array, ...] | None) -> RecordTrace:
     segment, last = after.model.segments[r], after.predictions[r]
     turns = last.turning_times
     phase = (
@@ -208,6 +201,7 @@ def _trace(before: LoopFit, after: LoopFit, r: int) -> RecordTrace:
         turning_points_before=before.predictions[r].turning_points,
         turning_times=decay.start_time + turns,
         turning_points=last.turning_points,
+        forces=forces,
     )
 
 

@@ -35,6 +35,9 @@ class RecordTrace:
         When the motion turns, and at which displacement, by the Coulomb model alone.
     turning_times, turning_points : ndarray
         The same by the final model.
+    forces : tuple of ndarray or None
+        Resisting force as measured, by the Coulomb model alone and by the final one, shape (n,) each, where
+        a measured force was given.
     """
 
     name: str
@@ -50,6 +53,7 @@ class RecordTrace:
     turning_points_before: Array
     turning_times: Array
     turning_points: Array
+    forces: tuple[Array, ...] | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -43,6 +43,8 @@ class Segment:
         1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
     moving : int
         Samples before the stop.
+    first, recorded : int
+        Where in the record the first sample lies, and how many the record has.
     """
 
     decay: FreeDecay
@@ -50,6 +52,8 @@ class Segment:
     time: Array
     sides: Array
     moving: int
+    first: int
+    recorded: int
 
     @property
     def duration(self) -> float:
@@ -74,6 +78,8 @@ class Segment:
             time=self.time[:n],
             sides=self.sides[:n],
             moving=min(self.moving, n),
+            first=self.first,
+            recorded=self.recorded,
         )
 
 
@@ -122,4 +128,12 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
             if np.count_nonzero(held) > 3:
                 sides[held] = side
     time = np.asarray(decay.step * np.arange(n), dtype=np.float64)
-    return Segment(decay=decay, values=used, time=time, sides=sides, moving=min(moving, n))
+    return Segment(
+        decay=decay,
+        values=used,
+        time=time,
+        sides=sides,
+        moving=min(moving, n),
+        first=first,
+        recorded=values.size,
+    )
