@@ -228,9 +228,11 @@ def plot_turning_points(trace: RecordTrace) -> Figure:
 def _measured_amplitudes(trace: RecordTrace) -> tuple[NDArray[np.intp], Array]:
     """Turning points that have samples around them, and the record's amplitude there."""
     count = trace.turning_points.size
-    inside = (trace.sides == 0.0) & (trace.time >= trace.turning_times[:1].sum())
-    inside &= trace.time <= trace.turning_times[-1:].sum()
-    place = np.clip(np.rint(trace.phase[inside]).astype(int), 0, max(count - 1, 0))
+    if count == 0:
+        return np.empty(0, dtype=np.intp), np.empty(0)
+    inside = (trace.sides == 0.0) & (trace.time >= trace.turning_times[0])
+    inside &= trace.time <= trace.turning_times[-1]
+    place = np.clip(np.rint(trace.phase[inside]).astype(int), 0, count - 1)
     model, signal = trace.after[inside], trace.signal[inside]
     power = np.bincount(place, model * model, count)
     enough = (np.bincount(place, minlength=count) >= 3) & (power > 0.0)

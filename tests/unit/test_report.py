@@ -1,0 +1,211 @@
+"""The page of a closed loop and its story: complete, self-contained, safe from what a record is called."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections.abc import Mapping
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+
+from friction_bayes.loop.result import LoopReport
+from friction_bayes.output import manifest
+from friction_bayes.plotting import save_figure
+from friction_bayes.plotting.loop import loop_figures
+from friction_bayes.report.loop import loop_page
+from friction_bayes.report.story import loop_story, verdict_sentence
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
+VOID = {"meta", "img", "br"}
+
+
+class Outline(HTMLParser):
+    """Tags, what images and links point to, and whether every tag is closed."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[str] = []
+        self.targets: list[str] = []
+        self.words: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.targets += [value or "" for name, value in attrs if name in {"src", "href"}]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+
+@pytest.fixture
+def drawn() -> dict[str, bytes]:
+    """Stand-ins for the figures of one record."""
+    names = ("candidates", "friction", "signal", "residual", "turning_points")
+    return {name: f"<svg><title>{name}</title></svg>".encode() for name in names}
+
+
+def made() -> dict[str, Any]:
+    options = {"records": ["decay.csv"], "noise": "auto", "force": True, "exclude": None}
+    return manifest("close-loop", options=options, seed=3, inputs={"decay.csv": "a" * 64})
+
+
+def outline(html: str) -> Outline:
+    found = Outline()
+    found.feed(html)
+    found.close()
+    assert found.open == []
+    return found
+
+
+def test_page(loop_report: LoopReport, drawn: Mapping[str, bytes]) -> None:
+    html = loop_page(loop_report, drawn, made())
+    found = outline(html)
+    assert found.tags.count("img") == 5
+    assert all(target.startswith("data:image/svg+xml;base64,") for target in found.targets)
+    assert "script" not in found.tags
+    style = re.search(r"<style>(.*?)</style>", html, re.DOTALL)
+    assert style is not None
+    assert "url(" not in style[1]
+    assert "@import" not in style[1]
+    said = " ".join(found.words)
+    for word in (
+        "ambiguous",
+        "friction after",
+        "0.53 N",
+        "viscous damping + quadratic drag",
+        "passes, 0.4",
+        "fails, < 1e-12",
+        "Add a record released from half the amplitude.",
+        "sha256 " + "a" * 64,
+        "noise auto",
+        "numpy",
+    ):
+        assert word in said
+    assert html == loop_page(loop_report, drawn, made())
+
+
+def test_names_are_text_and_not_markup(loop_report: LoopReport, drawn: Mapping[str, bytes]) -> None:
+    trace = replace(loop_report.traces[0], name='<script>alert("x")</script>')
+    html = loop_page(replace(loop_report, traces=(trace,)), drawn, made())
+    assert "script" not in outline(html).tags
+    assert "&lt;script&gt;" in html
+
+
+def test_each_record_has_its_figures(loop_report: LoopReport, drawn: Mapping[str, bytes]) -> None:
+    trace = loop_report.traces[0]
+    several = {f"{name}_{i}": svg for name, svg in drawn.items() for i in (1, 2)} | dict(drawn)
+    report = replace(loop_report, traces=(trace, replace(trace, name="another")))
+    found = outline(loop_page(report, several, made()))
+    assert found.tags.count("img") == 8
+    assert "Record another" in " ".join(found.words)
+
+
+@pytest.mark.skipif(BROWSER is None, reason=f"none of {', '.join(BROWSERS)} is on the path")
+def test_page_in_a_browser(loop_report: LoopReport, tmp_path: Path) -> None:
+    page, shot = tmp_path / "report.html", tmp_path / "shot.png"
+    drawn = {}
+    for name, figure in loop_figures(loop_report).items():
+        save_figure(figure, tmp_path, name, ("svg",))
+        drawn[name] = (tmp_path / f"{name}.svg").read_bytes()
+    page.write_text(loop_page(loop_report, drawn, made()), encoding="utf-8")
+    command = [
+        str(BROWSER),
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--disable-background-networking",
+        "--disable-component-update",
+        "--disable-sync",
+        "--no-first-run",
+        "--hide-scrollbars",
+        "--enable-logging=stderr",
+        "--window-size=1100,4200",
+        f"--user-data-dir={tmp_path / 'profile'}",
+        f"--screenshot={shot}",
+        page.as_uri(),
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
+    assert "CONSOLE" not in done.stderr
+    image = np.rint(255.0 * mpl.image.imread(shot)[..., :3]).astype(int)
+    assert image.shape[:2] == (4200, 1100)
+    colours = {"bars and lines of the final model": "#0b4f8a", "the Coulomb model": "#d55e00"}
+    for what, colour in colours.items():
+        wanted = np.rint(255.0 * np.array(mpl.colors.to_rgb(colour))).astype(int)
+        assert np.count_nonzero((np.abs(image - wanted) <= 3).all(axis=-1)) > 200, what
+
+
+@pytest.mark.parametrize(
+    ("verdict", "best", "words"),
+    [
+        ("adequate", [], "Coulomb friction alone explains"),
+        ("explained", ["quadratic_drag"], "with quadratic drag explains the record (70.0 %)"),
+        ("ambiguous", ["viscous_damping"], "viscous damping (70.0 %) and friction drift (29.0 %) apart"),
+        ("unexplained", ["quadratic_drag"], "quadratic drag, which is not an explanation"),
+    ],
+)
+def test_verdict_in_a_sentence(verdict: str, best: list[str], words: str, loop_report: LoopReport) -> None:
+    first = {"effects": best, "probability": 0.7}
+    report = replace(loop_report, verdict=verdict, candidates=[first, *loop_report.candidates[1:]])
+    assert words in verdict_sentence(report.to_dict())
+
+
+def test_story_has_every_line(loop_report: LoopReport) -> None:
+    told = dict(loop_story(loop_report.to_dict()))
+    assert told["friction after"].startswith("0.53 N   sd 0.05   90 %: 0.447")
+    assert told["effects"] == "viscous damping   71.0 %   damping ratio 0.002 ± 5e-05"
+    assert "4e-04 m before" in told["error held out"] or "0.0004 m before" in told["error held out"]
+    assert "0.25 of it" in told["error held out"]
+    assert told["residual before"].endswith("fails 1 of 2: phase")
+    assert told["residual after"].endswith("passes all 1 tests")
+    assert told["noise"] == "sd 0.0001 m, autoregressive of order 3, correlated over 0.02 s"
+    assert "disagrees: viscous damping and successive drops" in told["paper's procedure"]
+    assert "off by +30 % before, +6 % after; the 90 % interval holds it" in told["reference"]
+    assert "next experiment" in told
+
+
+def test_story_of_what_could_not_be_had(loop_report: LoopReport) -> None:
+    report = replace(
+        loop_report,
+        effects=[],
+        next_experiment=None,
+        reference_check=None,
+        paper_procedure={"friction": None, "disagrees": True, "because": [], "why": "it is clipped"},
+        held_out_error=loop_report.held_out_error | {"before": float("nan"), "after": float("nan")},
+    )
+    told = dict(loop_story(report.to_dict()))
+    assert told["paper's procedure"] == "gives nothing: it is clipped"
+    assert told["error held out"].startswith("– m before, – m after;")
+    assert {"effects", "next experiment", "reference", "emcee"}.isdisjoint(told)
+
+
+def test_story_of_the_sampler(loop_report: LoopReport) -> None:
+    word = {"mean": 0.5, "sd": 0.01, "interval90": [0.48, 0.52], "unit": "N"}
+    sampler = {
+        "friction": word,
+        "rhat": 1.001,
+        "ess_bulk": 800.0,
+        "agrees": False,
+        "because": "the means differ by 5 standard errors",
+        "closed_form_s": 0.1,
+        "sampler_s": 12.0,
+        "leave_one_out": {"gain": 120.0, "gain_se": 9.0},
+    }
+    lines = dict(loop_story(replace(loop_report, reference_check={"sampler": sampler}).to_dict()))["emcee"]
+    for words in ("R-hat 1.001", "DOES NOT AGREE", "differ by 5", "120 ± 9"):
+        assert words in lines
+    refused = {"sampler": {"converged": False, "agrees": None, "because": "not sampled: too long"}}
+    told = dict(loop_story(replace(loop_report, reference_check=refused).to_dict()))
+    assert told["emcee"] == "not sampled: too long"
