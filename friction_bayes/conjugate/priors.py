@@ -4,11 +4,13 @@ All follow one idea. The declared system has a scale of force ``F`` (its weight 
 radian) and so a scale of signal; a default prior says that the unknown is about zero give or take that
 scale, with the tails of a Cauchy distribution, and that the noise is about a millionth of it, held with the
 weight of one observation. Such a prior pulls on the estimate with 1e-12 of the weight of one datum, and it
-adds to the noise no more than a millionth of the signal.
+adds to the noise no more than a millionth of the signal. That weight is a tenth of an observation where
+records may be as short as a few data.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -20,12 +22,16 @@ from friction_bayes.quantities import UNCALIBRATED_UNITS, Quantity
 __all__ = [
     "PRIORS",
     "PriorParameter",
+    "coefficient_bounds",
     "complete_prior",
     "default_prior",
     "force_scale",
     "prior_keys",
     "signal_scale",
 ]
+
+WIDEST = 1e6
+"""Coefficients without a prior precision lie within this many times the signal's scale."""
 
 UNCALIBRATED_SCALE = 10.0
 """Scale of a signal that was never calibrated, in its own unit: the range of a common acquisition card."""
@@ -53,16 +59,8 @@ class PriorParameter:
     reason: str
 
 
-_REGRESSION = (
-    PriorParameter(
-        "coefficient_precision",
-        1e-12,
-        0,
-        "coefficients are zero give or take the scale when samples scatter by a millionth of it",
-    ),
-    PriorParameter("alpha", 0.5, 0, "the noise level is known as well as from one sample"),
-    PriorParameter("beta", 0.5e-12, 2, "that sample deviates by a millionth of the scale"),
-)
+_TENTH = "the noise level is known as well as from a tenth of a datum"
+_DEVIATION = PriorParameter("beta", 0.05e-12, 2, "that tenth of a datum deviates by a millionth of the scale")
 
 PRIORS: dict[str, tuple[PriorParameter, ...]] = {
     "normal-gamma": (
@@ -81,17 +79,32 @@ PRIORS: dict[str, tuple[PriorParameter, ...]] = {
         PriorParameter("kappa", 1e-5, 1, "that hundredth of a sample being a thousandth of the scale"),
     ),
     "envelope": (
-        _REGRESSION[0],
+        PriorParameter(
+            "coefficient_precision",
+            1e-12,
+            0,
+            "coefficients are zero give or take the scale when samples scatter by a millionth of it",
+        ),
         PriorParameter(
             "alpha",
-            -1.0,
+            -1.45,
             0,
-            "the noise level is known as well as from one datum, less half a one for each coefficient: under "
-            "so weak a prior these would count as data without scatter, and narrow short records' intervals",
+            f"{_TENTH}, less half a one for each coefficient: under so weak a prior these would count as "
+            "data without scatter, and narrow short records' intervals",
         ),
-        _REGRESSION[2],
+        _DEVIATION,
     ),
-    "waveform": _REGRESSION,
+    "waveform": (
+        PriorParameter(
+            "coefficient_precision",
+            0.0,
+            0,
+            "offset, amplitude and friction are uniform within a million times the scale; above zero they "
+            "are normal about zero, with this precision relative to that of a sample",
+        ),
+        PriorParameter("alpha", 0.05, 0, _TENTH),
+        _DEVIATION,
+    ),
 }
 """By method; the scale is :func:`force_scale` for the paper's two, :func:`signal_scale` for the others."""
 
@@ -105,6 +118,14 @@ def signal_scale(system: Oscillator, quantity: Quantity, unit: str) -> float:
     if unit in UNCALIBRATED_UNITS:
         return UNCALIBRATED_SCALE
     return system.natural_frequency**quantity.order * system.displacement_scale
+
+
+def coefficient_bounds(
+    precision: float, system: Oscillator, quantity: Quantity, unit: str
+) -> tuple[float, float]:
+    """Support of a coefficient: all numbers, or a wide interval where it has no prior precision."""
+    widest = WIDEST * signal_scale(system, quantity, unit) if precision == 0.0 else math.inf
+    return -widest, widest
 
 
 def force_scale(system: Oscillator, quantity: Quantity, unit: str) -> float:

@@ -127,7 +127,7 @@ def signal_target(
         return model.signal(np.ascontiguousarray(theta[:, :-1] / model.scale)) + noise
 
     def prior_draws(rng: np.random.Generator, count: int) -> Array:
-        alpha = _proper_shape(prior)
+        alpha = _proper_shape(prior, model.bounds)
         log_v = np.log(prior.beta) - stats.loggamma.rvs(alpha, size=count, random_state=rng)
         weight = np.diag(prior.factor)
         flat = weight == 0.0
@@ -158,15 +158,14 @@ def signal_target(
     )
 
 
-def _proper_shape(prior: NormalInverseGamma) -> float:
+def _proper_shape(prior: NormalInverseGamma, bounds: Array) -> float:
     """Shape of the error variance given apart from the coefficients that are uniform on their support."""
     flat = np.diag(prior.factor) == 0.0
     alpha = prior.alpha + 0.5 * np.count_nonzero(flat)
-    named = prior.size - np.count_nonzero(flat)
-    if alpha <= 0.0 or prior.beta <= 0.0 or named < prior.size - 2:
+    if alpha <= 0.0 or prior.beta <= 0.0 or not np.all(np.isfinite(bounds[flat])):
         raise InputError(
             "prior",
-            f"alpha={alpha:g}, beta={prior.beta:g} or a zero precision is improper",
+            f"alpha={alpha:g}, beta={prior.beta:g} is improper",
             "give a proper prior",
         )
     return alpha

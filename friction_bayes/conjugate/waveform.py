@@ -5,9 +5,10 @@ coefficient. Gauss-Newton finds frequency and phase together with them; regressi
 there, in all five, gives a normal-inverse-gamma posterior that carries the uncertainty of frequency and
 phase. What is approximate in it is the linearisation in those two alone.
 
-Priors: normal about zero for offset, amplitude in the middle of the record and friction coefficient, relative
-to the error variance; inverse gamma for that variance; uniform for frequency, within a factor 3 of
-the declared one, and for phase. The number of half cycles until the motion ends is taken as found.
+Priors: for offset, amplitude in the middle of the record and friction coefficient uniform and very wide, or
+normal about zero, relative to the error variance; inverse gamma for that variance; uniform for frequency,
+within a factor 3 of the declared one, and for phase. The number of half cycles until the
+motion ends is taken as found.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from friction_bayes.conjugate.estimator import Fit, register
-from friction_bayes.conjugate.priors import default_prior, prior_keys
+from friction_bayes.conjugate.priors import coefficient_bounds, default_prior, prior_keys
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.signal_fit import signal_fit
 from friction_bayes.conjugate.signal_target import SignalModel
@@ -95,7 +96,7 @@ class WaveformEstimator:
         after = before.update_statistics(data)
         return signal_fit(
             decay,
-            _model(decay, p, kappa, stop, after),
+            _model(decay, p, kappa, stop, after, prior["coefficient_precision"]),
             before,
             after,
             coefficients=p[free],
@@ -112,7 +113,9 @@ def _linearised(fits: WaveformFits, n: int, free: slice) -> RegressionStatistics
     return RegressionStatistics(n, factor, projected, max(float(fits.misfit[0] - step @ step), 0.0))
 
 
-def _model(decay: FreeDecay, p: Array, kappa: float, stop: int, after: NormalInverseGamma) -> SignalModel:
+def _model(
+    decay: FreeDecay, p: Array, kappa: float, stop: int, after: NormalInverseGamma, precision: float
+) -> SignalModel:
     """The whole signal, all coefficients free, for the sampler."""
     values, order, n = decay.values, decay.quantity.order, decay.values.size
     skip = COEFFICIENTS - after.size
@@ -134,9 +137,8 @@ def _model(decay: FreeDecay, p: Array, kappa: float, stop: int, after: NormalInv
     covariance = after.coefficients.shape
     fast = agrees_near(expanded, exact, p[skip:], covariance, after.beta / after.alpha)
     advance = decay.system.natural_frequency * half_duration
-    bounds = np.array(
-        [[-np.inf, np.inf]] * 3 + [[advance / _BAND, advance * _BAND], [p[4] - math.pi, p[4] + math.pi]]
-    )
+    free = coefficient_bounds(precision, decay.system, decay.quantity, decay.unit)
+    bounds = np.array([free] * 3 + [(advance / _BAND, advance * _BAND), (p[4] - math.pi, p[4] + math.pi)])
     bounds[3] = min(bounds[3, 0], 0.5 * p[3]), max(bounds[3, 1], 2.0 * p[3])
     return SignalModel(
         names=NAMES[skip:],

@@ -17,7 +17,7 @@ from friction_bayes.conjugate.waveform_sums import COEFFICIENTS
 __all__ = ["WaveformFits", "fit_waveforms", "prior_of"]
 
 FLAT = 2
-"""Frequency and phase, the last two coefficients, have no prior precision."""
+"""Frequency and phase, the last two coefficients, never have a prior precision."""
 
 Array = NDArray[np.float64]
 
@@ -133,13 +133,14 @@ def _fit_all(
 
 
 def prior_of(prior: Mapping[str, float], size: int) -> NormalInverseGamma:
-    """Prior of ``size`` coefficients, the last two of them flat.
+    """Prior of ``size`` coefficients, the last two of them flat, and all where they have no precision.
 
     In a normal-inverse-gamma a coefficient's scale goes with the error's. Flat coefficients have none, which
     costs the shape one half each, so that the error variance has the prior that was asked for.
     """
     precision = np.full(size, float(prior["coefficient_precision"]))
     precision[-FLAT:] = 0.0
+    alpha = prior["alpha"] - 0.5 * np.count_nonzero(precision == 0.0)
     return NormalInverseGamma.from_prior(
-        mean=np.zeros(size), precision=precision, alpha=prior["alpha"] - 0.5 * FLAT, beta=prior["beta"]
+        mean=np.zeros(size), precision=precision, alpha=alpha, beta=prior["beta"]
     )

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from friction_bayes.conjugate.estimator import Fit
 from friction_bayes.conjugate.pendulum_swing import CURVED, PendulumSwing
+from friction_bayes.conjugate.priors import coefficient_bounds
 from friction_bayes.conjugate.signal_fit import signal_fit
 from friction_bayes.conjugate.signal_target import SignalModel
 from friction_bayes.conjugate.waveform_fits import prior_of
@@ -62,7 +63,8 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
     prediction = swing.signal(q, swing.n)
     jacobian = swing.jacobian(q, swing.n)[:, skip:]
     after = before.update(jacobian, decay.values - prediction + jacobian @ q[skip:])
-    model = _model(decay, swing, q, skip, after.coefficients.shape, after.beta / after.alpha)
+    free = coefficient_bounds(prior["coefficient_precision"], decay.system, decay.quantity, decay.unit)
+    model = _model(decay, swing, q, skip, after.coefficients.shape, after.beta / after.alpha, free)
     return signal_fit(
         decay,
         model,
@@ -143,7 +145,13 @@ def _minimised(swing: PendulumSwing, q: Array, n: int, weight: Array, skip: int)
 
 
 def _model(
-    decay: FreeDecay, swing: PendulumSwing, q: Array, skip: int, covariance: Array, variance: float
+    decay: FreeDecay,
+    swing: PendulumSwing,
+    q: Array,
+    skip: int,
+    covariance: Array,
+    variance: float,
+    free: tuple[float, float],
 ) -> SignalModel:
     """The integrated signal, all coefficients free, for the sampler."""
     values, n = decay.values, swing.n
@@ -165,8 +173,7 @@ def _model(
     fast = agrees_near(expansion.misfit, exact, q[skip:], covariance, variance)
     natural = decay.system.natural_frequency
     low, high = min(natural / _BAND, 0.5 * q[3]), max(natural * _BAND, 2.0 * q[3])
-    free = [-np.inf, np.inf]
-    bounds = np.array([free, free, free, [low, high], [-2.0 * high, 2.0 * high]])
+    bounds = np.array([free, free, free, (low, high), (-2.0 * high, 2.0 * high)])
     first = np.searchsorted(swing.time, turns[turns < swing.time[-1]])
     return SignalModel(
         names=NAMES[skip:],
