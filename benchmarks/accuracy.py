@@ -1,15 +1,18 @@
-"""Efficiency and coverage of the whole-signal estimator, with Monte Carlo errors.
+"""Efficiency and coverage of the estimators, with Monte Carlo errors.
 
-``python -m benchmarks.accuracy [--systems N] [--repeats R] [--seed S]`` prints one row a cell: quantity,
-signal-to-noise ratio, the paper's example or random systems. Efficiency is the Cramer-Rao bound's variance
-over the mean squared error. Its Monte Carlo error is made small by a control variate: the unbiased estimator
-that is linear in the noise and knows the truth has exactly the bound's variance, on the same noise.
+``python -m benchmarks.accuracy [--systems N] [--repeats R] [--seed S] [--page PAGE]`` prints one row a cell:
+quantity, the paper's example or random systems, signal-to-noise ratio; ``--page`` puts the rows between the
+markers of a Markdown page. Efficiency is the Cramer-Rao bound's variance over the mean squared error. Its
+Monte Carlo error is made small by a control variate: the unbiased estimator that is linear in the noise and
+knows the truth has exactly the bound's variance, on the same noise.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +20,12 @@ from numpy.typing import NDArray
 from friction_bayes import Oscillator, estimate_batch
 from friction_bayes.mechanics.coulomb import coulomb_decay
 
+METHODS = ("waveform", "envelope", "normal-gamma")
 QUANTITIES = ("displacement", "velocity", "acceleration")
 DECIBELS = (8.0, 12.0, 20.0, 30.0)
+NORMAL_WIDTH = 2.0 * 1.6448536269514722
+"""Width of a 90 % interval in standard deviations."""
+BEGIN, END = "<!-- results: accuracy -->", "<!-- end -->"
 
 Array = NDArray[np.float64]
 
@@ -91,29 +98,54 @@ def bound_row(decay: Decay, amplitude: float) -> Array:
 
 def measure(
     decays: list[tuple[Decay, float]], decibels: float, repeats: int, rng: np.random.Generator
-) -> Array:
-    """Standardised errors, those of the efficient linear estimator, and hits, shape (3, records)."""
-    rows = []
+) -> tuple[Array, dict[str, Array]]:
+    """Errors of the efficient linear estimator, shape (records,), and what every method makes of the records.
+
+    By method, shape (3, records): its error, whether its 90 % interval holds the truth, and the interval's
+    width over that of an efficient estimator that knows the noise level. Errors are over the bound's standard
+    deviation; nan where a record was refused.
+    """
+    linear: list[Array] = []
+    rows: dict[str, list[Array]] = {method: [] for method in METHODS}
     for decay, amplitude in decays:
         weights = bound_row(decay, amplitude)
         centred = decay.signal[: decay.moving] - _rest(decay)
         noise_sd = np.sqrt(np.mean(centred**2) / 10.0 ** (decibels / 10.0))
         noise = noise_sd * rng.standard_normal((repeats, decay.time.size))
-        result = estimate_batch(
-            decay.signal + noise,
-            decay.system,
-            sampling_rate=1.0 / (decay.time[1] - decay.time[0]),
-            quantity=QUANTITIES[decay.order],
-        )
         factor = decay.system.natural_frequency**-decay.order * decay.system.stiffness
         bound = factor * noise_sd * np.linalg.norm(weights)
-        linear = factor * noise[:, : decay.moving] @ weights
-        low, high = result["friction_interval90"].values.T
-        hit = (low <= decay.friction) & (decay.friction <= high)
-        rows.append(
-            np.stack([(result["friction_mean"].values - decay.friction) / bound, linear / bound, hit])
-        )
-    return np.concatenate(rows, axis=1)
+        linear.append(factor * noise[:, : decay.moving] @ weights / bound)
+        for method, found in rows.items():
+            result = estimate_batch(
+                decay.signal + noise,
+                decay.system,
+                sampling_rate=1.0 / (decay.time[1] - decay.time[0]),
+                quantity=QUANTITIES[decay.order],
+                method=method,
+            )
+            low, high = result["friction_interval90"].values.T
+            hit = (low <= decay.friction) & (decay.friction <= high)
+            error = (result["friction_mean"].values - decay.friction) / bound
+            found.append(np.stack([error, hit, (high - low) / (NORMAL_WIDTH * bound)]))
+    return np.concatenate(linear), {method: np.concatenate(found, axis=1) for method, found in rows.items()}
+
+
+def cell_text(linear: Array, figures: Array) -> tuple[str, str, str]:
+    """Efficiency and coverage with their Monte Carlo errors, and median width, of one method in one cell."""
+    found = np.isfinite(figures[0])
+    error, hit, width = figures[:, found]
+    excess = error**2 - linear[found] ** 2
+    efficiency = 1.0 / (1.0 + excess.mean())
+    uncertainty = efficiency**2 * excess.std() / np.sqrt(excess.size)
+    coverage = hit.mean()
+    deviation = np.sqrt(coverage * (1.0 - coverage) / hit.size)
+    lost = f" ({np.count_nonzero(~found)} refused)" if not found.all() else ""
+    ratio = (
+        f"{efficiency:.3f} ± {uncertainty:.3f}"
+        if efficiency > 0.1
+        else f"{efficiency:.1g} ({np.sqrt(1.0 / efficiency):.0f} x the bound's sd)"
+    )
+    return ratio, f"{100.0 * coverage:.1f} ± {100.0 * deviation:.1f}{lost}", f"{np.median(width):.3g}"
 
 
 def _rest(decay: Decay) -> float:
@@ -127,14 +159,8 @@ def _rest(decay: Decay) -> float:
     return float(np.linalg.lstsq(design, decay.signal[: decay.moving], rcond=None)[0][0])
 
 
-def main() -> None:
-    """Measure every cell and print it."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--systems", type=int, default=200, help="random systems a cell")
-    parser.add_argument("--repeats", type=int, default=10, help="noise records a system")
-    parser.add_argument("--seed", type=int, default=20261121)
-    options = parser.parse_args()
-    print(f"{'quantity':14}{'systems':10}{'SNR':>6}{'records':>9}{'lost':>6}  efficiency  coverage of 90 %")
+def cells(options: argparse.Namespace) -> Iterator[tuple[str, ...]]:
+    """Measure one cell after the other: the texts of a row."""
     for order, quantity in enumerate(QUANTITIES):
         for kind in ("paper", "random"):
             for decibels in DECIBELS:
@@ -144,17 +170,34 @@ def main() -> None:
                 else:
                     decays = [(random_decay(rng, order), 1.0) for _ in range(options.systems)]
                     repeats = options.repeats
-                error, linear, hit = measure(decays, decibels, repeats, rng)
-                found = np.isfinite(error)
-                excess = error[found] ** 2 - linear[found] ** 2
-                efficiency = 1.0 / (1.0 + excess.mean())
-                uncertainty = efficiency**2 * excess.std() / np.sqrt(excess.size)
-                coverage = hit[found].mean()
-                print(
-                    f"{quantity:14}{kind:10}{decibels:4.0f}dB{error.size:9d}{(~found).sum():6d}"
-                    f"  {efficiency:.4f} +- {uncertainty:.4f}"
-                    f"  {coverage:.4f} +- {np.sqrt(coverage * (1.0 - coverage) / found.sum()):.4f}"
-                )
+                linear, figures = measure(decays, decibels, repeats, rng)
+                texts = [text for method in METHODS for text in cell_text(linear, figures[method])]
+                yield (quantity, kind, f"{decibels:.0f}", str(linear.size), *texts)
+
+
+def main() -> None:
+    """Measure every cell and print it."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.accuracy", description=__doc__)
+    parser.add_argument("--systems", type=int, default=200, help="random systems a cell")
+    parser.add_argument("--repeats", type=int, default=10, help="noise records a system")
+    parser.add_argument("--seed", type=int, default=20261121)
+    parser.add_argument("--page", type=Path, help="Markdown page to put the table into")
+    options = parser.parse_args()
+    headings = ["quantity", "systems", "SNR [dB]", "records"]
+    for method in METHODS:
+        headings += [f"{method}: efficiency", "covers [%]", "width"]
+    lines = [f"| {' | '.join(headings)} |", f"|{'---|' * len(headings)}"]
+    print("\n".join(lines))
+    for texts in cells(options):
+        lines.append(f"| {' | '.join(texts)} |")
+        print(lines[-1], flush=True)
+    if options.page is not None:
+        how = f"`python -m benchmarks.accuracy --systems {options.systems} --repeats {options.repeats}`"
+        table = "\n".join([f"{how}, seed {options.seed}.", "", *lines])
+        text = options.page.read_text(encoding="utf-8")
+        begin = text.index(BEGIN) + len(BEGIN)
+        page = f"{text[:begin]}\n\n{table}\n\n{text[text.index(END) :]}"
+        options.page.write_text(page, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -36,6 +36,6 @@ def hits(quantity: str, method: str, rng: np.random.Generator) -> np.ndarray:
 def test_intervals_cover(quantity: str, method: str, rng: np.random.Generator) -> None:
     covered = hits(quantity, method, rng)
     assert covered.size > 0.97 * SYSTEMS * RECORDS
-    # 90 +- 2 %, four binomial sd (0.77 %) beyond: measured 88 to 90 %; a prior that counts the coefficients as
-    # data without scatter covers 78 to 86 %
-    assert 0.88 - 4.0 * 0.0077 < covered.mean() < 0.92 + 4.0 * 0.0077
+    # 90 +- 2 %, three binomial sd (0.77 %) beyond; a prior that counts coefficients as data without scatter
+    # covers 83 to 86 % (waveform) and 77 to 80 % (envelope)
+    assert 0.88 - 3.0 * 0.0077 < covered.mean() < 0.92 + 3.0 * 0.0077
