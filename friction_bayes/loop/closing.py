@@ -109,7 +109,7 @@ def close_loop(
     fits = [c.fit for c in ranked]
     weights = np.array([c.log_weight for c in ranked])
     sets = [c.effects for c in ranked]
-    probabilities = posterior_probabilities(fits, weights, np.zeros(len(fits)))
+    probabilities = posterior_probabilities(fits, weights)
     before = _coulomb_alone(search, system, segments, ar)
     if frozenset() not in sets:
         # held values have no probability under a sensor that does not clip

@@ -17,19 +17,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
-from scipy.special import ndtr, ndtri
 
 from friction_bayes.errors import InputError
 from friction_bayes.loop.fit import LoopFit
+from friction_bayes.loop.truncation import log_box_probability, truncated_draws
 
 __all__ = ["bounded_draws", "log_evidence", "posterior_probabilities"]
 
 Array = NDArray[np.float64]
-
-_FAR = 6.0
-"""Standard deviations from a bound beyond which it does not count."""
-_LEAST = 1e-12
 
 
 def log_evidence(fit: LoopFit) -> float:
@@ -39,11 +34,20 @@ def log_evidence(fit: LoopFit) -> float:
     value = -0.5 * fit.objective + math.fsum(c.log_normalisation for c in fit.model.coordinates)
     value += 0.5 * fit.z.size * math.log(2.0 * math.pi) - float(np.log(np.diag(root)).sum())
     value += math.fsum(noise.log_volume for noise in fit.noises)
-    return value + _log_support(fit)
+    low, high = _support(fit)
+    bounded = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
+    block = fit.covariance[np.ix_(bounded, bounded)]
+    return value + log_box_probability(fit.z[bounded], block, low[bounded], high[bounded])
 
 
-def posterior_probabilities(fits: Sequence[LoopFit], log_priors: Array, evidences: Array) -> Array:
+def posterior_probabilities(fits: Sequence[LoopFit], log_weights: Array) -> Array:
     """Posterior probabilities of models.
+
+    Parameters
+    ----------
+    fits : sequence of LoopFit
+    log_weights : ndarray, shape (models,)
+        Log-evidence with the log-prior of each.
 
     Raises
     ------
@@ -60,63 +64,16 @@ def posterior_probabilities(fits: Sequence[LoopFit], log_priors: Array, evidence
             raise InputError(
                 "candidates", "were fitted to different samples", "compare evidences on the same data alone"
             )
-    score = evidences + log_priors
-    weight = np.exp(score - score.max())
+    weight = np.exp(log_weights - log_weights.max())
     return np.asarray(weight / weight.sum())
 
 
-def _near_bounds(fit: LoopFit) -> tuple[list[int], Array, Array, Array]:
-    covariance = fit.covariance
-    sd = np.sqrt(np.diag(covariance))
-    support = np.array([c.support for c in fit.model.coordinates])
-    low, high = support[:, 0], support[:, 1]
-    near = np.flatnonzero((fit.z - low < _FAR * sd) | (high - fit.z < _FAR * sd))
-    return [int(i) for i in near], low, high, covariance
-
-
-def _log_support(fit: LoopFit) -> float:
-    near, low, high, covariance = _near_bounds(fit)
-    if not near:
-        return 0.0
-    if len(near) == 1:
-        i = near[0]
-        sd = math.sqrt(covariance[i, i])
-        mass = float(ndtr((high[i] - fit.z[i]) / sd) - ndtr((low[i] - fit.z[i]) / sd))
-        return math.log(max(mass, 1e-300))
-    # in units of their standard deviations, however different the coordinates' scales
-    widths = np.sqrt(np.diag(covariance))[near]
-    block = covariance[np.ix_(near, near)] / np.outer(widths, widths)
-    joint = float(
-        stats.multivariate_normal.cdf(
-            (high[near] - fit.z[near]) / widths,
-            cov=block,
-            lower_limit=(low[near] - fit.z[near]) / widths,
-            allow_singular=True,
-            rng=np.random.default_rng(0),
-        )
-    )
-    return math.log(max(joint, _LEAST))
-
-
 def bounded_draws(fit: LoopFit, rng: np.random.Generator, draws: int) -> Array:
-    """Draw coordinates from the normal approximation cut to the support, shape (draws, p).
+    """Draw coordinates from the normal approximation cut to the support, shape (draws, p)."""
+    low, high = _support(fit)
+    return truncated_draws(fit.z, fit.covariance, low, high, rng, draws)
 
-    Coordinates near a bound come first, each from its conditional normal cut to its support; with one such
-    coordinate that is exact.
-    """
-    near, low, high, covariance = _near_bounds(fit)
-    order = near + [i for i in range(fit.z.size) if i not in near]
-    block = covariance[np.ix_(order, order)]
-    scale = np.sqrt(np.diag(block))
-    root = np.linalg.cholesky(block / np.outer(scale, scale) + 1e-13 * np.eye(scale.size)) * scale[:, None]
-    normal = rng.standard_normal((draws, fit.z.size))
-    for k, i in enumerate(near):
-        centre = fit.z[i] + normal[:, :k] @ root[k, :k]
-        a, b = ndtr((low[i] - centre) / root[k, k]), ndtr((high[i] - centre) / root[k, k])
-        u = a + (b - a) * rng.random(draws)
-        normal[:, k] = ndtri(np.clip(u, 1e-16, 1.0 - 1e-16))
-    out = np.empty_like(normal)
-    out[:, order] = fit.z[order] + normal @ root.T
-    for i in near:
-        out[:, i] = np.clip(out[:, i], low[i], high[i])
-    return out
+
+def _support(fit: LoopFit) -> tuple[Array, Array]:
+    support = np.array([c.support for c in fit.model.coordinates])
+    return support[:, 0], support[:, 1]

@@ -14,13 +14,13 @@ from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from friction_bayes.loop.coordinates import Coordinate
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.lines import LineColumns, line_columns
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.noise import whiten
+from friction_bayes.loop.truncation import log_interval_probability
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 
@@ -238,10 +238,10 @@ class Expansion:
         objective = deviance + float(prior @ mode**2)
         covariance = np.linalg.inv(curvature + np.diag(self._least[index]))
         sd = np.sqrt(np.diag(covariance))
-        mass = ndtr((self._high[index] - mode) / sd) - ndtr((self._low[index] - mode) / sd)
+        ends = (self._low[index] - mode) / sd, (self._high[index] - mode) / sd
         value = -0.5 * objective + 0.5 * float(np.linalg.slogdet(covariance)[1])
         value += 0.5 * index.size * math.log(2.0 * math.pi) + float(self._normalisation[index].sum())
-        value += float(np.log(np.maximum(mass, 1e-100)).sum())
+        value += float(log_interval_probability(*ends).sum())
         for version in versions:
             if version.line is not None:
                 own = reached[version.columns]

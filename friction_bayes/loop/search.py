@@ -9,7 +9,7 @@ single forces also from the first periods on, so that no wrong start decides.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -37,6 +37,7 @@ _NEAR = 4.0
 """Log-weight below the best within which a fit is expanded about too."""
 _MOST_FITS = 12
 _MOST_CENTRES = 7
+_MOST_STOPS = 4
 _BEFORE_REST = 0.7
 """Share of the moving samples fitted first where the motion comes to rest."""
 
@@ -105,24 +106,27 @@ class Search:
             for name in self.allowed:
                 if isinstance(EFFECTS[name], ForceEffect):
                     self._grow(root | {name})
-        done: dict[Names, float] = {}
-        while len(done) < _MOST_CENTRES:
-            best = self.ranked()[0]
-            centres = [
-                c
-                for c in self.ranked()
-                if c.log_weight > best.log_weight - _NEAR and done.get(c.effects) != c.fit.objective
-            ]
-            if not done and root not in [c.effects for c in centres]:
-                centres.insert(0, self.candidates[root])
-            if not centres:
+        expanded: dict[Names, float] = {}
+        while len(expanded) < _MOST_CENTRES:
+            centre = self._next_centre(expanded)
+            if centre is None:
                 break
-            self._expand(centres[0])
-            done[centres[0].effects] = self.candidates[centres[0].effects].fit.objective
+            self._expand(centre)
+            expanded[centre.effects] = self.candidates[centre.effects].fit.objective
+
+    def _next_centre(self, expanded: Mapping[Names, float]) -> Candidate | None:
+        """The most probable candidate not expanded about yet: a near one, or any while there is misfit."""
+        ranked = self.ranked()
+        waiting = [c for c in ranked if c.fit.objective < expanded.get(c.effects, math.inf) - _BETTER]
+        if not waiting:
+            return None
+        near = waiting[0].log_weight > ranked[0].log_weight - _NEAR
+        return waiting[0] if near or residual_tests(ranked[0].fit).failed else None
 
     def _expand(self, centre: Candidate) -> None:
         """Fit what promises to matter about a candidate."""
         before = self.ranked()[0]
+        centre = self._with_other_stops(centre)
         self._toggle_outliers(centre)
         distorted = [n for n in self.allowed if distorting(n)]
         noise = centre.effects - frozenset(distorted)
@@ -149,6 +153,22 @@ class Search:
             f"about {_told(centre.effects)}: {len(guesses)} sets judged, {fitted} fitted; "
             f"{_told(best.effects)} is most probable, log evidence {best.log_weight - before.log_weight:+.1f}"
         )
+
+    def _with_other_stops(self, centre: Candidate) -> Candidate:
+        """Climb from a half cycle more and a half cycle less before the rest: each is a hill of its own."""
+        names = centre.effects
+        for sign in (1.0, -1.0):
+            for _ in range(_MOST_STOPS):
+                fit = self.candidates[names].fit
+                turns = [p.turning_times.size for p in fit.predictions if math.isfinite(p.stop_time)]
+                if not turns:
+                    break
+                z = fit.z.copy()
+                z[0] *= 1.0 + sign / max(turns)
+                self._keep(names, fit_model(fit.model, fit.forms, z))
+                if self.candidates[names].fit.objective > fit.objective - _BETTER:
+                    break
+        return self.candidates[names]
 
     @staticmethod
     def _is_better(guess: Guess, known: Candidate, centre: Candidate) -> bool:
