@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 __all__ = ["PaperNumber", "paper_numbers", "printed"]
+
+_KEYS = {"experiment", "variable", "where", "factor", "size", "power", "readings", "per", "share"}
 
 TABLE = Path(__file__).with_name("paper_numbers.toml")
 
@@ -36,7 +38,8 @@ class PaperNumber:
     ours : mapping or None
         Where ours is found: ``experiment``, ``variable``, ``where`` (coordinates), ``factor`` to the unit,
         ``size`` (whether the sign is dropped), ``power``, ``readings`` (methods, one row each), ``per``
-        (coordinates of what it is divided by). None for a setting that is taken over.
+        (coordinates of what it is divided by), ``share`` (whether it is a share of records). None for a
+        setting that is taken over.
     note : str
         What a reader must know of the row.
     """
@@ -49,12 +52,9 @@ class PaperNumber:
     kind: str
     ours: Mapping[str, Any] | None = None
     note: str = ""
-    keys: tuple[str, ...] = field(
-        default=("experiment", "variable", "where", "factor", "size", "power", "readings", "per"), repr=False
-    )
 
     def __post_init__(self) -> None:
-        if self.ours is not None and (unknown := set(self.ours) - set(self.keys)):
+        if self.ours is not None and (unknown := set(self.ours) - _KEYS):
             raise ValueError(f"{TABLE.name}, {self.id}: unknown {', '.join(sorted(unknown))}")
 
 

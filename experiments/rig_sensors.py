@@ -80,17 +80,19 @@ def _by_displacement(record: xr.DataArray, rig: Rig) -> float:
 
 
 def _phase_error(signals: Mapping[str, xr.DataArray], rig: Rig) -> float:
-    """Phase of the displacement over that of the negative acceleration at the natural frequency [deg]."""
+    """Phase of the displacement's second derivative over the acceleration's, at the natural frequency."""
     acceleration = signals["acceleration"]
     time = acceleration["time"].values
     moving = time < acceleration.attrs["stop_time"]
-    # a window without steps at its ends, so that both transforms obey the derivative rule
-    window = np.hanning(np.count_nonzero(moving)) * np.exp(
-        -2j * math.pi * rig.natural_frequency * time[moving]
-    )
+    time = time[moving] - time[moving][0]
+    turn, carrier = 2.0 * math.pi / time[-1], 2.0 * math.pi * rig.natural_frequency
+    window = 0.5 * (1.0 - np.cos(turn * time))
+    slope, bend = 0.5 * turn * np.sin(turn * time), 0.5 * turn**2 * np.cos(turn * time)
+    wave = np.exp(-1j * carrier * time)
+    # the second derivative moved over to window and wave, which leave nothing at the ends
     displacement = signals["displacement"].values[moving]
-    of_displacement = np.sum(window * (displacement - displacement.mean()))
-    return math.degrees(np.angle(-of_displacement / np.sum(window * acceleration.values[moving])))
+    expected = np.sum((bend - 2j * carrier * slope - carrier**2 * window) * wave * displacement)
+    return math.degrees(np.angle(expected / np.sum(window * wave * acceleration.values[moving])))
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:

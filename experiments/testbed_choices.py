@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -86,25 +87,34 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         since = last_begins(record, config.last_share)
         record = last_part(record, config.last_share)
     truth = true_friction(signals, since)
+    prior = PRIORS.get(cell["choice"])
     columns: dict[str, Any] = {name: [] for name in VARIABLES}
     for peaks in config.peaks:
-        with warnings.catch_warnings():
-            # a frequency read off few noisy periods may differ from the declared one: that is in the error
-            warnings.simplefilter("ignore", fb.RecordWarning)
-            estimate = fb.estimate(
-                record,
-                system_of(rig),
-                method="normal-gamma",
-                peaks=peaks,
-                prior=PRIORS.get(cell["choice"]),
-            )
-        mean, (low, high) = float(estimate.friction.mean()), estimate.friction.interval(0.9)
-        columns["friction"].append(mean)
-        columns["error"].append(mean / truth - 1.0)
-        columns["precision"].append(float(estimate.precision.mean()))
-        columns["width"].append((high - low) / truth)
-        columns["amplitudes"].append(estimate.amplitudes)
+        found = _figures(record, rig, truth, peaks, prior)
+        for name, column in columns.items():
+            column.append(found.get(name, math.nan))
     return {"peaks": list(config.peaks), **columns}
+
+
+def _figures(
+    record: xr.DataArray, rig: Rig, truth: float, peaks: str, prior: Mapping[str, float] | None
+) -> dict[str, float]:
+    """What the paper's procedure says; empty where the record has fewer than two whole periods."""
+    with warnings.catch_warnings():
+        # a frequency read off few noisy periods may differ from the declared one: that is in the error
+        warnings.simplefilter("ignore", fb.RecordWarning)
+        try:
+            estimate = fb.estimate(record, system_of(rig), method="normal-gamma", peaks=peaks, prior=prior)
+        except fb.InputError:
+            return {}
+    mean, (low, high) = float(estimate.friction.mean()), estimate.friction.interval(0.9)
+    return {
+        "friction": mean,
+        "error": mean / truth - 1.0,
+        "precision": float(estimate.precision.mean()),
+        "width": float(high - low) / truth,
+        "amplitudes": float(estimate.amplitudes),
+    }
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
