@@ -199,15 +199,14 @@ class Expansion:
         self._versions.setdefault(name, []).append(_Version(name, coordinates, columns, line, offset))
 
     def _is_seen(self, version: _Version) -> bool:
-        """Whether the samples say more of any of the effect's parameters than its prior."""
+        """Whether the samples say more of any of its parameters than the prior, no other effect acting."""
         if version.line is not None:
             return True
-        p = self._fit.z.size
+        always = [i for i, c in enumerate(self._fit.model.coordinates) if not c.effect]
         matrix = self._matrices.sum(axis=0)
-        cross = matrix[:p, version.columns]
-        left = matrix[version.columns, version.columns] - cross.T @ np.linalg.solve(
-            self._fit.precision, cross
-        )
+        cross = matrix[always, version.columns]
+        known = np.linalg.solve(self._fit.precision[np.ix_(always, always)], cross)
+        left = matrix[version.columns, version.columns] - cross.T @ known
         return bool(np.any(np.diag(left) > _LEAST_INFORMATION * self._precision[version.columns]))
 
     def _judge(self, names: Names, versions: Sequence[_Version]) -> tuple[float, float, Array]:

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import log_ndtr, ndtr, ndtri
+from scipy.special import log_ndtr, ndtri_exp
 
 __all__ = ["log_box_probability", "log_interval_probability", "truncated_draws"]
 
@@ -99,8 +99,10 @@ def truncated_draws(
         # in the tail where both are far from zero
         flip = a + b > 0.0
         near, far = np.where(flip, -a, b), np.where(flip, -b, a)
-        u = ndtr(far) + (ndtr(near) - ndtr(far)) * rng.random(draws)
-        drawn = np.clip(ndtri(np.clip(u, 1e-300, 1.0 - 1e-16)), far, near)
+        u = 1.0 - rng.random(draws)
+        log_near = log_ndtr(near)
+        share = u + (1.0 - u) * np.exp(log_ndtr(far) - log_near)
+        drawn = np.clip(ndtri_exp(log_near + np.log(share)), far, near)
         normal[:, k] = np.where(flip, -drawn, drawn)
         if k:
             log_weight += log_interval_probability(a, b)
