@@ -99,7 +99,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
     inner = {name: results[0][name] for name in ("peaks", "amplitudes")}
     dataset = lay_out(cells, results, dims=("replicate",), variables=VARIABLES, inner=inner)
     error = abs(dataset["friction"] / FRICTION - 1.0)
-    return dataset.assign(
+    return dataset.assign_attrs(friction=FRICTION).assign(
         along_record=_correlation(dataset["precision"], error, "amplitudes"),
         across_records=_correlation(dataset["precision"], error, "replicate"),
     )

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from experiments.paper_numbers import PaperNumber, paper_numbers
 from friction_bayes.output import manifest, write_json
 
-__all__ = ["comparison_page", "compare_with_paper", "needed_results", "write_comparison"]
+__all__ = ["compare_with_paper", "comparison_page", "needed_results", "write_comparison"]
 
 NAME = "paper_comparison"
 OF_SAMPLER = {

@@ -136,7 +136,7 @@ def _pair(estimate: fb.Estimate, reference: float, seed: int, grid: int) -> dict
 def _responses(
     rig: Rig, signals: Mapping[str, xr.DataArray], friction: float, reference: float
 ) -> dict[str, Any]:
-    """The decay that the estimated friction means from the same release; Coulomb's force beside the cell's."""
+    """The decay that the estimated friction means from the same release; Coulomb's force and the cell's."""
     decay = fb.simulate(
         system_of(rig),
         friction=friction,

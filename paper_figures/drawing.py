@@ -1,0 +1,183 @@
+"""What all figures share: how results are read, how a figure is kept, and the panels that several have."""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from friction_bayes.output import write_json
+from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, new_figure, save_figure, styled
+
+__all__ = [
+    "ACCENT",
+    "DATA",
+    "FAINT",
+    "MODEL",
+    "TRUTH",
+    "MissingResult",
+    "PaperFigure",
+    "draw_joint",
+    "draw_signal",
+    "main",
+    "make",
+    "new_figure",
+]
+
+SYNTHETIC = "synthetic data"
+"""Stands in every figure."""
+
+
+class MissingResult(Exception):
+    """A figure asks for a result that is not there."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperFigure:
+    """One figure.
+
+    Attributes
+    ----------
+    name : str
+        Its files are ``NAME.png`` and ``NAME.pdf``.
+    results : tuple of str
+        Names of the experiments it reads.
+    caption : str
+        What it shows, in words.
+    draw : callable, (mapping of str to Dataset) -> Figure
+        Draws from the results by name.
+    """
+
+    name: str
+    results: tuple[str, ...]
+    caption: str
+    draw: Callable[[Mapping[str, xr.Dataset]], Figure]
+
+
+def _digest(figure: PaperFigure, results: Path) -> str:
+    """Key of all that a figure hangs on: its results and the scripts of this folder."""
+    digest = hashlib.sha256()
+    for path in [results / f"{name}.nc" for name in figure.results]:
+        if not path.exists():
+            raise MissingResult(f"{figure.name}: no {path}; run python -m experiments {path.stem} first")
+        digest.update(path.read_bytes())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()
+
+
+def make(figure: PaperFigure, results: Path, out: Path) -> bool:
+    """Draw a figure unless it is there already, made of the same results; return whether it was drawn.
+
+    Parameters
+    ----------
+    figure : PaperFigure
+    results : Path
+        Folder with the results.
+    out : Path
+        Folder for the figures; ``NAME.json`` beside the images says what they were made of.
+
+    Raises
+    ------
+    MissingResult
+        If a result is not there.
+    """
+    digest = _digest(figure, results)
+    record = out / f"{figure.name}.json"
+    if record.exists() and (out / f"{figure.name}.png").exists() and (out / f"{figure.name}.pdf").exists():
+        if json.loads(record.read_text(encoding="utf-8"))["made_of"] == digest:
+            return False
+        record.unlink()
+    datasets = {}
+    for name in figure.results:
+        with xr.open_dataset(results / f"{name}.nc", engine="h5netcdf") as stored:
+            datasets[name] = stored.load()
+    out.mkdir(parents=True, exist_ok=True)
+    with styled():
+        drawn = figure.draw(datasets)
+        drawn.supxlabel(SYNTHETIC, x=0.995, ha="right", fontsize=7.0, color="#666666")
+        save_figure(drawn, out, figure.name)
+    write_json(record, {"made_of": digest, "caption": figure.caption, "results": figure.results})
+    return True
+
+
+def main(figures: Sequence[PaperFigure], argv: Sequence[str] | None = None) -> None:
+    """Make figures from the command line."""
+    parser = argparse.ArgumentParser(description="Draw figures from results; what is up to date is kept.")
+    parser.add_argument("--results", type=Path, default=Path("results"), help="folder (default %(default)s)")
+    parser.add_argument("--out", type=Path, default=Path("results/figures"), help="default %(default)s")
+    known = {figure.name: figure for figure in figures}
+    if len(known) > 1:
+        parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(known)}; all by default")
+    options = parser.parse_args(argv)
+    chosen = getattr(options, "names", None) or list(known)
+    if unknown := [name for name in chosen if name not in known]:
+        parser.error(f"no figure {unknown[0]!r}: give some of {', '.join(known)}")
+    missing = []
+    for name in chosen:
+        try:
+            drawn = make(known[name], options.results, options.out)
+        except MissingResult as error:
+            missing.append(str(error))
+            continue
+        print(f"{name}: {'drawn' if drawn else 'kept, nothing it hangs on has changed'}", file=sys.stderr)
+    if missing:
+        parser.exit(2, "".join(f"{line}\n" for line in missing))
+
+
+def draw_joint(
+    axes: Axes,
+    shown: xr.Dataset,
+    stage: str,
+    *,
+    truth: float | None = None,
+    shade: bool = True,
+    style: str = "-",
+    colour: str = ACCENT,
+    label: str = "90 % region",
+) -> None:
+    """Draw the joint density of friction and precision with the region that holds 90 %.
+
+    Parameters
+    ----------
+    axes : Axes
+    shown : xarray.Dataset
+        One case and one reading of a peak, of the experiment ``shown_records``.
+    stage : {"prior", "posterior"}
+    truth : float, optional
+        Reference friction [N].
+    shade : bool
+        Whether to shade the density.
+    style, colour, label : str
+        Of the region's border.
+    """
+    x, y = shown[f"{stage}_friction"].values, shown[f"{stage}_precision"].values
+    density = shown[f"{stage}_density"].values
+    if shade:
+        axes.contourf(
+            x, y, density, levels=np.linspace(0.03, 1.0, 12) * density.max(), cmap="Greys", alpha=0.8
+        )
+    level = [float(shown[f"level_{stage}"])]
+    axes.contour(x, y, density, levels=level, colors=[colour], linestyles=[style], linewidths=1.6)
+    axes.plot([], [], color=colour, ls=style, lw=1.6, label=label)
+    if truth is not None:
+        axes.axvline(truth, color=TRUTH, lw=1.2, ls=":", label="reference")
+    axes.set_xlabel("friction force r [N]")
+    axes.set_ylabel("precision s [1/N²]")
+
+
+def draw_signal(axes: Axes, shown: xr.Dataset, **style: Any) -> None:
+    """Draw the acceleration of a case over time, of the experiment ``shown_records``."""
+    axes.plot(shown["time"], shown["signal"], **({"color": DATA, "lw": 1.0, "label": "acquired"} | style))
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel("acceleration [m/s²]")

@@ -1,0 +1,44 @@
+"""Fig. 13: the reduced data set at three sampling rates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from paper_figures.drawing import MODEL, PaperFigure, draw_signal, main, new_figure
+
+__all__ = ["FIGURE"]
+
+
+def draw(results: Mapping[str, xr.Dataset]) -> Figure:
+    """One panel a rate, samples marked where they can be told apart."""
+    shown = results["shown_records"]
+    cases = [case for case in shown["case"].values.tolist() if case.startswith("2-reduced")]
+    figure = new_figure(7.0, 6.0)
+    panels = figure.subplots(len(cases), 1, sharex=True, sharey=True)
+    for axes, case in zip(panels, cases, strict=True):
+        coarse = "1000" not in case
+        draw_signal(
+            axes,
+            shown.sel(case=case),
+            color=MODEL,
+            lw=0.8,
+            marker="o" if coarse else "",
+            ms=4.0 if "10 " in case else 2.0,
+        )
+        axes.set_title(case.split(", ")[1])
+        axes.label_outer()
+    return figure
+
+
+FIGURE = PaperFigure(
+    name="figure_13",
+    results=("shown_records",),
+    caption="Fig. 13 of the paper, on synthetic data: the reduced data set at three sampling rates.",
+    draw=draw,
+)
+
+if __name__ == "__main__":
+    main([FIGURE])
