@@ -6,12 +6,13 @@ then sampled as the record is. What it reads off each differs from the last by o
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_bayes.errors import InputError
+from friction_bayes.errors import InputError, RecordWarning
 from friction_bayes.estimation import estimate
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.friction import Distribution
@@ -84,7 +85,10 @@ def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...])
 def _read_off(fit: LoopFit, time: Array, values: Array) -> dict[str, Any]:
     decay = fit.model.segments[0].decay
     record = make_record(time, values, decay.quantity.name, name=decay.name)
-    friction = estimate(record, fit.model.system, method=_METHOD).friction
+    with warnings.catch_warnings():
+        # what an estimate warns of, a wrong frequency above all, is the loop's own business
+        warnings.simplefilter("ignore", RecordWarning)
+        friction = estimate(record, fit.model.system, method=_METHOD).friction
     low, high = friction.interval(0.9)
     return {
         "mean": float(friction.mean()),

@@ -1,0 +1,118 @@
+"""The likelihood of residuals: white, autoregressive, with outliers, censored."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.signal import lfilter
+
+import friction_bayes as fb
+from friction_bayes.loop.colour import autoregression, correlation_length, is_coloured
+from friction_bayes.loop.noise import NoiseForm, judge_noise, log_densities, whiten
+from friction_bayes.mechanics.effects import Scales
+from friction_bayes.quantities import QUANTITIES
+
+SCALES = Scales(
+    system=fb.Oscillator(mass=1.0, stiffness=1.0),
+    quantity=QUANTITIES["displacement"],
+    amplitude=1.0,
+    duration=10.0,
+    sampling_rate=100.0,
+)
+WHITE = np.zeros(0)
+N = 3000
+PERIOD = 50
+
+
+def coloured(rng: np.random.Generator, *coefficients: float) -> np.ndarray:
+    noise = lfilter([1.0], [1.0, *(-c for c in coefficients)], rng.standard_normal(N + 200))
+    return np.asarray(noise[200:])
+
+
+def test_white_deviance_is_twice_the_negative_log_likelihood(rng: np.random.Generator) -> None:
+    x = 0.3 * rng.standard_normal(N)
+    fit = judge_noise(x, np.zeros(N), NoiseForm(WHITE), SCALES)
+    assert fit.deviance == pytest.approx(-2.0 * stats.norm.logpdf(x, scale=x.std()).sum(), rel=1e-3)
+    each = log_densities(x, np.zeros(N), NoiseForm(WHITE), fit)
+    assert each.sum() == pytest.approx(-0.5 * fit.deviance, rel=1e-9)
+
+
+def test_autoregressive_deviance_leaves_the_first_samples_out(rng: np.random.Generator) -> None:
+    x = coloured(rng, 0.8)
+    ar = np.array([0.8])
+    fit = judge_noise(x, np.zeros(N), NoiseForm(ar), SCALES)
+    innovations = x[1:] - 0.8 * x[:-1]
+    assert fit.sd == pytest.approx(float(np.sqrt(np.mean(innovations**2))))
+    assert fit.weight[0] == 0.0
+    assert whiten(x, ar)[1:] == pytest.approx(innovations)
+
+
+def test_outliers_are_found_and_weigh_little(rng: np.random.Generator) -> None:
+    far = rng.random(N) < 0.05
+    x = np.where(far, 10.0, 1.0) * rng.standard_normal(N)
+    fit = judge_noise(x, np.zeros(N), NoiseForm(WHITE, outliers=True), SCALES)
+    plain = judge_noise(x, np.zeros(N), NoiseForm(WHITE), SCALES)
+    assert fit.deviance < plain.deviance - 500.0
+    # standard errors: 0.4 % of the fraction, 6 % and 1.4 % of the scales
+    assert fit.fraction == pytest.approx(0.05, abs=0.02)
+    assert fit.scale == pytest.approx(10.0, rel=0.3)
+    assert fit.sd == pytest.approx(1.0, rel=0.07)
+    assert fit.weight[np.abs(x) > 10.0].max() < 0.05 * np.median(fit.weight)
+
+
+@pytest.mark.parametrize("outliers", [False, True])
+def test_weights_and_pseudo_residuals_are_those_of_the_censored_likelihood(
+    outliers: bool, rng: np.random.Generator
+) -> None:
+    """Half the gradient of the deviance in the prediction is minus weight times pseudo-residual."""
+    signal = np.sin(2.0 * math.pi * np.arange(N) / PERIOD)
+    x = signal + 0.05 * rng.standard_normal(N)
+    if outliers:
+        x += np.where(rng.random(N) < 0.02, 0.5, 0.0) * rng.standard_normal(N)
+    sides = np.where(x > 0.8, 1.0, np.where(x < -0.8, -1.0, 0.0))
+    values = np.clip(x, -0.8, 0.8)
+    form = NoiseForm(WHITE, outliers=outliers, censored=True)
+    column = np.cos(np.arange(N) / 7.0)
+
+    def deviance(shift: float) -> float:
+        return judge_noise(values - signal - shift * column, sides, form, SCALES).deviance
+
+    fit = judge_noise(values - signal, sides, form, SCALES)
+    step = 1e-4
+    slope = (deviance(step) - deviance(-step)) / (2.0 * step)
+    expected = -2.0 * float(column @ (fit.weight * fit.residual))
+    # the scale is that of the free samples, so it is not at the optimum of the whole
+    assert slope == pytest.approx(expected, rel=0.05, abs=0.02 * float(np.sqrt(fit.weight @ column**2)))
+
+
+def test_white_noise_is_called_white_at_its_false_alarm_rate(rng: np.random.Generator) -> None:
+    """Level 1e-4: more than one alarm in 200 has a probability of 2e-4."""
+    alarms = sum(is_coloured(rng.standard_normal(N), 1.0, 2.0 * math.pi / PERIOD) for _ in range(200))
+    assert alarms <= 1
+
+
+def test_what_is_locked_to_the_motion_is_no_colour(rng: np.random.Generator) -> None:
+    angle = 2.0 * math.pi * np.arange(N) / PERIOD
+    misfit = sum(np.cos(k * angle) for k in range(1, 6))
+    assert not is_coloured(rng.standard_normal(N) + misfit, 1.0, 2.0 * math.pi / PERIOD)
+
+
+@pytest.mark.parametrize("coefficients", [(0.7,), (1.2, -0.5)])
+def test_colour_is_found_with_its_order_and_length(
+    coefficients: tuple[float, ...], rng: np.random.Generator
+) -> None:
+    x = coloured(rng, *coefficients)
+    assert is_coloured(x, 1.0, 2.0 * math.pi / PERIOD)
+    found = autoregression(x)
+    assert len(coefficients) <= found.size <= len(coefficients) + 3
+    # standard error of a coefficient is 1/sqrt(N) = 0.018
+    assert found[: len(coefficients)] == pytest.approx(coefficients, abs=0.1)
+
+
+def test_correlation_length_of_a_first_order_process() -> None:
+    """``a**k`` falls below 1/e after ``-1 / log a`` samples."""
+    assert correlation_length(np.array([0.9]), 0.01) == pytest.approx(0.01 * math.ceil(-1.0 / math.log(0.9)))
+    assert correlation_length(WHITE, 0.01) == 0.0
