@@ -41,8 +41,8 @@ NUMBERS = (
     "level_prior",
     "level_posterior",
 )
-RATE_PRIOR = {"alpha": 2.0, "kappa": 2.0}
-"""Prior of the gamma-exponential pair that can be drawn: its mean at 1 N, worth two samples."""
+RATE_PRIOR = {"alpha": 1.0, "kappa": 0.2}
+"""Prior of the gamma-exponential pair that can be drawn: worth one sample of 0.2 N."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def _rate_pair(record: xr.DataArray, grid: int) -> dict[str, Any]:
     estimate = fb.estimate(record, PAPER_SYSTEM, method="gamma-exponential", prior=RATE_PRIOR)
     prior, posterior = fb.GammaExponential(**RATE_PRIOR).friction, estimate.fit.posterior.friction
     figures: dict[str, Any] = {"rate": [float(posterior.mean()), *posterior.interval(0.9)]}
-    ranges: dict[str, tuple[Any, float]] = {"prior": (prior, 6.0), "posterior": (posterior, 22.0)}
+    ranges: dict[str, tuple[Any, float]] = {"prior": (prior, 22.0), "posterior": (posterior, 22.0)}
     for stage, (distribution, most) in ranges.items():
         axis = np.linspace(0.0, most, 4 * grid)
         figures |= {f"rate_{stage}": axis.tolist(), f"rate_{stage}_pdf": distribution.pdf(axis).tolist()}

@@ -32,9 +32,9 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
     )
     panels[1].axvline(1.0 / truth, color=TRUTH, ls=":", label=f"1 / true friction = {1.0 / truth:.3g} 1/N")
     panels[1].set_xlabel("what the pair calls friction")
-    for axes in panels:
-        axes.legend(loc="upper left" if axes is panels[1] else "upper right")
-    panels[1].legend(loc="upper center")
+    panels[0].legend(loc="upper right")
+    panels[1].set_ylim(top=1.7 * panels[1].get_ylim()[1])
+    panels[1].legend(loc="upper right")
     return figure
 
 

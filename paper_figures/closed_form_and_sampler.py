@@ -1,0 +1,56 @@
+"""Every closed form that was checked against its emcee reference: difference of means, ratio of spreads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from paper_figures.drawing import FAINT, TRUTH, PaperFigure, main, new_figure
+from paper_figures.methods import METHOD_STYLE
+
+__all__ = ["FIGURE"]
+
+EXPERIMENTS = ("noise_sweep", "reduced_data_set", "sampling_rate_sweep")
+
+
+def draw(results: Mapping[str, xr.Dataset]) -> Figure:
+    """One row a method; a mark is one record."""
+    figure = new_figure(7.0, 3.8)
+    left, right = figure.subplots(1, 2, sharey=True)
+    methods = list(METHOD_STYLE)
+    for row, method in enumerate(methods):
+        style = {"color": METHOD_STYLE[method]["color"], "marker": METHOD_STYLE[method]["marker"]}
+        for name in EXPERIMENTS:
+            found = results[name]
+            if method not in found["method"]:
+                continue
+            mine = found.sel({"method": method})
+            shift = ((mine["reference_mean"] - mine["friction"]) / mine["sd"]).values.ravel()
+            ratio = (mine["reference_sd"] / mine["sd"]).values.ravel()
+            kept = np.isfinite(shift)
+            height = row + 0.5 * (np.arange(kept.sum()) / max(kept.sum() - 1, 1) - 0.5)
+            left.scatter(shift[kept], height, s=14, lw=0.8, **style)
+            right.scatter(ratio[kept], height, s=14, lw=0.8, **style)
+    left.axvline(0.0, color=TRUTH, lw=1.0)
+    right.axvline(1.0, color=TRUTH, lw=1.0)
+    left.axvspan(-0.03, 0.03, color=FAINT, lw=0.0, zorder=0)
+    left.set_yticks(range(len(methods)), methods)
+    left.invert_yaxis()
+    left.set_xlabel("(emcee mean - closed form) / posterior sd")
+    right.set_xlabel("emcee sd / closed form's")
+    left.set_title("grey: Monte Carlo error at 10 000 draws", fontsize=9, fontweight="normal")
+    return figure
+
+
+FIGURE = PaperFigure(
+    name="closed_form_and_sampler",
+    results=EXPERIMENTS,
+    caption="Closed form against emcee, by estimator; a mark is one synthetic record.",
+    draw=draw,
+)
+
+if __name__ == "__main__":
+    main([FIGURE])

@@ -1,0 +1,15 @@
+"""How each estimator is drawn: a marker, a line and a colour of its own, told apart in grey too."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = ["METHOD_STYLE"]
+
+METHOD_STYLE: dict[str, dict[str, Any]] = {
+    "waveform": {"color": "#0b4f8a", "ls": "-", "marker": "o"},
+    "envelope": {"color": "#009e73", "ls": "--", "marker": "s"},
+    "normal-gamma, highest": {"color": "#d55e00", "ls": "-.", "marker": "^"},
+    "normal-gamma, nominal": {"color": "#8a5a83", "ls": ":", "marker": "v"},
+    "gamma-exponential": {"color": "#777777", "ls": "-", "marker": "x"},
+}
