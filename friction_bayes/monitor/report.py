@@ -229,6 +229,7 @@ def follow(
         positive("threshold", threshold)
     wear = fit_wear(points.times, points.friction, points.sd)
     life = None
+    nothing: list[Mapping[str, Any]] = [{}] * points.times.size
     if threshold is not None:
         life = remaining_life(wear, threshold, points.span, relative_sd=points.relative_sd)
     return MonitorReport(
@@ -238,7 +239,7 @@ def follow(
         wear=wear,
         threshold=threshold,
         life=life,
-        acquisition=tuple(acquisition),
-        manipulation=tuple(manipulation),
+        acquisition=tuple(acquisition or nothing),
+        manipulation=tuple(manipulation or nothing),
         times_from=times_from,
     )

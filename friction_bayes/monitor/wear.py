@@ -21,7 +21,7 @@ __all__ = ["WearPosterior", "WearPrior", "default_wear_prior", "fit_wear"]
 
 Array = NDArray[np.float64]
 
-_NODES = 24
+_NODES = 20
 """Grid nodes along each of the two standard deviations."""
 _PASSES = 3
 _KEPT = 1e-7
