@@ -7,11 +7,12 @@ PYTEST_ARGS ?= -n 2
 BIN = $(VENV)/bin
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo test lint build clean
+.PHONY: help demo test paper lint build clean
 
 help:
 	@echo "make demo    the main job on two synthetic records, by every estimator, in under a minute"
 	@echo "make test    the whole test suite"
+	@echo "make paper   every result and figure of the paper, beside its numbers; resumes what was interrupted"
 	@echo "make lint    style, format and types"
 	@echo "make build   wheel and sdist, tried out from an empty folder"
 	@echo "make clean   remove what the targets made"
@@ -36,6 +37,10 @@ demo: $(VENV)/.base
 
 test: $(VENV)/.test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+paper: $(VENV)/.test
+	$(BIN)/python -m experiments
+	$(BIN)/python -m paper_figures
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -15,6 +15,7 @@ from rich.console import Console
 
 import experiments
 from experiments.docs import write_docs
+from experiments.paper_comparison import needed_results, write_comparison
 from experiments.runner import Experiment, Row, parser_for, run_experiment, settings_digest
 from experiments.tables import closing_table
 
@@ -62,6 +63,8 @@ def main(argv: Sequence[str] | None = None) -> None:
     if options.docs is not None:
         write_docs(options.docs, options.results, names)
     console = Console()
+    if all((options.results / f"{name}.nc").exists() for name in needed_results()):
+        console.print(f"every number of the paper beside ours: {write_comparison(options.results)}")
     beside_paper = []
     for name in names:
         record = _record_of(name, options.results)

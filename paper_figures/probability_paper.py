@@ -32,9 +32,14 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
         straight = float(found["straightness"].sel(peaks=reading).isel(replicate=0))
         lag = float(found["lag1"].sel(peaks=reading).isel(replicate=0))
         axes.set_title(f"{reading} peaks")
-        axes.set_xlabel(
-            f"friction sample [N]; straightness {straight:.3f}, lag-1 correlation {lag:.2f}", fontsize=8
+        axes.annotate(
+            f"straightness {straight:.3f}\nlag-1 correlation {lag:.2f}",
+            (0.97, 0.04),
+            xycoords="axes fraction",
+            ha="right",
+            fontsize=8,
         )
+        axes.set_xlabel("friction sample [N]")
         axes.legend(loc="upper left", fontsize=8)
     panels[0].set_yticks(list(LEVELS.values()), [f"{100.0 * share:g} %" for share in LEVELS])
     panels[0].set_ylabel("share of the samples")
