@@ -49,14 +49,18 @@ READINGS = {"normal-gamma, highest": "highest", "normal-gamma, nominal": "nomina
 
 @dataclass(frozen=True)
 class Config:
-    """What is varied: share of the motion kept, sampling rate, noise in multiples of the sensor's."""
+    """What is varied: share of the motion kept, sampling rate, noise in multiples of the sensor's.
+
+    Each run brings ``set_ups`` whole records more, of which the precision that a set-up phase would ask for.
+    """
 
     rig: Rig = field(default_factory=Rig)
     last_shares: tuple[float, ...] = (1.0, 0.4, 0.2, 0.12)
     keep_every: tuple[int, ...] = (1, 10, 100)
     noise: tuple[float, ...] = (1.0, 3.0)
-    records: int = 60
+    records: int = 40
     records_full: int = 600
+    set_ups: int = 6
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
@@ -65,8 +69,8 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
-    """All conditions of one run, and the precision of four further set-up records."""
-    seeds = seed.generate_state(5).tolist()
+    """All conditions of one run, and the precision of further runs that serve as set-up records."""
+    seeds = seed.generate_state(1 + config.set_ups).tolist()
     columns: dict[str, list[float]] = {name: [] for name in VARIABLES}
     conditions = list(product(config.noise, config.last_shares, config.keep_every))
     for noise, share, step in conditions:

@@ -32,6 +32,7 @@ __all__ = [
     "main",
     "make",
     "new_figure",
+    "read_results",
 ]
 
 SYNTHETIC = "synthetic data"
@@ -76,6 +77,15 @@ def _digest(figure: PaperFigure, results: Path) -> str:
     return digest.hexdigest()
 
 
+def read_results(figure: PaperFigure, results: Path) -> dict[str, xr.Dataset]:
+    """Load the results that a figure asks for, by name."""
+    datasets = {}
+    for name in figure.results:
+        with xr.open_dataset(results / f"{name}.nc", engine="h5netcdf") as stored:
+            datasets[name] = stored.load()
+    return datasets
+
+
 def make(figure: PaperFigure, results: Path, out: Path) -> bool:
     """Draw a figure unless it is there already, made of the same results; return whether it was drawn.
 
@@ -98,10 +108,7 @@ def make(figure: PaperFigure, results: Path, out: Path) -> bool:
         if json.loads(record.read_text(encoding="utf-8"))["made_of"] == digest:
             return False
         record.unlink()
-    datasets = {}
-    for name in figure.results:
-        with xr.open_dataset(results / f"{name}.nc", engine="h5netcdf") as stored:
-            datasets[name] = stored.load()
+    datasets = read_results(figure, results)
     out.mkdir(parents=True, exist_ok=True)
     with styled():
         drawn = figure.draw(datasets)

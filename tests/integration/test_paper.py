@@ -1,0 +1,177 @@
+"""From tiny experiments to the comparison with the paper and to every figure, which only read results."""
+
+from __future__ import annotations
+
+import ast
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from experiments import (
+    acceptance_roc,
+    data_used,
+    gamma_exponential,
+    noise_sweep,
+    probability_paper,
+    reduced_data_set,
+    residuals_traced,
+    rig_sensors,
+    sampling_rate_sweep,
+    shown_records,
+    testbed_choices,
+)
+from experiments.paper_comparison import compare_with_paper, comparison_page, needed_results, write_comparison
+from experiments.paper_numbers import paper_numbers
+from experiments.rig import Rig, run_rig, true_friction
+from experiments.runner import main
+from friction_bayes.plotting.style import styled
+from paper_figures.__main__ import all_figures
+from paper_figures.drawing import MissingResult, PaperFigure, make
+
+ROOT = Path(__file__).parents[2]
+PAPER_SWEEP = {"records": 1, "records_paper": 2, "checked": 0}
+TINY: dict[Any, dict[str, Any]] = {
+    noise_sweep: PAPER_SWEEP | {"snr_db": (20.0, 14.7, 8.6)},
+    reduced_data_set: PAPER_SWEEP,
+    sampling_rate_sweep: PAPER_SWEEP | {"keep_every": (1, 10, 100), "quantities": ("acceleration",)},
+    data_used: {"records": 3, "checked": 0, "amplitudes": (3, 10, 51)},
+    gamma_exponential: {"records": 1, "records_paper": 2, "checked": 0, "frictions": (0.07, 1.0)},
+    probability_paper: {"records": 2},
+    rig_sensors: {"records": 2},
+    testbed_choices: {"records": 1, "choices": ("as chosen", "prior as drawn")},
+    residuals_traced: {"records": 2, "keep_every": (1, 10, 100)},
+    acceptance_roc: {
+        "records": 4,
+        "noise": (1.0,),
+        "keep_every": (1, 100),
+        "last_shares": (1.0, 0.2),
+        "set_ups": 1,
+    },
+    shown_records: {"grid": 21, "check": False},
+}
+
+
+def test_from_experiments_to_comparison_and_figures(tmp_path: Path) -> None:
+    # one test, so that workers of a parallel run do not each compute the experiments
+    folder = tmp_path / "results"
+    for module, settings in TINY.items():
+        experiment = replace(module.EXPERIMENT, config=replace(module.EXPERIMENT.config, **settings))
+        main(experiment, ["--workers", "1", "--results", str(folder)])
+    check_comparison(folder)
+    check_figures(folder, tmp_path / "figures")
+
+
+def check_comparison(results: Path) -> None:
+    """It has a row for every number of the paper, and the rows say what the results say."""
+    comparison = compare_with_paper(results)
+    rows = comparison["rows"]
+    assert {row["id"] for row in rows} == set(paper_numbers())
+    assert len(rows) >= 30
+    for row in rows:
+        number = paper_numbers()[row["id"]]
+        assert (row["paper"], row["unit"], row["place"]) == (number.value, number.unit, number.place)
+        assert row["ours"]["low"] <= row["ours"]["median"] <= row["ours"]["high"]
+        if row["inside"] is not None:
+            assert row["inside"] == (row["ours"]["low"] <= row["paper"] <= row["ours"]["high"])
+    by_hand = xr.open_dataset(results / "reduced_data_set.nc", engine="h5netcdf")
+    mine = by_hand["error"].sel(data_set="2").sel({"method": "normal-gamma, nominal"}).values
+    row = next(r for r in rows if r["id"] == "error-2" and r["reading"] == "normal-gamma, nominal")
+    assert row["ours"]["median"] == pytest.approx(100.0 * np.median(np.abs(mine)))
+    by_hand.close()
+    stored = json.loads(write_comparison(results, results / "page.md").read_text())
+    assert stored["rows"] == json.loads(json.dumps(rows))
+    page = (results / "page.md").read_text()
+    assert page == comparison_page(comparison)
+    assert page.count("\n| ") == len(rows) + 2
+
+
+def check_figures(results: Path, out: Path) -> None:
+    """Every figure draws from stored results; one is written, once."""
+    drawn: list[PaperFigure] = []
+    stored: dict[str, xr.Dataset] = {}
+    for figure in all_figures():
+        if not all((results / f"{name}.nc").exists() for name in figure.results):
+            with pytest.raises(MissingResult, match=f"{figure.name}: no "):
+                make(figure, results, out)
+            continue
+        for name in set(figure.results) - set(stored):
+            stored[name] = xr.load_dataset(results / f"{name}.nc", engine="h5netcdf")
+        with styled():
+            figure.draw(stored).draw_without_rendering()
+        drawn.append(figure)
+    assert len(drawn) >= 18
+    assert make(drawn[0], results, out)
+    for kind in ("png", "pdf"):
+        assert (out / f"{drawn[0].name}.{kind}").stat().st_size > 5000
+    assert not make(drawn[0], results, out), "it is up to date"
+    (out / f"{drawn[0].name}.pdf").unlink()
+    assert make(drawn[0], results, out), "half of it was lost"
+
+
+def test_every_figure_of_the_paper_has_its_script() -> None:
+    names = {figure.name for figure in all_figures()}
+    assert {f"figure_{number:02d}" for number in (*range(1, 5), *range(6, 15))} <= names
+
+
+ALLOWED = ("friction_bayes.plotting", "friction_bayes.output", "paper_figures", "experiments.paper_numbers")
+
+
+def test_figures_read_and_never_estimate() -> None:
+    for path in sorted((ROOT / "paper_figures").glob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            ours = [name for name in names if name.split(".")[0] in ("friction_bayes", "experiments")]
+            assert all(name.startswith(ALLOWED) for name in ours), f"{path.name}: {ours}"
+    script = (
+        "import sys\nfrom paper_figures.__main__ import all_figures\nall_figures()\n"
+        "heavy = ('emcee', 'friction_bayes.conjugate', 'friction_bayes.estimation')\n"
+        "print([name for name in heavy if name in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    assert done.stdout.strip() == "[]"
+
+
+def test_table_of_numbers_points_at_results_that_exist() -> None:
+    assert len(paper_numbers()) >= 30
+    assert set(needed_results()) <= {module.EXPERIMENT.name for module in TINY}
+    assert {number.kind for number in paper_numbers().values()} <= {
+        "result",
+        "measured",
+        "setting",
+        "criterion",
+    }
+
+
+def test_area_under_the_curve() -> None:
+    score = np.array([3.0, 2.0, 2.0, 1.0])
+    good = np.array([True, True, False, False])
+    # pairs: 3 > 2, 3 > 1, 2 = 2, 2 > 1
+    assert acceptance_roc.roc_area(score, good) == pytest.approx(3.5 / 4.0)
+    assert np.isnan(acceptance_roc.roc_area(score, np.ones(4, dtype=bool)))
+    grid = np.linspace(0.0, 1.0, 2001)
+    curve = acceptance_roc.roc_curve(score, good, grid)
+    assert np.trapezoid(curve, grid) == pytest.approx(3.5 / 4.0, abs=1e-3)
+
+
+def test_the_twin_is_synthetic_and_repeats_itself() -> None:
+    rig = Rig()
+    first, again, other = (run_rig(rig, 0.1834, seed=seed) for seed in (5, 5, 6))
+    for name, signal in first.items():
+        assert signal.attrs["synthetic"] is True
+        np.testing.assert_array_equal(signal.values, again[name].values)
+    assert not np.array_equal(first["acceleration"].values, other["acceleration"].values)
+    # 15 % of scatter over 20 ms in some 12 s: 0.9 % of the mean, five of them
+    assert true_friction(first) == pytest.approx(0.1834, rel=0.045)
+    code = 2.0 * rig.accelerometer_range * 9.80665 / 2**rig.bits
+    steps = first["acceleration"].values / code
+    np.testing.assert_allclose(steps, np.rint(steps), atol=1e-6)
