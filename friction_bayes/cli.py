@@ -10,6 +10,7 @@ from typing import NoReturn
 
 import friction_bayes as fb
 from friction_bayes.commands import COMMANDS
+from friction_bayes.commands.options import one_value_each
 from friction_bayes.errors import FrictionBayesError, InputError
 
 __all__ = ["build_parser", "main"]
@@ -68,7 +69,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         Exit status: 0 done, 2 bad input or options, 1 a defect, 130 interrupted.
     """
     try:
-        arguments = build_parser().parse_args(argv)
+        given = one_value_each(sys.argv[1:] if argv is None else argv, "--prior")
+        arguments = build_parser().parse_args(given)
         arguments.run(arguments)
     except FrictionBayesError as error:
         _complain(str(error))

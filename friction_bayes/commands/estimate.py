@@ -59,7 +59,10 @@ def add_parser(commands: Any) -> None:
     model = parser.add_argument_group("estimate")
     model.add_argument("--method", default="waveform", metavar="NAME", help="see below (default: waveform)")
     model.add_argument(
-        "--prior", nargs="+", action="extend", metavar="KEY=VALUE", help="instead of the default"
+        "--prior",
+        action="append",
+        metavar="KEY=VALUE",
+        help="instead of the default; several, or repeated",
     )
     model.add_argument(
         "--peaks",

@@ -25,6 +25,7 @@ __all__ = [
     "input_digests",
     "key_values",
     "load_record",
+    "one_value_each",
     "options_of",
     "system_of",
 ]
@@ -176,3 +177,16 @@ def key_values(entries: Sequence[str] | None, option: str) -> dict[str, float]:
             raise InputError(option, f"{key} is given twice", "give it once")
         values[key] = finite(f"{option} {key}", text)  # type: ignore[arg-type]
     return values
+
+
+def one_value_each(arguments: Sequence[str], option: str) -> list[str]:
+    """Write an option before each of its ``KEY=VALUE`` entries: what follows them then is no entry of it."""
+    result: list[str] = []
+    within = False
+    for argument in arguments:
+        entry = "=" in argument and not argument.startswith("-")
+        if within and entry and result[-1] != option:
+            result.append(option)
+        within = argument == option or (within and entry)
+        result.append(argument)
+    return result

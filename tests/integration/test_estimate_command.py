@@ -249,3 +249,23 @@ def test_loads_no_sampler_and_no_plot(csv: Path) -> None:
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     assert strict(done.stdout)["method"] == "envelope"
+
+
+@pytest.mark.parametrize("before", [True, False])
+@pytest.mark.parametrize("repeated", [True, False])
+def test_prior_may_stand_anywhere(
+    before: bool, repeated: bool, csv: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    entries = ["mu=0.1", "lam=0.01"]
+    prior = ["--prior", entries[0], "--prior", entries[1]] if repeated else ["--prior", *entries]
+    argv = [*prior, str(csv), *SYSTEM] if before else [str(csv), *SYSTEM, *prior]
+    result = run_json(capsys, "estimate", "--method", "normal-gamma", *argv)
+    assert (result["prior"]["mu"], result["prior"]["lam"]) == (0.1, 0.01)
+
+
+def test_what_a_method_does_not_estimate_is_null(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    frequency = run_json(capsys, "estimate", str(csv), *SYSTEM, "--method", "envelope")["frequency"]
+    assert frequency["sd"] is None
+    assert frequency["mean"] == pytest.approx(10.0, rel=1e-2)
+    paper = run_json(capsys, "estimate", str(csv), *SYSTEM, "--method", "normal-gamma")
+    assert paper["noise_sd"]["mean"] is None
