@@ -121,7 +121,9 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
     """
     n = y.size - start
     half = math.pi / rate_of(polynomial, scale, start)
-    mean = y[start:].mean()
+    mean = 0.0
+    for i in range(start, y.size):
+        mean += y[i] / n
     matrix, right, square = np.zeros((6, 6)), np.zeros(6), 0.0
     basis = np.ones(6)
     tail_sum, tail_square = 0.0, 0.0
@@ -222,7 +224,8 @@ def locate_moving_part(y: Array, omega: float, order: int, given_start: int, out
         Receives status, start, stop (one past the last moving sample), angular frequency [rad/sample],
         displacement phase at start, rest position, and whether the motion ends within the record.
     """
-    out[:] = 0.0
+    for k in range(out.size):
+        out[k] = 0.0
     low, high = math.inf, -math.inf
     for i in range(y.size):
         if not math.isfinite(y[i]):
@@ -242,9 +245,12 @@ def locate_moving_part(y: Array, omega: float, order: int, given_start: int, out
     if centre.size < 2:
         out[0] = TOO_SHORT
         return
-    amplitude = np.sqrt(inphase**2 + quadrature**2)
+    amplitude, largest = np.zeros(centre.size), 0.0
+    for k in range(centre.size):
+        amplitude[k] = math.hypot(inphase[k], quadrature[k])
+        largest = max(largest, amplitude[k])
     floor = _median(noise)
-    threshold = 0.8 * amplitude.max() - 2.0 * floor
+    threshold = 0.8 * largest - 2.0 * floor
     first = 0
     while first < amplitude.size - 1 and amplitude[first] < threshold:
         first += 1
@@ -254,7 +260,7 @@ def locate_moving_part(y: Array, omega: float, order: int, given_start: int, out
         return
     start = 0
     if given_start < 0:
-        start = _release(moving, polynomial, scale, centre[first], amplitude.max())
+        start = _release(moving, polynomial, scale, centre[first], largest)
     hinge, rest, explained = _hinge(moving, start, polynomial, scale)
     if explained < 12.0 + 2.0 * math.log(moving.size):
         out[0] = NO_OSCILLATION
