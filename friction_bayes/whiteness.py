@@ -35,6 +35,11 @@ class Whiteness:
     lags: int
     p_value: float
 
+    @property
+    def limit(self) -> float:
+        """What the statistic of white noise exceeds once in a thousand."""
+        return float(stats.chi2.isf(_LEVEL, max(self.lags, 1)))
+
 
 def whiteness(residual: NDArray[np.float64]) -> Whiteness:
     """Test residuals, shape (n,), for correlation (Ljung & Box, Biometrika 65, 1978)."""
@@ -60,6 +65,6 @@ def residual_notes(residual: NDArray[np.float64], prediction: NDArray[np.float64
     return (
         f"residuals are not white noise: successive ones correlate at {test.lag1:.3f}, Ljung-Box over "
         f"{test.lags} lags is {test.statistic:.3g} where white noise stays below "
-        f"{stats.chi2.isf(_LEVEL, test.lags):.3g} in 999 of 1000: the interval is too narrow and "
+        f"{test.limit:.3g} in 999 of 1000: the interval is too narrow and "
         "an effect is left out; close-loop traces it",
     )
