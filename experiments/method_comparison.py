@@ -1,0 +1,210 @@
+"""Which method for which record? Closed forms, classical methods and emcee on the same synthetic records.
+
+One thing at a time is varied about a base record: the noise, the sampling rate, the length, and an effect
+that no method but Feeny and Liang's (which knows viscous damping) has in its model.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+import friction_bayes as fb
+from experiments.classical import CLASSICAL
+from experiments.closed_forms import METHODS
+from experiments.method_tables import detail_lines, summary_rows
+from experiments.runner import Cell, Experiment, main
+from experiments.sweeps import SweepConfig, lay_out, seeds_of, sweep_cells
+from friction_bayes.free_decay import find_free_decay
+from friction_bayes.mechanics.testbed import PAPER_SYSTEM
+from friction_bayes.reference import sample_target
+
+__all__ = ["EXPERIMENT", "LABELS", "Config", "conditions"]
+
+EMCEE = "emcee"
+LABELS = (*METHODS, *CLASSICAL, EMCEE)
+"""Methods by the label of tables and figures."""
+
+VARIABLES: dict[str, tuple[str, str]] = {
+    "friction": ("N", "estimate of the friction"),
+    "sd": ("N", "its standard deviation or standard error"),
+    "low": ("N", "lower end of the 90 % interval"),
+    "high": ("N", "upper end of the 90 % interval"),
+    "error": ("1", "(estimate - true friction) / true friction"),
+    "covers": ("1", "whether the 90 % interval holds the true friction"),
+    "width": ("1", "width of the 90 % interval over the true friction"),
+    "elapsed": ("s", "wall time from record to interval"),
+    "refused": ("1", "whether the record was refused"),
+}
+
+
+@dataclass(frozen=True)
+class Config(SweepConfig):
+    """The base record, what is varied about it, and the effects: parameters by name and effect.
+
+    Each effect is as large as a careful experimenter might overlook: viscous damping and drag that at first
+    take a third of what friction takes, a rest position off by two noise standard deviations, and so on.
+    """
+
+    checked: int = 2
+    checked_full: int = 20
+    friction: float = 0.07
+    initial_displacement: float = 0.0147
+    duration: float = 33.0
+    sampling_rate: float = 200.0
+    noise_sd: float = 5e-4
+    noise_levels: tuple[float, ...] = (5e-5, 1.6e-4, 5e-4, 1.6e-3, 5e-3)
+    rates: tuple[float, ...] = (1000.0, 200.0, 50.0, 20.0, 10.0)
+    lengths: tuple[float, ...] = (33.0, 16.0, 8.0, 4.0, 2.0)
+    effects: dict[str, dict[str, float]] = field(
+        default_factory=lambda: {
+            "none": {},
+            "viscous damping": {"viscous_damping.damping_ratio": 1e-3},
+            "quadratic drag": {"quadratic_drag.drag_coefficient": 1.6},
+            "friction drift": {"friction_drift.relative_change": 0.5},
+            "Stribeck friction": {
+                "stribeck_friction.static_excess": 0.5,
+                "stribeck_friction.stribeck_velocity": 0.02,
+            },
+            "asymmetric friction": {"asymmetric_friction.asymmetry": 0.3},
+            "cubic stiffness": {"cubic_stiffness.cubic_stiffness": 2e5},
+            "sensor offset": {"sensor_offset.offset": 1e-3},
+            "sensor drift": {"sensor_drift.offset": 0.0, "sensor_drift.rate": 5e-5},
+            "interference": {
+                "periodic_interference.amplitude": 5e-4,
+                "periodic_interference.frequency": 7.0,
+                "periodic_interference.phase": 1.0,
+            },
+            "outliers": {"outliers.fraction": 0.02, "outliers.scale": 5e-3},
+        }
+    )
+
+
+def conditions(config: Config) -> dict[str, dict[str, Any]]:
+    """Return what each condition changes of the base record, with its question, level and unit."""
+    found: dict[str, dict[str, Any]] = {}
+
+    def add(question: str, level: float | str, unit: str, **change: Any) -> None:
+        text = level if isinstance(level, str) else f"{level:g} {unit}"
+        found[f"{question}: {text}"] = {"question": question, "level": text, "change": change}
+
+    for noise in config.noise_levels:
+        add("noise", noise, "m", noise_sd=noise)
+    for rate in config.rates:
+        add("sampling rate", rate, "Hz", sampling_rate=rate)
+    for length in config.lengths:
+        add("record length", length, "s", duration=length)
+    for name, effect in config.effects.items():
+        add("effect", name, "", effects=effect)
+    return found
+
+
+def cells(config: Config, full: bool) -> Sequence[Cell]:
+    """Every condition."""
+    return sweep_cells({"condition": list(conditions(config))}, config, full, of_paper=lambda known: False)
+
+
+def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+    """All methods on one record; emcee where the cell asks for it."""
+    of_noise, of_sampler = seeds_of(cell, seed)
+    base = {
+        name: getattr(config, name)
+        for name in ("friction", "initial_displacement", "duration", "sampling_rate", "noise_sd")
+    }
+    settings = base | conditions(config)[cell["condition"]]["change"]
+    record = fb.simulate(PAPER_SYSTEM, seed=of_noise, **settings)
+    by_label: dict[str, Callable[[xr.DataArray], tuple[float, float, float, float]]] = {}
+    for label, (method, peaks) in METHODS.items():
+        by_label[label] = partial(_closed_form, method=method, peaks=peaks)
+    for label in CLASSICAL:
+        by_label[label] = partial(_classical, label=label)
+    if cell["check"]:
+        by_label[EMCEE] = partial(_sampled, seed=of_sampler)
+    columns: dict[str, list[float]] = {name: [] for name in VARIABLES}
+    for label in LABELS:
+        told = _figures(by_label[label], record, config.friction) if label in by_label else {}
+        for name, column in columns.items():
+            column.append(told.get(name, math.nan))
+    return {**columns}
+
+
+def _figures(
+    method: Callable[[xr.DataArray], tuple[float, float, float, float]], record: xr.DataArray, truth: float
+) -> dict[str, float]:
+    """What one method makes of a record; a refusal where it cannot."""
+    with warnings.catch_warnings():
+        # what a method is not sure of shows in its figures here
+        warnings.simplefilter("ignore")
+        began = perf_counter()
+        try:
+            mean, sd, low, high = method(record)
+        except fb.InputError:
+            return {"refused": 1.0}
+        elapsed = perf_counter() - began
+    return {
+        "friction": mean,
+        "sd": sd,
+        "low": low,
+        "high": high,
+        "error": mean / truth - 1.0,
+        "covers": float(low <= truth <= high),
+        "width": (high - low) / truth,
+        "elapsed": elapsed,
+        "refused": 0.0,
+    }
+
+
+def _closed_form(record: xr.DataArray, *, method: str, peaks: str) -> tuple[float, float, float, float]:
+    friction = fb.estimate(record, PAPER_SYSTEM, method=method, peaks=peaks).friction
+    return float(friction.mean()), float(friction.std()), *(float(friction.ppf(q)) for q in (0.05, 0.95))
+
+
+def _classical(record: xr.DataArray, *, label: str) -> tuple[float, float, float, float]:
+    found = CLASSICAL[label](find_free_decay(record, PAPER_SYSTEM))
+    return found.friction, found.sd, *found.interval(0.9)
+
+
+def _sampled(record: xr.DataArray, *, seed: int) -> tuple[float, float, float, float]:
+    """Draws of the posterior that ``waveform`` approximates: every parameter of the whole signal."""
+    target = fb.estimate(record, PAPER_SYSTEM).fit.target
+    draws = sample_target(target, seed=seed)["posterior"].dataset["friction"].values
+    low, high = np.quantile(draws, [0.05, 0.95])
+    return float(draws.mean()), float(draws.std()), float(low), float(high)
+
+
+def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
+    """Dimensions condition, replicate, method; question and level of each condition."""
+    dataset = lay_out(
+        cells, results, dims=("condition", "replicate"), variables=VARIABLES, inner={"method": LABELS}
+    )
+    known = conditions(Config())
+    names = dataset["condition"].values.tolist()
+    return dataset.assign_coords(
+        question=("condition", [known[name]["question"] for name in names]),
+        level=("condition", [known[name]["level"] for name in names]),
+    )
+
+
+EXPERIMENT = Experiment(
+    name="method_comparison",
+    question="which method for which record?",
+    config=Config(),
+    cells=cells,
+    run=run,
+    assemble=assemble,
+    rows=summary_rows,
+    beside="normal-gamma, highest",
+    paired=("check",),
+    details=detail_lines,
+)
+
+if __name__ == "__main__":
+    main(EXPERIMENT)
