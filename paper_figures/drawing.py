@@ -111,11 +111,21 @@ def make(figure: PaperFigure, results: Path, out: Path) -> bool:
     datasets = read_results(figure, results)
     out.mkdir(parents=True, exist_ok=True)
     with styled():
-        drawn = figure.draw(datasets)
-        drawn.supxlabel(SYNTHETIC, x=0.995, ha="right", fontsize=7.0, color="#666666")
-        save_figure(drawn, out, figure.name)
+        save_figure(_drawn(figure, datasets), out, figure.name)
     write_json(record, {"made_of": digest, "caption": figure.caption, "results": figure.results})
     return True
+
+
+def _drawn(figure: PaperFigure, datasets: Mapping[str, xr.Dataset]) -> Figure:
+    drawn = figure.draw(datasets)
+    drawn.supxlabel(SYNTHETIC, x=0.995, ha="right", fontsize=7.0, color="#666666")
+    return drawn
+
+
+def save_small(figure: PaperFigure, results: Path, folder: Path) -> None:
+    """Write a figure as a small PNG, for a page of the documentation."""
+    folder.mkdir(parents=True, exist_ok=True)
+    _drawn(figure, read_results(figure, results)).savefig(folder / f"{figure.name}.png", dpi=90)
 
 
 def main(figures: Sequence[PaperFigure], argv: Sequence[str] | None = None) -> None:
@@ -126,6 +136,7 @@ def main(figures: Sequence[PaperFigure], argv: Sequence[str] | None = None) -> N
     known = {figure.name: figure for figure in figures}
     if len(known) > 1:
         parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(known)}; all by default")
+    parser.add_argument("--docs", type=Path, metavar="DIR", help="small PNGs for the documentation too")
     options = parser.parse_args(argv)
     chosen = getattr(options, "names", None) or list(known)
     if unknown := [name for name in chosen if name not in known]:
@@ -134,6 +145,9 @@ def main(figures: Sequence[PaperFigure], argv: Sequence[str] | None = None) -> N
     for name in chosen:
         try:
             drawn = make(known[name], options.results, options.out)
+            if options.docs is not None:
+                with styled():
+                    save_small(known[name], options.results, options.docs)
         except MissingResult as error:
             missing.append(str(error))
             continue

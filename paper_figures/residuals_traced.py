@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from friction_bayes.plotting.style import caption
 from paper_figures.drawing import ACCENT, FAINT, MODEL, TRUTH, PaperFigure, main, new_figure
 
 __all__ = ["FIGURE"]
@@ -35,11 +36,12 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
             axes.plot([low, high], [row, row], color=colour, lw=3.0, alpha=0.55)
             axes.plot(middle, row, "o", color=colour, ms=5)
         axes.axvline(0.0, color=TRUTH, lw=0.8)
-        axes.axvline(paper, color=ACCENT, lw=1.4, ls="--", label=f"paper {paper:g} %")
+        axes.axvline(paper, color=ACCENT, lw=1.4, ls="--")
         axes.axhspan(0.5, 3.5, color=FAINT, alpha=0.5, lw=0.0, zorder=0)
         axes.set_title(f"{rate:g} Hz")
+        caption(axes, f"paper {paper:g} %")
+        axes.set_xlim(-45.0, 30.0)
         axes.set_xlabel("error [%]")
-        axes.legend(loc="lower right", fontsize=8)
     panels[0].set_yticks(range(len(steps)), steps)
     panels[0].invert_yaxis()
     return figure
