@@ -22,6 +22,7 @@ from friction_bayes.loop.result import LoopReport
 from friction_bayes.loop.search import Search
 from friction_bayes.loop.segment import Segment, cut_records
 from friction_bayes.mechanics.effects import EFFECTS, effect_named
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.oscillator import Oscillator
 
 __all__ = ["close_loop"]
@@ -102,7 +103,9 @@ def close_loop(
     if coloured:
         ar = tuple(autoregression(e) for e in search.ranked()[0].fit.residuals)
         trail.append(f"noise is autoregressive of order {max(a.size for a in ar)}: searched again")
-        search = Search(system, segments, allowed, ar, progress)
+        # an outlier of a coloured signal is none of its innovations: it spoils as many as the order is
+        kept = tuple(name for name in allowed if name != OUTLIERS.name)
+        search = Search(system, segments, kept, ar, progress)
         _run(search)
         trail += search.trail
     ranked = search.ranked()

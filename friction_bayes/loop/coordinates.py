@@ -114,6 +114,14 @@ class Coordinate:
         return 2.0 * math.pi if self.prior.family == "uniform" else 0.0
 
     @property
+    def fenced(self) -> tuple[float, float]:
+        """The fence as coordinates."""
+        if self.prior.family == "log-normal":
+            # beyond six prior standard deviations a value is none
+            return -6.0, 6.0
+        return self.coordinate(self.fence[0]), self.coordinate(self.fence[1])
+
+    @property
     def support(self) -> tuple[float, float]:
         """Prior support of the coordinate."""
         p = self.prior

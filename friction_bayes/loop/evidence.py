@@ -31,13 +31,14 @@ def log_evidence(fit: LoopFit) -> float:
     """Log-evidence of a fit, up to what all models of the same samples share."""
     least = np.array([c.least_precision for c in fit.model.coordinates])
     root = np.linalg.cholesky(fit.precision + np.diag(least))
-    value = -0.5 * fit.objective + math.fsum(c.log_normalisation for c in fit.model.coordinates)
+    centre, objective = fit.centre
+    value = -0.5 * objective + math.fsum(c.log_normalisation for c in fit.model.coordinates)
     value += 0.5 * fit.z.size * math.log(2.0 * math.pi) - float(np.log(np.diag(root)).sum())
     value += math.fsum(noise.log_volume for noise in fit.noises)
     low, high = _support(fit)
     bounded = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
     block = fit.covariance[np.ix_(bounded, bounded)]
-    return value + log_box_probability(fit.z[bounded], block, low[bounded], high[bounded])
+    return value + log_box_probability(centre[bounded], block, low[bounded], high[bounded])
 
 
 def posterior_probabilities(fits: Sequence[LoopFit], log_weights: Array) -> Array:
@@ -71,7 +72,7 @@ def posterior_probabilities(fits: Sequence[LoopFit], log_weights: Array) -> Arra
 def bounded_draws(fit: LoopFit, rng: np.random.Generator, draws: int) -> Array:
     """Draw coordinates from the normal approximation cut to the support, shape (draws, p)."""
     low, high = _support(fit)
-    return truncated_draws(fit.z, fit.covariance, low, high, rng, draws)
+    return truncated_draws(fit.centre[0], fit.covariance, low, high, rng, draws)
 
 
 def _support(fit: LoopFit) -> tuple[Array, Array]:

@@ -30,8 +30,8 @@ _SCORES = (-2.0, -1.0, 0.0, 1.0)
 """Where a parameter that only shapes a term is tried, as normal scores of its prior."""
 _VERSIONS = 2
 """Versions of an effect, of those tried, that go on into combinations."""
-_LEAST_INFORMATION = 1.0
-"""An effect of which the samples tell less than the prior cannot be seen in them: it is not weighed."""
+_LEAST_INFORMATION = 0.02
+"""An effect of which the samples tell less, in units of what the prior tells, cannot be seen: not weighed."""
 _LEAST_SHARE = 1e-4
 """A residual is not promised to fall below this share of its sum of squares."""
 
@@ -199,7 +199,7 @@ class Expansion:
         self._versions.setdefault(name, []).append(_Version(name, coordinates, columns, line, offset))
 
     def _is_seen(self, version: _Version) -> bool:
-        """Whether the samples say more of any of its parameters than the prior, no other effect acting."""
+        """Whether the samples say anything of its parameters, no other effect acting."""
         if version.line is not None:
             return True
         always = [i for i, c in enumerate(self._fit.model.coordinates) if not c.effect]

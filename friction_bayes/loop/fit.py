@@ -45,7 +45,9 @@ class LoopFit:
     jacobians : tuple of ndarray, shape (n, p)
         Whitened derivatives.
     precision : ndarray, shape (p, p)
-        Curvature of half the deviance with the prior.
+        Curvature of half the objective.
+    gradient : ndarray, shape (p,)
+        Minus the gradient of half the objective: nothing but where a coordinate is held at its fence.
     deviance : float
         ``-2 log L`` at the mode.
     objective : float
@@ -59,8 +61,18 @@ class LoopFit:
     noises: tuple[NoiseFit, ...]
     jacobians: tuple[Array, ...]
     precision: Array
+    gradient: Array
     deviance: float
     objective: float
+
+    @property
+    def centre(self) -> tuple[Array, float]:
+        """Mode of the second-order problem, beyond the fence where that holds a coordinate; its objective."""
+        low, high = self.model.fence
+        if not np.any((self.z <= low) | (self.z >= high)):
+            return self.z, self.objective
+        step = cho_solve(cho_factor(self.precision), self.gradient)
+        return self.z + step, self.objective - float(self.gradient @ step)
 
     @property
     def residuals(self) -> tuple[Array, ...]:
@@ -140,6 +152,7 @@ def fit_model(
     point = _evaluate(model, forms, model.fenced(start), used, prior)
     if point is None:
         return None
+    fence = model.fence
     damping = 1e-3
     jacobians, precision, gradient = _linearise(model, forms, point, used, prior, steps)
     for _ in range(iterations):
@@ -147,7 +160,7 @@ def fit_model(
         length = 0.0
         while damping < 1e8:
             damped = precision + damping * np.diag(np.diag(precision))
-            move = cho_solve(cho_factor(damped), gradient)
+            move = _step(damped, gradient, point.z, fence)
             trial = _evaluate(model, forms, model.fenced(point.z + move), used, prior)
             if trial is not None and trial.objective < point.objective:
                 improved = trial
@@ -169,6 +182,7 @@ def fit_model(
         jacobians, precision, gradient = _linearise(
             model, forms, point, used, prior, steps, jacobians if near else None
         )
+    _, precision, gradient = _linearise(model, forms, point, used, prior, steps, jacobians)
     return LoopFit(
         model,
         tuple(forms),
@@ -177,9 +191,19 @@ def fit_model(
         point.noises,
         jacobians,
         precision,
+        gradient,
         point.deviance,
         point.objective,
     )
+
+
+def _step(curvature: Array, gradient: Array, z: Array, fence: tuple[Array, Array]) -> Array:
+    """Newton's step of the coordinates that are not held at their fence."""
+    low, high = fence
+    free = ~(((z <= low) & (gradient < 0.0)) | ((z >= high) & (gradient > 0.0)))
+    move = np.zeros(z.size)
+    move[free] = cho_solve(cho_factor(curvature[np.ix_(free, free)]), gradient[free])
+    return move
 
 
 def fit_grown(

@@ -75,7 +75,7 @@ def force_check(before: LoopFit, after: LoopFit, measured: Array) -> tuple[dict[
         Measured, before and after, at the samples used.
     """
     segment = after.model.segments[0]
-    used = measured[segment.first : segment.first + segment.values.size]
+    used = segment.of_record(measured)
     direction = after.predictions[0].direction
     moving = direction != 0.0
     if float(used @ direction) < 0.0:

@@ -120,17 +120,15 @@ class LoopModel:
         """Values of the coordinates."""
         return np.array([c.value(float(x)) for c, x in zip(self.coordinates, z, strict=True)])
 
+    @property
+    def fence(self) -> tuple[Array, Array]:
+        """Coordinates between which the force laws make sense, each of shape (p,)."""
+        ends = np.array([c.fenced for c in self.coordinates])
+        return ends[:, 0], ends[:, 1]
+
     def fenced(self, z: Array) -> Array:
         """Move coordinates back to where the force laws make sense."""
-        out = z.copy()
-        for i, c in enumerate(self.coordinates):
-            low, high = c.fence
-            if c.prior.family == "log-normal":
-                # beyond six prior standard deviations a value is none
-                out[i] = min(max(z[i], -6.0), 6.0)
-            else:
-                out[i] = min(max(z[i], c.coordinate(low)), c.coordinate(high))
-        return out
+        return np.clip(z, *self.fence)
 
     def predict(self, z: Array, r: int, segment: Segment | None = None) -> Prediction | None:
         """Predict record ``r`` (or a shortened ``segment``); None when the motion does not stay finite."""

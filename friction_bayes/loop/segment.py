@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -23,6 +24,11 @@ _REST_KEPT = 0.15
 _SPIKE = 6.0
 """Distance from the neighbours' median, in robust standard deviations, of what is left aside when cutting."""
 _NEIGHBOURS = 7
+_OVERSAMPLED = 400.0
+"""Samples a period beyond which they are averaged."""
+_KEPT_SAMPLES = 200.0
+_STRAY_SPIKES = 1e-3
+"""Share of spikes that are no outliers: white noise has one sample in a million beyond six deviations."""
 
 Array = NDArray[np.float64]
 
@@ -45,6 +51,8 @@ class Segment:
         Samples before the stop.
     first, recorded : int
         Where in the record the first sample lies, and how many the record has.
+    block : int
+        Samples of the record that each value is the mean of.
     """
 
     decay: FreeDecay
@@ -54,6 +62,12 @@ class Segment:
     moving: int
     first: int
     recorded: int
+    block: int = 1
+
+    def of_record(self, values: Array) -> Array:
+        """What was recorded beside the signal, shape (recorded,), at the segment's samples."""
+        used = values[self.first : self.first + self.block * self.values.size]
+        return np.asarray(used.reshape(-1, self.block).mean(axis=1))
 
     @property
     def duration(self) -> float:
@@ -80,6 +94,7 @@ class Segment:
             moving=min(self.moving, n),
             first=self.first,
             recorded=self.recorded,
+            block=self.block,
         )
 
 
@@ -109,11 +124,11 @@ def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Se
 
 def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     validate_record(record)
+    recorded = record.size
+    record, block = _averaged(record, system)
     values = np.ascontiguousarray(record.values, dtype=np.float64)
-    smooth = median_filter(values, _NEIGHBOURS, mode="nearest")
-    away = np.abs(values - smooth)
-    spread = 1.4826 * float(np.median(away))
-    tame = np.where(away > _SPIKE * spread, smooth, values) if spread > 0.0 else values
+    smooth, spikes = _spikes(values)
+    tame = np.where(spikes, smooth, values)
     decay = find_free_decay(record.copy(data=tame), system)
     clock = np.asarray(record["time"].values, dtype=np.float64)
     first = int(np.searchsorted(clock, decay.start_time - 0.5 * decay.step))
@@ -134,6 +149,37 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
         time=time,
         sides=sides,
         moving=min(moving, n),
-        first=first,
-        recorded=values.size,
+        first=first * block,
+        recorded=recorded,
+        block=block,
     )
+
+
+def _spikes(values: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """The neighbours' median of each sample, and which samples lie far from it."""
+    smooth = median_filter(values, _NEIGHBOURS, mode="nearest")
+    away = np.abs(values - smooth)
+    spread = 1.4826 * float(np.median(away))
+    return smooth, (away > _SPIKE * spread) & (spread > 0.0)
+
+
+def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int]:
+    """Means of blocks of samples where a period holds far more of them than its shape has detail.
+
+    Two hundred values a period keep the amplitude to 4e-5 and all that white noise leaves to be known; the
+    steps of an encoder average out. Flat samples and outliers are seen sample by sample alone.
+    """
+    values = np.asarray(record.values, dtype=np.float64)
+    clock = np.asarray(record["time"].values, dtype=np.float64)
+    step = float(clock[-1] - clock[0]) / max(clock.size - 1, 1)
+    samples = 2.0 * math.pi / (system.natural_frequency * step) if step > 0.0 else 0.0
+    block = int(samples / _KEPT_SAMPLES)
+    if samples < _OVERSAMPLED or clipped_fraction(values)[1] is not None:
+        return record, 1
+    if np.count_nonzero(_spikes(values)[1]) > _STRAY_SPIKES * values.size:
+        return record, 1
+    n = values.size // block
+    means = [np.asarray(x[: n * block].reshape(n, block).mean(axis=1)) for x in (clock, values)]
+    return xr.DataArray(
+        means[1], coords={"time": ("time", means[0], record["time"].attrs)}, attrs=record.attrs
+    ), block

@@ -6,11 +6,17 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 from scipy.special import log_ndtr, ndtri_exp
 
 __all__ = ["log_box_probability", "log_interval_probability", "truncated_draws"]
 
 Array = NDArray[np.float64]
+
+_FAR = 6.0
+"""Standard deviations from an end beyond which it does not count."""
+_INTEGRATION_ERROR = 1e-6
+_LEAST_INTEGRATED = 1e-4
 
 
 def log_interval_probability(low: Array, high: Array) -> Array:
@@ -33,14 +39,40 @@ def log_interval_probability(low: Array, high: Array) -> Array:
 def log_box_probability(mean: Array, covariance: Array, low: Array, high: Array) -> float:
     """Log-probability that a multivariate normal lies in a box.
 
-    Coordinate after coordinate, the least probable first, each given the truncated mean and variance of
-    those before it (Mendell & Elston, Biometrics 30, 1974): exact for one coordinate or independent ones.
+    By Genz's integration over the coordinates near an end; where that is too small to be integrated,
+    coordinate after coordinate, each given the truncated mean and variance of those before it
+    (Mendell & Elston, Biometrics 30, 1974), which is exact for independent coordinates alone.
 
     Parameters
     ----------
     mean, low, high : ndarray, shape (k,)
     covariance : ndarray, shape (k, k)
     """
+    sd = np.sqrt(np.diag(covariance))
+    scores = (low - mean) / sd, (high - mean) / sd
+    near = np.flatnonzero((scores[0] > -_FAR) | (scores[1] < _FAR))
+    if near.size == 0:
+        return 0.0
+    if near.size == 1:
+        return float(log_interval_probability(scores[0][near], scores[1][near])[0])
+    block = covariance[np.ix_(near, near)]
+    correlation = block / np.outer(sd[near], sd[near])
+    mass = float(
+        stats.multivariate_normal.cdf(
+            scores[1][near],
+            cov=correlation,
+            lower_limit=scores[0][near],
+            allow_singular=True,
+            abseps=_INTEGRATION_ERROR,
+            rng=np.random.default_rng(0),
+        )
+    )
+    if mass > _LEAST_INTEGRATED:
+        return min(math.log(mass), 0.0)
+    return _coordinate_by_coordinate(mean[near], block, low[near], high[near])
+
+
+def _coordinate_by_coordinate(mean: Array, covariance: Array, low: Array, high: Array) -> float:
     mean, block = mean.copy(), covariance.copy()
     left = list(range(mean.size))
     total = 0.0
