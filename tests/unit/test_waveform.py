@@ -238,3 +238,20 @@ def test_improper_prior_has_no_draws(rng: np.random.Generator) -> None:
     assert math.isfinite(result.coefficient.std())
     with pytest.raises(InputError, match="improper"):
         result.target.prior_draws(rng, 3)
+
+
+@pytest.mark.parametrize(("quantity", "told"), [("velocity", False), ("acceleration", True)])
+def test_says_where_the_signal_jumps(quantity: str, told: bool) -> None:
+    record = simulate(
+        SYSTEM,
+        friction=FRICTION,
+        initial_displacement=0.02,
+        duration=5.0,
+        sampling_rate=100.0,
+        noise_sd=1e-3,
+        quantity=quantity,
+        seed=1,
+    )
+    decay = find_free_decay(record, SYSTEM)
+    notes = WAVEFORM.fit(decay, WAVEFORM.default_prior(decay), peaks="highest").notes
+    assert any("jumps at its turning points" in note for note in notes) is told
