@@ -24,6 +24,7 @@ from experiments import (
     residuals_traced,
     rig_sensors,
     sampling_rate_sweep,
+    shown_machine,
     shown_records,
     testbed_choices,
 )
@@ -55,6 +56,7 @@ TINY: dict[Any, dict[str, Any]] = {
         "set_ups": 1,
     },
     shown_records: {"grid": 21, "check": False},
+    shown_machine: {"points": 4, "grid": 41},
 }
 
 
@@ -96,8 +98,10 @@ def check_figures(results: Path, out: Path) -> None:
     """Every figure draws from stored results; one is written, once."""
     drawn: list[PaperFigure] = []
     stored: dict[str, xr.Dataset] = {}
+    computed = {module.EXPERIMENT.name for module in TINY}
     for figure in all_figures():
-        if not all((results / f"{name}.nc").exists() for name in figure.results):
+        if not set(figure.results) <= computed:
+            # of an experiment that has tests of its own
             with pytest.raises(MissingResult, match=f"{figure.name}: no "):
                 make(figure, results, out)
             continue
@@ -106,7 +110,7 @@ def check_figures(results: Path, out: Path) -> None:
         with styled():
             figure.draw(stored).draw_without_rendering()
         drawn.append(figure)
-    assert len(drawn) >= 18
+    assert len(drawn) >= 19
     assert make(drawn[0], results, out)
     for kind in ("png", "pdf"):
         assert (out / f"{drawn[0].name}.{kind}").stat().st_size > 5000

@@ -1,0 +1,135 @@
+"""What does condition monitoring look like for one machine? The schematic of Fig. 1 with numbers in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+import friction_bayes as fb
+from experiments.monitoring import LAWS
+from experiments.monitoring import Config as Wear
+from experiments.runner import Cell, Experiment, main
+from experiments.tables import Row
+from friction_bayes.mechanics.testbed import PAPER_SYSTEM
+
+__all__ = ["EXPERIMENT", "Config"]
+
+
+@dataclass(frozen=True)
+class Config:
+    """A machine of :mod:`experiments.monitoring`, its law of wear, its detection points and the grids."""
+
+    wear: Wear = field(default_factory=Wear)
+    law: str = "both"
+    points: int = 8
+    grid: int = 401
+
+
+def cells(config: Config, full: bool) -> Sequence[Cell]:
+    """One machine."""
+    return [{"law": config.law, "points": config.points}]
+
+
+def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+    """Follow one machine to Tn: f(r|Ti) with and without forgetting, and f(dt|Tn)."""
+    wear, rng = config.wear, np.random.default_rng(seed)
+    times = np.linspace(0.0, wear.span, cell["points"])
+    machine = LAWS[cell["law"]](wear, times, rng)
+    records = [
+        fb.simulate(
+            PAPER_SYSTEM,
+            friction=float(friction),
+            initial_displacement=wear.initial_displacement,
+            duration=wear.duration,
+            sampling_rate=wear.sampling_rate,
+            noise_sd=wear.noise_sd,
+            seed=int(rng.integers(2**32)),
+        )
+        for friction in machine.shown
+    ]
+    report = fb.monitor_records(
+        records, PAPER_SYSTEM, threshold=wear.threshold, times=times.tolist(), time_unit="h"
+    )
+    life = report.life
+    assert life is not None
+    low, middle, high = (float(life.ppf(q)) for q in (0.05, 0.5, 0.95))
+    ahead = np.linspace(0.0, 1.3 * float(life.ppf(0.97)), config.grid)
+    reached = np.array([float(life.cdf(time)) for time in ahead])
+    found: dict[str, Any] = {
+        "time": times.tolist(),
+        "friction": machine.shown.tolist(),
+        "ahead": ahead.tolist(),
+        "reached": reached.tolist(),
+        "life": [low, middle, high],
+        "true_life": machine.life,
+        "threshold": wear.threshold,
+    }
+    for name, forgetting in (("forgetting", True), ("plain", False)):
+        densities = [report.density(point, forgetting=forgetting) for point in range(times.size)]
+        found[f"{name}_mean"] = [float(density.mean()) for density in densities]
+        found[f"{name}_sd"] = [float(density.std()) for density in densities]
+    return found
+
+
+def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
+    """Over ``time`` the detection points, over ``ahead`` the distribution function of the remaining life."""
+    (one,) = results
+    friction = {"units": "N"}
+    data = {"true_friction": ("time", one["friction"], friction)}
+    for name in ("forgetting", "plain"):
+        data[f"{name}_mean"] = ("time", one[f"{name}_mean"], friction)
+        data[f"{name}_sd"] = ("time", one[f"{name}_sd"], friction)
+    return xr.Dataset(
+        data
+        | {
+            "reached": ("ahead", one["reached"], {"units": "1", "long_name": "threshold reached by then"}),
+            "life": ("quantile", one["life"], {"units": "h", "long_name": "remaining life"}),
+            "true_life": ((), one["true_life"], {"units": "h"}),
+            "threshold": ((), one["threshold"], friction),
+        },
+        coords={
+            "time": ("time", one["time"], {"units": "h"}),
+            "ahead": ("ahead", one["ahead"], {"units": "h", "long_name": "time from Tn"}),
+            "quantile": [0.05, 0.5, 0.95],
+        },
+        attrs={"synthetic": 1},
+    )
+
+
+def rows(dataset: xr.Dataset) -> list[Row]:
+    """The last point and the remaining life, beside the truth of this machine."""
+    truth = float(dataset["true_friction"][-1])
+    table = []
+    for name in ("forgetting", "plain"):
+        mean, sd = float(dataset[f"{name}_mean"][-1]), float(dataset[f"{name}_sd"][-1])
+        low, high = stats.norm(mean, sd).interval(0.9)
+        table.append(Row(f"f(r|Tn), {name}", f"{mean:.4f} [{low:.4f}, {high:.4f}] N", f"{truth:.4f} N"))
+    low, middle, high = dataset["life"].values
+    table.append(
+        Row(
+            "remaining life",
+            f"{middle:.0f} [{low:.0f}, {high:.0f}] h",
+            f"{float(dataset['true_life']):.0f} h",
+        )
+    )
+    return table
+
+
+EXPERIMENT = Experiment(
+    name="shown_machine",
+    question="what does condition monitoring look like for one machine?",
+    config=Config(),
+    cells=cells,
+    run=run,
+    assemble=assemble,
+    rows=rows,
+    beside="truth",
+)
+
+if __name__ == "__main__":
+    main(EXPERIMENT)
