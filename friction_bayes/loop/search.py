@@ -1,4 +1,4 @@
-"""Which effects: a search led by the residual, from the empty set to three effects at once.
+"""Which effects: a search led by the residual, from the empty set to four effects at once.
 
 About the best fit so far every set of effects, those of the fit dropped, swapped or kept, is judged to
 second order (see :mod:`friction_bayes.loop.expansion`); what promises to matter is fitted from where that
@@ -28,7 +28,7 @@ __all__ = ["INCLUSION", "Candidate", "Search"]
 
 INCLUSION = 0.1
 """Prior probability that an effect acts, independently for each."""
-MOST_EFFECTS = 3
+MOST_EFFECTS = 4
 _PROMISING = math.log(300.0)
 """How far below the best a set may be, to second order, and still be fitted."""
 _BETTER = 1.0

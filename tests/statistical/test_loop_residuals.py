@@ -1,0 +1,70 @@
+"""The residual tests' stated false-alarm rate, and the power to see what each channel is for."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import friction_bayes as fb
+from friction_bayes.loop.fit import LoopFit, fit_grown, starting_point
+from friction_bayes.loop.model import LoopModel
+from friction_bayes.loop.noise import NoiseForm
+from friction_bayes.loop.residual import FALSE_ALARM_RATE, residual_tests
+from friction_bayes.loop.segment import cut_records
+
+SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
+RECORDS = 120
+
+
+def fitted(seed: int, **settings: Any) -> LoopFit:
+    """A Coulomb fit to a decay of twelve periods."""
+    options: dict[str, Any] = {
+        "friction": 0.25,
+        "initial_displacement": 0.04,
+        "duration": 7.5,
+        "sampling_rate": 60.0,
+        "noise_sd": 5e-4,
+    }
+    record = fb.simulate(SYSTEM, seed=seed, **options | settings)
+    model = LoopModel(SYSTEM, cut_records([record], SYSTEM))
+    fit = fit_grown(model, [NoiseForm(np.zeros(0))], starting_point(model))
+    assert fit is not None
+    return fit
+
+
+def test_noise_fails_no_more_often_than_stated(seed: int) -> None:
+    """Family rate 1 %: more than 6 alarms in 120 records have a probability of 3e-4.
+
+    P-values below a tenth must come in a tenth of the cases in every channel; with a level of 1e-4 a channel,
+    between 2 and 26 of 120.
+    """
+    seeds = np.random.SeedSequence(seed).generate_state(RECORDS)
+    alarms, low = 0, Counter[str]()
+    for s in seeds:
+        tests = residual_tests(fitted(int(s)))
+        alarms += bool(tests.failed)
+        low.update(c.name for c in tests.channels if c.p_value < 0.1)
+    assert alarms <= int(stats.binom.isf(3e-4, RECORDS, FALSE_ALARM_RATE))
+    limits = stats.binom.ppf((1e-4, 1.0 - 1e-4), RECORDS, 0.1)
+    for name in ("phase", "turning_points", "half_periods", "centres", "direction", "whiteness", "spectrum"):
+        assert limits[0] <= low[name] <= limits[1], name
+
+
+@pytest.mark.parametrize(
+    ("effects", "channel"),
+    [
+        ({"viscous_damping.damping_ratio": 0.01}, "turning_points"),
+        ({"cubic_stiffness.cubic_stiffness": 6e4}, "half_periods"),
+        ({"sensor_offset.offset": 3e-4}, "centres"),
+        ({"periodic_interference.amplitude": 3e-4, "periodic_interference.frequency": 11.0}, "spectrum"),
+        ({"outliers.fraction": 0.03, "outliers.scale": 4e-3}, "tails"),
+        ({"sensor_clipping.level": 0.03}, "saturation"),
+        ({"quadratic_drag.drag_coefficient": 8.0}, "phase"),
+    ],
+)
+def test_each_effect_shows_in_its_channel(effects: dict[str, float], channel: str, seed: int) -> None:
+    assert channel in residual_tests(fitted(seed, effects=effects)).failed
