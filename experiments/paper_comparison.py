@@ -23,11 +23,12 @@ __all__ = ["compare_with_paper", "comparison_page", "needed_results", "write_com
 
 NAME = "paper_comparison"
 OF_SAMPLER = {
-    "friction": "reference_mean",
-    "error": "reference_error",
-    "precision": "reference_precision",
+    "friction": ("reference_mean", 1.0),
+    "error": ("reference_error", 1.0),
+    "precision": ("reference_precision", 1.0),
+    "noise_sd": ("reference_precision", -0.5),
 }
-"""What emcee's draws say of a variable of the closed form."""
+"""What emcee's draws say of a variable of the closed form, and the power that makes it that variable."""
 
 Array = NDArray[np.float64]
 
@@ -132,15 +133,15 @@ def _share(values: Array) -> dict[str, Any]:
 
 def _emcee(ours: Mapping[str, Any], mine: xr.Dataset) -> dict[str, Any] | None:
     """What the sampler found on the first record that was checked, beside the closed form there."""
-    name = OF_SAMPLER.get(ours["variable"])
-    if name is None or name not in mine:
+    name, power = OF_SAMPLER.get(ours["variable"], ("", 1.0))
+    if name not in mine:
         return None
     checked = np.flatnonzero(np.isfinite(mine[name].values))
     if checked.size == 0:
         return None
     one = mine.isel(replicate=checked[:1])
     return {
-        "value": float(_values(ours, one, name)[0]),
+        "value": float(_values(ours, one**power, name)[0]),
         "closed_form": float(_values(ours, one, ours["variable"])[0]),
         "nested_rhat": float(one["rhat"].values[0]),
         "ess_bulk": float(one["ess_bulk"].values[0]),
