@@ -19,9 +19,9 @@ from friction_bayes.whiteness import residual_notes
 __all__ = ["signal_fit"]
 
 _JUMPS = (
-    "an acceleration jumps at its turning points: a sample that changes its half cycle changes the likelihood "
-    "at once, which the closed form, linear about its optimum, does not follow; a sampler that does may put the "
-    "mean a tenth of an sd elsewhere, and more in a short record"
+    "an acceleration jumps at its turning points: a sample that changes its half cycle changes the "
+    "likelihood at once, which the closed form, linear about its optimum, does not follow; a sampler that "
+    "does may put the mean a tenth of an sd elsewhere, and more in a short record"
 )
 
 
