@@ -39,8 +39,8 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
     left.axvspan(-0.03, 0.03, color=FAINT, lw=0.0, zorder=0)
     left.set_yticks(range(len(methods)), methods)
     left.invert_yaxis()
-    left.set_xlabel("(emcee mean - closed form) / posterior sd")
-    right.set_xlabel("emcee sd / closed form's")
+    left.set_xlabel("(emcee mean - ours) / sd")
+    right.set_xlabel("emcee sd / ours")
     left.set_title("grey: Monte Carlo error at 10 000 draws", fontsize=9, fontweight="normal")
     return figure
 
