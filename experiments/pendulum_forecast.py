@@ -1,7 +1,7 @@
 """A law identified on the first 37 s of a pendulum's decay: how well does it forecast the 18 s after?
 
 Kaheman et al. (HardwareX 15, 2023) cut one decay into four identification and two validation segments and
-publish a viscous law. Here each law is identified on the first four together; on each validation segment it is
+publish a viscous law. Here each law is identified on the first four together; on a validation segment it is
 given the initial state that fits the first period best, and forecasts the rest.
 """
 
