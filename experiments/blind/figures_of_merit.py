@@ -203,7 +203,7 @@ def figures_of_merit(dataset: xr.Dataset) -> list[Figure]:
         ),
         _reliability_figure(dataset, ~outside),
         _median(
-            "median time per record [s]",
+            "median processor time per record [s]",
             "<= 2.5 s",
             dataset["elapsed"].values,
             np.ones(before.size, bool),
