@@ -17,7 +17,8 @@ from experiments.runner import Cell, Experiment, main
 from experiments.tables import Row
 from friction_bayes.checking import check_estimate
 from friction_bayes.datasets import dataset_record, list_datasets
-from friction_bayes.halfcycles import half_cycles
+from friction_bayes.halfcycles import half_cycles, swing_frequency
+from friction_bayes.mechanics.swing import sine_integral
 from friction_bayes.whiteness import whiteness
 
 __all__ = ["EXPERIMENT", "Config"]
@@ -40,7 +41,7 @@ NUMBERS = {
     "residual_sd": "standard deviation of signal less fit, over half the signal's span",
     "lag1": "correlation of successive residuals",
     "ljung_box": "Ljung-Box statistic of the residuals over its 99.9 % quantile for white noise",
-    "drop_early": "loss of amplitude a half cycle, mean over the first third, unit of the signal",
+    "drop_early": "loss of amplitude (sine integral of a pendulum's angle) a half cycle, first third",
     "drop_late": "the same over the last third",
     "half_cycles": "half cycles between fitted turning points",
 }
@@ -116,11 +117,18 @@ def _reference(summary: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _losses(decay: Any) -> dict[str, float]:
-    """Loss of amplitude early and late, which plain dry friction makes equal (large swings aside)."""
+    """Loss of amplitude early and late, which plain dry friction makes equal.
+
+    The angle of a pendulum is replaced by its sine integral, which friction lowers linearly in large swings.
+    """
     try:
-        drop: NDArray[np.float64] = half_cycles(decay)["drop"].values
+        cycles = half_cycles(decay)
     except fb.InputError:
         return {}
+    drop: NDArray[np.float64] = cycles["drop"].values
+    if decay.quantity.order == 0 and swing_frequency(decay.system, decay.unit) > 0.0:
+        amplitude = [sine_integral(value) for value in cycles["amplitude"].values]
+        drop = -np.diff(amplitude) / cycles.attrs["half_cycles_per_interval"]
     third = max(drop.size // 3, 1)
     return {
         "drop_early": float(drop[:third].mean()),

@@ -23,7 +23,7 @@ def draw(case: xr.Dataset) -> Figure:
     )
     unit = case["signal_unit"].item()
     with styled():
-        figure = new_figure(7.2, 4.0)
+        figure = new_figure(5.8, 3.6)
         panels = figure.subplot_mosaic([["all", "end"], ["left", "left"]], height_ratios=[2.0, 1.0])
         crossings = np.flatnonzero(np.diff(np.signbit(fit - fit.mean())))
         late = crossings[-1 - int(min(_HALF_CYCLES_SHOWN, crossings.size - 1))]
@@ -31,7 +31,7 @@ def draw(case: xr.Dataset) -> Figure:
             panels[name].plot(time[part], signal[part], color=DATA, lw=0.9)
             panels[name].plot(time[part], fit[part], color=MODEL, lw=0.9, ls="--")
         panels["all"].set_ylabel(f"{case['quantity'].item().replace('_', ' ')} [{unit}]")
-        panels["all"].set_title(f"{case['record'].item()}: measured, and plain dry friction", loc="left")
+        panels["all"].set_title(case["record"].item(), loc="left")
         panels["end"].set_title("its end", loc="left")
         panels["left"].plot(time, residual, color=ACCENT, lw=0.7)
         panels["left"].axhline(0.0, color="#999999", lw=0.6)

@@ -1,0 +1,57 @@
+"""The experiment on measured records, with synthetic ones in their place: tables, figure, refusals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import friction_bayes as fb
+from experiments import measured_estimates, measured_figures
+from experiments.runner import main
+
+SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
+
+
+def record_of(name: str) -> tuple[xr.DataArray, fb.Oscillator]:
+    if name == "made-up/lost":
+        raise fb.InputError("dataset:made-up", "cannot download", "name a folder")
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.5,
+        initial_displacement=0.02,
+        duration=6.0,
+        sampling_rate=100.0,
+        noise_sd=1e-4,
+        seed=1,
+        effects={"viscous_damping.damping_ratio": 0.01},
+    )
+    return record, SYSTEM
+
+
+def test_tables_and_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made_up = SimpleNamespace(name="made-up", parts={"1": None, "lost": None})
+    monkeypatch.setattr(measured_estimates, "list_datasets", lambda: [made_up])
+    monkeypatch.setattr(measured_estimates, "dataset_record", record_of)
+    config = replace(measured_estimates.EXPERIMENT.config, methods=("envelope",), points=200)
+    experiment = replace(measured_estimates.EXPERIMENT, config=config, details=None)
+    found = main(experiment, ["--workers", "1", "--results", str(tmp_path)])
+    assert found["record"].values.tolist() == ["made-up/1", "made-up/lost"]
+    good, lost = found.isel(case=0), found.isel(case=1)
+    assert float(good["low"]) < float(good["friction"]) < float(good["high"])
+    assert float(good["rhat"]) < 1.01
+    # viscous damping takes more from large swings, which is not what dry friction does
+    assert float(good["drop_early"]) > 1.05 * float(good["drop_late"])
+    assert np.isnan(float(lost["friction"]))
+    table = (tmp_path / "measured_estimates.md").read_text(encoding="utf-8")
+    assert "| made-up/lost, envelope | refused |" in table
+    assert "cannot download" in table
+    monkeypatch.setattr(
+        "sys.argv", ["measured_figures", "--results", str(tmp_path), "--out", str(tmp_path / "figures")]
+    )
+    measured_figures.main()
+    assert [path.name for path in (tmp_path / "figures").iterdir()] == ["made-up-1.png"]
