@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from friction_bayes.loop.fit import LoopFit
+from friction_bayes.loop.noise import whiten
 
 __all__ = ["Proposal", "next_experiment", "proposals"]
 
@@ -121,11 +122,12 @@ def _expected_log_bayes_factor(truth: LoopFit, rival: LoopFit, option: Proposal)
             1e-4,
         ),
     ]
-    jacobian = np.column_stack(columns + free) / sd
+    ar = truth.forms[0].ar
+    jacobian = whiten(np.column_stack(columns + free), ar) / sd
     covariance = np.zeros((len(kept) + 2, len(kept) + 2))
     covariance[: len(kept), : len(kept)] = rival.covariance[np.ix_(kept, kept)]
     covariance[len(kept) :, len(kept) :] = 0.1**2 * np.eye(2)
-    difference = (target.signal - base.signal) / sd
+    difference = whiten(target.signal - base.signal, ar) / sd
     shared = jacobian.T @ difference
     inner = np.linalg.inv(covariance + 1e-15 * np.eye(len(covariance))) + jacobian.T @ jacobian
     return max(0.5 * float(difference @ difference - shared @ np.linalg.solve(inner, shared)), 0.0)
