@@ -20,7 +20,7 @@ import xarray as xr
 import friction_bayes as fb
 from experiments.classical import CLASSICAL
 from experiments.closed_forms import METHODS
-from experiments.method_tables import detail_lines, summary_rows
+from experiments.method_tables import detail_lines, summarised, summary_rows
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import SweepConfig, lay_out, seeds_of, sweep_cells
 from friction_bayes.free_decay import find_free_decay
@@ -92,18 +92,17 @@ def conditions(config: Config) -> dict[str, dict[str, Any]]:
     """Return what each condition changes of the base record, with its question, level and unit."""
     found: dict[str, dict[str, Any]] = {}
 
-    def add(question: str, level: float | str, unit: str, **change: Any) -> None:
-        text = level if isinstance(level, str) else f"{level:g} {unit}"
-        found[f"{question}: {text}"] = {"question": question, "level": text, "change": change}
+    def add(question: str, value: str, level: str, **change: Any) -> None:
+        found[f"{question}: {value}"] = {"question": question, "level": level, "change": change}
 
     for noise in config.noise_levels:
-        add("noise", noise, "m", noise_sd=noise)
+        add("noise", f"{noise:g} m", f"{1e3 * noise:g} mm", noise_sd=noise)
     for rate in config.rates:
-        add("sampling rate", rate, "Hz", sampling_rate=rate)
+        add("sampling rate", f"{rate:g} Hz", f"{rate:g} Hz", sampling_rate=rate)
     for length in config.lengths:
-        add("record length", length, "s", duration=length)
+        add("record length", f"{length:g} s", f"{length:g} s", duration=length)
     for name, effect in config.effects.items():
-        add("effect", name, "", effects=effect)
+        add("effect", name, name, effects=effect)
     return found
 
 
@@ -181,13 +180,13 @@ def _sampled(record: xr.DataArray, *, seed: int) -> tuple[float, float, float, f
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
-    """Dimensions condition, replicate, method; question and level of each condition."""
+    """Dimensions condition, replicate, method; question and level of each condition; what records come to."""
     dataset = lay_out(
         cells, results, dims=("condition", "replicate"), variables=VARIABLES, inner={"method": LABELS}
     )
     known = conditions(Config())
     names = dataset["condition"].values.tolist()
-    return dataset.assign_coords(
+    return summarised(dataset).assign_coords(
         question=("condition", [known[name]["question"] for name in names]),
         level=("condition", [known[name]["level"] for name in names]),
     )

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from experiments.tables import Row
 
-__all__ = ["detail_lines", "share_error", "size_of_error", "summary_rows"]
+__all__ = ["detail_lines", "share_error", "size_of_error", "summarised", "summary_rows", "with_error"]
 
 OURS, PAPER = "waveform", "normal-gamma, highest"
+BASE = "effect: none"
+"""The condition whose times are told."""
 
 
 def _kept(values: xr.DataArray) -> NDArray[np.float64]:
@@ -42,7 +44,7 @@ def share_error(hits: xr.DataArray) -> tuple[float, float]:
     return share, math.sqrt(inner * (1.0 - inner) / found.size)
 
 
-def _with_error(value: float, error: float, digits: int = 2) -> str:
+def with_error(value: float, error: float, digits: int = 2) -> str:
     """Write a value to the decimals that its error leaves it."""
     if not math.isfinite(value):
         return "–"
@@ -52,46 +54,87 @@ def _with_error(value: float, error: float, digits: int = 2) -> str:
     return f"{value:.{decimals}f} ± {error:.{decimals}f}" if value < 1e4 else f"{value:.2g} ± {error:.1g}"
 
 
+SUMMARY: dict[str, tuple[str, str]] = {
+    "rms_error": ("1", "root mean square of the error over records"),
+    "rms_error_se": ("1", "its Monte Carlo standard error"),
+    "bias": ("1", "mean of the error over records"),
+    "coverage": ("1", "share of 90 % intervals that hold the true friction"),
+    "coverage_se": ("1", "its Monte Carlo standard error"),
+    "median_width": ("1", "median width of the 90 % interval over the true friction"),
+    "median_elapsed": ("s", "median wall time"),
+}
+
+
+def summarised(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset over records with what they come to, by condition and method.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Over ``condition``, ``replicate``, ``method``; with ``error``, ``covers``, ``width``, ``elapsed``.
+    """
+    shape = (dataset.sizes["condition"], dataset.sizes["method"])
+    columns = {name: np.full(shape, math.nan) for name in SUMMARY}
+    for i, k in np.ndindex(shape):
+        one = dataset.isel(condition=i, method=k)
+        columns["rms_error"][i, k], columns["rms_error_se"][i, k] = size_of_error(one["error"])
+        columns["coverage"][i, k], columns["coverage_se"][i, k] = share_error(one["covers"])
+        for name, source in (("median_width", "width"), ("median_elapsed", "elapsed")):
+            kept = _kept(one[source])
+            columns[name][i, k] = np.median(kept) if kept.size else math.nan
+        error = _kept(one["error"])
+        columns["bias"][i, k] = error.mean() if error.size else math.nan
+    return dataset.assign(
+        {
+            name: (("condition", "method"), columns[name], {"units": unit, "long_name": meaning})
+            for name, (unit, meaning) in SUMMARY.items()
+        }
+    )
+
+
 def _error_text(one: xr.Dataset) -> str:
-    root, spread = size_of_error(one["error"])
-    return _with_error(100.0 * root, 100.0 * spread)
+    return with_error(100.0 * float(one["rms_error"]), 100.0 * float(one["rms_error_se"]))
 
 
 def _coverage_text(one: xr.Dataset) -> str:
-    share, spread = share_error(one["covers"])
-    return _with_error(100.0 * share, 100.0 * spread)
+    return with_error(100.0 * float(one["coverage"]), 100.0 * float(one["coverage_se"]))
 
 
 def detail_lines(dataset: xr.Dataset) -> list[Mapping[str, str]]:
-    """Return one line a condition and method: error, bias, coverage, width, time, refusals.
+    """Return one line a condition and one column a method: error; coverage; width, all in percent.
+
+    A last line has the median time on the base record.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         Of :mod:`experiments.method_comparison`.
     """
+    methods = dataset["method"].values.tolist()
     lines = []
-    for i, condition in enumerate(dataset["condition"].values.tolist()):
-        for method in dataset["method"].values.tolist():
-            one = dataset.isel(condition=i).sel({"method": method})
-            error, width, elapsed = (_kept(one[name]) for name in ("error", "width", "elapsed"))
-            refused = int(_kept(one["refused"]).sum())
-            if error.size + refused == 0:
-                continue
-            lines.append(
-                {
-                    "condition": condition,
-                    "method": method,
-                    "RMS error %": _error_text(one),
-                    "bias %": f"{100.0 * error.mean():+.2g}" if error.size else "–",
-                    "90 % interval covers %": _coverage_text(one),
-                    "its width %": f"{100.0 * np.median(width):.2g}" if width.size else "–",
-                    "time ms": f"{1e3 * np.median(elapsed):.3g}" if elapsed.size else "–",
-                    "records": f"{error.size}",
-                    "refused": f"{refused}" if refused else "",
-                }
-            )
-    return lines
+    for i in range(dataset.sizes["condition"]):
+        at = dataset.isel(condition=i)
+        texts = {method: _cell(at.sel({"method": method})) for method in methods}
+        lines.append({"condition": _name(at)} | texts)
+    base = dataset.sel(condition=BASE)["median_elapsed"]
+    times = {method: _plain(1e3 * float(base.sel({"method": method})), ".3g") for method in methods}
+    return [*lines, {"condition": "median time, ms"} | times]
+
+
+def _name(at: xr.Dataset) -> str:
+    return f"{at['question'].item()}: {at['level'].item()}"
+
+
+def _cell(one: xr.Dataset) -> str:
+    refused, records = int(_kept(one["refused"]).sum()), _kept(one["refused"]).size
+    if refused == records:
+        return "refused" if records else "–"
+    text = f"{_error_text(one)}; {_coverage_text(one)}; {_plain(100.0 * float(one['median_width']), '.2g')}"
+    return f"{text} ({refused} refused)" if refused else text
+
+
+def _plain(value: float, form: str) -> str:
+    return f"{value:{form}}" if math.isfinite(value) else "–"
 
 
 def summary_rows(dataset: xr.Dataset) -> list[Row]:
@@ -104,16 +147,16 @@ def summary_rows(dataset: xr.Dataset) -> list[Row]:
     """
     rows = []
     classical = [name for name in dataset["method"].values.tolist() if name not in _OTHERS]
-    for i, condition in enumerate(dataset["condition"].values.tolist()):
+    for i in range(dataset.sizes["condition"]):
         at = dataset.isel(condition=i)
-        roots = {name: size_of_error(at["error"].sel({"method": name}))[0] for name in classical}
+        roots = {name: float(at["rms_error"].sel({"method": name})) for name in classical}
         known = {name: root for name, root in roots.items() if math.isfinite(root)}
         remark = ""
         if known:
             best = min(known, key=known.__getitem__)
             one = at.sel({"method": best})
             remark = f"best classical: {best}, {_error_text(one)} %, covers {_coverage_text(one)} %"
-        rows.append(Row(condition, _words(at, OURS), _words(at, PAPER), remark))
+        rows.append(Row(_name(at), _words(at, OURS), _words(at, PAPER), remark))
     return rows
 
 
