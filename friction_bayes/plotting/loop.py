@@ -27,6 +27,8 @@ __all__ = [
 ]
 
 _MOST_BARS = 8
+_FEWEST_BARS = 3
+_COUNTS = 5e-4
 _LEAST_DRAWS = 40
 """Draws of friction that a candidate needs for an interval of its own."""
 
@@ -36,9 +38,16 @@ def _records(report: LoopReport) -> str:
     return f"{first} and {others} more" if others else first
 
 
+def _bars(report: LoopReport) -> int:
+    """Candidates with a bar of their own: those that count, a few at least, and one rather than "1 other"."""
+    counting = sum(c["probability"] >= _COUNTS for c in report.candidates)
+    bars = min(max(counting, _FEWEST_BARS), _MOST_BARS)
+    return bars + 1 if len(report.candidates) == bars + 1 else bars
+
+
 def _draw_candidates(axes: Axes, report: LoopReport) -> None:
-    shown = report.candidates[:_MOST_BARS]
-    rest = report.candidates[_MOST_BARS:]
+    count = _bars(report)
+    shown, rest = report.candidates[:count], report.candidates[count:]
     labels = [set_words(c["effects"]) for c in shown]
     values = [float(c["probability"]) for c in shown]
     if rest:
@@ -69,7 +78,7 @@ def plot_candidates(report: LoopReport) -> Figure:
     matplotlib.figure.Figure
     """
     with styled():
-        figure = new_figure(8.0, 1.3 + 0.34 * min(len(report.candidates), _MOST_BARS + 1))
+        figure = new_figure(8.0, 1.3 + 0.34 * min(len(report.candidates), _bars(report) + 1))
         axes = figure.add_subplot()
         _draw_candidates(axes, report)
         axes.set_title(f"{_records(report)}: candidates")

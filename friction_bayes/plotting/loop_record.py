@@ -57,7 +57,7 @@ def plot_loop_signal(trace: RecordTrace) -> Figure:
     """
     turns = trace.turning_times
     period = 2.0 * float(np.median(np.diff(turns))) if turns.size > 1 else float(np.ptp(trace.time))
-    reach = _CLOSE_CYCLES * period
+    reach = min(_CLOSE_CYCLES * period, float(np.ptp(trace.time)) / 3.0)
     stop = turns[-1] + 0.5 * period if turns.size else trace.time[-1]
     with styled():
         figure = new_figure(9.0, 5.0)
