@@ -28,6 +28,7 @@ from experiments import (
     shown_records,
     testbed_choices,
 )
+from experiments import paper_numbers as table_of_numbers
 from experiments.paper_comparison import compare_with_paper, comparison_page, needed_results, write_comparison
 from experiments.paper_numbers import paper_numbers
 from experiments.rig import Rig, run_rig, true_friction
@@ -154,6 +155,20 @@ def test_table_of_numbers_points_at_results_that_exist() -> None:
         "setting",
         "criterion",
     }
+
+
+@pytest.mark.parametrize(
+    ("line", "words"), [("", "stands twice"), ("ours = { experimant = 'x' }", "unknown experimant")]
+)
+def test_table_of_numbers_refuses_slips(
+    line: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entry = "[[number]]\nid = 'a'\nvalue = 1\nunit = ''\nplace = ''\ntext = ''\nkind = 'result'\n"
+    table = tmp_path / "numbers.toml"
+    table.write_text(f"{entry}{line}\n{'' if line else entry}")
+    monkeypatch.setattr(table_of_numbers, "TABLE", table)
+    with pytest.raises(ValueError, match=words):
+        paper_numbers.__wrapped__()
 
 
 def test_area_under_the_curve() -> None:
