@@ -8,7 +8,8 @@ given the initial state that fits the first period best, and forecasts the rest.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,7 +21,8 @@ from scipy.optimize import least_squares
 import friction_bayes as fb
 from experiments.runner import Cell, Experiment, Row, main
 from friction_bayes.free_decay import find_free_decay
-from friction_bayes.mechanics.effects import force_effects
+from friction_bayes.mechanics.effects import EFFECTS, force_effects, register
+from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.integrate import integrate
 from friction_bayes.mechanics.oscillator import Oscillator
 from friction_bayes.words import number, set_words
@@ -81,24 +83,45 @@ class Law:
         return motion.displacement + self.offset
 
 
-ALLOWED: dict[str, tuple[str, ...] | None] = {
-    PUBLISHED: None,
+ALLOWED: dict[str, tuple[str, ...]] = {
+    PUBLISHED: (),
     "Coulomb alone": ("sensor_offset",),
     "viscous damping": ("sensor_offset", "viscous_damping"),
     "quadratic drag": ("sensor_offset", "quadratic_drag"),
-    "quadratic drag and Stribeck": ("sensor_offset", "quadratic_drag", "stribeck_friction"),
+    "quadratic drag, Stribeck": ("sensor_offset", "quadratic_drag", "stribeck_friction"),
+    "quadratic drag, Stribeck, pre-sliding": (
+        "sensor_offset",
+        "quadratic_drag",
+        "stribeck_friction",
+        PRESLIDING.name,
+    ),
     "the catalogue": (),
+    "the catalogue and pre-sliding": (),
 }
 """Effects that each law may have; empty for all that do not belong to a record."""
+
+
+@contextmanager
+def _registered(law: str) -> Iterator[None]:
+    """Have pre-sliding in the catalogue for the laws that name it, as a user would, and no longer."""
+    if "pre-sliding" not in law:
+        yield
+        return
+    register(PRESLIDING)
+    try:
+        yield
+    finally:
+        del EFFECTS[PRESLIDING.name]
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
     """One cell a law; ``full`` changes nothing."""
     del config, full
-    noisy = [
-        {"law": law, "noise": noise} for law in ALLOWED for noise in ("white", "auto") if law != PUBLISHED
-    ]
-    return [{"law": PUBLISHED, "noise": "white"}, *noisy]
+    return [{"law": law, "noise": noise} for law in ALLOWED for noise in _noises(law)]
+
+
+def _noises(law: str) -> tuple[str, ...]:
+    return ("none",) if law == PUBLISHED else ("white", "auto")
 
 
 def identified(report: fb.LoopReport, system: Oscillator) -> Law:
@@ -139,9 +162,15 @@ def forecast(law: Law, record: xr.DataArray) -> tuple[Array, int]:
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """Identify one law on the first segments and forecast the last."""
+    with _registered(cell["law"]):
+        return _run(config, cell, int(seed.generate_state(1)[0]))
+
+
+def _run(config: Config, cell: Cell, seed: int) -> dict[str, Any]:
     read = {part: fb.dataset_record(f"{SET}/{part}") for part in (*config.identification, *config.validation)}
     system = read[config.identification[0]][1]
-    told: dict[str, Any] = {"effects": "", "parameters": "", "verdict": "", "failed": "", "residual": None}
+    told: dict[str, Any] = dict.fromkeys(("effects", "parameters", "verdict", "failed", "rival"), "")
+    told["residual"] = None
     if cell["law"] == PUBLISHED:
         law = published(system)
         told["effects"] = "viscous damping"
@@ -151,7 +180,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         report = fb.close_loop(
             [read[part][0] for part in config.identification],
             system,
-            seed=int(seed.generate_state(1)[0]),
+            seed=seed,
             noise=cell["noise"],
             **choice,
         )
@@ -160,6 +189,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         told |= {
             "effects": set_words(report.candidates[0]["effects"]),
             "verdict": report.verdict,
+            "rival": _rival(report.candidates),
             "failed": ", ".join(after["failed"]),
             "residual": after["rms"],
         }
@@ -172,6 +202,14 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         stride = math.ceil(error.size / config.points)
         told[f"{part}.error"] = error[::stride].tolist()
     return told
+
+
+def _rival(candidates: Sequence[Mapping[str, Any]]) -> str:
+    """The next candidate, and by how much it is less probable."""
+    if len(candidates) < 2 or not candidates[1]["probability"] > 0.0:
+        return "none"
+    ratio = candidates[0]["probability"] / candidates[1]["probability"]
+    return f"{set_words(candidates[1]['effects'])}, {ratio:.2g} times less probable"
 
 
 def _parameters(law: Law) -> str:
@@ -189,7 +227,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
     dataset = xr.Dataset(coords={"segment": segments})
     for name in ("law", "noise"):
         dataset[name] = ("case", [str(cell[name]) for cell in cells])
-    for name in ("effects", "parameters", "verdict", "failed"):
+    for name in ("effects", "parameters", "verdict", "failed", "rival"):
         dataset[name] = ("case", [str(result[name]) for result in results])
     residual = [math.nan if result["residual"] is None else result["residual"] for result in results]
     dataset["residual"] = ("case", residual)
@@ -234,6 +272,7 @@ def details(dataset: xr.Dataset) -> list[dict[str, str]]:
             "law": f"{case['law'].item()}, {case['noise'].item()}",
             "effects": case["effects"].item(),
             "parameters": case["parameters"].item(),
+            "next candidate": case["rival"].item(),
             "residual of identification": f"{1e3 * float(case['residual']):.3g} mrad",
             "tests that fail there": case["failed"].item() or "none",
         }

@@ -1,0 +1,56 @@
+"""Pre-sliding: after a turning point the contact springs back before it slides (P. Dahl, 1976).
+
+Friction turns over a distance ``s`` from the turning point, ``r (1 - 2 exp(-s/s0))``, rather than at once. It
+shortens the half period, the more the smaller the amplitude. Not part of the catalogue from the start:
+``register(PRESLIDING)`` adds it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+from numpy.typing import NDArray
+
+from friction_bayes.mechanics.effects.effect import ForceEffect, Parameter
+from friction_bayes.mechanics.effects.prior import half_normal
+
+__all__ = ["PRESLIDING"]
+
+
+@njit(nogil=True)
+def _force(
+    t: float,
+    x: float,
+    v: float,
+    direction: float,
+    friction: float,
+    duration: float,
+    mass: float,
+    stiffness: float,
+    p: NDArray,
+    i: int,
+) -> float:
+    pull = stiffness * abs(x)
+    # on the way out friction is fully turned; within the dead band the contact sticks
+    if p[i] <= 0.0 or x * direction >= 0.0 or pull <= friction:
+        return 0.0
+    # close to the turning point the pull is constant, and the speed tells the distance: m v^2 = 2 k |x| s
+    distance = 0.5 * mass * v * v / pull
+    return -2.0 * friction * direction * math.exp(-distance / p[i])
+
+
+PRESLIDING = ForceEffect(
+    name="presliding",
+    summary="r (1 - 2 exp(-s/s0)), s from the last turning point",
+    parameters=(
+        Parameter(
+            name="presliding_displacement",
+            unit="m",
+            angular_unit="rad",
+            low=0.0,
+            prior=lambda scales: half_normal(0.02 * scales.amplitude),
+        ),
+    ),
+    force=_force,
+)

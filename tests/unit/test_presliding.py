@@ -1,0 +1,93 @@
+"""Pre-sliding without memory against SciPy with it, and what registration does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from friction_bayes.mechanics.effects import EFFECTS, register
+from friction_bayes.mechanics.effects.presliding import PRESLIDING
+from friction_bayes.mechanics.integrate import integrate
+from friction_bayes.mechanics.oscillator import Oscillator
+
+SYSTEM = Oscillator(mass=2.0, stiffness=200.0)
+FRICTION = 0.3
+RELEASE = 0.05
+DISTANCE = 2e-4
+
+
+@pytest.fixture
+def registered() -> Iterator[None]:
+    register(PRESLIDING)
+    yield
+    del EFFECTS[PRESLIDING.name]
+
+
+def with_memory(time: np.ndarray) -> np.ndarray:
+    """Half cycle by half cycle, each from its own turning point, whose place is remembered."""
+    x, start, direction = RELEASE, 0.0, -1.0
+    found = np.empty(time.size)
+    while True:
+        turn = x
+
+        def slope(_: float, y: np.ndarray, turn: float = turn, direction: float = direction) -> list[float]:
+            friction = FRICTION * (1.0 - 2.0 * np.exp(-abs(y[0] - turn) / DISTANCE))
+            return [y[1], (-200.0 * y[0] - direction * friction) / 2.0]
+
+        def stops(_: float, y: np.ndarray, direction: float = direction) -> float:
+            return direction * y[1] + 1e-9
+
+        stops.terminal, stops.direction = True, -1.0  # type: ignore[attr-defined]
+        run = solve_ivp(
+            slope,
+            (start, time[-1]),
+            [turn, 0.0],
+            "DOP853",
+            events=stops,
+            rtol=1e-10,
+            atol=1e-12,
+            dense_output=True,
+        )
+        inside = (time >= start) & (time <= run.t[-1])
+        found[inside] = run.sol(time[inside])[0]
+        if run.status == 0:
+            return found
+        x, start, direction = float(run.y[0, -1]), float(run.t[-1]), -direction
+
+
+@pytest.mark.usefixtures("registered")
+def test_speed_tells_the_distance_from_the_turning_point() -> None:
+    time = np.linspace(0.0, 4.0, 2001)
+    plain = integrate(SYSTEM, FRICTION, RELEASE, 0.0, time)
+    ours = integrate(
+        SYSTEM, FRICTION, RELEASE, 0.0, time, {"presliding.presliding_displacement": DISTANCE}, duration=4.0
+    )
+    exact = with_memory(time)
+    effect = np.abs(exact - plain.displacement).max()
+    assert effect > 1e-3
+    # what is left out, the change of the pull over s0, is a few percent at the smallest amplitude
+    np.testing.assert_allclose(ours.displacement, exact, atol=0.05 * effect)
+
+
+@pytest.mark.usefixtures("registered")
+def test_half_periods_shorten_with_the_amplitude() -> None:
+    time = np.linspace(0.0, 4.0, 2001)
+    ours = integrate(SYSTEM, FRICTION, RELEASE, 0.0, time, {"presliding.presliding_displacement": DISTANCE})
+    half = np.diff(ours.turning_times)
+    assert np.all(half < np.pi / 10.0)
+    assert np.all(np.diff(half)[:-1] < 0.0)
+
+
+@pytest.mark.usefixtures("registered")
+def test_it_comes_to_rest_in_the_dead_band() -> None:
+    time = np.linspace(0.0, 20.0, 2001)
+    ours = integrate(SYSTEM, FRICTION, RELEASE, 0.0, time, {"presliding.presliding_displacement": DISTANCE})
+    assert ours.stop_time < 10.0
+    assert abs(ours.displacement[-1]) <= FRICTION / 200.0
+
+
+def test_it_is_not_in_the_catalogue_unasked() -> None:
+    assert PRESLIDING.name not in EFFECTS
