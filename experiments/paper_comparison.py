@@ -95,7 +95,7 @@ def _rows_of(number: PaperNumber, datasets: Mapping[str, xr.Dataset]) -> Iterato
             other = datasets[number.ours["experiment"]].sel(number.ours["per"])
             other = other.sel({"method": reading}) if "method" in other.dims else other
         values = _values(number.ours, mine, number.ours["variable"], other)
-        ours = _share(values) if number.ours.get("share") else _band(values)
+        ours = _share(values, number.ours["factor"]) if number.ours.get("share") else _band(values)
         inside = None
         if not number.ours.get("share") and ours["records"] > 1:
             inside = bool(ours["low"] <= number.value <= ours["high"])
@@ -124,11 +124,12 @@ def _band(values: Array) -> dict[str, Any]:
     return {"median": float(middle), "low": float(low), "high": float(high), "records": values.size}
 
 
-def _share(values: Array) -> dict[str, Any]:
-    """Mean of numbers that are 0 or the factor, with a band of 1.645 binomial standard errors."""
+def _share(values: Array, whole: float) -> dict[str, Any]:
+    """Mean of numbers that are 0 or ``whole``, with a band of 1.645 binomial standard errors."""
     mean = float(values.mean())
     half = 1.645 * float(values.std()) / np.sqrt(values.size)
-    return {"median": mean, "low": mean - half, "high": mean + half, "records": values.size}
+    low, high = max(mean - half, 0.0), min(mean + half, whole)
+    return {"median": mean, "low": low, "high": high, "records": values.size}
 
 
 def _emcee(ours: Mapping[str, Any], mine: xr.Dataset) -> dict[str, Any] | None:
