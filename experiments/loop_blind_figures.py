@@ -1,4 +1,4 @@
-"""Draw the sealed test: ``python -m experiments.blind.figures results/loop_blind.nc docs/figures``."""
+"""Draw the sealed test: ``python -m experiments.loop_blind_figures results/loop_blind.nc docs/figures``."""
 
 from __future__ import annotations
 
