@@ -117,7 +117,8 @@ def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
             times=arguments.times,
             time_unit=arguments.time_unit,
         )
-    result = report.to_dict() | {"notes": warned}
+    told = [text for known in report.manipulation for text in known["notes"]]
+    result = report.to_dict() | {"notes": list(dict.fromkeys([*warned, *told]))}
     write_json(folder / "monitor.json", result)
     report.to_dataset().to_netcdf(folder / "monitor.nc", engine="h5netcdf")
     save_figure(plot_detection_points(report), folder, "detection_points")

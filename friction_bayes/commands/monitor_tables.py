@@ -24,12 +24,12 @@ def _interval(summary: Mapping[str, Any]) -> str:
     return f"{number(low)} .. {number(high)}"
 
 
-def _life(low: float | None, middle: float | None, high: float | None) -> str:
-    return f"{_time(middle)}   90 %: {_time(low)} .. {_time(high)}"
+def _life(low: float | None, middle: float | None, high: float | None, unit: str = "") -> str:
+    return f"{_time(middle)}{unit}   90 %: {_time(low)} .. {_time(high)}{unit}"
 
 
 def _time(value: float | None) -> str:
-    return "never" if value is None or value == float("inf") else f"{value:.3g}"
+    return "never" if value is None or value == float("inf") else f"{value:.4g}"
 
 
 def monitor_table(result: Mapping[str, Any]) -> Group:
@@ -81,7 +81,8 @@ def monitor_table(result: Mapping[str, Any]) -> Group:
     if prognosis is not None:
         life = prognosis["remaining_life"]
         below.add_row("threshold", f"{health['threshold']:g} {unit}")
-        below.add_row("remaining life", _life(life["interval90"][0], life["median"], life["interval90"][1]))
+        ends = life["interval90"]
+        below.add_row("remaining life", _life(ends[0], life["median"], ends[1], f" {time_unit}"))
         below.add_row(
             "probabilities",
             f"reached already {prognosis['probability_reached_already']:.2g}, "

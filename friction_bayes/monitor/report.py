@@ -156,10 +156,10 @@ class MonitorReport:
                 f"{self.life.never:.2g}"
             )
             return {"case": "not_approaching", "text": text}
-        end = f"{high:.3g}" if math.isfinite(high) else "never"
-        text = f"friction reaches {what} in {middle:.3g} {unit} (90 %: {low:.3g} .. {end})"
+        end = f"{high:.4g}" if math.isfinite(high) else "never"
+        text = f"friction reaches {what} in {middle:.4g} {unit} (90 %: {low:.4g} .. {end})"
         if low > 0.0:
-            text += f"; up to {low:.3g} {unit} from now the probability is below 5 %"
+            text += f"; up to {low:.4g} {unit} from now the probability is below 5 %"
         if middle > _FAR * self.points.span:
             text += f"; this is {middle / self.points.span:.2g} times as long as was observed"
         return {"case": "approaching", "text": text}

@@ -24,6 +24,10 @@ Array = NDArray[np.float64]
 _NODES = 20
 """Grid nodes along each of the two standard deviations."""
 _PASSES = 3
+_REACH = (1e-5, 30.0)
+"""Ends of the first grid, in scales of the prior: beyond the upper one lie 2 % of it."""
+_WANDER, _SCATTER = 0.3, 0.03
+"""Default scales of the two standard deviations, as shares of the largest friction."""
 _KEPT = 1e-7
 """Nodes below this share of the heaviest are dropped, in the end and when the grid is laid anew."""
 
@@ -34,19 +38,19 @@ class WearPrior:
 
     Attributes
     ----------
-    wander : tuple of float
-        Range of the standard deviation that diffusion adds per square root of the unit of time, ``sqrt(v)``;
-        log-uniform within.
-    scatter : tuple of float
-        Range of ``tau``, unit of friction; log-uniform within.
+    wander : float
+        Scale (median) of the half-Cauchy prior of ``sqrt(v)``, the standard deviation that diffusion adds per
+        square root of the unit of time.
+    scatter : float
+        Scale (median) of the half-Cauchy prior of ``tau``, unit of friction.
     drift_mean, drift_sd : float
         Normal prior of the drift, friction per unit of time; an infinite sd is flat.
     level_mean, level_sd : float
         Normal prior of the friction at T1; an infinite sd is flat.
     """
 
-    wander: tuple[float, float]
-    scatter: tuple[float, float]
+    wander: float
+    scatter: float
     drift_mean: float = 0.0
     drift_sd: float = math.inf
     level_mean: float = 0.0
@@ -87,14 +91,15 @@ class WearPosterior:
 
 
 def default_wear_prior(times: Array, friction: Array) -> WearPrior:
-    """Return the weak prior: flat in friction and drift, wide in the two standard deviations.
+    """Return the weak prior: flat in friction and drift, half-Cauchy in the two standard deviations.
 
-    Over the span of the points diffusion makes friction wander by, and conditions scatter it by, between a
-    thousandth and the whole of its size, every order of magnitude as likely as the next.
+    Half-Cauchy priors are the usual weak ones of standard deviations that few data tell (Gelman 2006). As
+    likely as not, over the span of the points diffusion makes friction wander by less than 0.3 of its size,
+    and conditions scatter it by less than 0.03.
     """
     size = float(np.abs(friction).max())
     span = math.sqrt(float(times[-1] - times[0]))
-    return WearPrior(wander=(1e-3 * size / span, size / span), scatter=(1e-3 * size, size))
+    return WearPrior(wander=_WANDER * size / span, scatter=_SCATTER * size)
 
 
 @njit(cache=True, nogil=True)
@@ -164,14 +169,17 @@ def fit_wear(times: Array, friction: Array, sd: Array, prior: WearPrior | None =
     """
     prior = prior or default_wear_prior(times, friction)
     normal = np.array([prior.drift_mean, prior.drift_sd**-2.0, prior.level_mean, prior.level_sd**2])
-    (low_v, high_v), (low_s, high_s) = np.log(prior.wander), np.log(prior.scatter)
+    (low_v, high_v), (low_s, high_s) = (
+        np.log(scale * np.array(_REACH)) for scale in (prior.wander, prior.scatter)
+    )
     for _ in range(_PASSES):
-        # midpoints of equal cells in the logarithms, where the prior is uniform
+        # midpoints of equal cells in the logarithms
         share = (np.arange(_NODES) + 0.5) / _NODES
         a, b = np.meshgrid(low_v + share * (high_v - low_v), low_s + share * (high_s - low_s), indexing="ij")
         wander, scatter = np.exp(a.ravel()), np.exp(b.ravel())
         found, log_likelihood = _filter(times, friction, sd, wander, scatter, normal)
-        weight = np.exp(log_likelihood - log_likelihood.max())
+        density = log_likelihood + _log_half_cauchy(wander / prior.wander, scatter / prior.scatter)
+        weight = np.exp(density - density.max())
         kept = (weight > _KEPT).reshape(_NODES, _NODES)
         low_v, high_v = _around(kept.any(axis=1), low_v, high_v)
         low_s, high_s = _around(kept.any(axis=0), low_s, high_s)
@@ -181,6 +189,11 @@ def fit_wear(times: Array, friction: Array, sd: Array, prior: WearPrior | None =
     return WearPosterior(
         weight, wander[chosen], scatter[chosen], level, drift, level_variance, drift_variance, covariance
     )
+
+
+def _log_half_cauchy(*scaled: Array) -> Array:
+    """Log-density of the logarithms of half-Cauchy variables over their scales, without its constant."""
+    return np.sum([np.log(z) - np.log1p(z * z) for z in scaled], axis=0)
 
 
 def _around(kept: NDArray[np.bool_], low: float, high: float) -> tuple[float, float]:

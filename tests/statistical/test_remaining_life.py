@@ -22,9 +22,7 @@ TIMES = np.array([0.0, 1.0, 2.5, 3.0, 4.5, 6.0])
 SD = np.array([0.02, 0.05, 0.01, 0.03, 0.02, 0.04])
 THRESHOLD = 2.0
 # friction about 1, doubling in some 12 units of time, at times falling
-PRIOR = WearPrior(
-    wander=(0.05, 0.4), scatter=(0.005, 0.1), drift_mean=0.08, drift_sd=0.1, level_mean=1.0, level_sd=0.3
-)
+PRIOR = WearPrior(wander=0.15, scatter=0.03, drift_mean=0.08, drift_sd=0.1, level_mean=1.0, level_sd=0.3)
 
 Array = NDArray[np.float64]
 
@@ -58,7 +56,7 @@ def simulate(parameters: tuple[Array, ...], rng: np.random.Generator) -> Machine
 
 
 def draw_prior(rng: np.random.Generator, n: int) -> tuple[Array, ...]:
-    wander, scatter = (np.exp(rng.uniform(*np.log(bounds), n)) for bounds in (PRIOR.wander, PRIOR.scatter))
+    wander, scatter = (scale * np.abs(rng.standard_cauchy(n)) for scale in (PRIOR.wander, PRIOR.scatter))
     return (
         *(wander, scatter),
         rng.normal(PRIOR.drift_mean, PRIOR.drift_sd, n),
