@@ -230,12 +230,12 @@ class Expansion:
         scale = np.ones(len(matrices))
         for _ in range(2):
             curvature = np.tensordot(scale, matrices, 1) + np.diag(prior + 1e-12)
-            moved[index] = np.linalg.solve(curvature, scale @ forces - prior * origin)
+            moved[index] = _inverse(curvature) @ (scale @ forces - prior * origin)
             deviance, scale = self._deviance(moved)
         reached = self._origin + moved
         mode = reached[index]
         objective = deviance + float(prior @ mode**2)
-        covariance = np.linalg.inv(curvature + np.diag(self._least[index]))
+        covariance = _inverse(curvature + np.diag(self._least[index]))
         sd = np.sqrt(np.diag(covariance))
         ends = (self._low[index] - mode) / sd, (self._high[index] - mode) / sd
         value = -0.5 * objective + 0.5 * float(np.linalg.slogdet(covariance)[1])
@@ -255,3 +255,9 @@ class Expansion:
         total = math.fsum(n.deviance for n in self._fit.noises)
         total += float(np.where(self._plain, self._squares * np.log(share), change).sum())
         return total, np.where(self._plain, 1.0 / share, 1.0)
+
+
+def _inverse(matrix: Array) -> Array:
+    """Inverse of a positive matrix whose coordinates are known to very different accuracy."""
+    scale = 1.0 / np.sqrt(np.diag(matrix))
+    return np.asarray(np.linalg.inv(matrix * np.outer(scale, scale)) * np.outer(scale, scale))

@@ -20,6 +20,8 @@ __all__ = ["NoiseFit", "NoiseForm", "judge_noise", "log_densities", "whiten"]
 
 Array = NDArray[np.float64]
 
+LEAST_NOISE = 1e-6
+"""Noise over signal amplitude that every record is taken to have: ten times the integrator's error."""
 _ROUNDS = 60
 _SETTLED = 1e-4
 
@@ -106,9 +108,10 @@ def judge_noise(residual: Array, sides: Array, form: NoiseForm, scales: Scales) 
         deviance, sd, fraction, scale, core, volume = _contaminated(x, scales)
         weight[usable] = core / sd**2 + (1.0 - core) / scale**2
     else:
-        sd = max(math.sqrt(float(x @ x) / max(x.size, 1)), 1e-12 * scales.signal)
+        square = float(x @ x)
+        sd = max(math.sqrt(square / max(x.size, 1)), LEAST_NOISE * scales.signal)
         fraction = scale = volume = 0.0
-        deviance = x.size * (math.log(2.0 * math.pi * sd * sd) + 1.0)
+        deviance = x.size * math.log(2.0 * math.pi * sd * sd) + square / sd**2
         weight[usable] = 1.0 / sd**2
     if flat.any():
         # at the upper end (side 1) the signal lies above the level: the larger the prediction the likelier
@@ -159,7 +162,8 @@ def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, float,
     """Expectation-maximisation of a contaminated normal, the catalogue's priors on fraction and scale."""
     fraction_prior, scale_prior = EFFECTS["outliers"].priors(scales)
     square = x * x
-    sd = 1.4826 * float(np.median(np.abs(x))) or 1e-12 * scales.signal
+    least = LEAST_NOISE * scales.signal
+    sd = max(1.4826 * float(np.median(np.abs(x))), least)
     far = square > (4.0 * sd) ** 2
     fraction = max(float(far.mean()), 1.0 / x.size)
     scale = math.sqrt(float(square[far].mean())) if far.any() else 6.0 * sd
@@ -176,7 +180,7 @@ def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, float,
         last = deviance
         outside = max(float(np.sum(1.0 - core)), 0.5)
         fraction = min(outside / x.size, 0.5)
-        sd = math.sqrt(float(core @ square) / float(core.sum()))
+        sd = max(math.sqrt(float(core @ square) / float(core.sum())), least)
         scale = max(math.sqrt(float((1.0 - core) @ square) / outside), 1.5 * sd)
     count = max(fraction * x.size, 1.0)
     # curvature of the log-likelihood: binomial in the fraction, normal in the logarithm of the scale

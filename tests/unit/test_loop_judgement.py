@@ -99,6 +99,12 @@ def test_a_coulomb_record_is_adequate_and_forecast_to_the_noise(seed: int) -> No
     assert held_out["noise_floor"] == pytest.approx(5e-4, rel=0.2)
 
 
+def test_a_record_without_noise_is_adequate() -> None:
+    report = fb.close_loop([decay(1, noise_sd=0.0)], SYSTEM, seed=1)
+    assert report.verdict == "adequate"
+    assert report.friction_after["mean"] == pytest.approx(0.25, rel=1e-4)
+
+
 def test_the_missing_effect_shows_in_the_forecast(seed: int) -> None:
     record = decay(seed, effects={"cubic_stiffness.cubic_stiffness": 6e4})
     report = fb.close_loop([record], SYSTEM, seed=1, effects=["cubic_stiffness", "viscous_damping"])
