@@ -132,7 +132,7 @@ def remaining_life(
     Returns
     -------
     RemainingLife
-        Probabilities correct to about 2e-3.
+        Probabilities correct to about 5e-3.
     """
     kept = wear.weight > _DROPPED * wear.weight.max()
     weight = wear.weight[kept] / wear.weight[kept].sum()

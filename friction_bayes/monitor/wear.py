@@ -21,14 +21,16 @@ __all__ = ["WearPosterior", "WearPrior", "default_wear_prior", "fit_wear"]
 
 Array = NDArray[np.float64]
 
-_NODES = 20
+_NODES = 24
 """Grid nodes along each of the two standard deviations."""
 _PASSES = 3
-_REACH = (1e-5, 30.0)
-"""Ends of the first grid, in scales of the prior: beyond the upper one lie 2 % of it."""
+_REACH = 30.0
+"""End of the first grid, in scales of the prior: 2 % of it lie beyond."""
+_BLURRED = 0.3
+"""Share of the smallest error of an estimate below which the grid need not tell standard deviations apart."""
 _WANDER, _SCATTER = 0.3, 0.03
 """Default scales of the two standard deviations, as shares of the largest friction."""
-_KEPT = 1e-7
+_KEPT = 1e-4
 """Nodes below this share of the heaviest are dropped, in the end and when the grid is laid anew."""
 
 
@@ -169,20 +171,20 @@ def fit_wear(times: Array, friction: Array, sd: Array, prior: WearPrior | None =
     """
     prior = prior or default_wear_prior(times, friction)
     normal = np.array([prior.drift_mean, prior.drift_sd**-2.0, prior.level_mean, prior.level_sd**2])
-    (low_v, high_v), (low_s, high_s) = (
-        np.log(scale * np.array(_REACH)) for scale in (prior.wander, prior.scatter)
-    )
+    # below this the standard deviations change next to nothing: the grid is linear there, logarithmic above
+    blurred = np.array([1.0 / math.sqrt(float(times[-1] - times[0])), 1.0]) * _BLURRED * float(sd.min())
+    scale = np.array([prior.wander, prior.scatter])
+    low, high = np.zeros(2), np.log1p(_REACH * scale / blurred)
+    share = ((np.arange(_NODES) + 0.5) / _NODES)[:, None]
     for _ in range(_PASSES):
-        # midpoints of equal cells in the logarithms
-        share = (np.arange(_NODES) + 0.5) / _NODES
-        a, b = np.meshgrid(low_v + share * (high_v - low_v), low_s + share * (high_s - low_s), indexing="ij")
-        wander, scatter = np.exp(a.ravel()), np.exp(b.ravel())
+        axes = blurred * np.expm1(low + share * (high - low))
+        wander, scatter = (each.ravel() for each in np.meshgrid(*axes.T, indexing="ij"))
         found, log_likelihood = _filter(times, friction, sd, wander, scatter, normal)
-        density = log_likelihood + _log_half_cauchy(wander / prior.wander, scatter / prior.scatter)
+        prior_mass = _half_cauchy_mass(axes, scale, blurred)
+        density = log_likelihood + np.add.outer(prior_mass[:, 0], prior_mass[:, 1]).ravel()
         weight = np.exp(density - density.max())
         kept = (weight > _KEPT).reshape(_NODES, _NODES)
-        low_v, high_v = _around(kept.any(axis=1), low_v, high_v)
-        low_s, high_s = _around(kept.any(axis=0), low_s, high_s)
+        low, high = np.array([_around(kept.any(axis=1 - i), low[i], high[i]) for i in range(2)]).T
     chosen = weight > _KEPT
     weight = weight[chosen] / weight[chosen].sum()
     level, drift, level_variance, drift_variance, covariance = found[chosen].T
@@ -191,9 +193,9 @@ def fit_wear(times: Array, friction: Array, sd: Array, prior: WearPrior | None =
     )
 
 
-def _log_half_cauchy(*scaled: Array) -> Array:
-    """Log-density of the logarithms of half-Cauchy variables over their scales, without its constant."""
-    return np.sum([np.log(z) - np.log1p(z * z) for z in scaled], axis=0)
+def _half_cauchy_mass(axes: Array, scale: Array, blurred: Array) -> Array:
+    """Log-probability that the prior gives to a cell about each node, without its constant."""
+    return np.log(axes + blurred) - np.log1p((axes / scale) ** 2)
 
 
 def _around(kept: NDArray[np.bool_], low: float, high: float) -> tuple[float, float]:
