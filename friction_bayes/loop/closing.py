@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 
@@ -101,7 +102,7 @@ def close_loop(
         )
     ar = white
     if coloured:
-        ar = tuple(autoregression(e) for e in search.ranked()[0].fit.residuals)
+        ar = _shared_colour(segments, search.ranked()[0].fit.residuals)
         trail.append(f"noise is autoregressive of order {max(a.size for a in ar)}: searched again")
         # an outlier of a coloured signal is none of its innovations: it spoils as many as the order is
         kept = tuple(name for name in allowed if name != OUTLIERS.name)
@@ -135,6 +136,23 @@ def close_loop(
         reference_friction=reference_friction,
         reference_force=force,
     )
+
+
+def _shared_colour(segments: tuple[Segment, ...], residuals: Sequence[Array]) -> tuple[Array, ...]:
+    """One autoregression for all records of one sampling interval: the colour is the sensor's.
+
+    With a colour of its own a record that the model misses most would be told to matter least.
+    """
+    steps = [segment.decay.step for segment in segments]
+    shared = {
+        step: autoregression(
+            np.concatenate(
+                [e - e.mean() for e, own in zip(residuals, steps, strict=True) if math.isclose(own, step)]
+            )
+        )
+        for step in set(steps)
+    }
+    return tuple(shared[step] for step in steps)
 
 
 def _allowed(effects: Sequence[str] | None, exclude: Sequence[str]) -> tuple[str, ...]:
