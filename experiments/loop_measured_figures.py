@@ -20,7 +20,7 @@ _COLUMNS = 3
 
 def draw_gains(dataset: xr.Dataset) -> Figure:
     """Held-out error before and after, a line a record, over the span of its signal."""
-    span = [np.ptp(dataset["signal"].isel(record=k).dropna("sample")) for k in range(dataset.sizes["record"])]
+    span = np.nanmax(dataset["signal"].values, axis=1) - np.nanmin(dataset["signal"].values, axis=1)
     before = dataset["held_out_before"].values / span
     after = dataset["held_out_after"].values / span
     floor = dataset["noise_floor"].values / span
@@ -37,39 +37,33 @@ def draw_gains(dataset: xr.Dataset) -> Figure:
     axes.set_ylim(before.size - 0.5, -0.5)
     axes.set_xlabel("RMS error over the last 30 %, over the span of the signal")
     ratio = float(np.median(dataset["ratio"]))
-    axes.set_title("forecast error on time held out")
+    axes.set_title("held out")
     caption(axes, f"median after / before {ratio:.2g} (target {TARGET_RATIO:g})")
     figure.legend(loc="outside lower center", ncols=3)
     return figure
 
 
 def draw_residuals(dataset: xr.Dataset) -> Figure:
-    """Residual of each record, before in the background."""
+    """What the final model leaves of each record."""
     count = dataset.sizes["record"]
     rows = -(-count // _COLUMNS)
-    figure = new_figure(9.6, 1.75 * rows + 0.4)
+    figure = new_figure(9.6, 1.65 * rows)
     panels = figure.subplots(rows, _COLUMNS, squeeze=False).ravel()
     for k, axes in enumerate(panels):
         if k >= count:
             axes.set_axis_off()
             continue
         case = dataset.isel(record=k)
-        time, signal, before, after = (
-            case[name].dropna("sample").values for name in ("time", "signal", "before", "after")
+        time, signal, after = (case[name].dropna("sample").values for name in ("time", "signal", "after"))
+        axes.axhline(0.0, color="#999999", lw=0.6)
+        axes.plot(time, signal - after, color=MODEL, lw=0.7)
+        before_rms, after_rms = float(case["rms_before"]), float(case["rms_after"])
+        axes.set_title(case["record"].item().replace("map-single-pendulum", "map"), fontsize=9.0)
+        axes.set_title(
+            f"RMS {before_rms:.2g} → {after_rms:.2g} {case['unit'].item()}", loc="right", fontsize=8.0
         )
-        axes.plot(time, signal - before, color=ACCENT, lw=0.6, alpha=0.75, label="before")
-        axes.plot(time, signal - after, color=MODEL, lw=0.7, label="after")
-        # the model before may be far off: what is left after must be seen
-        reach = max(
-            4.0 * float(np.std(signal - after)), 0.5 * float(np.quantile(np.abs(signal - before), 0.9))
-        )
-        axes.set_ylim(-reach, reach)
-        axes.set_title(case["record"].item(), fontsize=9.0)
-        axes.set_ylabel(f"[{case['unit'].item()}]", fontsize=8.0)
         axes.tick_params(labelsize=8.0)
         axes.locator_params(nbins=5)
-    lines, labels = panels[0].get_legend_handles_labels()
-    figure.legend(lines, labels, loc="outside lower center", ncols=2)
     return figure
 
 
