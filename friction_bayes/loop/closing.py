@@ -106,7 +106,8 @@ def close_loop(
         trail.append(f"noise is autoregressive of order {max(a.size for a in ar)}: searched again")
         # an outlier of a coloured signal is none of its innovations: it spoils as many as the order is
         kept = tuple(name for name in allowed if name != OUTLIERS.name)
-        search = Search(system, segments, kept, ar, progress)
+        white_search, search = search, Search(system, segments, kept, ar, progress)
+        search.start_from(white_search)
         _run(search)
         trail += search.trail
     ranked = search.ranked()

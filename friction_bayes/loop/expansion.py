@@ -121,15 +121,17 @@ class Expansion:
             seen.sort(key=lambda pair: -pair[0])
             self._versions[name] = [v for _, v in seen[:_VERSIONS]]
 
-    def guesses(self, most: int) -> Iterator[Guess]:
-        """Judge every set of at most ``most`` effects."""
+    def guesses(self, most: int, uncounted: Names = frozenset()) -> Iterator[Guess]:
+        """Judge every set of at most ``most`` effects, those ``uncounted`` besides."""
         present = self._fit.model.effects
         names = [name for name in EFFECTS if name in present or self._versions.get(name)]
-        for size in range(most + 1):
-            for chosen in combinations(names, size):
-                if any(other in chosen for name in chosen for other in EFFECTS[name].excludes):
-                    continue
-                yield self._best(frozenset(chosen), [n for n in chosen if n not in present])
+        besides = [name for name in names if name in uncounted]
+        counted = [name for name in names if name not in uncounted]
+        for size, more in product(range(most + 1), range(len(besides) + 1)):
+            for first, second in product(combinations(counted, size), combinations(besides, more)):
+                chosen = frozenset(first + second)
+                if not any(other in chosen for name in chosen for other in EFFECTS[name].excludes):
+                    yield self._best(chosen, [n for n in names if n in chosen and n not in present])
 
     def _best(self, names: Names, new: Sequence[str]) -> Guess:
         tried = [(self._judge(names, v), v) for v in product(*(self._versions[name] for name in new))]

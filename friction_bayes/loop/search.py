@@ -1,4 +1,4 @@
-"""Which effects: a search led by the residual, from the empty set to four effects at once.
+"""Which effects: a search led by the residual, from the empty set to three effects at once.
 
 About the best fit so far every set of effects, those of the fit dropped, swapped or kept, is judged to
 second order (see :mod:`friction_bayes.loop.expansion`); what promises to matter is fitted from where that
@@ -22,13 +22,19 @@ from friction_bayes.loop.noise import NoiseForm
 from friction_bayes.loop.residual import residual_tests
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
+from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
+from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 from friction_bayes.mechanics.oscillator import Oscillator
 
 __all__ = ["INCLUSION", "Candidate", "Search"]
 
 INCLUSION = 0.1
 """Prior probability that an effect acts, independently for each."""
-MOST_EFFECTS = 4
+MOST_EFFECTS = 3
+ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
+"""An error of the sensor's zero comes besides: measured records hardly ever have none."""
+_CARRIED = 3
+"""Best sets of another search to start from."""
 _PROMISING = math.log(300.0)
 """How far below the best a set may be, to second order, and still be fitted."""
 _BETTER = 1.0
@@ -114,6 +120,17 @@ class Search:
             self._expand(centre)
             expanded[centre.effects] = self.candidates[centre.effects].fit.objective
 
+    def start_from(self, other: Search) -> None:
+        """Climb from what a search of the same records under other noise reached: the singles and the best.
+
+        Coloured noise takes a model that has lost the cycles for one that is nearly right, so that growing
+        from the first periods may end far off.
+        """
+        best = {candidate.effects for candidate in other.ranked()[:_CARRIED]}
+        for names, candidate in other.candidates.items():
+            if names <= set(self.allowed) and (len(names - self.certain) <= 1 or names in best):
+                self._keep(names, fit_model(candidate.fit.model, self._forms(names), candidate.fit.z))
+
     def _next_centre(self, expanded: Mapping[Names, float]) -> Candidate | None:
         """The most probable candidate not expanded about yet: a near one, or any while there is misfit."""
         ranked = self.ranked()
@@ -130,10 +147,9 @@ class Search:
         self._toggle_outliers(centre)
         distorted = [n for n in self.allowed if distorting(n)]
         noise = centre.effects - frozenset(distorted)
-        size = len(centre.effects - self.certain)
-        most = min(MOST_EFFECTS - len(noise - self.certain), max(size + 1, 2))
+        most = min(MOST_EFFECTS - len(noise - self.certain), max(self._counted(centre.effects) + 1, 2))
         guesses = []
-        for guess in Expansion(centre.fit, distorted).guesses(most):
+        for guess in Expansion(centre.fit, distorted).guesses(most, ZERO):
             names = guess.effects | noise
             weight = (
                 centre.log_weight + guess.log_gain + self._log_prior(names) - self._log_prior(centre.effects)
@@ -182,7 +198,7 @@ class Search:
             other = centre.effects | {"outliers"}
         else:
             return
-        if len(other - self.certain) <= MOST_EFFECTS and other not in self.candidates:
+        if self._counted(other) <= MOST_EFFECTS and other not in self.candidates:
             model = centre.fit.model
             self._keep(other, fit_model(model, self._forms(other), centre.fit.z))
 
@@ -232,6 +248,9 @@ class Search:
         if known is not None and known.fit.objective <= fit.objective:
             return
         self.candidates[names] = Candidate(names, fit, log_evidence(fit) + self._log_prior(names))
+
+    def _counted(self, names: Names) -> int:
+        return len(names - self.certain - ZERO)
 
     def _log_prior(self, names: Names) -> float:
         k = len(names - self.certain)
