@@ -35,8 +35,6 @@ ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
 """An error of the sensor's zero comes besides: measured records hardly ever have none."""
 _CARRIED = 3
 """Best sets of another search to start from."""
-_CARRIED = 3
-"""Best sets of another search to start from."""
 _PROMISING = math.log(300.0)
 """How far below the best a set may be, to second order, and still be fitted."""
 _BETTER = 1.0
@@ -121,17 +119,6 @@ class Search:
                 break
             self._expand(centre)
             expanded[centre.effects] = self.candidates[centre.effects].fit.objective
-
-    def start_from(self, other: Search) -> None:
-        """Climb from what a search of the same records under other noise reached: the singles and the best.
-
-        Coloured noise takes a model that has lost the cycles for one that is nearly right, so that growing
-        from the first periods may end far off.
-        """
-        best = {candidate.effects for candidate in other.ranked()[:_CARRIED]}
-        for names, candidate in other.candidates.items():
-            if names <= set(self.allowed) and (len(names - self.certain) <= 1 or names in best):
-                self._keep(names, fit_model(candidate.fit.model, self._forms(names), candidate.fit.z))
 
     def start_from(self, other: Search) -> None:
         """Climb from what a search of the same records under other noise reached: the singles and the best.
