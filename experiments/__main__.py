@@ -40,6 +40,10 @@ def _finished(experiment: Experiment, options: argparse.Namespace) -> bool:
     return bool(settings == settings_digest(experiment, options))
 
 
+def _all_there(results: Path) -> bool:
+    return all((results / f"{name}.nc").exists() for name in needed_results())
+
+
 def _record_of(name: str, results: Path) -> dict[str, Any]:
     return json.loads((results / f"{name}.json").read_text(encoding="utf-8"))
 
@@ -60,11 +64,12 @@ def main(argv: Sequence[str] | None = None) -> None:
         else:
             print(f"{name}: {known[name].question}", file=sys.stderr)
             run_experiment(known[name], options)
+        # as soon as it can be made: what comes after may need data that are not at hand
+        if name in needed_results() and _all_there(options.results):
+            print(f"the paper's numbers beside ours: {write_comparison(options.results)}", file=sys.stderr)
     if options.docs is not None:
         write_docs(options.docs, options.results, names)
     console = Console()
-    if all((options.results / f"{name}.nc").exists() for name in needed_results()):
-        console.print(f"every number of the paper beside ours: {write_comparison(options.results)}")
     beside_paper = []
     for name in names:
         record = _record_of(name, options.results)
