@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from friction_bayes.loop.result import LoopReport
 from friction_bayes.plotting.loop_record import (
     draw_signal,
+    plot_loop_force,
     plot_loop_residual,
     plot_loop_signal,
     plot_turning_points,
@@ -20,6 +21,7 @@ __all__ = [
     "loop_figures",
     "plot_candidates",
     "plot_loop",
+    "plot_loop_force",
     "plot_loop_friction",
     "plot_loop_residual",
     "plot_loop_signal",
@@ -201,4 +203,6 @@ def loop_figures(report: LoopReport) -> dict[str, Figure]:
         figures[f"signal{suffix}"] = plot_loop_signal(trace)
         figures[f"residual{suffix}"] = plot_loop_residual(trace)
         figures[f"turning_points{suffix}"] = plot_turning_points(trace)
+        if trace.forces is not None:
+            figures[f"force{suffix}"] = plot_loop_force(trace, unit=report.friction_after["unit"])
     return figures

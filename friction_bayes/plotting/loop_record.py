@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from friction_bayes.loop.result import RecordTrace
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
-__all__ = ["draw_signal", "plot_loop_residual", "plot_loop_signal", "plot_turning_points"]
+__all__ = ["draw_signal", "plot_loop_force", "plot_loop_residual", "plot_loop_signal", "plot_turning_points"]
 
 _CLOSE_CYCLES = 3.0
 _PHASE_BINS = 24
@@ -238,3 +238,46 @@ def _measured_amplitudes(trace: RecordTrace) -> tuple[NDArray[np.intp], Array]:
     enough = (np.bincount(place, minlength=count) >= 3) & (power > 0.0)
     scale = np.bincount(place, model * signal, count)[enough] / power[enough]
     return np.flatnonzero(enough), scale * np.abs(trace.turning_points)[enough]
+
+
+def plot_loop_force(trace: RecordTrace, *, unit: str) -> Figure:
+    """Draw a measured friction force with both models: over the first cycles, and its level over the record.
+
+    The level is the force against the motion; plain dry friction keeps it constant.
+
+    Parameters
+    ----------
+    trace : RecordTrace
+        With ``forces``.
+    unit : str
+        Unit of force.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    assert trace.forces is not None
+    against = np.sign(trace.forces[2])
+    styles = (
+        ("measured", {"color": DATA, "ls": "", "marker": ".", "ms": 2.0, "mew": 0.0}),
+        ("before", {"color": ACCENT, "lw": 1.2, "ls": (0, (4, 2))}),
+        ("after", {"color": MODEL, "lw": 1.2}),
+    )
+    turns = trace.turning_times
+    period = 2.0 * float(np.median(np.diff(turns))) if turns.size > 1 else float(np.ptp(trace.time))
+    early = trace.time <= trace.time[0] + _CLOSE_CYCLES * period
+    with styled():
+        figure = new_figure(9.0, 3.6)
+        left, right = figure.subplots(1, 2)
+        for (name, style), force in zip(styles, trace.forces, strict=True):
+            left.plot(trace.time[early], force[early], label=name, rasterized=True, **style)
+            right.plot(trace.time, force * against, rasterized=True, **style)
+        left.set_title(f"{trace.name}: friction force")
+        left.legend(loc="upper right", ncols=3)
+        left.set_ylabel(f"resisting force [{unit}]")
+        caption(right, "against the motion")
+        for axes in (left, right):
+            axes.set_xlabel("time [s]")
+            low, high = axes.get_ylim()
+            axes.set_ylim(low, high + 0.15 * (high - low))
+    return figure

@@ -121,6 +121,7 @@ _CAPTIONS = {
     "follows the motion is a missing effect; noise does not.",
     "turning_points": "Amplitude at the turning points, and what each half cycle takes from it: a constant "
     "is dry friction, a slope viscous damping, a parabola drag.",
+    "force": "The friction force that was measured, and what both models make of it.",
 }
 
 
@@ -130,8 +131,9 @@ def _records(report: LoopReport, figures: Mapping[str, bytes]) -> list[str]:
         section(
             f"Record {trace.name}" if several else "Record",
             *(
-                figure_block(figures[f"{kind}_{i}" if several else kind], text)
+                figure_block(figures[name], text)
                 for kind, text in _CAPTIONS.items()
+                if (name := f"{kind}_{i}" if several else kind) in figures
             ),
         )
         for i, trace in enumerate(report.traces, start=1)

@@ -176,9 +176,10 @@ def _reference(check: Mapping[str, Any], unit: str) -> str:
 
 
 def _force(report: Report) -> str:
-    force, unit = report["residual"]["force"], report["friction_after"]["unit"]
-    before, after = (number(force[when]["rms"], 3) for when in ("before", "after"))
-    return f"RMS difference {before} {unit} before, {after} {unit} after"
+    force = report["residual"]["force"]
+    before, after, level = (number(force[name], 3) for name in ("before", "after", "level"))
+    unit = force["unit"]
+    return f"RMS difference {before} {unit} before, {after} {unit} after; mean while moving {level} {unit}"
 
 
 def sampler_lines(sampler: Mapping[str, Any]) -> list[str]:

@@ -145,6 +145,17 @@ def test_record_that_never_turns(loop_report: LoopReport) -> None:
         assert draw(record).axes
 
 
+def test_measured_force(loop_report: LoopReport) -> None:
+    record = loop_report.traces[0]
+    sliding = -0.5 * np.sign(np.sin(10.0 * record.time))
+    forces = (1.1 * sliding, 0.9 * sliding, sliding)
+    figures = loop_figures(replace(loop_report, traces=(replace(record, forces=forces),)))
+    left, right = figures["force"].axes
+    assert left.get_ylabel() == "resisting force [N]"
+    level = np.asarray(right.lines[0].get_ydata())
+    np.testing.assert_allclose(level[sliding != 0.0], 0.55)
+
+
 def test_all_figures_by_name(loop_report: LoopReport) -> None:
     record = loop_report.traces[0]
     one = {"overview", "candidates", "friction", "signal", "residual", "turning_points"}

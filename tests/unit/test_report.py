@@ -191,6 +191,12 @@ def test_story_of_what_could_not_be_had(loop_report: LoopReport) -> None:
     assert {"effects", "next experiment", "reference", "emcee"}.isdisjoint(told)
 
 
+def test_story_of_a_measured_force(loop_report: LoopReport) -> None:
+    force = {"before": 0.1, "after": 0.02, "level": 0.5, "unit": "N"}
+    told = dict(loop_story(replace(loop_report, residual=loop_report.residual | {"force": force}).to_dict()))
+    assert told["measured force"] == "RMS difference 0.1 N before, 0.02 N after; mean while moving 0.5 N"
+
+
 def test_story_of_the_sampler(loop_report: LoopReport) -> None:
     word = {"mean": 0.5, "sd": 0.01, "interval90": [0.48, 0.52], "unit": "N"}
     sampler = {
