@@ -89,21 +89,12 @@ class Config(SweepConfig):
 
 
 def conditions(config: Config) -> dict[str, dict[str, Any]]:
-    """Return what each condition changes of the base record, with its question, level and unit."""
-    found: dict[str, dict[str, Any]] = {}
-
-    def add(question: str, value: str, level: str, **change: Any) -> None:
-        found[f"{question}: {value}"] = {"question": question, "level": level, "change": change}
-
-    for noise in config.noise_levels:
-        add("noise", f"{noise:g} m", f"{1e3 * noise:g} mm", noise_sd=noise)
-    for rate in config.rates:
-        add("sampling rate", f"{rate:g} Hz", f"{rate:g} Hz", sampling_rate=rate)
-    for length in config.lengths:
-        add("record length", f"{length:g} s", f"{length:g} s", duration=length)
-    for name, effect in config.effects.items():
-        add("effect", name, name, effects=effect)
-    return found
+    """Return what each condition, named by its question and level, changes of the base record."""
+    noise = {f"noise: {1e3 * value:g} mm": {"noise_sd": value} for value in config.noise_levels}
+    rates = {f"sampling rate: {value:g} Hz": {"sampling_rate": value} for value in config.rates}
+    lengths = {f"record length: {value:g} s": {"duration": value} for value in config.lengths}
+    effects = {f"effect: {name}": {"effects": effect} for name, effect in config.effects.items()}
+    return {**noise, **rates, **lengths, **effects}
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
@@ -118,7 +109,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         name: getattr(config, name)
         for name in ("friction", "initial_displacement", "duration", "sampling_rate", "noise_sd")
     }
-    settings = base | conditions(config)[cell["condition"]]["change"]
+    settings = base | conditions(config)[cell["condition"]]
     record = fb.simulate(PAPER_SYSTEM, seed=of_noise, **settings)
     by_label: dict[str, Callable[[xr.DataArray], tuple[float, float, float, float]]] = {}
     for label, (method, peaks) in METHODS.items():
@@ -184,11 +175,10 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
     dataset = lay_out(
         cells, results, dims=("condition", "replicate"), variables=VARIABLES, inner={"method": LABELS}
     )
-    known = conditions(Config())
-    names = dataset["condition"].values.tolist()
+    named = [name.split(": ", 1) for name in dataset["condition"].values.tolist()]
     return summarised(dataset).assign_coords(
-        question=("condition", [known[name]["question"] for name in names]),
-        level=("condition", [known[name]["level"] for name in names]),
+        question=("condition", [question for question, _ in named]),
+        level=("condition", [level for _, level in named]),
     )
 
 

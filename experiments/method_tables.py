@@ -115,14 +115,10 @@ def detail_lines(dataset: xr.Dataset) -> list[Mapping[str, str]]:
     for i in range(dataset.sizes["condition"]):
         at = dataset.isel(condition=i)
         texts = {method: _cell(at.sel({"method": method})) for method in methods}
-        lines.append({"condition": _name(at)} | texts)
+        lines.append({"condition": at["condition"].item()} | texts)
     base = dataset.sel(condition=BASE)["median_elapsed"]
     times = {method: _plain(1e3 * float(base.sel({"method": method})), ".3g") for method in methods}
     return [*lines, {"condition": "median time, ms"} | times]
-
-
-def _name(at: xr.Dataset) -> str:
-    return f"{at['question'].item()}: {at['level'].item()}"
 
 
 def _cell(one: xr.Dataset) -> str:
@@ -156,7 +152,7 @@ def summary_rows(dataset: xr.Dataset) -> list[Row]:
             best = min(known, key=known.__getitem__)
             one = at.sel({"method": best})
             remark = f"best classical: {best}, {_error_text(one)} %, covers {_coverage_text(one)} %"
-        rows.append(Row(_name(at), _words(at, OURS), _words(at, PAPER), remark))
+        rows.append(Row(at["condition"].item(), _words(at, OURS), _words(at, PAPER), remark))
     return rows
 
 

@@ -13,8 +13,8 @@ from paper_figures.drawing import ACCENT, DATA, FAINT, MODEL, TRUTH, PaperFigure
 
 __all__ = ["FIGURE"]
 
-STEPS = {4: (DATA, ":"), 8: (ACCENT, "--"), 16: (MODEL, "-")}
-"""Colour and line by number of points."""
+STEPS = ((DATA, ":"), (ACCENT, "--"), (MODEL, "-"))
+"""Colour and line, from few points to many."""
 
 
 def _lag(axes: Axes, found: xr.Dataset) -> None:
@@ -50,7 +50,7 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
     for i, law in enumerate(laws):
         axes = figure.add_subplot(grid[1 + i // 4, i % 4])
         axes.fill_between(level, level - reach, level + reach, color=FAINT, lw=0.0)
-        for points, (colour, line) in STEPS.items():
+        for points, (colour, line) in zip(found["points"].values.tolist(), STEPS, strict=False):
             pit = np.sort(found["life_pit"].sel(law=law, points=points).values)
             axes.step(pit, (np.arange(n) + 1.0) / n, color=colour, ls=line, where="post", label=f"{points}")
         axes.set_title(law, fontsize=9.0)

@@ -15,7 +15,7 @@ from friction_bayes.monitor.wear import WearPosterior, WearPrior, fit_wear
 
 RARE = 1e-4
 """False-alarm rate of what must hold: the suite is also run over many seeds."""
-MACHINES = 300
+MACHINES = 200
 FEW = 120
 """Enough to find a planted bug."""
 TIMES = np.array([0.0, 1.0, 2.5, 3.0, 4.5, 6.0])

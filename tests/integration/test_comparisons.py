@@ -1,0 +1,84 @@
+"""Comparison of methods and monitoring experiment on tiny configurations, and figures of their results."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from experiments import method_comparison, monitoring
+from experiments.method_comparison import LABELS
+from experiments.method_tables import share_error, size_of_error, with_error
+from experiments.runner import main
+from friction_bayes.plotting.style import styled
+from paper_figures import method_panels, methods_effect, methods_noise, methods_time
+from paper_figures import monitoring as monitoring_figure
+
+TINY = {
+    "records": 2,
+    "checked": 0,
+    "duration": 8.0,
+    "noise_levels": (1e-4,),
+    "rates": (),
+    "lengths": (),
+    "effects": {"none": {}, "sensor offset": {"sensor_offset.offset": 1e-3}},
+}
+
+
+def run(module: Any, folder: Path, **settings: Any) -> xr.Dataset:
+    experiment = replace(module.EXPERIMENT, config=replace(module.EXPERIMENT.config, **settings))
+    return main(experiment, ["--workers", "1", "--results", str(folder)])
+
+
+def test_methods_on_the_same_records(tmp_path: Path) -> None:
+    found = run(method_comparison, tmp_path, **TINY)
+    assert found["method"].values.tolist() == list(LABELS)
+    assert found["question"].values.tolist() == [*("noise", "effect", "effect")]
+    told = found.drop_sel(method=["emcee", "gamma-exponential"])
+    assert np.isfinite(told["error"]).all()
+    assert np.isnan(found["error"].sel({"method": "emcee"})).all()
+    quiet = found["rms_error"].sel(condition="noise: 0.1 mm")
+    # the whole signal of 8 s at 0.1 mm: Cramer-Rao bound 0.2 %; the line and the decrement are biased
+    assert float(quiet.sel({"method": "waveform"})) < 0.01
+    same = found["friction"].sel(condition="noise: 0.1 mm")
+    ours, theirs = (same.sel({"method": name}).values for name in ("waveform", "least squares (lmfit)"))
+    np.testing.assert_allclose(ours, theirs, rtol=1e-4)
+    page = (tmp_path / "method_comparison.md").read_text()
+    assert "| noise: 0.1 mm |" in page
+    assert "median time, ms" in page
+    with styled():
+        for figure in (methods_noise.FIGURE, methods_effect.FIGURE, methods_time.FIGURE):
+            figure.draw({"method_comparison": found}).draw_without_rendering()
+    assert set(method_panels.PANELS) <= set(found.data_vars)
+
+
+def test_machines_are_followed_to_their_end(tmp_path: Path) -> None:
+    found = run(monitoring, tmp_path, records=1, points=(3, 5))
+    assert found["law"].values.tolist() == list(monitoring.LAWS)
+    pit = found["life_pit"].values
+    assert np.all((pit >= 0.0) & (pit <= 1.0))
+    wearing = found.sel(law=["line", "accelerating"])
+    assert np.isfinite(wearing["true_life"]).all()
+    assert np.isinf(found["true_life"].sel(law=["jump", "constant"])).all()
+    # friction has grown by about a half; the mean of all records has seen half of that
+    assert (wearing["plain_error"] < -0.05).all()
+    assert (abs(wearing["forgetting_error"]) < 0.1).all()
+    with styled():
+        monitoring_figure.FIGURE.draw({"monitoring": found}).draw_without_rendering()
+
+
+def test_monte_carlo_errors() -> None:
+    root, spread = size_of_error(xr.DataArray([3.0, -4.0, np.nan]))
+    assert root == pytest.approx(12.5**0.5)
+    # squares 9 and 16: their mean is off by 3.5, half of that over the root for the root
+    assert spread == pytest.approx(3.5 / (2.0 * 12.5**0.5))
+    share, spread = share_error(xr.DataArray([1.0, 1.0, 0.0, 1.0]))
+    assert (share, spread) == pytest.approx((0.75, (0.75 * 0.25 / 4.0) ** 0.5))
+    assert share_error(xr.DataArray(np.ones(10)))[1] > 0.0
+    assert with_error(0.2234, 0.0171) == "0.22 ± 0.02"
+    assert with_error(88.0, 5.2) == "88 ± 5"
+    assert with_error(float("nan"), 1.0) == "–"
