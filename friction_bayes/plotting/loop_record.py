@@ -259,7 +259,7 @@ def plot_loop_force(trace: RecordTrace, *, unit: str) -> Figure:
     assert trace.forces is not None
     against = np.sign(trace.forces[2])
     styles = (
-        ("measured", {"color": DATA, "ls": "", "marker": ".", "ms": 2.0, "mew": 0.0}),
+        ("measured", {"color": DATA, "ls": "", "marker": ".", "ms": 3.5, "mew": 0.0}),
         ("before", {"color": ACCENT, "lw": 1.2, "ls": (0, (4, 2))}),
         ("after", {"color": MODEL, "lw": 1.2}),
     )
