@@ -10,7 +10,7 @@ knows the truth has exactly the bound's variance, on the same noise.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -97,7 +97,11 @@ def bound_row(decay: Decay, amplitude: float) -> Array:
 
 
 def measure(
-    decays: list[tuple[Decay, float]], decibels: float, repeats: int, rng: np.random.Generator
+    decays: list[tuple[Decay, float]],
+    decibels: float,
+    repeats: int,
+    rng: np.random.Generator,
+    methods: Sequence[str] = METHODS,
 ) -> tuple[Array, dict[str, Array]]:
     """Errors of the efficient linear estimator, shape (records,), and what every method makes of the records.
 
@@ -106,7 +110,7 @@ def measure(
     deviation; nan where a record was refused.
     """
     linear: list[Array] = []
-    rows: dict[str, list[Array]] = {method: [] for method in METHODS}
+    rows: dict[str, list[Array]] = {method: [] for method in methods}
     for decay, amplitude in decays:
         weights = bound_row(decay, amplitude)
         centred = decay.signal[: decay.moving] - _rest(decay)

@@ -22,7 +22,8 @@ def test_efficiency_and_coverage_over_random_systems(
     order: int, decibels: float, rng: np.random.Generator
 ) -> None:
     decays = [(random_decay(rng, order), 1.0) for _ in range(SYSTEMS)]
-    error, linear, hit = measure(decays, decibels, REPEATS, rng)
+    linear, figures = measure(decays, decibels, REPEATS, rng, ["waveform"])
+    error, hit, _ = figures["waveform"]
     assert np.all(np.isfinite(error))
     # records of one system share their half cycles: its mean is the independent unit
     excess = (error**2 - linear**2).reshape(SYSTEMS, REPEATS).mean(axis=1)
@@ -34,6 +35,7 @@ def test_efficiency_and_coverage_over_random_systems(
 
 
 def test_paper_example_reaches_the_bound(rng: np.random.Generator) -> None:
-    error, linear, hit = measure([(paper_decay(0), 0.0147)], 21.0, 40, rng)
+    linear, figures = measure([(paper_decay(0), 0.0147)], 21.0, 40, rng, ["waveform"])
+    error, hit, _ = figures["waveform"]
     assert np.mean(error**2 - linear**2) == pytest.approx(0.0, abs=0.03)
     assert hit.sum() >= 27
