@@ -33,7 +33,7 @@ def _lag(axes: Axes, found: xr.Dataset) -> None:
     axes.axhline(0.0, color=TRUTH, lw=0.8)
     axes.set_xticks(range(len(laws)), laws)
     axes.set_ylabel("error of the mean of $f(r|T_n)$ [%]")
-    axes.legend(loc="lower right")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2)
 
 
 def draw(results: Mapping[str, xr.Dataset]) -> Figure:
