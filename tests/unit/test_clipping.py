@@ -80,6 +80,14 @@ def test_a_single_clipped_peak_is_found() -> None:
     assert fraction == np.mean(clipped == level)
 
 
+def test_noise_of_a_few_steps_that_holds_the_highest_value_by_chance_is_no_clipping(rng) -> None:
+    step = 1.7e-6
+    signal = quantised(decay(1000) + 3.0 * step * rng.standard_normal(decay(1000).size), step)
+    peak = int(np.argmax(signal))
+    signal[peak : peak + 3] = signal[peak] + 7.0 * step
+    assert clipped_fraction(signal) == (0.0, None)
+
+
 def test_clipping_survives_a_change_of_unit_and_resampling(rng) -> None:
     time = np.arange(2000) / 100.0 + 0.002 * rng.uniform(-1.0, 1.0, 2000)
     clipped = np.clip(14.7 * np.cos(10.0 * time) * (1.0 - time / 30.0), -10.0, 10.0)
