@@ -61,7 +61,7 @@ def _clipped_at_top(signal: NDArray[np.float64], *, sign: float = 1.0) -> tuple[
     evidence[0] = False
     if top == bottom or not (evidence & (lengths >= SHORTEST_RUN)).any():
         return 0, 0.0
-    # noise of a few steps holds a value by chance: one flat run counts if those below, far from rest, are far shorter
+    # noise of a few steps holds a value by chance: one flat run counts if those below are far shorter
     upper = ~at_top & (levels > 0.5 * (top + np.median(signal)))
     if np.count_nonzero(evidence) == 1 and lengths[evidence].sum() <= lengths[upper].max(initial=0) + 1:
         return 0, 0.0
