@@ -130,15 +130,19 @@ def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
 
 def _open_fleet(arguments: argparse.Namespace) -> xr.DataArray | None:
     """Return the records of a fleet, still on disk, if that is what the one argument names."""
-    source = arguments.records[0]
-    path = Path(source)
-    if len(arguments.records) > 1 or path.suffix.lower() != ".zarr" or not path.is_dir():
+    folders = [
+        path for path in map(Path, arguments.records) if path.suffix.lower() == ".zarr" and path.is_dir()
+    ]
+    if not folders:
         return None
     from friction_bayes.readers.fleet import open_fleet
 
-    fleet = open_fleet(path)
-    if fleet is None:
+    fleets = [found for folder in folders if (found := open_fleet(folder)) is not None]
+    if not fleets:
         return None
+    if len(arguments.records) > 1:
+        raise InputError("records", "a fleet among other records", "give a fleet alone")
+    (fleet,) = fleets
     for option in ("times", "time_unit", "time_column", "resample"):
         if getattr(arguments, option):
             name = f"--{option.replace('_', '-')}"

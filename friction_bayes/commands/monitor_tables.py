@@ -25,11 +25,11 @@ def _interval(summary: Mapping[str, Any]) -> str:
 
 
 def _life(low: float | None, middle: float | None, high: float | None, unit: str = "") -> str:
-    return f"{_time(middle)}{unit}   90 %: {_time(low)} .. {_time(high)}{unit}"
+    return f"{_time(middle, unit)}   90 %: {_time(low)} .. {_time(high, unit)}"
 
 
-def _time(value: float | None) -> str:
-    return "never" if value is None or value == float("inf") else f"{value:.4g}"
+def _time(value: float | None, unit: str = "") -> str:
+    return "never" if value is None or value == float("inf") else f"{value:.4g}{unit}"
 
 
 def monitor_table(result: Mapping[str, Any]) -> Group:

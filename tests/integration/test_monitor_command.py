@@ -185,6 +185,19 @@ def test_records_of_different_quantities(
     assert "run2.csv" in line
 
 
+def test_a_fleet_goes_alone(
+    runs: list[str], fleet: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    line = refused(capsys, runs[0], str(fleet()), *SYSTEM, "--out", str(tmp_path / "out"))
+    assert "alone" in line
+
+
+def test_help(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["monitor", "--help"])
+    assert "usage: friction-bayes monitor" in capsys.readouterr().out
+
+
 def test_no_folder_is_refused(runs: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert "--out" in refused(capsys, *runs, *SYSTEM)
 
