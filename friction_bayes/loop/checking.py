@@ -15,6 +15,7 @@ from friction_bayes.agreement import compare
 from friction_bayes.errors import InputError, NotConvergedWarning
 from friction_bayes.loop.evidence import bounded_draws
 from friction_bayes.loop.fit import LoopFit, fit_grown, starting_point
+from friction_bayes.loop.friction import friction_scale
 from friction_bayes.loop.target import block_log_likelihoods, target_of
 
 __all__ = ["sampled_check"]
@@ -80,7 +81,7 @@ def sampled_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
             f"not converged after {attrs['steps']} steps: nested R-hat {attrs['nested_rhat']:.4f}, effective "
             f"sample size {attrs['ess_bulk']:.0f} (bulk) and {attrs['ess_tail']:.0f} (tail)"
         )
-    unit = after.model.system.friction_unit
+    factor, _, unit = friction_scale(after.model)
     return told | {
         "converged": converged,
         "rhat": float(attrs["nested_rhat"]),
@@ -88,8 +89,8 @@ def sampled_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
         "ess_tail": float(attrs["ess_tail"]),
         "ensembles": int(attrs["ensembles"]),
         "steps": int(attrs["steps"]),
-        "friction": _summary(draws, unit),
-        "closed_form": _summary(expected, unit),
+        "friction": _summary(factor * draws, unit),
+        "closed_form": _summary(factor * expected, unit),
         "agrees": agreement.agrees if converged else None,
         "because": because,
         "false_alarm_rate": agreement.false_alarm_rate,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import asdict
 
 import numpy as np
 import xarray as xr
@@ -25,6 +26,7 @@ from friction_bayes.loop.segment import Segment, cut_records
 from friction_bayes.mechanics.effects import EFFECTS, effect_named
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.quantities import UNCALIBRATED_UNITS
 
 __all__ = ["close_loop"]
 
@@ -88,6 +90,9 @@ def close_loop(
         positive("reference_friction", reference_friction)
     allowed = _allowed(effects, exclude)
     segments = cut_records(records, system)
+    if system.pendulum and segments[0].decay.unit in UNCALIBRATED_UNITS:
+        # how far it swings is not known, and the sine of volts is nothing
+        system = Oscillator(**asdict(system))
     force = None if reference_force is None else checked_force(segments[0], reference_force)
     white = tuple(np.zeros(0) for _ in segments)
     search = Search(system, segments, allowed, white, progress)

@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from friction_bayes.loop.evidence import bounded_draws
 from friction_bayes.loop.fit import LoopFit
+from friction_bayes.loop.model import LoopModel
+from friction_bayes.quantities import UNCALIBRATED_UNITS
 
-__all__ = ["DRAWS", "Distribution", "friction_of", "mixture_draws"]
+__all__ = ["DRAWS", "Distribution", "friction_of", "friction_scale", "mixture_draws"]
 
 DRAWS = 4000
 _LEAST_SHARE = 1e-4
@@ -65,13 +67,24 @@ def mixture_draws(
     return np.repeat(np.arange(len(fits)), counts), draws
 
 
+def friction_scale(model: LoopModel) -> tuple[float, float, str]:
+    """Factor from a model's friction to the one that is told, its relative standard deviation, and the unit.
+
+    A signal that is not calibrated tells friction in its own unit alone.
+    """
+    decay = model.segments[0].decay
+    if decay.unit in UNCALIBRATED_UNITS:
+        return 1.0 / model.system.force_factor(decay.quantity), 0.0, decay.unit
+    return 1.0, model.system.force_factor_relative_sd(decay.quantity), model.system.friction_unit
+
+
 def friction_of(fits: Sequence[LoopFit], draws: Sequence[Array], rng: np.random.Generator) -> Distribution:
     """Friction force of draws, with the uncertainty of mass and stiffness where it was given."""
     model = fits[0].model
     values = np.concatenate(
         [np.asarray(f.model.coordinates[0].value(d[:, 0])) for f, d in zip(fits, draws, strict=True)]
     )
-    relative = model.system.force_factor_relative_sd(model.segments[0].decay.quantity)
+    factor, relative, unit = friction_scale(model)
     if relative > 0.0:
         values = values * (1.0 + relative * rng.standard_normal(values.size))
-    return Distribution(values, model.system.friction_unit)
+    return Distribution(factor * values, unit)

@@ -84,17 +84,18 @@ def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...])
 
 def _read_off(fit: LoopFit, time: Array, values: Array) -> dict[str, Any]:
     decay = fit.model.segments[0].decay
-    record = make_record(time, values, decay.quantity.name, name=decay.name)
+    record = make_record(time, values, decay.quantity.name, unit=decay.unit, name=decay.name)
     with warnings.catch_warnings():
         # what an estimate warns of, a wrong frequency above all, is the loop's own business
         warnings.simplefilter("ignore", RecordWarning)
-        friction = estimate(record, fit.model.system, method=_METHOD).friction
+        estimated = estimate(record, fit.model.system, method=_METHOD)
+    friction = estimated.friction
     low, high = friction.interval(0.9)
     return {
         "mean": float(friction.mean()),
         "sd": float(friction.std()),
         "interval90": [float(low), float(high)],
-        "unit": fit.model.system.friction_unit,
+        "unit": estimated.friction_unit,
     }
 
 

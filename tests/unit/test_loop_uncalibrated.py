@@ -1,0 +1,29 @@
+"""A signal in volts: friction is told in volts, by every part of the report, and no sine is taken of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from friction_bayes.loop import close_loop
+
+FRICTION, STIFFNESS, GAIN = 0.5, 1000.0, 40.0
+
+
+@pytest.mark.parametrize("kind", [fb.Oscillator, fb.Pendulum])
+def test_friction_in_the_unit_of_the_signal(kind: type[fb.Oscillator], rng: np.random.Generator) -> None:
+    shift = FRICTION / STIFFNESS
+    time = np.arange(500) / 100.0
+    half = np.floor(10.0 * time / np.pi)
+    signal = (0.02 - (2.0 * half + 1.0) * shift) * np.cos(10.0 * time) + shift * (-1.0) ** half
+    volts = GAIN * (signal + rng.normal(0.0, 1e-5, time.size))
+    record = fb.make_record(time, volts, "angle", unit="V", name="volts")
+    system = kind(inertia=10.0, stiffness=STIFFNESS)
+    report = close_loop([record], system, seed=1, effects=("cubic_stiffness",))
+    assert report.candidates[0]["effects"] == []
+    for friction in (report.friction_before, report.friction_after, report.paper_procedure["friction"]):
+        assert friction["unit"] == "V"
+        assert friction["mean"] == pytest.approx(GAIN * shift, rel=0.05)
+    # 6 sd: a false alarm in 1e8
+    assert abs(report.friction_after["mean"] - GAIN * shift) < 6.0 * report.friction_after["sd"]
