@@ -22,7 +22,7 @@ from experiments.runner import Cell, Experiment, Row, main
 from experiments.sweeps import lay_out
 from friction_bayes.mechanics.testbed import PAPER_SYSTEM
 
-__all__ = ["EXPERIMENT", "LAWS", "Config", "Machine"]
+__all__ = ["EXPERIMENT", "LAWS", "Config", "Machine", "follow_machine"]
 
 Array = NDArray[np.float64]
 
@@ -124,11 +124,12 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
     ]
 
 
-def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
-    """Wear one machine, record it at its points, monitor it, and wait for its end."""
-    rng = np.random.default_rng(seed)
-    times = np.linspace(0.0, config.span, cell["points"])
-    machine = LAWS[cell["law"]](config, times, rng)
+def follow_machine(
+    config: Config, law: str, points: int, rng: np.random.Generator
+) -> tuple[Machine, fb.MonitorReport]:
+    """Wear a machine by a law, record it at evenly spaced points, and monitor it."""
+    times = np.linspace(0.0, config.span, points)
+    machine = LAWS[law](config, times, rng)
     records = [
         fb.simulate(
             PAPER_SYSTEM,
@@ -144,6 +145,13 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     report = fb.monitor_records(
         records, PAPER_SYSTEM, threshold=config.threshold, times=times.tolist(), time_unit="h"
     )
+    return machine, report
+
+
+def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+    """Wear one machine, record it at its points, monitor it, and wait for its end."""
+    rng = np.random.default_rng(seed)
+    machine, report = follow_machine(config, cell["law"], cell["points"], rng)
     life = report.life
     assert life is not None
     low, middle, high = (life.ppf(q) for q in (0.05, 0.5, 0.95))

@@ -10,12 +10,10 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
-import friction_bayes as fb
-from experiments.monitoring import LAWS
 from experiments.monitoring import Config as Wear
+from experiments.monitoring import follow_machine
 from experiments.runner import Cell, Experiment, main
 from experiments.tables import Row
-from friction_bayes.mechanics.testbed import PAPER_SYSTEM
 
 __all__ = ["EXPERIMENT", "Config"]
 
@@ -38,23 +36,8 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """Follow one machine to Tn: f(r|Ti) with and without forgetting, and f(dt|Tn)."""
     wear, rng = config.wear, np.random.default_rng(seed)
-    times = np.linspace(0.0, wear.span, cell["points"])
-    machine = LAWS[cell["law"]](wear, times, rng)
-    records = [
-        fb.simulate(
-            PAPER_SYSTEM,
-            friction=float(friction),
-            initial_displacement=wear.initial_displacement,
-            duration=wear.duration,
-            sampling_rate=wear.sampling_rate,
-            noise_sd=wear.noise_sd,
-            seed=int(rng.integers(2**32)),
-        )
-        for friction in machine.shown
-    ]
-    report = fb.monitor_records(
-        records, PAPER_SYSTEM, threshold=wear.threshold, times=times.tolist(), time_unit="h"
-    )
+    machine, report = follow_machine(wear, cell["law"], cell["points"], rng)
+    times = report.points.times
     life = report.life
     assert life is not None
     low, middle, high = (float(life.ppf(q)) for q in (0.05, 0.5, 0.95))
