@@ -57,11 +57,8 @@ def draw_residuals(dataset: xr.Dataset) -> Figure:
         time, signal, after = (case[name].dropna("sample").values for name in ("time", "signal", "after"))
         axes.axhline(0.0, color="#999999", lw=0.6)
         axes.plot(time, signal - after, color=MODEL, lw=0.7)
-        before_rms, after_rms = float(case["rms_before"]), float(case["rms_after"])
-        axes.set_title(case["record"].item().replace("map-single-pendulum", "map"), fontsize=9.0)
-        axes.set_title(
-            f"RMS {before_rms:.2g} → {after_rms:.2g} {case['unit'].item()}", loc="right", fontsize=8.0
-        )
+        axes.set_title(case["record"].item(), fontsize=9.0)
+        axes.set_ylabel(f"[{case['unit'].item()}]", fontsize=8.0)
         axes.tick_params(labelsize=8.0)
         axes.locator_params(nbins=5)
     return figure
@@ -93,9 +90,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m experiments.loop_measured_figures", description=__doc__)
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder (default %(default)s)")
     parser.add_argument("--out", type=Path, default=Path("docs/figures"), help="(default %(default)s)")
-    parser.add_argument(
-        "--law", default="the catalogue and pre-sliding", help="drawn beside the published one (%(default)s)"
-    )
+    parser.add_argument("--law", default="the catalogue", help="drawn beside the published one (%(default)s)")
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     loaded = {}
