@@ -56,7 +56,7 @@ class RemainingLife:
     already : float
         Probability that the friction is at or above the threshold at Tn.
     never : float
-        Probability that it never reaches it.
+        Probability that it never reaches it, or after more than ten million spans of the detection points.
     """
 
     time: Array
@@ -144,7 +144,7 @@ def remaining_life(
             *(wear.drift_variance[kept], wear.covariance[kept], wear.wander[kept] ** 2),
         ]
     )
-    already = float(weight @ ndtr(-distance / np.sqrt(variance)))
+    already = min(float(weight @ ndtr(-distance / np.sqrt(variance))), 1.0)
     coarse = span * np.logspace(math.log10(_SHORTEST), math.log10(_LONGEST), _COARSE)
     # where the mean path of each node crosses: no peak is then too narrow to be met
     heading = (distance > 0.0) & (nodes[:, 2] > 0.0)

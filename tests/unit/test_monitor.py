@@ -147,6 +147,33 @@ def test_a_falling_friction_mostly_never_reaches_the_threshold() -> None:
     assert follow(points, None).advice()["case"] == "no_threshold"
 
 
+def test_any_scale_of_time_friction_and_error_gives_a_distribution(rng: np.random.Generator) -> None:
+    for _ in range(40):
+        n = int(rng.integers(2, 9))
+        friction = 10.0 ** rng.uniform(-6.0, 4.0) * (
+            1.0 + 10.0 ** rng.uniform(-6.0, 0.5) * rng.normal(size=n)
+        )
+        size = float(np.abs(friction).max())
+        points = DetectionPoints(
+            times=np.sort(rng.uniform(0.0, 10.0 ** rng.uniform(-3.0, 6.0), n)),
+            time_unit="h",
+            friction=friction,
+            sd=size * 10.0 ** rng.uniform(-12.0, 0.5) * np.exp(rng.normal(size=n)),
+            unit="N",
+            relative_sd=float(rng.choice([0.0, 0.01, 0.3])),
+        )
+        report = follow(points, size * 10.0 ** rng.uniform(-3.0, 3.0))
+        life = report.life
+        assert life is not None
+        assert np.all(np.isfinite(life.density))
+        assert np.all(np.diff(life.cumulative) >= 0.0)
+        assert 0.0 <= life.already <= 1.0
+        assert 0.0 <= life.never <= 1.0
+        quantiles = [life.ppf(q) for q in (0.05, 0.5, 0.95)]
+        assert quantiles == sorted(quantiles)
+        json.loads(strict_json(report.to_dict()))
+
+
 def test_uncertain_stiffness_widens_the_remaining_life_and_moves_nothing() -> None:
     wear = fit_wear(TIMES, 0.3 + 0.04 * TIMES, np.full(5, 1e-4))
     exact, wide = (remaining_life(wear, 0.9, 5.0, relative_sd=s) for s in (0.0, 0.1))
@@ -212,6 +239,7 @@ WRONG_TIMES: dict[str, tuple[Sequence[Any] | None, list[dict[str, Any]], str]] =
     "backwards": ([5, 1], [{}, {}], "not after"),
     "equal": (["2021-03-01", "2021-03-01"], [{}, {}], "not after"),
     "mixed": ([5, "2021-03-01"], [{}, {}], "date among numbers"),
+    "no such month": (["2021-13-01", "2021-03-01"], [{}, {}], "'2021-13-01' is not a number"),
     "words": (["soon", "later"], [{}, {}], "'soon' is not a number"),
     "not finite": ([1, math.nan], [{}, {}], "not finite"),
     "zones": (["2021-03-01T00:00+00:00", "2021-03-02"], [{}, {}], "time zone"),
