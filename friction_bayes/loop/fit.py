@@ -81,6 +81,12 @@ class LoopFit:
         return tuple(segment.values - prediction.signal for segment, prediction in pairs)
 
     @property
+    def free_residuals(self) -> tuple[Array, ...]:
+        """The same without samples held at an end of the sensor's range, which measure no noise."""
+        pairs = zip(self.model.segments, self.residuals, strict=True)
+        return tuple(residual[segment.sides == 0.0] for segment, residual in pairs)
+
+    @property
     def covariance(self) -> Array:
         """Inverse of the precision."""
         return np.asarray(cho_solve(cho_factor(self.precision), np.eye(self.z.size)))

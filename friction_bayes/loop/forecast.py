@@ -37,7 +37,7 @@ def forecast_error(fit: LoopFit) -> float:
 
 def held_out_error(before: LoopFit, after: LoopFit) -> dict[str, Any]:
     """Forecast errors of two models, as the report gives them."""
-    noise = math.sqrt(float(np.mean([np.var(e) for e in after.residuals])))
+    noise = math.sqrt(float(np.mean([np.var(e) for e in after.free_residuals])))
     return {
         "before": forecast_error(before),
         "after": forecast_error(after),

@@ -85,7 +85,7 @@ def make_report(
         noise={
             "model": "ar" if max(a.size for a in found.ar) else "white",
             "order": max(a.size for a in found.ar),
-            "sd": float(np.mean([np.std(e) for e in best.residuals])),
+            "sd": float(np.mean([np.std(e) for e in best.free_residuals])),
             "correlation_length_s": float(max(lengths)),
         },
         paper_procedure=paper_procedure(best, after, effects),

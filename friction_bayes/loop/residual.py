@@ -70,7 +70,7 @@ class ResidualTests:
     ----------
     channels : tuple of Channel
     rms : float
-        Of the residual, unit of the signal.
+        Of the residual where the sensor is within its range, unit of the signal.
     """
 
     channels: tuple[Channel, ...]
@@ -145,7 +145,7 @@ def residual_tests(fit: LoopFit) -> ResidualTests:
         if not f.censored
     )
     channels.append(Channel("saturation", float(flat), 1, 0.0 if flat else 1.0))
-    everything = np.concatenate(fit.residuals)
+    everything = np.concatenate(fit.free_residuals)
     return ResidualTests(tuple(channels), float(np.sqrt(np.mean(everything**2))))
 
 

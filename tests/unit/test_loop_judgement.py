@@ -99,6 +99,15 @@ def test_a_coulomb_record_is_adequate_and_forecast_to_the_noise(seed: int) -> No
     assert held_out["noise_floor"] == pytest.approx(5e-4, rel=0.2)
 
 
+def test_held_samples_measure_no_noise(seed: int) -> None:
+    record = decay(seed, effects={"sensor_clipping.level": 0.03})
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=["sensor_clipping"], noise="white")
+    told = report.to_dict()
+    # some five hundred free samples: 3 % standard error of the noise
+    for sd in (told["noise"]["sd"], told["held_out_error"]["noise_floor"], told["residual"]["after"]["rms"]):
+        assert sd == pytest.approx(5e-4, rel=0.2)
+
+
 def test_a_record_without_noise_is_adequate() -> None:
     report = fb.close_loop([decay(1, noise_sd=0.0)], SYSTEM, seed=1)
     assert report.verdict == "adequate"
