@@ -6,7 +6,8 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
+from difflib import get_close_matches
+from typing import Any, NoReturn
 
 import friction_bayes as fb
 from friction_bayes.commands import COMMANDS
@@ -31,7 +32,18 @@ class _Parser(argparse.ArgumentParser):
     """A parser whose errors are input errors like all others: one line, no usage text."""
 
     def error(self, message: str) -> NoReturn:
-        raise InputError(self.prog, message, f"see {self.prog} --help")
+        _, _, command = self.prog.partition(" ")
+        raise InputError(command or "arguments", message, f"see {self.prog} --help")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        # argparse would leave what a command does not know to the outermost parser, which names no command
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            wanted = unknown[0].partition("=")[0]
+            likely = get_close_matches(wanted, self._option_string_actions, n=1, cutoff=0.75)
+            hint = f" (did you mean {likely[0]}?)" if likely else ""
+            self.error(f"unknown argument {unknown[0]}{hint}")
+        return found, unknown
 
 
 def build_parser() -> argparse.ArgumentParser:

@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 import friction_bayes as fb
+from friction_bayes._checks import non_negative
 from friction_bayes.commands.console import note
 from friction_bayes.commands.options import add_seed, add_system, key_values, system_of
 from friction_bayes.errors import InputError
@@ -74,6 +75,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Simulate and write one record."""
     target = check_file_target(arguments.out, force=arguments.force)
     system = system_of(arguments)
+    non_negative("--friction", arguments.friction)
     release = _release(arguments, system)
     record = fb.simulate(
         system,

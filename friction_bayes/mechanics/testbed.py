@@ -33,6 +33,9 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
+_MOST_SAMPLES = 10**8
+"""A longer record is a slip of the pen: it would not fit into memory."""
+
 PAPER_SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 """The system of the numerical example, section 3 of the paper."""
 
@@ -148,6 +151,12 @@ def simulate(
     samples = round(duration * sampling_rate)
     if samples < 1:
         raise InputError("duration", f"{duration:g} s holds no sample at {sampling_rate:g} Hz", "lengthen it")
+    if samples > _MOST_SAMPLES:
+        raise InputError(
+            "duration",
+            f"{duration:g} s at {sampling_rate:g} Hz are {samples:.2g} samples",
+            f"give at most {_MOST_SAMPLES:.0e}: a shorter duration or a lower sampling rate",
+        )
 
     time = np.arange(samples) / sampling_rate
     motion = _motion(system, friction, initial_displacement, initial_velocity, time, effects, duration)

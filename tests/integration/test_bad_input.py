@@ -128,7 +128,8 @@ OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "missing set-up record": ((*SYSTEM, "--setup", "nowhere.csv"), "nowhere.csv"),
     "start outside the record": ((*SYSTEM, "--start", "99"), "start"),
     "start after the motion": ((*SYSTEM, "--start", "4.95"), "three half cycles"),
-    "unknown option": ((*SYSTEM, "--colour", "red"), "--colour"),
+    "unknown option": ((*SYSTEM, "--colour", "red"), "estimate: unknown argument --colour; see"),
+    "misspelt option": ((*SYSTEM, "--methd", "envelope"), "--methd (did you mean --method?)"),
     "abbreviated option": ((*SYSTEM, "--meth", "waveform"), "--meth"),
     "unknown column": ((*SYSTEM, "--signal-column", "torque"), "torque"),
 }
@@ -153,13 +154,17 @@ def test_bad_option(kind: str, csv: Path, tmp_path: Path, capsys: pytest.Capture
         (("guess",), "guess"),
         (("datasets", "get", "nonsense"), "nonsense"),
         (("datasets",), "ACTION"),
-        (("simulate", *SYSTEM, "--friction", "-1", "--out", "x.csv"), "friction"),
+        (("simulate", *SYSTEM, "--friction", "-1", "--out", "x.csv"), "--friction: -1 is negative"),
         (("simulate", *SYSTEM, "--friction", "0", "--out", "x.csv"), "--initial-displacement"),
         (("simulate", *SYSTEM, "--friction", "0.1", "--out", "x.doc"), ".doc"),
         (("simulate", *SYSTEM, "--friction", "0.1", "--effect", "magic.power=1", "--out", "x.csv"), "magic"),
         (
             ("simulate", *SYSTEM, "--friction", "0.1", "--sampling-rate", "0", "--out", "x.csv"),
             "sampling_rate",
+        ),
+        (
+            ("simulate", *SYSTEM, "--friction", "1e-9", "--initial-displacement", "1", "--out", "x.csv"),
+            "a shorter duration or a lower sampling rate",
         ),
         (("simulate", *SYSTEM, "--friction", "0.1"), "--out"),
     ],

@@ -157,6 +157,7 @@ def test_the_testbed_twin_is_the_rig_of_section_4():
         ({"friction": -0.5}, "friction"),
         ({"duration": 0.0}, "duration"),
         ({"duration": 1e-6}, "duration"),
+        ({"duration": 1e9}, "duration"),
         ({"sampling_rate": math.inf}, "sampling_rate"),
         ({"noise_sd": -1.0}, "noise_sd"),
         ({"noise_sd": 1e-3}, "seed"),
