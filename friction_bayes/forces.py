@@ -12,12 +12,14 @@ from friction_bayes.acceptance import Acceptance
 from friction_bayes.conjugate.estimator import Fit
 from friction_bayes.errors import RecordWarning
 from friction_bayes.free_decay import FreeDecay
+from friction_bayes.mechanics.oscillator import Oscillator
 from friction_bayes.quantities import UNCALIBRATED_UNITS
 from friction_bayes.scaled import scaled
 
 __all__ = ["Estimate", "in_forces", "summarise"]
 
-_FACTOR_SYMBOL = ("the stiffness", "sqrt(stiffness * mass)", "the mass")
+_SURELY = 0.99
+"""Probability of a negative friction above which a note says what that means."""
 _FREQUENCY_TOLERANCE = 0.03
 """Relative difference of the found frequency and sqrt(k/m) above which both forces are told."""
 
@@ -194,17 +196,17 @@ def in_forces(
         factor, relative_sd, friction_unit = 1.0, 0.0, decay.unit
         length_unit = decay.unit + ("", " s", " s2")[order]
         notes.append(
-            f"the sensor is not calibrated: friction is the friction force over {_FACTOR_SYMBOL[order]}, "
-            f"in the signal's own unit, {decay.unit}"
+            "the sensor is not calibrated: friction is the friction force over "
+            f"{_factor_symbol(system, order)}, in the signal's own unit, {decay.unit}"
         )
     else:
         factor = system.force_factor(decay.quantity)
         relative_sd = system.force_factor_relative_sd(decay.quantity)
         friction_unit, length_unit = system.friction_unit, system.length_unit
         if relative_sd == 0.0:
-            notes.append(
-                "mass and stiffness are taken as exact: their uncertainty is not in the friction interval"
-            )
+            notes.append(f"{_exact(system, order)} uncertainty is not in the friction interval")
+    if float(fit.coefficient.cdf(0.0)) > _SURELY:
+        notes.append("friction is negative: the oscillation grows, and this is no free decay")
     notes.extend(_frequency_note(decay, fit))
     return Estimate(
         method=method,
@@ -228,6 +230,21 @@ def in_forces(
         fit=fit,
         decay=decay,
     )
+
+
+def _factor_symbol(system: Oscillator, order: int) -> str:
+    moving = "inertia" if system.angular else "mass"
+    return ("the stiffness", f"sqrt(stiffness * {moving})", f"the {moving}")[order]
+
+
+def _exact(system: Oscillator, order: int) -> str:
+    """Say which of mass and stiffness the force came from without a spread."""
+    moving = "inertia" if system.angular else "mass"
+    return (
+        "the stiffness is taken as exact: its",
+        f"{moving} and stiffness are taken as exact: their",
+        f"the {moving} is taken as exact: its",
+    )[order]
 
 
 def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:

@@ -1,0 +1,40 @@
+"""What an estimate says of itself in words."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+
+
+@pytest.mark.parametrize(
+    ("quantity", "said"),
+    [
+        ("angle", "the stiffness is taken as exact: its uncertainty"),
+        ("angular_velocity", "inertia and stiffness are taken as exact: their uncertainty"),
+        ("angular_acceleration", "the inertia is taken as exact: its uncertainty"),
+    ],
+)
+def test_what_is_taken_as_exact_is_named(quantity: str, said: str, seed: int) -> None:
+    wheel = fb.Oscillator(inertia=0.05, stiffness=2.0)
+    record = fb.simulate(
+        wheel,
+        friction=0.01,
+        initial_displacement=0.3,
+        duration=8.0,
+        sampling_rate=100.0,
+        noise_sd=1e-3,
+        seed=seed,
+        quantity=quantity,
+    )
+    assert any(note.startswith(said) for note in fb.estimate(record, wheel, method="envelope").notes)
+
+
+@pytest.mark.parametrize("method", ["waveform", "envelope", "normal-gamma"])
+def test_a_growing_oscillation_is_told(method: str) -> None:
+    time = np.arange(0.0, 12.0, 0.01)
+    record = fb.make_record(time, (0.01 + 0.002 * time) * np.cos(10.0 * time), "displacement")
+    estimate = fb.estimate(record, fb.Oscillator(mass=10.0, stiffness=1000.0), method=method)
+    assert estimate.friction.mean() < 0.0
+    assert any(note.startswith("friction is negative") for note in estimate.notes)
