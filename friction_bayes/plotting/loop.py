@@ -40,6 +40,11 @@ def _records(report: LoopReport) -> str:
     return f"{first} and {others} more" if others else first
 
 
+def _head(figure: Figure, text: str) -> None:
+    """Title over the whole width: beside long labels the axes have no room for it."""
+    figure.suptitle(text, fontweight="bold", fontsize=11.0, x=0.01, ha="left")
+
+
 def _bars(report: LoopReport) -> int:
     """Candidates with a bar of their own: those that count, a few at least, and one rather than "1 other"."""
     counting = sum(c["probability"] >= _COUNTS for c in report.candidates)
@@ -83,7 +88,7 @@ def plot_candidates(report: LoopReport) -> Figure:
         figure = new_figure(8.0, 1.3 + 0.34 * min(len(report.candidates), _bars(report) + 1))
         axes = figure.add_subplot()
         _draw_candidates(axes, report)
-        axes.set_title(f"{_records(report)}: candidates")
+        _head(figure, f"{_records(report)}: candidates")
     return figure
 
 
@@ -144,7 +149,7 @@ def plot_loop_friction(report: LoopReport) -> Figure:
         figure = new_figure(8.0, 1.2 + 0.32 * len(_friction_rows(report)))
         axes = figure.add_subplot()
         _draw_friction(axes, report)
-        axes.set_title(f"{_records(report)}: friction")
+        _head(figure, f"{_records(report)}: friction")
     return figure
 
 
