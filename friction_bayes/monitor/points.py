@@ -135,10 +135,13 @@ def _numbers(values: Sequence[Any], places: Sequence[str]) -> tuple[Array, bool]
                 places[0], "some dates have a time zone, some none", "give all of them alike"
             ) from None
         return np.array(days), True
-    for value, date, place in zip(values, dates, places, strict=True):
+    told = list(zip(values, dates, places, strict=True))
+    # first what is neither: a mistyped date is not to be taken for a number among dates
+    numbers = [finite(place, value) for value, date, place in told if date is None]
+    for value, date, place in told:
         if date is not None:
             raise InputError(place, f"{value!r} is a date among numbers", "give all times alike")
-    return np.array([finite(place, value) for value, place in zip(values, places, strict=True)]), False
+    return np.array(numbers), False
 
 
 def _date(value: Any) -> datetime | None:
