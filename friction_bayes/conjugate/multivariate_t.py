@@ -84,13 +84,16 @@ class MultivariateT:
         standard = float(stats.multivariate_t(shape=np.eye(self.dim), df=self.df).entropy())
         return standard - self._log_root
 
-    def rvs(self, size: int | tuple[int, ...] = 1, random_state: np.random.Generator | None = None) -> Array:
-        """Draws of shape (size, p), or ``size + (p,)`` for a tuple, from a generator that must be given."""
+    def rvs(
+        self, size: int | tuple[int, ...] = 1, random_state: np.random.Generator | int | None = None
+    ) -> Array:
+        """Draws of shape (size, p), or ``size + (p,)`` for a tuple; a generator or a seed must be given."""
         if random_state is None:
-            raise TypeError("rvs needs random_state: give a numpy Generator")
+            raise TypeError("rvs needs random_state: give a numpy Generator or a seed")
+        rng = np.random.default_rng(random_state)
         sizes = (size,) if isinstance(size, int) else tuple(size)
-        z = random_state.standard_normal((*sizes, self.dim)) @ self._inverse_root.T
-        return self.loc + z * np.sqrt(self.df / random_state.chisquare(self.df, sizes))[..., None]
+        z = rng.standard_normal((*sizes, self.dim)) @ self._inverse_root.T
+        return self.loc + z * np.sqrt(self.df / rng.chisquare(self.df, sizes))[..., None]
 
     def linear(self, weights: ArrayLike) -> Any:
         """Frozen univariate t of the linear combination ``weights @ x``."""

@@ -193,6 +193,9 @@ def test_multivariate_t_is_scipys(rng: np.random.Generator) -> None:
     assert stats.kstest(draws @ [1.0, 2.0], ours.linear([1.0, 2.0]).cdf).pvalue > 1e-4
     with pytest.raises(TypeError, match="random_state"):
         ours.rvs(3)
+    np.testing.assert_array_equal(
+        ours.rvs(3, random_state=7), ours.rvs(3, random_state=np.random.default_rng(7))
+    )
 
 
 @pytest.mark.parametrize("alpha", [0.0, -0.5, -1.5, -4.0])
