@@ -69,10 +69,16 @@ def posterior_probabilities(fits: Sequence[LoopFit], log_weights: Array) -> Arra
     return np.asarray(weight / weight.sum())
 
 
-def bounded_draws(fit: LoopFit, rng: np.random.Generator, draws: int) -> Array:
-    """Draw coordinates from the normal approximation cut to the support, shape (draws, p)."""
+def bounded_draws(
+    fit: LoopFit, rng: np.random.Generator, draws: int, covariance: Array | None = None
+) -> Array:
+    """Draw coordinates from the normal approximation cut to the support, shape (draws, p).
+
+    Another ``covariance`` than the posterior's may be given.
+    """
     low, high = _support(fit)
-    return truncated_draws(fit.centre[0], fit.covariance, low, high, rng, draws)
+    spread = fit.covariance if covariance is None else covariance
+    return truncated_draws(fit.centre[0], spread, low, high, rng, draws)
 
 
 def _support(fit: LoopFit) -> tuple[Array, Array]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from friction_bayes.loop.evidence import bounded_draws
 from friction_bayes.loop.fit import LoopFit
+from friction_bayes.loop.misfit import covariance_with_misfit
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.quantities import UNCALIBRATED_UNITS
 
@@ -47,9 +48,17 @@ class Distribution:
 
 
 def mixture_draws(
-    fits: Sequence[LoopFit], probabilities: Array, rng: np.random.Generator
+    fits: Sequence[LoopFit], probabilities: Array, rng: np.random.Generator, *, misfit: bool
 ) -> tuple[NDArray[np.int64], list[Array]]:
     """Draw coordinates from each candidate in proportion to its probability.
+
+    Parameters
+    ----------
+    fits : sequence of LoopFit
+    probabilities : ndarray, shape (k,)
+    rng : numpy.random.Generator
+    misfit : bool
+        Whether the draws carry the scatter that a residual beyond noise shows.
 
     Returns
     -------
@@ -61,7 +70,9 @@ def mixture_draws(
     kept = np.where(probabilities > _LEAST_SHARE, probabilities, 0.0)
     counts = rng.multinomial(DRAWS, kept / kept.sum())
     draws = [
-        bounded_draws(fit, rng, int(k)) if k else np.empty((0, fit.z.size))
+        bounded_draws(fit, rng, int(k), covariance_with_misfit(fit) if misfit else None)
+        if k
+        else np.empty((0, fit.z.size))
         for fit, k in zip(fits, counts, strict=True)
     ]
     return np.repeat(np.arange(len(fits)), counts), draws

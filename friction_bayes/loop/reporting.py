@@ -55,11 +55,13 @@ def make_report(
     """Draw from the candidates, test what they leave, and put it into words and numbers."""
     rng_mixture, rng_before = np.random.default_rng(seed).spawn(2)
     best = found.fits[0]
-    which, draws = mixture_draws(found.fits, found.probabilities, rng_mixture)
-    after = friction_of(found.fits, draws, rng_mixture)
-    _, alone = mixture_draws([found.before], np.ones(1), rng_before)
-    before = friction_of([found.before], alone, rng_before)
     tests_before, tests_after = residual_tests(found.before), residual_tests(best)
+    which, draws = mixture_draws(
+        found.fits, found.probabilities, rng_mixture, misfit=bool(tests_after.failed)
+    )
+    after = friction_of(found.fits, draws, rng_mixture)
+    _, alone = mixture_draws([found.before], np.ones(1), rng_before, misfit=bool(tests_before.failed))
+    before = friction_of([found.before], alone, rng_before)
     word = verdict(found.sets, found.probabilities, not tests_after.failed)
     names = ["+".join(_in_order(s)) or "Coulomb friction alone" for s in found.sets]
     rivals = min(credible(found.probabilities), _MOST_RIVALS + 1)

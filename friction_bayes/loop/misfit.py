@@ -1,0 +1,37 @@
+r"""What a model does not know of its parameters when it leaves more than noise.
+
+Where the residual follows the motion, the samples are not the independent draws that the posterior counts.
+Cut into stretches, the record still tells how far the parameters would move were another stretch in its
+place: with the score :math:`s_b` of each of the ``m`` stretches and the precision :math:`H` of the posterior,
+
+.. math:: C = H^{-1} + \frac{m}{m-1} H^{-1} \Big(\sum_b s_b s_b^T\Big) H^{-1},
+
+the posterior's covariance and the clustered sandwich (White 1982; Liang and Zeger 1986). On noise alone both
+terms say the same and the variance would be told twice too large: for failed residual tests only.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_bayes.loop.fit import LoopFit
+
+__all__ = ["covariance_with_misfit"]
+
+STRETCHES = 10
+"""Stretches of a record: each several half cycles long, and enough of them to scatter."""
+
+Array = NDArray[np.float64]
+
+
+def covariance_with_misfit(fit: LoopFit) -> Array:
+    """Covariance of the coordinates that carries what the residual shows beyond noise, shape (p, p)."""
+    spread = np.zeros_like(fit.precision)
+    for jacobian, noise, segment in zip(fit.jacobians, fit.noises, fit.model.segments, strict=True):
+        scores = jacobian * (noise.weight * noise.residual)[:, None]
+        starts = np.linspace(0, segment.moving, STRETCHES + 1).astype(int)[:-1]
+        sums = np.add.reduceat(scores, starts, axis=0)
+        spread += STRETCHES / (STRETCHES - 1.0) * sums.T @ sums
+    own = fit.covariance
+    return np.asarray(own + own @ spread @ own)
