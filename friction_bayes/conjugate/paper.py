@@ -28,6 +28,10 @@ _RATE = (
     "this pair estimates the rate of an exponential distribution: its mean tends to 1 over the mean friction "
     "sample and not to the friction; kept as the paper's comparison"
 )
+_PRIOR_WIDTH = (
+    "one friction sample has no scatter: the width of the interval is the prior's and no measure of the "
+    "error; record more periods, or use waveform"
+)
 
 
 class NormalGammaEstimator:
@@ -51,7 +55,7 @@ class NormalGammaEstimator:
             normal_gamma_target(before, samples),
             peaks,
             precision=posterior.precision,
-            notes=(_TELESCOPING,),
+            notes=(_TELESCOPING,) if samples.size > 1 else (_PRIOR_WIDTH,),
         )
 
 

@@ -105,3 +105,13 @@ def test_large_swings_do_not_pass_for_a_wrong_system(quantity: str) -> None:
     found = estimate(record, system, method="normal-gamma")
     assert found.frequency == pytest.approx(10.0, rel=2e-3)
     assert found.friction_over_stiffness.mean() == pytest.approx(0.002, rel=0.02)
+
+
+def test_one_friction_sample_is_said_to_leave_the_width_to_the_prior(rng: np.random.Generator) -> None:
+    decay = coulomb_decay(rng)
+    short = replace(decay, values=decay.values[:400])
+    estimator = NormalGammaEstimator()
+    fit = estimator.fit(short, estimator.default_prior(short), peaks="nominal")
+    assert fit.amplitudes == 2
+    assert "prior's" in fit.notes[0]
+    assert "prior's" not in estimator.fit(decay, estimator.default_prior(decay), peaks="nominal").notes[0]
