@@ -27,6 +27,8 @@ from friction_bayes.mechanics.effects import EFFECTS
 __all__ = ["Found", "make_report"]
 
 _MOST_RIVALS = 3
+_FREQUENCY_TOLERANCE = 0.03
+"""Relative difference of the found frequency and sqrt(k/m) above which both forces are told."""
 
 Array = NDArray[np.float64]
 
@@ -91,6 +93,7 @@ def make_report(
             "correlation_length_s": float(max(lengths)),
         },
         paper_procedure=paper_procedure(best, after, effects),
+        frequency=_frequency(best, draws[0], after),
         next_experiment=further,
         reference_check=_reference(found, after, before, reference_friction, seed if check else None),
         elapsed_s=time.perf_counter() - started,
@@ -101,6 +104,26 @@ def make_report(
         ),
         posterior=_posterior(best, draws[0], after, which, seed),
     )
+
+
+def _frequency(best: LoopFit, draws: Array, after: Distribution) -> dict[str, Any]:
+    """The frequency found beside the declared one, and both forces where the two disagree."""
+    model, decay = best.model, best.model.segments[0].decay
+    declared, order = model.system.natural_frequency, decay.quantity.order
+    ratios = np.exp(np.asarray(model.coordinates[1].value(draws[:, 1])))
+    ratio, friction = float(ratios.mean()), float(after.draws.mean())
+    told: dict[str, Any] = {
+        "mean": declared * ratio,
+        "sd": declared * _sd(ratios),
+        "declared": declared,
+        "unit": "rad/s",
+        "from_stiffness": None,
+        "from_mass": None,
+    }
+    if abs(ratio - 1.0) > _FREQUENCY_TOLERANCE and after.unit == model.system.friction_unit:
+        told["from_stiffness"] = friction / ratio**order
+        told["from_mass"] = friction * ratio ** (2 - order)
+    return told
 
 
 def _in_order(names: frozenset[str]) -> tuple[str, ...]:

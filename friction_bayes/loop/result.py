@@ -71,6 +71,9 @@ class LoopReport:
     friction_before, friction_after : dict
         Mean, sd, 90 % interval, unit.
     held_out_error, residual, noise, paper_procedure : dict
+    frequency : dict
+        Mean and sd of what was found, ``declared`` sqrt(k/m), unit; where they differ ``from_stiffness`` and
+        ``from_mass``, the friction after that each of the declared values gives, else None.
     next_experiment : str or None
     reference_check : dict or None
         Of the sampler, or against a reference friction.
@@ -93,6 +96,7 @@ class LoopReport:
     residual: dict[str, Any]
     noise: dict[str, Any]
     paper_procedure: dict[str, Any]
+    frequency: dict[str, Any]
     next_experiment: str | None
     reference_check: dict[str, Any] | None
     elapsed_s: float
@@ -113,6 +117,7 @@ class LoopReport:
             "residual",
             "noise",
             "paper_procedure",
+            "frequency",
             "next_experiment",
             "reference_check",
             "elapsed_s",

@@ -91,6 +91,7 @@ def loop_story(report: Report) -> list[tuple[str, str]]:
     rows.append(("error held out", _held_out(report["held_out_error"])))
     for when in ("before", "after"):
         rows.append((f"residual {when}", _tests(report["residual"][when], report["held_out_error"]["unit"])))
+    rows.append(("frequency", _frequency(report)))
     rows.append(("noise", _noise(report["noise"], report["held_out_error"]["unit"])))
     rows.append(("paper's procedure", paper_words(report["paper_procedure"])))
     if report["next_experiment"]:
@@ -146,6 +147,20 @@ def _tests(tests: Mapping[str, Any], unit: str) -> str:
         f"passes all {count} tests" if not failed else f"fails {len(failed)} of {count}: {', '.join(failed)}"
     )
     return f"RMS {number(tests['rms'], 3)} {unit}; {said}"
+
+
+def _frequency(report: Report) -> str:
+    found, unit = report["frequency"], report["friction_after"]["unit"]
+    text = (
+        f"{number(found['mean'], 6)} ± {number(found['sd'], 2)} {found['unit']}, "
+        f"declared {number(found['declared'], 6)} {found['unit']}"
+    )
+    if found["from_mass"] is None:
+        return text
+    return (
+        f"{text}\nfriction after is {number(found['from_stiffness'])} {unit} with the declared stiffness, "
+        f"{number(found['from_mass'])} {unit} with the declared mass"
+    )
 
 
 def _noise(noise: Mapping[str, Any], unit: str) -> str:

@@ -123,6 +123,17 @@ def test_same_seed_same_bits(
         assert (tmp_path / "again" / name).read_bytes() == (closed / name).read_bytes()
 
 
+def test_both_forces_where_the_declared_system_swings_otherwise(csv: Path) -> None:
+    system = fb.Oscillator(mass=10.0, stiffness=900.0)
+    report = fb.close_loop([fb.read_record(csv)], system, seed=1, effects=("viscous_damping",))
+    found = report.frequency
+    assert found["mean"] == pytest.approx(10.0, rel=1e-3)
+    assert found["declared"] == pytest.approx(np.sqrt(90.0))
+    # r/k is 0.5 mm, whatever the declared system
+    assert found["from_stiffness"] == pytest.approx(900.0 * 5e-4, rel=0.01)
+    assert found["from_mass"] == pytest.approx(10.0 * 100.0 * 5e-4, rel=0.01)
+
+
 def test_table_of_a_clipped_and_offset_record(
     decay: Callable[..., Signal],
     write_csv: Callable[..., Path],

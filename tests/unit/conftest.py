@@ -87,6 +87,14 @@ def loop_report(rng: np.random.Generator) -> LoopReport:
             "disagrees": True,
             "because": ["viscous_damping", "telescoping_drops"],
         },
+        frequency={
+            "mean": 10.0,
+            "sd": 1e-3,
+            "declared": 10.1,
+            "unit": "rad/s",
+            "from_stiffness": None,
+            "from_mass": None,
+        },
         next_experiment="Add a record released from half the amplitude.",
         reference_check={
             "friction": 0.5,

@@ -25,5 +25,7 @@ def test_friction_in_the_unit_of_the_signal(kind: type[fb.Oscillator], rng: np.r
     for friction in (report.friction_before, report.friction_after, report.paper_procedure["friction"]):
         assert friction["unit"] == "V"
         assert friction["mean"] == pytest.approx(GAIN * shift, rel=0.05)
+    assert report.frequency["mean"] == pytest.approx(10.0, rel=1e-3)
+    assert report.frequency["from_mass"] is None
     # 6 sd: a false alarm in 1e8
     assert abs(report.friction_after["mean"] - GAIN * shift) < 6.0 * report.friction_after["sd"]

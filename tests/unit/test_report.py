@@ -191,6 +191,14 @@ def test_story_of_what_could_not_be_had(loop_report: LoopReport) -> None:
     assert {"effects", "next experiment", "reference", "emcee"}.isdisjoint(told)
 
 
+def test_story_of_another_frequency(loop_report: LoopReport) -> None:
+    told = dict(loop_story(loop_report.to_dict()))
+    assert told["frequency"] == "10 ± 0.001 rad/s, declared 10.1 rad/s"
+    frequency = loop_report.frequency | {"declared": 3.0, "from_stiffness": 0.05, "from_mass": 0.5}
+    told = dict(loop_story(replace(loop_report, frequency=frequency).to_dict()))
+    assert "0.05 N with the declared stiffness, 0.5 N with the declared mass" in told["frequency"]
+
+
 def test_story_of_a_measured_force(loop_report: LoopReport) -> None:
     force = {"before": 0.1, "after": 0.02, "level": 0.5, "unit": "N"}
     told = dict(loop_story(replace(loop_report, residual=loop_report.residual | {"force": force}).to_dict()))
