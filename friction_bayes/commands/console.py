@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import io
+import re
 import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import IO, cast
 
 from rich.console import Console
 from rich.progress import (
@@ -25,11 +28,30 @@ __all__ = ["collected_warnings", "note", "output_console", "progress_bar"]
 _PAPER_WIDTH = 120
 
 
+class _Paper(io.TextIOBase):
+    """Standard output that is no terminal, without the blanks that fill the cells of a table to its width."""
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        return sys.stdout.encoding
+
+    def write(self, text: str) -> int:
+        sys.stdout.write(re.sub(r" +$", "", text, flags=re.MULTILINE))
+        return len(text)
+
+    def flush(self) -> None:
+        sys.stdout.flush()
+
+
 def output_console() -> Console:
     """Return the console of standard output, wide enough for every table when that is no terminal."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # a locale that cannot write the sign of plus or minus must not cost the result
+        sys.stdout.reconfigure(errors="replace")
     # File names may hold brackets, which are no markup.
-    width = None if sys.stdout.isatty() else _PAPER_WIDTH
-    return Console(width=width, highlight=False, markup=False)
+    if sys.stdout.isatty():
+        return Console(highlight=False, markup=False)
+    return Console(file=cast(IO[str], _Paper()), width=_PAPER_WIDTH, highlight=False, markup=False)
 
 
 def note(text: str) -> None:

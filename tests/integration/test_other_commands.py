@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 import friction_bayes as fb
 from friction_bayes.cli import main
 from friction_bayes.commands import demonstration
+from friction_bayes.commands.console import output_console
 from friction_bayes.commands.demonstration import Case
 from friction_bayes.mechanics.testbed import PAPER_SYSTEM, paper_example
 
@@ -68,6 +70,15 @@ def test_datasets_list(capsys: pytest.CaptureFixture[str]) -> None:
     for data_set in fb.list_datasets():
         assert f"dataset:{data_set.name}" in shown
         assert data_set.licence in shown
+    assert not any(line.endswith(" ") for line in shown.splitlines())
+
+
+def test_a_locale_without_the_sign_costs_no_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    page = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+    monkeypatch.setattr("sys.stdout", page)
+    output_console().print("10 ± 0.1 rad/s")
+    page.seek(0)
+    assert page.read() == "10 ? 0.1 rad/s\n"
 
 
 def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
