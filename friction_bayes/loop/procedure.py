@@ -66,14 +66,17 @@ def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...])
     shares["noise_lifts_maxima"] = said["mean"] - last
     low, high = said["interval90"]
     least = max(_SHARE * friction, 2.0 * sd)
-    because = []
-    for fault, share in shares.items():
-        if abs(share) > least:
-            because += list(effects) if fault == "effects" else [fault]
+    disagrees = bool(abs(said["mean"] - friction) > least or not low <= friction <= high)
+    faults = [fault for fault, share in shares.items() if abs(share) > least]
+    if disagrees and not faults:
+        # none stands out of a wide friction: the largest it is
+        faults = [max(shares, key=lambda fault: abs(shares[fault]))]
+    because: list[str] = []
+    for fault in faults:
+        because += effects if fault == "effects" else [fault]
     width = float(np.subtract(*np.quantile(after.draws, (0.95, 0.05))))
     if high - low > _TOO_WIDE * width:
         because.append("telescoping_drops")
-    disagrees = bool(abs(said["mean"] - friction) > least or not low <= friction <= high)
     return {
         "friction": said,
         "disagrees": disagrees,
