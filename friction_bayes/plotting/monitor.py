@@ -182,12 +182,14 @@ def plot_remaining_life(report: MonitorReport, *, title: str = "remaining life")
         upper.fill_between(later[inside], density[inside], color=MODEL, alpha=0.2, lw=0.0)
         upper.set_ylabel(f"density [{per('1', unit)}]")
         upper.set_ylim(bottom=0.0)
-        caption(upper, "shaded: 90 % interval" if math.isfinite(high) else "shaded: from the 5 % quantile")
+        if inside.any():
+            caption(
+                upper, "shaded: 90 % interval" if math.isfinite(high) else "shaded: from the 5 % quantile"
+            )
         lower.plot(later, life.cdf(later), color=MODEL, label="threshold reached")
         if life.never > 5e-4:
-            lower.axhline(
-                1.0 - life.never, color=ACCENT, lw=1.1, ls="--", label=f"never reached: {life.never:.2g}"
-            )
+            ever = 1.0 - life.never
+            lower.axhline(ever, color=ACCENT, lw=1.1, ls="--", label=f"ever reached: {ever:.2g}")
         if life.already > 5e-4:
             lower.axhline(
                 life.already, color=TRUTH, lw=1.1, ls=":", label=f"reached already: {life.already:.2g}"
@@ -195,7 +197,7 @@ def plot_remaining_life(report: MonitorReport, *, title: str = "remaining life")
         lower.set_ylim(0.0, 1.02)
         lower.set_ylabel("probability")
         lower.set_xlabel(f"time from $T_n$ [{unit}]")
-        lower.legend(loc="lower right")
+        lower.legend(loc="best")
         upper.set_title(title)
     return figure
 
