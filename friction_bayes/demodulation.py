@@ -143,11 +143,13 @@ def phase_polynomial(
 
 @njit(cache=True, nogil=True)
 def phase_of(polynomial: Array, scale: float, i: float) -> float:
+    """Phase [rad] at sample ``i`` of a cubic in ``i / scale``, coefficients from the constant up."""
     s = i / scale
     return polynomial[0] + s * (polynomial[1] + s * (polynomial[2] + s * polynomial[3]))
 
 
 @njit(cache=True, nogil=True)
 def rate_of(polynomial: Array, scale: float, i: float) -> float:
+    """Derivative of :func:`phase_of` [rad a sample]."""
     s = i / scale
     return (polynomial[1] + s * (2.0 * polynomial[2] + 3.0 * s * polynomial[3])) / scale
