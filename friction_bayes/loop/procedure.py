@@ -50,7 +50,8 @@ def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...])
         said = _read_off(fit, segment.time, segment.values)
     except InputError as error:
         unusable = ["sensor_clipping"] if segment.clipped else []
-        return {"friction": None, "disagrees": True, "because": unusable, "why": str(error)}
+        # the remedy of a record that estimate refuses is this loop
+        return {"friction": None, "disagrees": True, "because": unusable, "why": error.problem}
     moving = segment.time[: segment.moving]
     period = 2.0 * np.pi / segment.decay.frequency
     fine = np.linspace(0.0, moving[-1], int(_FINE * moving[-1] / period))
