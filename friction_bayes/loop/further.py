@@ -17,11 +17,14 @@ from numpy.typing import NDArray
 
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import whiten
+from friction_bayes.words import listed
 
 __all__ = ["Proposal", "next_experiment", "proposals"]
 
 _DECISIVE = math.log(20.0)
 _STEP = 1e-3
+_SAME_FRICTION = 0.01
+"""Relative spread of friction over the candidates below which the choice among them does not matter."""
 
 Array = NDArray[np.float64]
 
@@ -58,17 +61,28 @@ def next_experiment(fits: Sequence[LoopFit], names: Sequence[str]) -> str | None
     # a record decides as well as it does against the rival it is worst at
     scores = [min(options[i].log_bayes_factor for options in decided) for i in range(len(decided[0]))]
     best = int(np.argmax(scores))
-    rivals = " and ".join(names[1:])
+    rivals = listed(names[1:], "or")
     chosen, score = decided[0][best], scores[best]
     if score < _DECISIVE:
         return (
             f"No single further record is expected to tell {names[0]} from {rivals}; "
-            f"the best, {chosen.what}, is expected to shift the odds by a factor {math.exp(score):.2g}."
+            f"the best, {chosen.what}, is expected to shift the odds by a factor {math.exp(score):.2g}"
+            f"{_agreement_on_friction(fits)}."
         )
     factor = f"{math.exp(score):.2g}" if score < 12.0 else "more than 1e5"
     return (
-        f"Add {chosen.what}: it is expected to tell {names[0]} from {rivals} by a Bayes factor of {factor}."
+        f"Add {chosen.what}: it is expected to tell {names[0]} from {rivals} by a Bayes factor of {factor}"
+        f"{_agreement_on_friction(fits)}."
     )
+
+
+def _agreement_on_friction(fits: Sequence[LoopFit]) -> str:
+    """Say so where friction hardly hangs on which candidate is right."""
+    frictions = [float(fit.model.physical(fit.z)[0]) for fit in fits]
+    spread = (max(frictions) - min(frictions)) / frictions[0]
+    if spread > _SAME_FRICTION:
+        return ""
+    return f"; for friction it does not matter, on which they agree within {max(100.0 * spread, 0.01):.2g} %"
 
 
 def proposals(truth: LoopFit, rival: LoopFit) -> list[Proposal]:

@@ -23,6 +23,7 @@ from friction_bayes.loop.residual import residual_tests
 from friction_bayes.loop.result import LoopReport, RecordTrace
 from friction_bayes.loop.verdict import credible, verdict
 from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.words import set_words
 
 __all__ = ["Found", "make_report"]
 
@@ -65,7 +66,7 @@ def make_report(
     _, alone = mixture_draws([found.before], np.ones(1), rng_before, misfit=bool(tests_before.failed))
     before = friction_of([found.before], alone, rng_before)
     word = verdict(found.sets, found.probabilities, not tests_after.failed)
-    names = ["+".join(_in_order(s)) or "Coulomb friction alone" for s in found.sets]
+    names = [set_words(_in_order(s)) for s in found.sets]
     rivals = min(credible(found.probabilities), _MOST_RIVALS + 1)
     further = next_experiment(found.fits[:rivals], names[:rivals]) if word == "ambiguous" else None
     effects = _in_order(found.sets[0])

@@ -13,7 +13,7 @@ PACKAGE = Path(__file__).parents[2] / "friction_bayes"
 
 # Lowest layer first; an entry covers the module or package of that name.
 LAYERS: tuple[tuple[str, ...], ...] = (
-    ("errors", "_checks", "quantities"),
+    ("words", "errors", "_checks", "quantities"),
     ("mechanics.oscillator",),
     ("record", "clipping", "readers", "writers", "datasets"),
     ("mechanics",),
@@ -36,7 +36,6 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("diagnostics", "tabulated", "reference"),
     ("agreement", "checking", "calibration", "testing"),
     ("loop", "monitor"),
-    ("words",),
     ("output", "plotting", "report"),
     ("commands",),
     ("cli", "__main__"),

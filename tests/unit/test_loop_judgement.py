@@ -62,8 +62,8 @@ def test_a_tie_names_both_and_what_would_decide(ambiguous: LoopReport) -> None:
     assert ambiguous.verdict == "ambiguous"
     sentence = ambiguous.next_experiment
     assert sentence is not None
-    assert "viscous_damping" in sentence
-    assert "friction_drift" in sentence
+    assert "viscous damping" in sentence
+    assert "friction drift" in sentence
     assert "release" in sentence or "record" in sentence
 
 
