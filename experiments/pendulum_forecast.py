@@ -125,16 +125,16 @@ def _noises(law: str) -> tuple[str, ...]:
 
 
 def identified(report: fb.LoopReport, system: Oscillator) -> Law:
-    """Take the most probable candidate of a joint fit, at its posterior means."""
+    """Take the most probable candidate of a joint fit, at its posterior medians."""
     draws = report.posterior["posterior"].dataset
-    mean = {str(name): float(draws[name].mean()) for name in draws.data_vars}
+    middle = {str(name): float(draws[name].median()) for name in draws.data_vars}
     forces = {effect.name for effect in force_effects()}
-    offsets = [value for name, value in mean.items() if name.startswith("sensor_offset.")]
+    offsets = [value for name, value in middle.items() if name.startswith("sensor_offset.")]
     assert system.inertia is not None
     return Law(
-        system=replace(system, inertia=system.inertia * math.exp(-2.0 * mean["log_frequency_ratio"])),
-        friction=mean["friction"],
-        effects={name: value for name, value in mean.items() if name.split(".")[0] in forces},
+        system=replace(system, inertia=system.inertia * math.exp(-2.0 * middle["log_frequency_ratio"])),
+        friction=middle["friction"],
+        effects={name: value for name, value in middle.items() if name.split(".")[0] in forces},
         offset=float(np.mean(offsets)) if offsets else 0.0,
     )
 

@@ -36,7 +36,7 @@ def test_forecast_of_the_true_law_has_no_error() -> None:
     assert np.abs(wrong - record.values)[first:].max() > 1e-3
 
 
-def test_identified_law_is_the_posterior_mean(loop_report: LoopReport) -> None:
+def test_identified_law_is_the_posterior_median(loop_report: LoopReport) -> None:
     draws = {
         "friction": [4e-4, 6e-4],
         "log_frequency_ratio": [0.01, 0.03],
