@@ -24,13 +24,13 @@ from friction_bayes.loop.truncation import log_interval_probability
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 
-__all__ = ["Expansion", "Guess"]
+__all__ = ["Expansion", "Guess", "told_apart"]
 
 _SCORES = (-2.0, -1.0, 0.0, 1.0)
 """Where a parameter that only shapes a term is tried, as normal scores of its prior."""
 _VERSIONS = 2
 """Versions of an effect, of those tried, that go on into combinations."""
-_LEAST_INFORMATION = 0.02
+_LEAST_INFORMATION = 0.3
 """An effect of which the samples tell less, in units of what the prior tells, cannot be seen: not weighed."""
 _LEAST_SHARE = 1e-4
 """A residual is not promised to fall below this share of its sum of squares."""
@@ -121,6 +121,11 @@ class Expansion:
             seen.sort(key=lambda pair: -pair[0])
             self._versions[name] = [v for _, v in seen[:_VERSIONS]]
 
+    @property
+    def seen(self) -> Names:
+        """Effects beyond those of the fit of which the samples say anything."""
+        return frozenset(name for name, versions in self._versions.items() if versions)
+
     def guesses(self, most: int, uncounted: Names = frozenset()) -> Iterator[Guess]:
         """Judge every set of at most ``most`` effects, those ``uncounted`` besides."""
         present = self._fit.model.effects
@@ -130,12 +135,18 @@ class Expansion:
         for size, more in product(range(most + 1), range(len(besides) + 1)):
             for first, second in product(combinations(counted, size), combinations(besides, more)):
                 chosen = frozenset(first + second)
-                if not any(other in chosen for name in chosen for other in EFFECTS[name].excludes):
-                    yield self._best(chosen, [n for n in names if n in chosen and n not in present])
+                if any(other in chosen for name in chosen for other in EFFECTS[name].excludes):
+                    continue
+                guess = self._best(chosen, [n for n in names if n in chosen and n not in present])
+                if guess is not None:
+                    yield guess
 
-    def _best(self, names: Names, new: Sequence[str]) -> Guess:
+    def _best(self, names: Names, new: Sequence[str]) -> Guess | None:
+        """The best versions of a set; None where one of its effects cannot be told from the others."""
         tried = [(self._judge(names, v), v) for v in product(*(self._versions[name] for name in new))]
-        (value, objective, reached), versions = max(tried, key=lambda t: t[0][0])
+        (value, objective, reached, told), versions = max(tried, key=lambda t: t[0][0])
+        if not told:
+            return None
         start = {
             c.key: float(x)
             for c, x in zip(self._fit.model.coordinates, reached, strict=False)
@@ -211,8 +222,8 @@ class Expansion:
         left = matrix[version.columns, version.columns] - cross.T @ known
         return bool(np.any(np.diag(left) > _LEAST_INFORMATION * self._precision[version.columns]))
 
-    def _judge(self, names: Names, versions: Sequence[_Version]) -> tuple[float, float, Array]:
-        """Log-evidence and objective of a set up to constants of the fit, and the mode."""
+    def _judge(self, names: Names, versions: Sequence[_Version]) -> tuple[float, float, Array, bool]:
+        """Log-evidence and objective up to constants of the fit, the mode, whether all effects are seen."""
         moved = np.zeros(self._origin.size)
         free = []
         for i, (c, x) in enumerate(zip(self._fit.model.coordinates, self._fit.z, strict=True)):
@@ -229,6 +240,7 @@ class Expansion:
         matrices = self._matrices[:, index[:, None], index]
         forces = self._gradients[:, index] - self._matrices[:, index] @ moved
         origin, prior = self._origin[index], self._precision[index]
+        owners = [self._owners[i] for i in free]
         scale = np.ones(len(matrices))
         for _ in range(2):
             curvature = np.tensordot(scale, matrices, 1) + np.diag(prior + 1e-12)
@@ -248,7 +260,9 @@ class Expansion:
                 own = reached[version.columns]
                 lines = self._matrices[:, version.columns, version.columns].sum(axis=0)
                 value += version.line.log_volume(version.coordinates, own, float(own @ lines @ own))
-        return value, objective - self._fit.objective, reached
+        variance = np.diag(covariance)
+        told = _all_learnt([(c, v) for c, v in zip(owners, variance, strict=True) if c is not None])
+        return value, objective - self._fit.objective, reached, told
 
     def _deviance(self, moved: Array) -> tuple[float, Array]:
         """Deviance after a step, and by how much the weights grow with the smaller noise."""
@@ -263,3 +277,16 @@ def _inverse(matrix: Array) -> Array:
     """Inverse of a positive matrix whose coordinates are known to very different accuracy."""
     scale = 1.0 / np.sqrt(np.diag(matrix))
     return np.asarray(np.linalg.inv(matrix * np.outer(scale, scale)) * np.outer(scale, scale))
+
+
+def told_apart(fit: LoopFit) -> bool:
+    """Whether the samples tell each effect of a fit from the others of it, and from friction and state."""
+    return _all_learnt(list(zip(fit.model.coordinates, np.diag(fit.covariance), strict=True)))
+
+
+def _all_learnt(coordinates: Sequence[tuple[Coordinate, float]]) -> bool:
+    """Whether of each effect some parameter is known better than by its prior alone."""
+    learnt = {
+        c.effect for c, variance in coordinates if 1.0 / variance > (1.0 + _LEAST_INFORMATION) * c.precision
+    }
+    return {c.effect for c, _ in coordinates} <= learnt

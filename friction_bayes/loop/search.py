@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from friction_bayes.loop.evidence import log_evidence
-from friction_bayes.loop.expansion import Expansion, Guess
+from friction_bayes.loop.expansion import Expansion, Guess, told_apart
 from friction_bayes.loop.fit import LoopFit, fit_grown, fit_model, starting_point
 from friction_bayes.loop.model import LoopModel, distorting
 from friction_bayes.loop.noise import NoiseForm
@@ -108,10 +108,11 @@ class Search:
         self._grow(root)
         if root not in self.candidates:
             return
-        if residual_tests(self.candidates[root].fit).failed:
-            for name in self.allowed:
-                if isinstance(EFFECTS[name], ForceEffect):
-                    self._grow(root | {name})
+        alone = self.candidates[root].fit
+        if residual_tests(alone).failed:
+            forces = [name for name in self.allowed if isinstance(EFFECTS[name], ForceEffect)]
+            for name in sorted(Expansion(alone, forces).seen, key=forces.index):
+                self._grow(root | {name})
         expanded: dict[Names, float] = {}
         while len(expanded) < _MOST_CENTRES:
             centre = self._next_centre(expanded)
@@ -242,7 +243,7 @@ class Search:
             self._keep(names, fit_grown(model, forms, start, share=_BEFORE_REST))
 
     def _keep(self, names: Names, fit: LoopFit | None) -> None:
-        if fit is None:
+        if fit is None or not told_apart(fit):
             return
         known = self.candidates.get(names)
         if known is not None and known.fit.objective <= fit.objective:

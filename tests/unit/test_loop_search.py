@@ -120,12 +120,7 @@ def test_expansion_foresees_what_fits_will_find(seed: int) -> None:
     centre = fitted(record, "viscous_damping")
     reference = log_evidence(centre)
     foreseen = {g.effects: g for g in Expansion(centre, ["sensor_offset", "friction_drift"]).guesses(2)}
-    assert len(foreseen) == 7
-    for names in (
-        {"viscous_damping", "sensor_offset"},
-        {"viscous_damping"},
-        {"viscous_damping", "friction_drift"},
-    ):
+    for names in ({"viscous_damping", "sensor_offset"}, {"viscous_damping"}, {"friction_drift"}):
         guess = foreseen[frozenset(names)]
         model = centre.model.with_effects(tuple(names))
         fit = fit_model(model, centre.forms, guess.coordinates(model))
