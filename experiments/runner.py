@@ -28,7 +28,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 import friction_bayes
 from experiments.tables import Row, closing_table, page
-from friction_bayes.output import manifest, write_json
+from friction_bayes.output import manifest, write_json, write_whole
 
 __all__ = ["Cell", "Experiment", "Row", "main", "parser_for", "run_experiment", "settings_digest"]
 
@@ -87,16 +87,9 @@ def _cell_seed(experiment: Experiment, cell: Cell, seed: int) -> np.random.SeedS
     return np.random.SeedSequence(int(_key(experiment, own, seed), 16))
 
 
-def _write_whole(target: Path, write: Callable[[Path], object]) -> None:
-    """Let ``write`` make the file under another name, so that what is killed leaves no half of it."""
-    aside = target.with_name(f"{target.name}.{os.getpid()}.part")
-    write(aside)
-    aside.replace(target)
-
-
 def _run_cell(experiment: Experiment, cell: Cell, seed: int, target: Path) -> None:
     numbers = experiment.run(experiment.config, cell, _cell_seed(experiment, cell, seed))
-    _write_whole(target, lambda path: write_json(path, numbers))
+    write_whole(target, lambda path: write_json(path, numbers))
 
 
 def _compute(tasks: list[Any], scheduler: str | None, workers: int) -> None:
@@ -199,9 +192,9 @@ def run_experiment(experiment: Experiment, options: argparse.Namespace) -> xr.Da
     rows = list(experiment.rows(dataset))
     details = [] if experiment.details is None else list(experiment.details(dataset))
     target = options.results / f"{experiment.name}.nc"
-    _write_whole(target, lambda path: dataset.to_netcdf(path, engine="h5netcdf"))
+    write_whole(target, lambda path: dataset.to_netcdf(path, engine="h5netcdf"))
     text = page(rows, details, beside=experiment.beside)
-    _write_whole(target.with_suffix(".md"), lambda path: path.write_text(text, encoding="utf-8"))
+    write_whole(target.with_suffix(".md"), lambda path: path.write_text(text, encoding="utf-8"))
     seconds = time.perf_counter() - started
     record = manifest(
         f"python -m experiments.{experiment.name}",
@@ -213,7 +206,7 @@ def run_experiment(experiment: Experiment, options: argparse.Namespace) -> xr.Da
         "beside": experiment.beside,
         "table": [asdict(row) for row in rows],
     }
-    _write_whole(target.with_suffix(".json"), lambda path: write_json(path, record))
+    write_whole(target.with_suffix(".json"), lambda path: write_json(path, record))
     shutil.rmtree(waiting)
     console = Console()
     console.print(closing_table(f"{experiment.name}: {experiment.question}", rows, beside=experiment.beside))

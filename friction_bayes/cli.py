@@ -87,8 +87,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except FrictionBayesError as error:
         _complain(str(error))
         return 2
-    except KeyboardInterrupt:
-        _complain("interrupted; nothing was written")
+    except KeyboardInterrupt as error:
+        _complain(f"interrupted; {str(error) or 'nothing was written'}")
         return 130
     except BrokenPipeError:
         # The reader of our output has gone (head, less): no reason to complain, and Python must not

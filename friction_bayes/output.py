@@ -5,10 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 import platform
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
@@ -22,11 +23,14 @@ from friction_bayes.errors import InputError
 __all__ = [
     "check_file_target",
     "manifest",
+    "nearest_existing",
     "output_folder",
     "sha256_of",
     "strict_json",
+    "versions",
     "write_json",
     "write_manifest",
+    "write_whole",
 ]
 
 MANIFEST_NAME = "manifest.json"
@@ -60,6 +64,13 @@ def write_json(path: Path, value: Mapping[str, Any]) -> None:
     path.write_text(strict_json(value) + "\n", encoding="utf-8")
 
 
+def write_whole(target: Path, write: Callable[[Path], object]) -> None:
+    """Let ``write`` make the file under another name, so that what is killed leaves no half of it."""
+    aside = target.with_name(f"{target.name}.{os.getpid()}.part")
+    write(aside)
+    aside.replace(target)
+
+
 def sha256_of(path: Path) -> str:
     """Digest of a file, or of all files below a folder together with their names (a Zarr store)."""
     digest = hashlib.sha256()
@@ -81,6 +92,12 @@ def _version_of(distribution: str) -> str | None:
         return None
 
 
+def versions() -> dict[str, str | None]:
+    """Return the versions of Python, this package and those whose numbers it rests on."""
+    own = {"python": platform.python_version(), "friction-bayes": _version_of("friction-bayes")}
+    return own | {name: _version_of(name) for name in _VERSIONED}
+
+
 def manifest(
     command: str, *, options: Mapping[str, Any], seed: int | None, inputs: Mapping[str, str] | None = None
 ) -> dict[str, Any]:
@@ -97,14 +114,12 @@ def manifest(
     inputs : mapping of str to str, optional
         Records that were read, with their sha256 digests.
     """
-    versions = {"python": platform.python_version(), "friction-bayes": _version_of("friction-bayes")}
-    versions.update({name: _version_of(name) for name in _VERSIONED})
     return {
         "command": command,
         "options": dict(options),
         "seed": seed,
         "inputs": [{"record": name, "sha256": digest} for name, digest in (inputs or {}).items()],
-        "versions": versions,
+        "versions": versions(),
         "platform": platform.platform(),
         "written": datetime.now(UTC).isoformat(timespec="seconds"),
     }
@@ -140,7 +155,8 @@ def _files_of_earlier_run(folder: Path) -> list[str]:
     return [name for name in listed if (folder / name).resolve().is_relative_to(inside)]
 
 
-def _nearest_existing(path: Path) -> Path:
+def nearest_existing(path: Path) -> Path:
+    """Return the path, or the nearest of its parents that exists."""
     while not path.exists():
         path = path.parent
     return path
@@ -157,7 +173,7 @@ def _check_folder_target(folder: Path, place: str, force: bool) -> None:
 def _aside(target: Path) -> Iterator[Path]:
     """Yield an empty folder on the file system of ``target``, gone afterwards whatever happens."""
     try:
-        aside = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=_nearest_existing(target.parent)))
+        aside = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=nearest_existing(target.parent)))
     except OSError as error:
         raise InputError(
             f"--out {target}", f"cannot be written ({error.strerror})", "choose another"

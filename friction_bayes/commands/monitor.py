@@ -14,6 +14,7 @@ from friction_bayes._checks import positive
 from friction_bayes.commands.console import collected_warnings, note, output_console, progress_bar
 from friction_bayes.commands.monitor_tables import fleet_table, monitor_table
 from friction_bayes.commands.options import (
+    add_long_run,
     add_output_folder,
     add_record,
     add_system,
@@ -62,9 +63,7 @@ def add_parser(commands: Any) -> None:
     add_record(parser)
     output = parser.add_argument_group("output")
     add_output_folder(output)
-    fleet = parser.add_argument_group("fleet")
-    fleet.add_argument("--workers", type=int, metavar="N", help="threads (default: one a core)")
-    fleet.add_argument("--scheduler", metavar="ADDRESS", help="of a dask.distributed cluster, tcp://...")
+    add_long_run(parser.add_argument_group("fleet"))
     parser.set_defaults(run=run)
 
 
@@ -78,18 +77,17 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError("--workers", f"{arguments.workers} is no number of threads", "give 1 or more")
     fleet = _open_fleet(arguments)
     if fleet is None:
-        for option in ("workers", "scheduler"):
-            if getattr(arguments, option) is not None:
+        for option in ("resume", "workers", "scheduler"):
+            if getattr(arguments, option):
                 raise InputError(f"--{option}", "is for a fleet", "leave it out")
     with output_folder(arguments.out, force=arguments.force) as folder:
-        table = _one_machine(arguments, folder) if fleet is None else _many(arguments, fleet, folder)
-        write_manifest(
-            folder,
-            "monitor",
-            options=options_of(arguments),
-            seed=None,
-            inputs=input_digests(*arguments.records),
-        )
+        if fleet is None:
+            table = _one_machine(arguments, folder)
+            inputs = input_digests(*arguments.records)
+        else:
+            inputs = input_digests(*arguments.records)
+            table = _many(arguments, fleet, inputs, folder)
+        write_manifest(folder, "monitor", options=options_of(arguments), seed=None, inputs=inputs)
     output_console().print(table)
     note(f"report and figures are in {arguments.out}")
 
@@ -150,12 +148,25 @@ def _open_fleet(arguments: argparse.Namespace) -> xr.DataArray | None:
     return fleet
 
 
-def _many(arguments: argparse.Namespace, records: xr.DataArray, folder: Path) -> Any:
+def _many(
+    arguments: argparse.Namespace, records: xr.DataArray, inputs: Mapping[str, str], folder: Path
+) -> Any:
+    from friction_bayes.commands.resume import compute_parts, parts_folder, run_key
+    from friction_bayes.monitor.fleet import fleet_work
+
+    work = fleet_work(records, system_of(arguments), threshold=arguments.threshold)
+    key = run_key("monitor", options_of(arguments), inputs)
+    with parts_folder(arguments.out, key, resume=arguments.resume) as parts:
+        with _working(arguments.scheduler, arguments.workers):
+            columns = compute_parts(work.tasks, parts)
+        return _leave_fleet(work.assemble(columns), folder)
+
+
+def _leave_fleet(fleet: xr.Dataset, folder: Path) -> Any:
+    """Write files and figure; return the table."""
     from friction_bayes.plotting import save_figure
     from friction_bayes.plotting.monitor import plot_fleet
 
-    with _working(arguments.scheduler, arguments.workers):
-        fleet = fb.monitor_fleet(records, system_of(arguments), threshold=arguments.threshold)
     fleet.to_netcdf(folder / "monitor.nc", engine="h5netcdf")
     save_figure(plot_fleet(fleet), folder, "fleet")
     result = _fleet_result(fleet)

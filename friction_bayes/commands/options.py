@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
+    "add_long_run",
     "add_output_folder",
     "add_record",
     "add_seed",
@@ -69,6 +70,13 @@ def add_output_folder(
     text = "folder for results and figures" + (f" (default: {default})" if default else "")
     parser.add_argument("--out", metavar="DIR", default=default, required=required, help=text)
     parser.add_argument("--force", action="store_true", help="replace the folder of an earlier run")
+
+
+def add_long_run(parser: argparse._ActionsContainer) -> None:
+    """Add ``--resume``, ``--workers`` and ``--scheduler``."""
+    parser.add_argument("--resume", action="store_true", help="go on with an interrupted run of the same")
+    parser.add_argument("--workers", type=int, metavar="N", help="threads (default: one a core)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a dask.distributed cluster, tcp://...")
 
 
 def add_seed(parser: argparse.ArgumentParser) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import dask
@@ -18,20 +19,52 @@ from friction_bayes.monitor.points import COUNTED, TIME_ATTRIBUTE, DetectionPoin
 from friction_bayes.monitor.report import QUANTILES, follow
 from friction_bayes.quantities import UNCALIBRATED_UNITS, quantity_named
 
-__all__ = ["STATUS", "monitor_fleet"]
+__all__ = ["STATUS", "FleetWork", "fleet_work", "monitor_fleet"]
 
 STATUS = ("ok", "too_few_points")
 """Meaning of a machine's ``status`` 0, 1."""
-_BLOCK = 32
-"""Machines followed by one task."""
+_BLOCK = 16
+"""Machines estimated and followed by one task, at most."""
 
 Array = NDArray[np.float64]
+Columns = dict[str, NDArray[Any]]
 
 _TRACKED = ("friction_mean", "friction_sd", "plain_mean", "plain_sd")
 _SCALARS = (
     *("discount", "level_mean", "level_sd", "drift_mean", "drift_sd"),
     *("probability_above_threshold", "probability_never_reached"),
 )
+
+
+@dataclass(frozen=True, eq=False)
+class FleetWork:
+    """Monitoring of a fleet cut into tasks that know nothing of each other.
+
+    Attributes
+    ----------
+    tasks : sequence of dask.delayed.Delayed
+        Each gives the columns of some machines as arrays by name.
+    times : ndarray, shape (machines, points)
+    machine_names : ndarray, shape (machines,), or None
+    quantity : str
+    known : dict
+        What all machines have in common: units, relative sd of the factor from signal to friction.
+    threshold : float or None
+    """
+
+    tasks: Sequence[Any]
+    times: Array
+    machine_names: NDArray[Any] | None
+    quantity: str
+    known: dict[str, Any]
+    threshold: float | None
+
+    def assemble(self, parts: Sequence[Columns]) -> xr.Dataset:
+        """Return the dataset of :func:`monitor_fleet` from what the tasks gave, in their order."""
+        columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        dataset = _as_dataset(columns, self.times, self.known, self.threshold)
+        named = {} if self.machine_names is None else {"machine": self.machine_names}
+        return dataset.assign_coords(named).assign_attrs(quantity=self.quantity)
 
 
 def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float | None = None) -> xr.Dataset:
@@ -69,31 +102,50 @@ def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float
         If the array has other dimensions, fewer than two points, times that do not increase, or an argument
         is wrong.
     """
+    work = fleet_work(records, system, threshold=threshold)
+    return work.assemble(dask.compute(*work.tasks))
+
+
+def fleet_work(records: xr.DataArray, system: Oscillator, *, threshold: float | None = None) -> FleetWork:
+    """Cut :func:`monitor_fleet` into tasks, its arguments checked, for a caller that keeps what is done.
+
+    Parameters
+    ----------
+    records, system, threshold
+        As in :func:`monitor_fleet`.
+
+    Raises
+    ------
+    InputError
+        As in :func:`monitor_fleet`.
+    """
     if threshold is not None:
         positive("threshold", threshold)
     machine, point = _dimensions(records)
-    machines, points = records.sizes[machine], records.sizes[point]
+    points = records.sizes[point]
     times, time_unit = _times(records, machine, point)
     # mass and stiffness are common to all points: their spread comes in at the threshold
     exact = replace(system, **{name: 0.0 for name in ("mass_sd", "inertia_sd", "stiffness_sd")})
-    estimates = estimate_batch(_one_a_row(records, machine, point), exact)
-    (estimates,) = dask.compute(estimates)
+    ordered, blocks = _in_blocks(records.transpose(machine, point, "time"))
+    estimates = estimate_batch(_one_a_row(ordered), exact)
     kind = quantity_named(estimates.attrs["quantity"])
     unit = estimates["friction_mean"].attrs["units"]
     relative_sd = 0.0 if unit in UNCALIBRATED_UNITS else system.force_factor_relative_sd(kind)
-    shape = (machines, points)
-    mean = estimates["friction_mean"].values.reshape(shape)
-    sd = estimates["friction_sd"].values.reshape(shape)
     known = {"time_unit": time_unit, "unit": unit, "relative_sd": relative_sd}
-    blocks = [slice(i, i + _BLOCK) for i in range(0, machines, _BLOCK)]
-    tasks = [dask.delayed(_follow_block)(times[b], mean[b], sd[b], threshold, known) for b in blocks]
-    parts = dask.compute(*tasks)
-    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    columns["record_status"] = estimates["status"].values.reshape(shape)
-    columns |= {"estimate_mean": mean, "estimate_sd": sd}
-    dataset = _as_dataset(columns, times, known, threshold)
-    named = {"machine": records.coords[machine].values} if machine in records.coords else {}
-    return dataset.assign_coords(named).assign_attrs(quantity=kind.name)
+    needed = estimates[["friction_mean", "friction_sd", "status"]]
+    rows = [slice(each.start * points, each.stop * points) for each in blocks]
+    follow_block = dask.delayed(_follow_block)
+    return FleetWork(
+        tasks=[
+            follow_block(times[each], needed.isel(record=row), threshold, known)
+            for each, row in zip(blocks, rows, strict=True)
+        ],
+        times=times,
+        machine_names=records.coords[machine].values if machine in records.coords else None,
+        quantity=kind.name,
+        known=known,
+        threshold=threshold,
+    )
 
 
 def _dimensions(records: xr.DataArray) -> tuple[str, str]:
@@ -138,23 +190,38 @@ def _times(records: xr.DataArray, machine: str, point: str) -> tuple[Array, str]
     return times.astype(np.float64), str(coordinate.attrs.get("units", f"unit of {TIME_ATTRIBUTE}"))
 
 
-def _one_a_row(records: xr.DataArray, machine: str, point: str) -> xr.DataArray:
-    ordered = records.transpose(machine, point, "time")
+def _in_blocks(ordered: xr.DataArray) -> tuple[xr.DataArray, list[slice]]:
+    """Cut chunks of many machines into blocks of few, all points and times together; return both."""
+    machine, point, _ = ordered.dims
+    chunks = ordered.chunksizes.get(machine, (ordered.sizes[machine],))
+    sizes = [min(_BLOCK, chunk - i) for chunk in chunks for i in range(0, chunk, _BLOCK)]
     if ordered.chunks is not None:
-        ordered = ordered.chunk({point: -1, "time": -1})
+        ordered = ordered.chunk({machine: tuple(sizes), point: -1, "time": -1})
+    ends = np.cumsum(sizes).tolist()
+    return ordered, [slice(end - size, end) for end, size in zip(ends, sizes, strict=True)]
+
+
+def _one_a_row(ordered: xr.DataArray) -> xr.DataArray:
     rows = ordered.data.reshape((-1, ordered.sizes["time"]))
-    if "time" not in records.coords:
+    if "time" not in ordered.coords:
         raise InputError("fleet", "has no coordinate time", "add the sample times in seconds")
-    clock = {"time": records.coords["time"].values}
-    return xr.DataArray(rows, dims=("record", "time"), coords=clock, attrs=records.attrs)
+    clock = {"time": ordered.coords["time"].values}
+    return xr.DataArray(rows, dims=("record", "time"), coords=clock, attrs=ordered.attrs)
 
 
 def _follow_block(
-    times: Array, mean: Array, sd: Array, threshold: float | None, known: dict[str, Any]
-) -> dict[str, NDArray[Any]]:
-    """Follow some machines; arrays of shape (machines, points) in, columns of the dataset out."""
-    machines, points = mean.shape
-    columns: dict[str, NDArray[Any]] = {name: np.full((machines, points), np.nan) for name in _TRACKED}
+    times: Array, estimates: xr.Dataset, threshold: float | None, known: dict[str, Any]
+) -> Columns:
+    """Follow some machines.
+
+    Times of shape (machines, points) and estimates of as many records in, columns of the dataset out.
+    """
+    machines, points = times.shape
+    mean, sd, record_status = (
+        estimates[name].values.reshape(times.shape) for name in ("friction_mean", "friction_sd", "status")
+    )
+    columns: Columns = {name: np.full((machines, points), np.nan) for name in _TRACKED}
+    columns |= {"estimate_mean": mean, "estimate_sd": sd, "record_status": record_status}
     columns |= {name: np.full((machines,), np.nan) for name in _SCALARS}
     columns["remaining_life"] = np.full((machines, len(QUANTILES)), np.nan)
     usable = np.isfinite(mean) & np.isfinite(sd)
