@@ -42,9 +42,9 @@ CASES: dict[str, tuple[dict[str, float], tuple[str, ...], dict[str, Any]]] = {
         ("stribeck_friction",),
         {},
     ),
-    "asymmetry and offset, one signal": (
+    "asymmetry, the signal of an offset": (
         {"sensor_offset.offset": 5e-4},
-        ("asymmetric_friction", "sensor_offset"),
+        ("asymmetric_friction",),
         {},
     ),
     "a line": (
