@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
@@ -64,9 +65,11 @@ def check_estimate(
     attrs = tree.attrs
     posterior = tree["posterior"].dataset["friction"]
     draws = np.asarray(posterior.values).reshape(attrs["ensembles"], attrs["walkers"], -1)
-    agreement = compare(estimate.friction_as_declared, draws).timed(
-        closed_form=closed_form_s, sampler=attrs["wall_time_s"]
-    )
+    declared = estimate.friction_as_declared
+    agreement = compare(declared, draws).timed(closed_form=closed_form_s, sampler=attrs["wall_time_s"])
+    mean, sd = float(declared.mean()), float(declared.std())
+    # a posterior without a variance gives no scale to measure by
+    apart = (float(draws.mean()) - mean) / sd if math.isfinite(sd) else None
     friction = draws
     if isinstance(estimate.friction, ScaledDistribution):
         factor = estimate.friction.factor
@@ -87,6 +90,7 @@ def check_estimate(
         "converged": bool(attrs["converged"]),
         "agrees": agreement.agrees,
         "because": agreement.because,
+        "difference_in_sd": apart,
         "false_alarm_rate": agreement.false_alarm_rate,
         "closed_form_s": closed_form_s,
         "sampler_s": float(attrs["wall_time_s"]),

@@ -37,12 +37,19 @@ def _reference(reference: Mapping[str, Any]) -> str:
     lines = [
         with_interval(reference["friction"]),
         f"{trust}R-hat {reference['rhat']:.4f}, effective sample size {reference['ess_bulk']:.0f}",
-        f"{_VERDICTS[reference['agrees']]} (false-alarm rate {reference['false_alarm_rate']:.0%})",
+        f"{_VERDICTS[reference['agrees']]} (false-alarm rate {reference['false_alarm_rate']:.0%}); "
+        f"means {_apart(reference)} sd apart",
         f"closed form {duration(reference['closed_form_s'])}, emcee {duration(reference['sampler_s'])}",
     ]
     if not reference["agrees"]:
         lines.insert(3, reference["because"])
     return "\n".join(lines)
+
+
+def _apart(reference: Mapping[str, Any]) -> str:
+    """Distance of the two means in posterior sd, which tells whether a disagreement matters."""
+    difference = reference["difference_in_sd"]
+    return "–" if difference is None else f"{abs(difference):.2f}"
 
 
 def estimate_table(result: Mapping[str, Any]) -> Table:
@@ -105,7 +112,7 @@ def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]
         "emcee\nmean",
         "R-hat",
         "ESS",
-        "agrees",
+        "agrees,\nsd apart",
         "closed\nform",
         "MCMC",
     ):
@@ -121,7 +128,7 @@ def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]
             number(reference["friction"]["mean"]),
             f"{reference['rhat']:.4f}",
             f"{reference['ess_bulk']:.0f}",
-            _MARKS[reference["agrees"]],
+            _MARKS[reference["agrees"]] + f" {_apart(reference)}",
             duration(reference["closed_form_s"]),
             duration(reference["sampler_s"]),
         )

@@ -47,3 +47,7 @@ def test_verdict_and_times(estimate: fb.Estimate) -> None:
     assert summary["agrees"] is True, summary["because"]
     assert summary["sampler_s"] / summary["closed_form_s"] == pytest.approx(summary["time_ratio"])
     assert summary["seed"] == 1
+    closed, sampled = estimate.friction, summary["friction"]["mean"]
+    assert summary["difference_in_sd"] == pytest.approx((sampled - closed.mean()) / closed.std(), abs=1e-9)
+    told = estimate_table(estimate.to_dict(summary)).columns[1]._cells
+    assert any(f"means {abs(summary['difference_in_sd']):.2f} sd apart" in str(cell) for cell in told)
