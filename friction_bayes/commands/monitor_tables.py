@@ -10,13 +10,17 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
-from friction_bayes.commands.tables import number
-from friction_bayes.monitor.points import per
+from friction_bayes.monitor.points import COUNTED, per
+from friction_bayes.words import number
 
-__all__ = ["fleet_table", "monitor_table"]
+__all__ = ["fleet_table", "memory", "monitor_table"]
 
 _MOST = 20
 """Machines shown of a fleet; the files hold all."""
+_ALL, _NEARLY_NOTHING = 0.995, 0.05
+"""Shares of what was known that, kept from point to point, are told as all and as nearly nothing."""
+_BETTER, _FAR_BETTER = 1.0, 5.0
+"""Gains in log-density of all forecasts together that are told in these words."""
 
 
 def _interval(summary: Mapping[str, Any]) -> str:
@@ -30,6 +34,21 @@ def _life(low: float | None, middle: float | None, high: float | None, unit: str
 
 def _time(value: float | None, unit: str = "") -> str:
     return "never" if value is None or value == float("inf") else f"{value:.4g}{unit}"
+
+
+def memory(forgetting: Mapping[str, Any], plain: Mapping[str, Any]) -> str:
+    """Say how much of the past counts, and what the forecasts say for it."""
+    kept = forgetting["discount"]
+    if kept >= _ALL:
+        return "nothing from point to point: all points so far count alike"
+    if kept < _NEARLY_NOTHING:
+        text = "nearly all from point to point: the friction is what the record alone says"
+    else:
+        lost = 1.0 - kept
+        text = f"{lost:.0%} of what was known from point to point: about {1.0 / lost:.2g} points count"
+    gain = forgetting["log_predictive"] - plain["log_predictive"]
+    word = "far better" if gain > _FAR_BETTER else "better" if gain > _BETTER else "hardly better"
+    return f"{text}; this forecasts the next record {word} than forgetting nothing"
 
 
 def monitor_table(result: Mapping[str, Any]) -> Group:
@@ -46,9 +65,12 @@ def monitor_table(result: Mapping[str, Any]) -> Group:
     table = Table(box=SIMPLE_HEAD, pad_edge=False)
     table.add_column("point")
     table.add_column("record", overflow="fold")
-    for heading in (f"time\n[{time_unit}]", f"alone\n[{unit}]", f"f(r|Ti)\n[{unit}]", "90 % interval"):
+    # counted points are told by their names already
+    counted = time_unit == COUNTED
+    headings = [] if counted else [f"time\n[{time_unit}]"]
+    headings += [f"record alone\n[{unit}]", f"with forgetting\n[{unit}]", "90 % interval"]
+    for heading in (*headings, f"nothing forgotten\n[{unit}]"):
         table.add_column(heading, justify="right")
-    table.add_column(f"nothing forgotten\n[{unit}]", justify="right")
     for acquired, found, tracked, late in zip(
         result["data_acquisition"]["points"],
         result["data_manipulation"]["points"],
@@ -59,7 +81,7 @@ def monitor_table(result: Mapping[str, Any]) -> Group:
         table.add_row(
             acquired["point"],
             acquired["record"],
-            f"{acquired['time']:.6g}",
+            *([] if counted else [f"{acquired['time']:.6g}"]),
             number(found["friction"]["mean"]),
             number(tracked["mean"]),
             _interval(tracked),
@@ -68,11 +90,7 @@ def monitor_table(result: Mapping[str, Any]) -> Group:
     below = Table.grid(padding=(0, 3))
     below.add_column(style="dim", no_wrap=True)
     below.add_column(overflow="fold")
-    below.add_row(
-        "forgetting",
-        f"discount {forgetting['discount']:.3g}, chosen by the one-step forecasts; their log-density "
-        f"{forgetting['log_predictive']:.4g}, {plain['log_predictive']:.4g} where nothing is forgotten",
-    )
+    below.add_row("forgets", memory(forgetting, plain))
     health = result["health_assessment"]
     for name in ("drift", "diffusion", "scatter"):
         value = health[name]

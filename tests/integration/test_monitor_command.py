@@ -13,6 +13,7 @@ import xarray as xr
 
 import friction_bayes as fb
 from friction_bayes.cli import main
+from friction_bayes.commands.monitor_tables import memory
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 ISO_13374 = [
@@ -86,7 +87,8 @@ def test_records_to_report(runs: list[str], tmp_path: Path, capsys: pytest.Captu
     assert main(["monitor", *runs, *SYSTEM, *options, "--out", str(out)]) == 0
     shown = capsys.readouterr()
     assert shown.err == ""
-    assert "remaining life" in shown.out
+    for words in ("remaining life", "record alone", "with forgetting", "nearly all", "far better"):
+        assert words in shown.out
     figures = {
         f"{name}.{end}"
         for name in ("detection_points", "tracking", "remaining_life")
@@ -113,14 +115,28 @@ def test_records_to_report(runs: list[str], tmp_path: Path, capsys: pytest.Captu
     assert float(area) == pytest.approx(reached, abs=0.01)
 
 
-def test_without_threshold_and_times(runs: list[str], tmp_path: Path) -> None:
+def test_without_threshold_and_times(
+    runs: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = tmp_path / "wear"
     assert main(["monitor", *runs, *SYSTEM, "--out", str(out)]) == 0
+    assert "time" not in capsys.readouterr().out
     result = strict(out / "monitor.json")
     assert result["prognostic_assessment"] is None
     assert result["advisory_generation"]["case"] == "no_threshold"
     assert result["data_acquisition"]["time_unit"] == "detection points"
     assert not (out / "remaining_life.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("discount", "said"),
+    [
+        (1.0, "all points so far count alike"),
+        (0.8, "20% of what was known from point to point: about 5 points"),
+    ],
+)
+def test_memory_is_told_in_points(discount: float, said: str) -> None:
+    assert said in memory({"discount": discount, "log_predictive": 3.0}, {"log_predictive": 1.0})
 
 
 def test_fleet_to_report(
