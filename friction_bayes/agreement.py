@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from friction_bayes.diagnostics import Mixing, as_ensembles, bulk_ess, mixing, tail_ess
+from friction_bayes.expected import Expected, finite_numbers
 
 __all__ = ["Agreement", "Check", "compare"]
 
@@ -91,7 +92,7 @@ class Agreement:
     """
 
     agrees: bool | None
-    checks: tuple[Check, ...]
+    checks: tuple[Check, ...] = field(repr=False)
     ess: float
     minimum_ess: float
     false_alarm_rate: float
@@ -160,6 +161,12 @@ def compare(
     -------
     Agreement
 
+    Raises
+    ------
+    InputError
+        If ``expected`` is no continuous distribution with its parameters, or no numbers; if draws are no
+        numbers.
+
     Notes
     -----
     The mean is not compared where the variance is infinite, nor the sd where the excess kurtosis is above
@@ -167,9 +174,8 @@ def compare(
     alone. At an effective sample size of 10,000 a mean 5 % of an sd off is 5 standard errors away, an sd
     5 % off (of a normal) 7; at a false-alarm rate of 1 % they are found from 2.9 and 3.0 on.
     """
-    values = as_ensembles(draws)
-    if not np.all(np.isfinite(values)):
-        raise ValueError(f"{np.count_nonzero(~np.isfinite(values))} draws are not finite")
+    reference = Expected.of(expected)
+    values = as_ensembles(finite_numbers("draws", draws, "give finite numbers only"))
     known = None if ess is None else Mixing(float(ess), values.size / float(ess), math.inf)
     reach = known.ess if known else min(bulk_ess(values).ess, tail_ess(values).ess)
     verdict = Agreement(
@@ -177,7 +183,6 @@ def compare(
     )
     if not reach >= minimum_ess:
         return verdict
-    reference = _Reference.of(expected)
     planned = _moment_checks(reference, values, known)
     planned += _distribution_checks(reference, values, known, quantiles)
     whole = sum(check.level for check in planned)
@@ -185,44 +190,7 @@ def compare(
     return replace(verdict, checks=checks, agrees=all(check.passed for check in checks))
 
 
-@dataclass(frozen=True)
-class _Reference:
-    """What the draws are compared with; ``size`` is infinite unless it is made of draws itself."""
-
-    distribution: Any
-    mean: float
-    sd: float
-    excess_kurtosis: float
-    size: float
-
-    @classmethod
-    def of(cls, expected: Any) -> _Reference:
-        if not hasattr(expected, "cdf"):
-            sample = np.sort(np.asarray(expected, dtype=np.float64).ravel())
-            kurtosis = float(stats.kurtosis(sample))
-            return cls(_Empirical(sample), float(sample.mean()), float(sample.std()), kurtosis, sample.size)
-        kurtosis = float(expected.stats(moments="k")) if hasattr(expected, "stats") else 0.0
-        return cls(expected, float(expected.mean()), float(expected.std()), kurtosis, math.inf)
-
-    def joint(self, found: Mixing) -> float:
-        """Effective sample size of the difference: the errors of both sides add."""
-        return 1.0 / (1.0 / found.ess + 1.0 / self.size) if found.ess > 0.0 else 0.0
-
-
-@dataclass(frozen=True)
-class _Empirical:
-    """Distribution function of sorted independent draws."""
-
-    sample: Array
-
-    def cdf(self, x: ArrayLike) -> Array:
-        return np.asarray(np.searchsorted(self.sample, x, side="right") / self.sample.size)
-
-    def ppf(self, p: float) -> float:
-        return float(np.quantile(self.sample, p))
-
-
-def _moment_checks(reference: _Reference, values: Array, known: Mixing | None) -> list[Check]:
+def _moment_checks(reference: Expected, values: Array, known: Mixing | None) -> list[Check]:
     """Mean and sd, with their shares of the false-alarm rate for a level."""
     checks = []
     mean, sd = float(values.mean()), float(values.std())
@@ -240,7 +208,7 @@ def _moment_checks(reference: _Reference, values: Array, known: Mixing | None) -
 
 
 def _distribution_checks(
-    reference: _Reference, values: Array, known: Mixing | None, quantiles: Sequence[float]
+    reference: Expected, values: Array, known: Mixing | None, quantiles: Sequence[float]
 ) -> list[Check]:
     """Distribution function at the expected quantiles, and its largest difference anywhere."""
     checks, reach = [], math.inf

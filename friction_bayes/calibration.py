@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -43,8 +43,8 @@ class Calibration:
     """
 
     calibrated: bool
-    pit: Array
-    checks: tuple[Check, ...]
+    pit: Array = field(repr=False)
+    checks: tuple[Check, ...] = field(repr=False)
     false_alarm_rate: float
     seed: int | None = None
 

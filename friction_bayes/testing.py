@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.agreement import Agreement, compare
 from friction_bayes.calibration import Calibration, Coverage, coverage, simulation_based_calibration
 from friction_bayes.diagnostics import as_ensembles
+from friction_bayes.expected import finite_numbers
 from friction_bayes.tabulated import Tabulated
 
 __all__ = [
@@ -49,8 +50,8 @@ def assert_agreement(
     Parameters
     ----------
     expected : frozen distribution, callable or array_like
-        A frozen scipy distribution (or anything with ``mean``, ``std``, ``cdf`` and ``ppf``); a vectorised
-        density, normalised here, or distribution function; or an array of independent draws.
+        A frozen continuous scipy distribution (or anything with ``mean``, ``std``, ``cdf`` and ``ppf``); a
+        vectorised density, normalised here, or distribution function; or an array of independent draws.
     draws : array_like, shape (n,), (chains, n) or (ensembles, walkers, n)
         Chains and ensembles are independent of each other; walkers and successive draws need not be.
     kind : {"density", "cdf"}
@@ -73,6 +74,8 @@ def assert_agreement(
     ------
     AssertionError
         If there are too few effective draws, or mean, sd, quantiles or the whole distribution differ.
+    InputError
+        If ``expected`` is discrete or no distribution, or draws are no numbers.
 
     Examples
     --------
@@ -86,7 +89,7 @@ def assert_agreement(
     """
     reference = expected
     if callable(expected) and not hasattr(expected, "cdf"):
-        values = as_ensembles(draws)
+        values = as_ensembles(finite_numbers("draws", draws, "give finite numbers only"))
         around = float(values.min()), float(values.max())
         reference = Tabulated.of(expected, around=around, support=support, kind=kind)
     verdict = compare(reference, draws, ess=ess, minimum_ess=minimum_ess, false_alarm_rate=false_alarm_rate)

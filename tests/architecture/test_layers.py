@@ -34,7 +34,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("forces",),
     ("estimation",),
     ("diagnostics", "tabulated", "reference"),
-    ("agreement", "checking", "calibration", "testing"),
+    ("expected", "agreement", "checking", "calibration", "testing"),
     ("loop", "monitor"),
     ("output", "plotting", "report"),
     ("commands",),

@@ -69,6 +69,30 @@ def test_agreement_is_two_sided(rng: np.random.Generator) -> None:
             testing.assert_agreement(stats.norm(0.0, factor), draws, ess=10_000)
 
 
+@pytest.mark.parametrize(
+    ("expected", "draws", "said"),
+    [
+        ("beta", np.ones(9), "expected: 'beta' is not numbers; give a frozen scipy distribution"),
+        (None, np.ones(9), "expected: .* independent draws"),
+        (stats.beta, np.ones(9), r"expected: beta has no parameters; freeze it: stats.beta\(a, b\)"),
+        (stats.poisson(3.0), np.ones(9), "expected: poisson is discrete"),
+        (stats.norm(), "draws", "draws: 'draws' is not numbers"),
+        (stats.norm(), [1.0, np.nan], "draws: 1 of 2 numbers are not finite"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused_by_name(expected, draws, said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        testing.assert_agreement(expected, draws, ess=10_000)
+
+
+def test_results_show_themselves_in_a_line(rng: np.random.Generator) -> None:
+    agreement = testing.assert_agreement(
+        stats.norm(), rng.standard_normal(5000), ess=5000, false_alarm_rate=RARE
+    )
+    for result in (agreement, uniformity(rng.random(5000), false_alarm_rate=RARE)):
+        assert len(repr(result)) < 200
+
+
 def test_calibration_catches_a_prior_twice_too_narrow(seed: int) -> None:
     right = normal_cdf(0.5)
     assert testing.assert_calibrated(
