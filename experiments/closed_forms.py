@@ -18,7 +18,7 @@ from friction_bayes.conjugate.gamma_exponential import negative_share
 from friction_bayes.halfcycles import peak_amplitudes
 from friction_bayes.mechanics.testbed import signal_to_noise_db
 
-__all__ = ["METHODS", "VARIABLES", "measure"]
+__all__ = ["METHODS", "VARIABLES", "beside_truth", "measure"]
 
 METHODS = {
     "waveform": ("waveform", "highest"),
@@ -134,17 +134,23 @@ def _one(
     return found | {"warned": float(len(told))}
 
 
-def _figures(estimate: fb.Estimate, friction: float) -> dict[str, float]:
-    posterior = estimate.friction
-    mean, low, high = float(posterior.mean()), float(posterior.ppf(0.05)), float(posterior.ppf(0.95))
+def beside_truth(mean: float, sd: float, low: float, high: float, truth: float) -> dict[str, float]:
+    """Return friction with its 90 % interval, and its error, coverage and width beside the true friction."""
     return {
         "friction": mean,
-        "sd": float(posterior.std()),
+        "sd": sd,
         "low": low,
         "high": high,
-        "error": mean / friction - 1.0,
-        "covers": float(low <= friction <= high),
-        "width": (high - low) / friction,
+        "error": mean / truth - 1.0,
+        "covers": float(low <= truth <= high),
+        "width": (high - low) / truth,
+    }
+
+
+def _figures(estimate: fb.Estimate, friction: float) -> dict[str, float]:
+    posterior = estimate.friction
+    low, high = (float(posterior.ppf(q)) for q in (0.05, 0.95))
+    return beside_truth(float(posterior.mean()), float(posterior.std()), low, high, friction) | {
         "precision": math.nan if estimate.precision is None else float(estimate.precision.mean()),
         "noise_sd": estimate.noise_sd,
         "amplitudes": float(estimate.amplitudes),

@@ -19,7 +19,7 @@ import xarray as xr
 
 import friction_bayes as fb
 from experiments.classical import CLASSICAL
-from experiments.closed_forms import METHODS
+from experiments.closed_forms import METHODS, beside_truth
 from experiments.method_tables import detail_lines, summarised, summary_rows
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import SweepConfig, lay_out, seeds_of, sweep_cells
@@ -139,17 +139,7 @@ def _figures(
         except fb.InputError:
             return {"refused": 1.0}
         elapsed = perf_counter() - began
-    return {
-        "friction": mean,
-        "sd": sd,
-        "low": low,
-        "high": high,
-        "error": mean / truth - 1.0,
-        "covers": float(low <= truth <= high),
-        "width": (high - low) / truth,
-        "elapsed": elapsed,
-        "refused": 0.0,
-    }
+    return beside_truth(mean, sd, low, high, truth) | {"elapsed": elapsed, "refused": 0.0}
 
 
 def _closed_form(record: xr.DataArray, *, method: str, peaks: str) -> tuple[float, float, float, float]:

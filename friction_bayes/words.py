@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-__all__ = ["duration", "listed", "number", "percent", "set_words", "with_interval"]
+__all__ = ["duration", "interval90", "listed", "number", "percent", "set_words", "with_interval"]
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -13,12 +13,17 @@ def number(value: float | None, digits: int = 4) -> str:
     return "–" if value is None else f"{value:.{digits}g}"
 
 
+def interval90(summary: Mapping[str, Any], digits: int = 4) -> str:
+    """Write the 90 % interval of a summary."""
+    low, high = summary["interval90"]
+    return f"{number(low, digits)} .. {number(high, digits)}"
+
+
 def with_interval(summary: Mapping[str, Any], digits: int = 5) -> str:
     """Write mean, standard deviation and 90 % interval of a summary."""
-    low, high = summary["interval90"]
     return (
         f"{number(summary['mean'], digits)} {summary['unit']}   sd {number(summary['sd'], 2)}   "
-        f"90 %: {number(low, digits)} .. {number(high, digits)}"
+        f"90 %: {interval90(summary, digits)}"
     )
 
 

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from friction_bayes.monitor.points import COUNTED, per
-from friction_bayes.words import number
+from friction_bayes.words import interval90, number
 
 __all__ = ["fleet_table", "memory", "monitor_table"]
 
@@ -21,11 +21,6 @@ _ALL, _NEARLY_NOTHING = 0.995, 0.05
 """Shares of what was known that, kept from point to point, are told as all and as nearly nothing."""
 _BETTER, _FAR_BETTER = 1.0, 5.0
 """Gains in log-density of all forecasts together that are told in these words."""
-
-
-def _interval(summary: Mapping[str, Any]) -> str:
-    low, high = summary["interval90"]
-    return f"{number(low)} .. {number(high)}"
 
 
 def _life(low: float | None, middle: float | None, high: float | None, unit: str = "") -> str:
@@ -84,7 +79,7 @@ def monitor_table(result: Mapping[str, Any]) -> Group:
             *([] if counted else [f"{acquired['time']:.6g}"]),
             number(found["friction"]["mean"]),
             number(tracked["mean"]),
-            _interval(tracked),
+            interval90(tracked),
             number(late["mean"]),
         )
     below = Table.grid(padding=(0, 3))

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from friction_bayes.report.story import loop_story
-from friction_bayes.words import duration, number, with_interval
+from friction_bayes.words import duration, interval90, number, with_interval
 
 __all__ = ["comparison_table", "disagreements", "estimate_table", "loop_table"]
 
@@ -119,11 +119,10 @@ def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]
         table.add_column(Text(heading), justify="right", no_wrap=True)
     for row in rows:
         friction, reference = row["friction"], row["reference"]
-        low, high = friction["interval90"]
         table.add_row(
             row["method"],
             number(friction["mean"]),
-            f"{number(low)} .. {number(high)}",
+            interval90(friction),
             _percent(friction["mean"] / truth - 1.0),
             number(reference["friction"]["mean"]),
             f"{reference['rhat']:.4f}",
