@@ -91,7 +91,7 @@ def _refuse_unusable(distribution: Any) -> None:
     if hasattr(distribution, "pmf") and not hasattr(distribution, "pdf"):
         # ties between draws and steps of the distribution function would pass for disagreement
         raise InputError("expected", f"{name} is discrete", "give a continuous distribution")
-    if isinstance(distribution, stats.rv_continuous) and distribution.numargs:
+    if isinstance(distribution, stats.rv_continuous) and getattr(distribution, "numargs", False):
         raise InputError(
             "expected", f"{name} has no parameters", f"freeze it: stats.{name}({distribution.shapes})"
         )

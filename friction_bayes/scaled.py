@@ -78,9 +78,11 @@ class ScaledDistribution:
     def __init__(self, distribution: Any, factor: float, relative_sd: float) -> None:
         self.distribution = distribution
         sd = factor * relative_sd
-        self.factor = stats.truncnorm(-1.0 / relative_sd, np.inf, loc=factor, scale=sd)
+        self.factor: Any = stats.truncnorm(-1.0 / relative_sd, np.inf, loc=factor, scale=sd)
         low, middle, high = distribution.ppf([0.25, 0.5, 0.75])
         narrow_factor = relative_sd * abs(middle) <= 2.0 * (high - low)
+        inner: Any
+        self._outer: Any
         inner, self._outer = (self.factor, distribution) if narrow_factor else (distribution, self.factor)
         upper = _LOGITS > 0.0
         self._nodes = np.where(upper, inner.isf(_PROBABILITIES[::-1]), inner.ppf(_PROBABILITIES))

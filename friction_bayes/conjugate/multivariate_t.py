@@ -17,6 +17,9 @@ __all__ = ["MultivariateT"]
 
 Array = NDArray[np.float64]
 
+# scipy's stubs know this class without its keywords
+_FROZEN: Any = stats.multivariate_t
+
 
 @dataclass(frozen=True, eq=False)
 class MultivariateT:
@@ -76,12 +79,12 @@ class MultivariateT:
         """Probability of lying below ``x`` in every component, by scipy's quasi-Monte Carlo."""
         scale = np.sqrt(np.diag(self.shape))
         correlation = self.shape / np.outer(scale, scale)
-        standard = stats.multivariate_t(shape=correlation, df=self.df, allow_singular=True)
+        standard = _FROZEN(shape=correlation, df=self.df, allow_singular=True)
         return standard.cdf((np.asarray(x, dtype=np.float64) - self.loc) / scale, random_state=random_state)
 
     def entropy(self) -> float:
         """Differential entropy."""
-        standard = float(stats.multivariate_t(shape=np.eye(self.dim), df=self.df).entropy())
+        standard = float(_FROZEN(shape=np.eye(self.dim), df=self.df).entropy())
         return standard - self._log_root
 
     def rvs(

@@ -73,7 +73,7 @@ def track(friction: Array, sd: Array, discount: float = 1.0) -> Track:
         gain = prior_variance / (prior_variance + sd[i] ** 2)
         mean[i] = mean[i - 1] + gain * (friction[i] - mean[i - 1])
         spread[i] = sd[i] * math.sqrt(gain)
-    log_predictive = float(stats.norm.logpdf(friction[1:], forecast[1:], forecast_sd[1:]).sum())
+    log_predictive = float(np.sum(stats.norm.logpdf(friction[1:], forecast[1:], forecast_sd[1:])))
     return Track(discount, mean, spread, forecast, forecast_sd, log_predictive)
 
 

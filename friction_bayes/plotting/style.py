@@ -32,7 +32,7 @@ MODEL = "#0b4f8a"
 ACCENT = "#d55e00"
 TRUTH = "#111111"
 
-_STYLE: dict[str, Any] = {
+_STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.size": 10.0,
     "axes.titlesize": 11.0,
