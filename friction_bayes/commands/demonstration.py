@@ -20,13 +20,12 @@ from friction_bayes.commands.options import options_of
 from friction_bayes.commands.tables import comparison_table, disagreements
 from friction_bayes.forces import Estimate
 from friction_bayes.mechanics.oscillator import Oscillator
-from friction_bayes.mechanics.testbed import PAPER_SYSTEM, TESTBED, paper_example
+from friction_bayes.mechanics.testbed import PAPER_SYSTEM, TESTBED, TESTBED_FRICTION, paper_example
 from friction_bayes.output import output_folder, write_json, write_manifest
 
 __all__ = ["METHODS", "Case", "demonstrate"]
 
 _PAPER_FRICTION = 0.07
-_TESTBED_FRICTION = 0.2933
 _DAMPING_RATIO = 0.001
 _DISPLACEMENT_RANGE = 0.1125
 """Half the 225 mm of the rig's displacement sensor [m]."""
@@ -141,7 +140,7 @@ def _cases(seed: int) -> tuple[Case, Case]:
             title=f"Testbed with viscous damping {_DAMPING_RATIO:g} in it",
             record=fb.simulate(
                 TESTBED,
-                friction=_TESTBED_FRICTION,
+                friction=TESTBED_FRICTION,
                 initial_displacement=0.015,
                 duration=12.0,
                 sampling_rate=1000.0,
@@ -153,7 +152,7 @@ def _cases(seed: int) -> tuple[Case, Case]:
                 name="testbed (synthetic)",
             ),
             system=TESTBED,
-            friction=_TESTBED_FRICTION,
+            friction=TESTBED_FRICTION,
             remark="All four know dry friction alone and take what viscous damping costs for friction: "
             "closed form and sampler agree on a wrong model. A narrow interval is no proof of the model.",
         ),

@@ -24,6 +24,7 @@ from friction_bayes.record import make_record
 __all__ = [
     "PAPER_SYSTEM",
     "TESTBED",
+    "TESTBED_FRICTION",
     "noise_sd_for",
     "paper_example",
     "paper_testbed",
@@ -43,6 +44,8 @@ TESTBED = Oscillator(mass=5.0, stiffness=5.0 * (2.0 * math.pi * 2.9) ** 2)
 """Twin of the air-bearing rig of section 4. The paper states 2.9 Hz and neither mass nor stiffness: 5 kg is
 our choice, with which the two friction levels it reports end a 15 mm release after 21 and 34 periods."""
 
+TESTBED_FRICTION = 0.2933
+"""Reference friction of data set 1 [N]."""
 TESTBED_NOISE_SD = 6.2e-3 * STANDARD_GRAVITY
 """Noise of the ADXL322 in the paper's configuration [m/s2]."""
 
@@ -264,7 +267,7 @@ def paper_example(seed: int, *, noise_sd: float = 5e-4, sampling_rate: float = 1
 
 
 def paper_testbed(
-    friction: float = 0.2933,
+    friction: float = TESTBED_FRICTION,
     *,
     seed: int,
     duration: float = 12.0,

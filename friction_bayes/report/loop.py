@@ -9,7 +9,7 @@ from typing import Any
 from friction_bayes.loop.result import LoopReport
 from friction_bayes.report.page import figure_block, page, pairs, paragraphs, section, table, tiles
 from friction_bayes.report.story import CHANNELS, loop_story, verdict_sentence
-from friction_bayes.words import listed, number, percent, set_words
+from friction_bayes.words import interval90, listed, number, percent, set_words
 
 __all__ = ["loop_page"]
 
@@ -84,8 +84,8 @@ def _tiles(told: Mapping[str, Any]) -> list[tuple[str, str, str]]:
         else f"correlated over {number(noise['correlation_length_s'], 3)} s"
     )
     return [
-        ("friction before", f"{number(before['mean'])} {unit}", f"90 %: {_interval(before)}"),
-        ("friction after", f"{number(after['mean'])} {unit}", f"90 %: {_interval(after)}"),
+        ("friction before", f"{number(before['mean'])} {unit}", f"90 %: {interval90(before)}"),
+        ("friction after", f"{number(after['mean'])} {unit}", f"90 %: {interval90(after)}"),
         (
             "forecast error, after / before",
             number(error["after"] / error["before"] if known else None, 2),
@@ -93,11 +93,6 @@ def _tiles(told: Mapping[str, Any]) -> list[tuple[str, str, str]]:
         ),
         ("noise", f"{number(noise['sd'], 3)} {error['unit']}", colour),
     ]
-
-
-def _interval(summary: Mapping[str, Any]) -> str:
-    low, high = summary["interval90"]
-    return f"{number(low)} .. {number(high)}"
 
 
 def _effects(effects: Sequence[Mapping[str, Any]]) -> str:
