@@ -23,8 +23,8 @@ from experiments.sampling_rate_sweep import down_sampled
 from experiments.sweeps import lay_out
 from experiments.tables import Row
 from experiments.testbed_choices import DRAWN_PRIOR
-from friction_bayes.acceptance import accept_by_set_up
-from friction_bayes.whiteness import whiteness
+from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.estimators.acceptance import accept_by_set_up
 
 __all__ = ["CRITERIA", "EXPERIMENT", "Config"]
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from friction_bayes.likelihood import Target
+from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.target import target_of
 from friction_bayes.reference.ensembles import Ensembles

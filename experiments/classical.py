@@ -1,8 +1,8 @@
 """The textbook's estimators of friction from a free decay, each with the interval its user would quote.
 
 All are given the moving part of a displacement record and return friction as a force. Extremes are the
-turning points of :func:`friction_bayes.halfcycles.half_cycles`, least-squares fits to half a period each: the
-best that a method of amplitudes can be given. Intervals are those of the least-squares fit that each method
+turning points of :func:`friction_bayes.decay.half_cycles.half_cycles`, least-squares fits to half a period
+each: the best that a method of amplitudes can be given. Intervals are those of the least-squares fit that each method
 is.
 """
 
@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from scipy import signal, stats
 
 import friction_bayes as fb
-from friction_bayes.free_decay import FreeDecay
-from friction_bayes.halfcycles import half_cycles
+from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.decay.half_cycles import half_cycles
 
 __all__ = [
     "CLASSICAL",

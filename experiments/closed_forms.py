@@ -13,10 +13,10 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
-from friction_bayes.checking import ReferenceRun, check_estimate
 from friction_bayes.conjugate.gamma_exponential import negative_share
-from friction_bayes.halfcycles import peak_amplitudes
+from friction_bayes.decay.half_cycles import peak_amplitudes
 from friction_bayes.mechanics.testbed import signal_to_noise_db
+from friction_bayes.reference.checking import ReferenceRun, check_estimate
 
 __all__ = ["METHODS", "VARIABLES", "beside_truth", "measure"]
 

@@ -16,9 +16,9 @@ from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
 from experiments.tables import Row
-from friction_bayes.checking import check_estimate
 from friction_bayes.conjugate.gamma_exponential import negative_share
 from friction_bayes.mechanics.testbed import PAPER_SYSTEM
+from friction_bayes.reference.checking import check_estimate
 
 __all__ = ["EXPERIMENT", "Config"]
 

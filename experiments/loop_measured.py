@@ -13,8 +13,8 @@ import xarray as xr
 
 import friction_bayes as fb
 from experiments.runner import Cell, Experiment, Row, main
-from friction_bayes.datasets import DATASETS
-from friction_bayes.words import number, percent, set_words
+from friction_bayes.core.text import number, percent, set_words
+from friction_bayes.records.datasets import DATASETS
 
 __all__ = ["EXPERIMENT", "Config", "series_of"]
 

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 import friction_bayes as fb
 from experiments.runner import Cell, Experiment, main
 from experiments.tables import Row
-from friction_bayes.checking import check_estimate
-from friction_bayes.datasets import dataset_record, list_datasets
-from friction_bayes.halfcycles import half_cycles, swing_frequency
-from friction_bayes.mechanics.swing import sine_integral
-from friction_bayes.whiteness import whiteness
+from friction_bayes.decay.half_cycles import half_cycles, swing_frequency
+from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.mechanics.pendulum import sine_integral
+from friction_bayes.records.datasets import dataset_record, list_datasets
+from friction_bayes.reference.checking import check_estimate
 
 __all__ = ["EXPERIMENT", "Config"]
 

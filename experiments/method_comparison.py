@@ -23,7 +23,7 @@ from experiments.closed_forms import METHODS, beside_truth
 from experiments.method_tables import detail_lines, summarised, summary_rows
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import SweepConfig, lay_out, seeds_of, sweep_cells
-from friction_bayes.free_decay import find_free_decay
+from friction_bayes.decay.free_decay import find_free_decay
 from friction_bayes.mechanics.testbed import PAPER_SYSTEM
 from friction_bayes.reference import sample_target
 

@@ -17,7 +17,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from experiments.paper_numbers import PaperNumber, paper_numbers
-from friction_bayes.output import manifest, write_json
+from friction_bayes.core.files import manifest, write_json
 
 __all__ = ["compare_with_paper", "comparison_page", "needed_results", "write_comparison"]
 

@@ -20,12 +20,12 @@ from scipy.optimize import least_squares
 
 import friction_bayes as fb
 from experiments.runner import Cell, Experiment, Row, main
-from friction_bayes.free_decay import find_free_decay
+from friction_bayes.core.system import Oscillator
+from friction_bayes.core.text import number, set_words
+from friction_bayes.decay.free_decay import find_free_decay
 from friction_bayes.mechanics.effects import EFFECTS, force_effects, register
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.integrate import integrate
-from friction_bayes.mechanics.oscillator import Oscillator
-from friction_bayes.words import number, set_words
 
 __all__ = ["EXPERIMENT", "Config", "Law", "forecast", "identified"]
 

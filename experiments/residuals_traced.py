@@ -20,10 +20,10 @@ from experiments.runner import Cell, Experiment, main
 from experiments.sampling_rate_sweep import FRICTION, down_sampled
 from experiments.sweeps import lay_out
 from experiments.tables import Row
-from friction_bayes.conjugate.priors import default_prior
-from friction_bayes.free_decay import find_free_decay
-from friction_bayes.halfcycles import half_cycles
-from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.free_decay import find_free_decay
+from friction_bayes.decay.half_cycles import half_cycles
+from friction_bayes.estimators.priors import default_prior
 
 __all__ = ["EXPERIMENT", "REMEDIES", "WITHOUT", "Config"]
 

@@ -15,10 +15,10 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import lfilter, savgol_filter
 
-from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.core.quantities import STANDARD_GRAVITY
+from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.varying_friction import varying_friction_decay
-from friction_bayes.quantities import STANDARD_GRAVITY
-from friction_bayes.record import make_record
+from friction_bayes.records.record import make_record
 
 __all__ = [
     "Rig",

@@ -28,7 +28,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 import friction_bayes
 from experiments.tables import Row, closing_table, page
-from friction_bayes.output import manifest, write_json, write_whole
+from friction_bayes.core.files import manifest, write_json, write_whole
 
 __all__ = ["Cell", "Experiment", "Row", "main", "parser_for", "run_experiment", "settings_digest"]
 

@@ -19,8 +19,8 @@ from experiments.runner import Cell, Experiment, main
 from experiments.sampling_rate_sweep import down_sampled
 from experiments.tables import Row
 from experiments.testbed_choices import DRAWN_PRIOR
-from friction_bayes.checking import check_estimate
 from friction_bayes.mechanics.testbed import PAPER_SYSTEM, paper_example
+from friction_bayes.reference.checking import check_estimate
 
 __all__ = ["EXPERIMENT", "Config"]
 

@@ -11,48 +11,48 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from friction_bayes.batch import estimate_batch
     from friction_bayes.conjugate.gamma_exponential import GammaExponential
     from friction_bayes.conjugate.normal_gamma import NormalGamma
     from friction_bayes.conjugate.regression import NormalInverseGamma
-    from friction_bayes.datasets import dataset_record, list_datasets
-    from friction_bayes.errors import FrictionBayesError, InputError, NotConvergedWarning, RecordWarning
-    from friction_bayes.estimation import estimate
-    from friction_bayes.forces import Estimate
+    from friction_bayes.core.errors import FrictionBayesError, InputError, NotConvergedWarning, RecordWarning
+    from friction_bayes.core.system import Oscillator, Pendulum
+    from friction_bayes.estimators.batch import estimate_batch
+    from friction_bayes.estimators.estimate import estimate
+    from friction_bayes.estimators.result import Estimate
     from friction_bayes.loop import LoopReport, close_loop
-    from friction_bayes.mechanics.oscillator import Oscillator, Pendulum
     from friction_bayes.mechanics.testbed import simulate
     from friction_bayes.monitor import MonitorReport, monitor_fleet, monitor_records
-    from friction_bayes.readers import read_record
-    from friction_bayes.record import make_record
+    from friction_bayes.records.datasets import dataset_record, list_datasets
+    from friction_bayes.records.readers import read_record
+    from friction_bayes.records.record import make_record
+    from friction_bayes.records.writers import write_record
     from friction_bayes.reference import sample_reference
-    from friction_bayes.writers import write_record
 
 _HOME = {
-    "Estimate": "forces",
-    "FrictionBayesError": "errors",
+    "Estimate": "estimators.result",
+    "FrictionBayesError": "core.errors",
     "GammaExponential": "conjugate.gamma_exponential",
-    "InputError": "errors",
+    "InputError": "core.errors",
     "LoopReport": "loop",
     "MonitorReport": "monitor",
     "NormalGamma": "conjugate.normal_gamma",
     "NormalInverseGamma": "conjugate.regression",
-    "NotConvergedWarning": "errors",
-    "Oscillator": "mechanics.oscillator",
-    "Pendulum": "mechanics.oscillator",
-    "RecordWarning": "errors",
+    "NotConvergedWarning": "core.errors",
+    "Oscillator": "core.system",
+    "Pendulum": "core.system",
+    "RecordWarning": "core.errors",
     "close_loop": "loop",
-    "dataset_record": "datasets",
-    "estimate": "estimation",
-    "estimate_batch": "batch",
-    "list_datasets": "datasets",
-    "make_record": "record",
+    "dataset_record": "records.datasets",
+    "estimate": "estimators.estimate",
+    "estimate_batch": "estimators.batch",
+    "list_datasets": "records.datasets",
+    "make_record": "records.record",
     "monitor_fleet": "monitor",
     "monitor_records": "monitor",
-    "read_record": "readers",
+    "read_record": "records.readers",
     "sample_reference": "reference",
     "simulate": "mechanics.testbed",
-    "write_record": "writers",
+    "write_record": "records.writers",
 }
 
 __version__ = version("friction-bayes")

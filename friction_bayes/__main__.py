@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from friction_bayes.cli import main
+from friction_bayes.cli.program import main
 
 if __name__ == "__main__":
     sys.exit(main())

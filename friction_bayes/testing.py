@@ -15,11 +15,16 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from friction_bayes.agreement import Agreement, compare
-from friction_bayes.calibration import Calibration, Coverage, coverage, simulation_based_calibration
-from friction_bayes.diagnostics import as_ensembles
-from friction_bayes.expected import finite_numbers
-from friction_bayes.tabulated import Tabulated
+from friction_bayes.validation.agreement import Agreement, compare
+from friction_bayes.validation.calibration import (
+    Calibration,
+    Coverage,
+    coverage,
+    simulation_based_calibration,
+)
+from friction_bayes.validation.expected import finite_numbers
+from friction_bayes.validation.mixing import as_ensembles
+from friction_bayes.validation.tabulated import Tabulated
 
 __all__ = [
     "assert_agreement",
@@ -118,7 +123,7 @@ def assert_calibrated(
         One data set for each.
     posterior_cdf : callable, (data, parameters) -> (replications,) or (replications, p)
         Posterior distribution function of each parameter at its true value. For a sampler give the rank of
-        the truth among near-independent draws, :func:`friction_bayes.calibration.rank_pit`.
+        the truth among near-independent draws, :func:`friction_bayes.validation.calibration.rank_pit`.
     replications : int
         About 10,000 find a posterior whose location is 5 % of its sd off, 200 one that is a third off.
     seed : int, optional

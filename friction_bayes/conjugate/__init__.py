@@ -1,1 +1,1 @@
-"""Conjugate pairs, one a file, and the estimators built on them."""
+"""The conjugate pairs and their likelihoods, free of mechanics: prior, update, predictive, target."""

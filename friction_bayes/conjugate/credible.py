@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import erf, gammainc, gammaincinv, gammaln, wrightomega, xlogy
 
-from friction_bayes._checks import probability
-from friction_bayes.errors import InputError
+from friction_bayes.core.checks import probability
+from friction_bayes.core.errors import InputError
 
 __all__ = ["IntervalKind", "credible_interval", "normal_gamma_level"]
 

@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 from scipy.special import gammaln, xlogy
 
-from friction_bayes._checks import finite_array, non_negative
 from friction_bayes.conjugate.credible import IntervalKind, credible_interval
-from friction_bayes.errors import InputError
+from friction_bayes.core.checks import finite_array, non_negative
+from friction_bayes.core.errors import InputError
 
 __all__ = ["GammaExponential", "negative_share"]
 

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 from scipy.special import gammaln, xlogy
 
-from friction_bayes._checks import finite, non_negative, positive
 from friction_bayes.conjugate.credible import IntervalKind, credible_interval, normal_gamma_level
-from friction_bayes.errors import InputError
-from friction_bayes.likelihood import NormalStatistics
+from friction_bayes.conjugate.likelihood import NormalStatistics
+from friction_bayes.core.checks import finite, non_negative, positive
+from friction_bayes.core.errors import InputError
 
 __all__ = ["NormalGamma", "posterior_parameters"]
 

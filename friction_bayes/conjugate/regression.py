@@ -12,10 +12,10 @@ from scipy import stats
 from scipy.linalg import qr, solve_triangular
 from scipy.special import gammaln
 
-from friction_bayes._checks import finite, finite_array, non_negative
+from friction_bayes.conjugate.likelihood import RegressionStatistics
 from friction_bayes.conjugate.multivariate_t import MultivariateT
-from friction_bayes.errors import InputError
-from friction_bayes.likelihood import RegressionStatistics
+from friction_bayes.core.checks import finite, finite_array, non_negative
+from friction_bayes.core.errors import InputError
 
 __all__ = ["NormalInverseGamma", "mean_error_sd"]
 

@@ -49,7 +49,7 @@ def update_regressions(
     ----------
     prior : NormalInverseGamma
     factor : ndarray, shape (records, p, p)
-        ``R`` of every record's data, see :class:`friction_bayes.likelihood.RegressionStatistics`.
+        ``R`` of every record's data, see :class:`friction_bayes.conjugate.likelihood.RegressionStatistics`.
     projected : ndarray, shape (records, p)
         Their ``Q'y``.
     residual_sum : ndarray, shape (records,)

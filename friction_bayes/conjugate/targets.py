@@ -14,12 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 from scipy.special import polygamma, psi
 
-from friction_bayes._checks import finite_array, positive
 from friction_bayes.conjugate.gamma_exponential import GammaExponential
-from friction_bayes.conjugate.normal_gamma import NormalGamma
-from friction_bayes.conjugate.regression import NormalInverseGamma
-from friction_bayes.errors import InputError
-from friction_bayes.likelihood import (
+from friction_bayes.conjugate.likelihood import (
     NormalStatistics,
     RegressionStatistics,
     Target,
@@ -30,6 +26,10 @@ from friction_bayes.likelihood import (
     regression_log_likelihood,
     regression_pointwise,
 )
+from friction_bayes.conjugate.normal_gamma import NormalGamma
+from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.core.checks import finite_array, positive
+from friction_bayes.core.errors import InputError
 
 __all__ = ["gamma_exponential_target", "normal_gamma_target", "regression_target"]
 

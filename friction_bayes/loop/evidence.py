@@ -18,9 +18,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_bayes.errors import InputError
+from friction_bayes.core.errors import InputError
 from friction_bayes.loop.fit import LoopFit
-from friction_bayes.loop.truncation import log_box_probability, truncated_draws
+from friction_bayes.loop.truncated_normal import log_box_probability, truncated_draws
 
 __all__ = ["bounded_draws", "log_evidence", "posterior_probabilities"]
 

@@ -15,12 +15,12 @@ from itertools import combinations, product
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_bayes.loop.coordinates import Coordinate
 from friction_bayes.loop.fit import LoopFit
-from friction_bayes.loop.lines import LineColumns, line_columns
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.noise import whiten
-from friction_bayes.loop.truncation import log_interval_probability
+from friction_bayes.loop.parameters import Coordinate
+from friction_bayes.loop.spectral_lines import LineColumns, line_columns
+from friction_bayes.loop.truncated_normal import log_interval_probability
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.loop.evidence import bounded_draws
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.misfit import covariance_with_misfit
 from friction_bayes.loop.model import LoopModel
-from friction_bayes.quantities import UNCALIBRATED_UNITS
 
 __all__ = ["DRAWS", "Distribution", "friction_of", "friction_scale", "mixture_draws"]
 

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_bayes.loop.coordinates import (
+from friction_bayes.core.system import Oscillator
+from friction_bayes.loop.parameters import (
     Coordinate,
     effect_coordinates,
     physical_coordinates,
@@ -25,7 +26,6 @@ from friction_bayes.mechanics.effects import (
     force_offsets,
 )
 from friction_bayes.mechanics.integrate import propagator
-from friction_bayes.mechanics.oscillator import Oscillator
 
 __all__ = ["LoopModel", "Prediction", "distorting"]
 

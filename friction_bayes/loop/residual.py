@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.linalg import cho_factor, cho_solve
 
+from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import whiten
-from friction_bayes.whiteness import whiteness
 
 __all__ = ["FALSE_ALARM_RATE", "Channel", "ResidualTests", "residual_tests", "standardised"]
 

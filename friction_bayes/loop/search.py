@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.evidence import log_evidence
 from friction_bayes.loop.expansion import Expansion, Guess, told_apart
 from friction_bayes.loop.fit import LoopFit, fit_grown, fit_model, starting_point
@@ -24,7 +25,6 @@ from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
-from friction_bayes.mechanics.oscillator import Oscillator
 
 __all__ = ["INCLUSION", "Candidate", "Search"]
 

@@ -11,11 +11,11 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from friction_bayes.clipping import clipped_fraction
-from friction_bayes.errors import InputError
-from friction_bayes.free_decay import FreeDecay, find_free_decay
-from friction_bayes.mechanics.oscillator import Oscillator
-from friction_bayes.record import validate_record
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
+from friction_bayes.records.clipping import clipped_fraction
+from friction_bayes.records.record import validate_record
 
 __all__ = ["Segment", "cut_records"]
 

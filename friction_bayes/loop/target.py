@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from friction_bayes.likelihood import Target
+from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.loop.evidence import bounded_draws
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import judge_noise, log_densities

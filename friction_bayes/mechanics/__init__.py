@@ -1,1 +1,1 @@
-"""Mechanics of free decay: systems, the exact Coulomb decay, the effect catalogue, the integrator."""
+"""Forward mechanics: equations of motion, their solutions and integrator, effects, simulated records."""

@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from friction_bayes._checks import finite, non_negative
-from friction_bayes.errors import InputError
+from friction_bayes.core.checks import finite, non_negative
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.motion import Motion, sample_times
-from friction_bayes.mechanics.oscillator import Oscillator
 
 __all__ = ["MAX_PHASE", "coulomb_decay"]
 

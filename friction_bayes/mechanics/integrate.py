@@ -11,11 +11,11 @@ from numba import njit
 from numba.extending import register_jitable
 from numpy.typing import ArrayLike, NDArray
 
-from friction_bayes._checks import finite, in_range, non_negative, positive
-from friction_bayes.errors import InputError
+from friction_bayes.core.checks import finite, in_range, non_negative, positive
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.effects import BUILT_IN, ForceEffect, force_effects, force_vector, parse_effects
 from friction_bayes.mechanics.motion import Motion, sample_times
-from friction_bayes.mechanics.oscillator import Oscillator
 from friction_bayes.mechanics.trajectory import DONE, trajectory
 
 __all__ = ["DEFAULT_RTOL", "integrate", "propagate", "propagator"]

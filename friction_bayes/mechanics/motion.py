@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from friction_bayes.errors import InputError
+from friction_bayes.core.errors import InputError
 
 __all__ = ["Motion", "sample_times"]
 

@@ -11,15 +11,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from friction_bayes._checks import finite, non_negative, positive
-from friction_bayes.errors import InputError
+from friction_bayes.core.checks import finite, non_negative, positive
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import QUANTITIES, STANDARD_GRAVITY, Quantity, quantity_named
+from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.coulomb import coulomb_decay
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, NoiseEffect, SensorEffect, parse_effects
 from friction_bayes.mechanics.integrate import integrate
 from friction_bayes.mechanics.motion import Motion
-from friction_bayes.mechanics.oscillator import Oscillator
-from friction_bayes.quantities import QUANTITIES, STANDARD_GRAVITY, Quantity, quantity_named
-from friction_bayes.record import make_record
+from friction_bayes.records.record import make_record
 
 __all__ = [
     "PAPER_SYSTEM",

@@ -8,10 +8,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from friction_bayes._checks import finite, finite_array
-from friction_bayes.errors import InputError
+from friction_bayes.core.checks import finite, finite_array
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.motion import Motion, sample_times
-from friction_bayes.mechanics.oscillator import Oscillator
 
 __all__ = ["varying_friction_decay"]
 

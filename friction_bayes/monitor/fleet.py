@@ -11,13 +11,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from friction_bayes._checks import positive
-from friction_bayes.batch import estimate_batch
-from friction_bayes.errors import InputError
-from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.core.checks import positive
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS, quantity_named
+from friction_bayes.core.system import Oscillator
+from friction_bayes.estimators.batch import estimate_batch
 from friction_bayes.monitor.points import COUNTED, TIME_ATTRIBUTE, DetectionPoints, per
 from friction_bayes.monitor.report import QUANTILES, follow
-from friction_bayes.quantities import UNCALIBRATED_UNITS, quantity_named
 
 __all__ = ["STATUS", "FleetWork", "fleet_work", "monitor_fleet"]
 
@@ -90,8 +90,8 @@ def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float
     -------
     xarray.Dataset
         Over ``machine`` and ``point``: ``estimate_mean``, ``estimate_sd``, ``record_status`` (see
-        :data:`friction_bayes.batch.STATUS`) and ``friction_mean``, ``friction_sd``, ``plain_mean``,
-        ``plain_sd`` as in :meth:`MonitorReport.to_dataset`, nan where a record cannot be used. Over
+        :data:`friction_bayes.estimators.batch.STATUS`) and ``friction_mean``, ``friction_sd``,
+        ``plain_mean``, ``plain_sd`` as in :meth:`MonitorReport.to_dataset`, nan where a record cannot be used. Over
         ``machine``: ``status``, ``points_used``, ``discount``, ``level``, ``drift`` and, with a threshold,
         ``probability_above_threshold``, ``probability_never_reached`` and ``remaining_life`` (over
         ``quantile``; infinite where the threshold is never reached with so much probability).

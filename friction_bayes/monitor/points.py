@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from friction_bayes._checks import finite
-from friction_bayes.errors import InputError
-from friction_bayes.record import record_name
+from friction_bayes.core.checks import finite
+from friction_bayes.core.errors import InputError
+from friction_bayes.records.record import record_name
 
 __all__ = ["DetectionPoints", "detection_times", "per"]
 

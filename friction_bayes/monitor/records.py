@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from friction_bayes.errors import InputError
-from friction_bayes.estimation import estimate
-from friction_bayes.forces import Estimate
-from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS
+from friction_bayes.core.system import Oscillator
+from friction_bayes.estimators.estimate import estimate
+from friction_bayes.estimators.result import Estimate
 from friction_bayes.monitor.points import DetectionPoints, detection_times
 from friction_bayes.monitor.report import MonitorReport, follow
-from friction_bayes.quantities import UNCALIBRATED_UNITS
-from friction_bayes.record import record_name, sampling_interval
+from friction_bayes.records.record import record_name, sampling_interval
 
 __all__ = ["monitor_records"]
 

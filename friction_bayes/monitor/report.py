@@ -10,7 +10,7 @@ from typing import Any
 import xarray as xr
 from scipy import stats
 
-from friction_bayes._checks import positive
+from friction_bayes.core.checks import positive
 from friction_bayes.monitor.points import DetectionPoints, per
 from friction_bayes.monitor.remaining_life import RemainingLife, remaining_life
 from friction_bayes.monitor.tracking import Track, choose_discount, track

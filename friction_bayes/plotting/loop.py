@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from friction_bayes.core.text import percent, set_words
 from friction_bayes.loop.result import LoopReport
 from friction_bayes.plotting.loop_record import (
     draw_signal,
@@ -15,7 +16,6 @@ from friction_bayes.plotting.loop_record import (
     plot_turning_points,
 )
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, caption, new_figure, styled
-from friction_bayes.words import percent, set_words
 
 __all__ = [
     "loop_figures",

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from friction_bayes.free_decay import FreeDecay
+from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
 __all__ = ["plot_amplitudes", "plot_fit"]
@@ -113,7 +113,7 @@ def plot_amplitudes(
     decay : FreeDecay
         The moving part of the record.
     cycles : xarray.Dataset
-        Its turning points, from :func:`friction_bayes.halfcycles.half_cycles`.
+        Its turning points, from :func:`friction_bayes.decay.half_cycles.half_cycles`.
     coefficient : float
         Posterior mean of the signal's friction coefficient ``u``, unit of the signal.
     interval : tuple of float

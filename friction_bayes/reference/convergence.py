@@ -9,7 +9,7 @@ import numpy as np
 from arviz_stats.base import array_stats
 from numpy.typing import NDArray
 
-from friction_bayes.diagnostics import bulk_ess, mixing, tail_ess
+from friction_bayes.validation.mixing import bulk_ess, mixing, tail_ess
 
 __all__ = ["MAXIMUM_RHAT", "MINIMUM_LENGTH", "Convergence", "diagnose"]
 

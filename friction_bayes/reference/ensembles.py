@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky
 
-from friction_bayes.errors import InputError
-from friction_bayes.likelihood import Target
+from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.core.errors import InputError
 
 __all__ = ["OVERDISPERSION", "Ensembles"]
 

@@ -14,14 +14,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from friction_bayes.diagnostics import mixing
-from friction_bayes.errors import InputError, NotConvergedWarning
-from friction_bayes.estimation import estimate, estimator_named
-from friction_bayes.likelihood import Target
-from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.core.errors import InputError, NotConvergedWarning
+from friction_bayes.core.system import Oscillator
+from friction_bayes.estimators.estimate import estimate, estimator_named
 from friction_bayes.reference.convergence import MINIMUM_LENGTH, Convergence, diagnose
 from friction_bayes.reference.ensembles import Ensembles
 from friction_bayes.reference.tree import make_tree
+from friction_bayes.validation.mixing import mixing
 
 __all__ = ["sample_reference", "sample_target"]
 

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from friction_bayes.errors import InputError
-from friction_bayes.likelihood import Target
+from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.core.errors import InputError
 
 __all__ = ["THINNED_DRAWS", "load_tree", "make_tree", "save_tree"]
 

@@ -1,1 +1,1 @@
-"""Reports to read: what was found in words, the same for a terminal and for a page."""
+"""Pages to read: a result as one self-contained HTML file."""

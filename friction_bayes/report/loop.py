@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
+from friction_bayes.core.text import interval90, listed, number, percent, set_words
 from friction_bayes.loop.result import LoopReport
 from friction_bayes.report.page import figure_block, page, pairs, paragraphs, section, table, tiles
 from friction_bayes.report.story import CHANNELS, loop_story, verdict_sentence
-from friction_bayes.words import interval90, listed, number, percent, set_words
 
 __all__ = ["loop_page"]
 
@@ -25,7 +25,7 @@ def loop_page(report: LoopReport, figures: Mapping[str, bytes], manifest: Mappin
     figures : mapping of str to bytes
         SVG of each of :func:`friction_bayes.plotting.loop.loop_figures`.
     manifest : mapping
-        Seed, options, inputs and versions, from :func:`friction_bayes.output.manifest`.
+        Seed, options, inputs and versions, from :func:`friction_bayes.core.files.manifest`.
 
     Returns
     -------

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from friction_bayes.words import duration, listed, number, percent, set_words, with_interval
+from friction_bayes.core.text import duration, listed, number, percent, set_words, with_interval
 
 __all__ = ["CHANNELS", "effect_lines", "loop_story", "paper_words", "sampler_lines", "verdict_sentence"]
 

@@ -1,4 +1,4 @@
-"""Imports run downward only, and the numerical layers never load a sampler or a plot."""
+"""Folders are the layers: imports run downward only, and each folder holds what belongs there."""
 
 from __future__ import annotations
 
@@ -11,52 +11,27 @@ import pytest
 
 PACKAGE = Path(__file__).parents[2] / "friction_bayes"
 
-# Lowest layer first; an entry covers the module or package of that name.
+# Lowest first. Folders of one layer stand side by side and do not import each other.
 LAYERS: tuple[tuple[str, ...], ...] = (
-    ("words", "errors", "_checks", "quantities"),
-    ("mechanics.oscillator",),
-    ("record", "clipping", "readers", "writers", "datasets"),
+    ("core",),
+    ("records", "conjugate", "validation"),
     ("mechanics",),
-    (
-        "phase_polynomial",
-        "phase_tracking",
-        "demodulation",
-        "moving_part",
-        "free_decay",
-        "halfcycle_kernels",
-        "halfcycles",
-        "likelihood",
-        "signal_likelihood",
-        "whiteness",
-    ),
-    ("conjugate", "scaled", "scaled_batch"),
-    ("batch", "acceptance"),
-    ("forces",),
-    ("estimation",),
-    ("diagnostics", "tabulated", "reference"),
-    ("expected", "agreement", "checking", "calibration", "testing"),
-    ("loop", "monitor"),
-    ("output", "plotting", "report"),
-    ("commands",),
-    ("cli", "__main__"),
+    ("decay",),
+    ("estimators",),
+    ("reference", "monitor"),
+    ("loop",),
+    ("plotting", "report"),
+    ("cli",),
 )
+RANK = {folder: rank for rank, layer in enumerate(LAYERS) for folder in layer}
+TOP_LEVEL = {"__init__.py", "__main__.py", "testing.py", "py.typed"}
 HEAVY = ("emcee", "arviz_base", "arviz_stats", "arviz_plots", "matplotlib")
-FACES = ("reference", "plotting", "report", "commands", "cli", "__main__")
+FACES = ("reference", "plotting", "report", "cli", "__main__")
 
 
 def module_name(path: Path) -> str:
     parts = path.relative_to(PACKAGE).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
-
-
-def layer_of(module: str) -> int:
-    """Rank of the longest matching entry."""
-    best, rank = -1, -1
-    for level, names in enumerate(LAYERS):
-        for name in names:
-            if (module == name or module.startswith(f"{name}.")) and len(name) > best:
-                best, rank = len(name), level
-    return rank
 
 
 def imports(path: Path) -> set[str]:
@@ -71,26 +46,27 @@ def imports(path: Path) -> set[str]:
     return found
 
 
-def own_modules() -> dict[str, Path]:
-    return {module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+MODULES = {module_name(path): path for path in sorted(PACKAGE.rglob("*.py"))}
+INSIDE = [name for name in MODULES if "." in name]
 
 
-MODULES = own_modules()
+def test_folders_are_the_layers() -> None:
+    folders = {path.name for path in PACKAGE.iterdir() if path.is_dir() and path.name != "__pycache__"}
+    assert folders == set(RANK)
+    assert {path.name for path in PACKAGE.iterdir() if path.is_file()} == TOP_LEVEL
 
 
-def test_every_module_has_a_layer() -> None:
-    assert [name for name in MODULES if name and layer_of(name) < 0] == []
-    assert [name for names in LAYERS for name in names if name not in MODULES] == []
-
-
-@pytest.mark.parametrize("module", [name for name in MODULES if name])
+@pytest.mark.parametrize("module", INSIDE)
 def test_imports_run_downward(module: str) -> None:
-    upward = []
+    own = module.split(".")[0]
+    wrong = []
     for target in imports(MODULES[module]):
-        name = target.removeprefix("friction_bayes.")
-        if target.startswith("friction_bayes.") and name in MODULES and layer_of(name) > layer_of(module):
-            upward.append(name)
-    assert upward == []
+        if not target.startswith("friction_bayes."):
+            continue
+        folder = target.split(".")[1]
+        if folder in RANK and folder != own and RANK[folder] >= RANK[own]:
+            wrong.append(target)
+    assert wrong == []
 
 
 @pytest.mark.parametrize("module", [n for n in MODULES if n and n.split(".")[0] not in FACES])
@@ -110,12 +86,6 @@ def test_estimating_loads_no_sampler_and_no_plot() -> None:
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
-
-
-def test_files_stay_short() -> None:
-    """A file may outgrow 300 lines only by being named here with its reason; none is."""
-    long = {name: n for name, path in MODULES.items() if (n := len(path.read_text().splitlines())) > 300}
-    assert long == {}
 
 
 def test_no_relative_imports_and_no_global_random_state() -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from friction_bayes.cli import main
+from friction_bayes.cli.program import main
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 Signal = tuple[np.ndarray, np.ndarray]

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
-from friction_bayes.cli import main
+from friction_bayes.cli.program import main
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 FRICTION = 0.5
@@ -142,7 +142,7 @@ def test_table_of_a_clipped_and_offset_record(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     # figures are drawn by the other runs
-    monkeypatch.setattr("friction_bayes.commands.close_loop._leave", lambda *_: None)
+    monkeypatch.setattr("friction_bayes.cli.commands.close_loop._leave", lambda *_: None)
     time, signal = decay(duration=4.0)
     record = write_csv("clipped.csv", time, np.clip(signal + 2e-3, -0.02, 0.018), "displacement_m")
     argv = ("close-loop", str(record), *SYSTEM, "--noise", "white", "--exclude", "asymmetric_friction")

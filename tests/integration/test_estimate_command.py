@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from friction_bayes.cli import main
-from friction_bayes.output import sha256_of
+from friction_bayes.cli.program import main
+from friction_bayes.core.files import sha256_of
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 FRICTION = 0.5
@@ -221,7 +221,7 @@ def test_figures_of_a_failed_run_do_not_stay(
     def full(*_: object, **__: object) -> None:
         raise OSError("disk full")
 
-    monkeypatch.setattr("friction_bayes.commands.estimate.write_json", full)
+    monkeypatch.setattr("friction_bayes.cli.commands.estimate.write_json", full)
     assert (
         main(["estimate", str(csv), *SYSTEM, "--method", "envelope", "--out", str(tmp_path / "results")]) == 1
     )
@@ -238,7 +238,7 @@ def test_readable_table(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_loads_no_sampler_and_no_plot(csv: Path) -> None:
     script = (
-        "import sys; from friction_bayes.cli import main\n"
+        "import sys; from friction_bayes.cli.program import main\n"
         f"status = main(['estimate', {str(csv)!r}, *{SYSTEM!r}, '--method', 'envelope', '--json'])\n"
         "heavy = [name for name in ('emcee', 'arviz_stats', 'matplotlib') if name in sys.modules]\n"
         "sys.exit(f'{status} {heavy}' if status or heavy else 0)"

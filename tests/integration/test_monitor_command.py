@@ -12,8 +12,8 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
-from friction_bayes.cli import main
-from friction_bayes.commands.monitor_tables import memory
+from friction_bayes.cli.monitor_tables import memory
+from friction_bayes.cli.program import main
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 ISO_13374 = [

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 import friction_bayes as fb
-from friction_bayes.cli import main
-from friction_bayes.commands import demonstration
-from friction_bayes.commands.console import output_console
-from friction_bayes.commands.demonstration import Case
+from friction_bayes.cli import demonstration
+from friction_bayes.cli.console import output_console
+from friction_bayes.cli.demonstration import Case
+from friction_bayes.cli.program import main
 from friction_bayes.mechanics.testbed import PAPER_SYSTEM, paper_example
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")

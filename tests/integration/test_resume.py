@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
-from friction_bayes.cli import main
-from friction_bayes.commands import resume
+from friction_bayes.cli import resume
+from friction_bayes.cli.program import main
 
 MACHINES = 5
 

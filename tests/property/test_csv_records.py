@@ -6,10 +6,10 @@ import numpy as np
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from friction_bayes.quantities import QUANTITIES, UNCALIBRATED_UNITS
-from friction_bayes.readers import read_record
-from friction_bayes.record import make_record
-from friction_bayes.writers import write_record
+from friction_bayes.core.quantities import QUANTITIES, UNCALIBRATED_UNITS
+from friction_bayes.records.readers import read_record
+from friction_bayes.records.record import make_record
+from friction_bayes.records.writers import write_record
 
 SIGNALS = st.lists(st.floats(-1e12, 1e12, allow_nan=False), min_size=8, max_size=40, unique=True).filter(
     lambda values: np.ptp(values) > 1e-9 * np.abs(values).max()

@@ -8,9 +8,9 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.coulomb import coulomb_decay
 from friction_bayes.mechanics.integrate import integrate
-from friction_bayes.mechanics.oscillator import Oscillator
 
 systems = st.builds(
     lambda mass, frequency: Oscillator(mass=mass, stiffness=mass * (2.0 * math.pi * frequency) ** 2),

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import signal, stats
 
-from friction_bayes.agreement import compare
-from friction_bayes.diagnostics import bulk_ess
+from friction_bayes.validation.agreement import compare
+from friction_bayes.validation.mixing import bulk_ess
 
 TAU = 4.0
 STEPS = 320  # 4 ensembles of 32 walkers: effective sample size 10,000

@@ -11,11 +11,11 @@ from scipy import stats
 
 import friction_bayes as fb
 from friction_bayes import testing
-from friction_bayes.calibration import rank_pit
+from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.targets import gamma_exponential_target, normal_gamma_target, regression_target
-from friction_bayes.likelihood import Target
 from friction_bayes.reference.ensembles import Ensembles
 from friction_bayes.reference.sampling import sample_target
+from friction_bayes.validation.calibration import rank_pit
 
 RARE = 1e-4
 """False-alarm rate of what must hold: the suite is also run over many seeds."""

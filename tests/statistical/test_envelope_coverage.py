@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.conjugate.half_cycle_data import envelope_statistics
-from friction_bayes.free_decay import locate_free_decays
+from friction_bayes.decay.free_decay import locate_free_decays
+from friction_bayes.estimators.envelope.half_cycle_rows import envelope_statistics
 
 RECORDS = 2000
 SAMPLES = 900

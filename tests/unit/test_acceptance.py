@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.acceptance import FALSE_ALARM, SHARE, accept_by_set_up, accept_by_threshold
 from friction_bayes.conjugate.normal_gamma import NormalGamma
-from friction_bayes.errors import InputError
+from friction_bayes.core.errors import InputError
+from friction_bayes.estimators.acceptance import FALSE_ALARM, SHARE, accept_by_set_up, accept_by_threshold
 
 FLAT = NormalGamma(mu=0.0, lam=0.0, alpha=-0.5, beta=0.0)
 

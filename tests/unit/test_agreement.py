@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.agreement import compare
+from friction_bayes.validation.agreement import compare
 
 
 def names(verdict) -> list[str]:

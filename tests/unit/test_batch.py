@@ -18,9 +18,9 @@ from friction_bayes import (
     make_record,
     simulate,
 )
-from friction_bayes.batch import METHODS, STATUS
-from friction_bayes.scaled import scaled
-from friction_bayes.scaled_batch import product_moments, product_quantiles
+from friction_bayes.conjugate.scaled import scaled
+from friction_bayes.conjugate.scaled_batch import product_moments, product_quantiles
+from friction_bayes.estimators.batch import METHODS, STATUS
 
 RATE = 200.0
 SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)

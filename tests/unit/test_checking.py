@@ -8,10 +8,10 @@ from functools import partial
 import pytest
 
 import friction_bayes as fb
-from friction_bayes import checking
-from friction_bayes.agreement import compare
-from friction_bayes.commands.tables import disagreements, estimate_table
-from friction_bayes.output import strict_json
+from friction_bayes.cli.tables import disagreements, estimate_table
+from friction_bayes.core.files import strict_json
+from friction_bayes.reference import checking
+from friction_bayes.validation.agreement import compare
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 import friction_bayes as fb
 from experiments.classical import CLASSICAL, coulomb_signal, feeny_liang, log_decrement
-from friction_bayes.free_decay import find_free_decay
+from friction_bayes.decay.free_decay import find_free_decay
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = 0.07

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_bayes.clipping import clipped_fraction
-from friction_bayes.record import make_record, resample_record
+from friction_bayes.records.clipping import clipped_fraction
+from friction_bayes.records.record import make_record, resample_record
 
 AMPLITUDE, DROP = 0.0147, 7e-5
 

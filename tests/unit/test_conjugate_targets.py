@@ -10,6 +10,7 @@ import pytest
 from scipy import stats
 
 from friction_bayes.conjugate.gamma_exponential import GammaExponential
+from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.targets import (
@@ -17,8 +18,7 @@ from friction_bayes.conjugate.targets import (
     normal_gamma_target,
     regression_target,
 )
-from friction_bayes.errors import InputError
-from friction_bayes.likelihood import Target
+from friction_bayes.core.errors import InputError
 
 SAMPLES = np.array([0.09, 0.02, -0.03, 0.14, 0.11])
 TIME = np.linspace(0.0, 1.0, 30)

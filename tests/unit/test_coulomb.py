@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from friction_bayes.errors import InputError
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.system import Oscillator, Pendulum
 from friction_bayes.mechanics.coulomb import coulomb_decay
-from friction_bayes.mechanics.oscillator import Oscillator, Pendulum
 
 SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = 0.07

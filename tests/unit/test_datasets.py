@@ -10,11 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from friction_bayes import datasets
-from friction_bayes.clipping import clipped_fraction
-from friction_bayes.datasets import DATASETS, LOCAL_FOLDER, dataset_record, fetch_dataset, list_datasets
-from friction_bayes.errors import InputError
-from friction_bayes.record import sampling_interval, validate_record
+from friction_bayes.core.errors import InputError
+from friction_bayes.records import datasets
+from friction_bayes.records.clipping import clipped_fraction
+from friction_bayes.records.datasets import (
+    DATASETS,
+    LOCAL_FOLDER,
+    dataset_record,
+    fetch_dataset,
+    list_datasets,
+)
+from friction_bayes.records.record import sampling_interval, validate_record
 
 PARTS = [f"{entry.name}/{part}" for entry in list_datasets() for part in entry.parts]
 

@@ -7,7 +7,7 @@ import pytest
 from arviz_stats.base import array_stats
 from scipy import signal
 
-from friction_bayes.diagnostics import as_ensembles, bulk_ess, mixing, rank_normalise, tail_ess
+from friction_bayes.validation.mixing import as_ensembles, bulk_ess, mixing, rank_normalise, tail_ess
 
 
 def autoregressive(rng: np.random.Generator, shape: tuple[int, ...], tau: float) -> np.ndarray:

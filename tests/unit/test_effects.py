@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from friction_bayes.errors import InputError
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import QUANTITIES
+from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.effects import (
     BUILT_IN,
     EFFECTS,
@@ -23,8 +25,6 @@ from friction_bayes.mechanics.effects import (
     register,
 )
 from friction_bayes.mechanics.effects.prior import half_normal, log_normal, normal, uniform
-from friction_bayes.mechanics.oscillator import Oscillator
-from friction_bayes.quantities import QUANTITIES
 
 LINEAR = Oscillator(mass=2.0, stiffness=800.0)
 ANGULAR = Oscillator(inertia=2.0, stiffness=800.0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from friction_bayes import InputError, Oscillator, make_record
-from friction_bayes.free_decay import FreeDecay, find_free_decay, locate_free_decays
+from friction_bayes.decay.free_decay import FreeDecay, find_free_decay, locate_free_decays
 from friction_bayes.mechanics.coulomb import coulomb_decay
 
 FREQUENCY = 2.0 * math.pi * 2.9

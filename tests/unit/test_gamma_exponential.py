@@ -9,8 +9,8 @@ import pytest
 from scipy import integrate
 
 from friction_bayes.conjugate.gamma_exponential import GammaExponential, negative_share
-from friction_bayes.errors import InputError
-from friction_bayes.likelihood import exponential_log_likelihood
+from friction_bayes.conjugate.likelihood import exponential_log_likelihood
+from friction_bayes.core.errors import InputError
 
 PRIOR = GammaExponential(alpha=2.0, kappa=0.3)
 SAMPLES = np.array([0.2, -0.05, 0.1])

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from friction_bayes.errors import InputError
-from friction_bayes.free_decay import FreeDecay
-from friction_bayes.halfcycles import friction_samples, half_cycles, peak_amplitudes
-from friction_bayes.mechanics.oscillator import Oscillator, Pendulum
-from friction_bayes.quantities import QUANTITIES
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import QUANTITIES
+from friction_bayes.core.system import Oscillator, Pendulum
+from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.decay.half_cycles import friction_samples, half_cycles, peak_amplitudes
 
 NAMES = ("displacement", "velocity", "acceleration")
 W = 2 * np.pi * 2.9

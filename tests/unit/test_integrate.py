@@ -12,12 +12,12 @@ import pytest
 from numba import njit
 from scipy.integrate import solve_ivp
 
-from friction_bayes.errors import InputError
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.system import Oscillator, Pendulum
 from friction_bayes.mechanics.coulomb import coulomb_decay
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Parameter, force_effects, register
 from friction_bayes.mechanics.effects.prior import normal
 from friction_bayes.mechanics.integrate import integrate
-from friction_bayes.mechanics.oscillator import Oscillator, Pendulum
 
 SYSTEM = Oscillator(mass=2.0, stiffness=800.0)
 PENDULUM = Pendulum(inertia=0.8, stiffness=9.0)
@@ -219,7 +219,7 @@ def test_an_effect_from_outside_is_compiled_in(monkeypatch):
 def test_the_compiled_integrator_is_cached_on_disk():
     code = (
         "from friction_bayes.mechanics.integrate import integrate, propagate\n"
-        "from friction_bayes.mechanics.oscillator import Oscillator\n"
+        "from friction_bayes.core.system import Oscillator\n"
         "integrate(Oscillator(mass=2.0, stiffness=800.0), 0.5, 0.02, 0.0, [0.0, 1.0])\n"
         "import pickle, sys; sys.stdout.buffer.write(pickle.dumps(sum(propagate.stats.cache_hits.values())))"
     )

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.errors import InputError
-from friction_bayes.likelihood import (
+from friction_bayes.conjugate.likelihood import (
     NormalStatistics,
     RegressionStatistics,
     exponential_log_likelihood,
@@ -17,6 +16,7 @@ from friction_bayes.likelihood import (
     regression_log_likelihood,
     regression_pointwise,
 )
+from friction_bayes.core.errors import InputError
 
 
 def test_normal(rng: np.random.Generator) -> None:

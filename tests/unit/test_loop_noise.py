@@ -10,10 +10,10 @@ from scipy import stats
 from scipy.signal import lfilter
 
 import friction_bayes as fb
-from friction_bayes.loop.colour import autoregression, correlation_length, is_coloured
+from friction_bayes.core.quantities import QUANTITIES
+from friction_bayes.loop.autoregression import autoregression, correlation_length, is_coloured
 from friction_bayes.loop.noise import NoiseForm, judge_noise, log_densities, whiten
 from friction_bayes.mechanics.effects import Scales
-from friction_bayes.quantities import QUANTITIES
 
 SCALES = Scales(
     system=fb.Oscillator(mass=1.0, stiffness=1.0),

@@ -14,12 +14,12 @@ from scipy import integrate, stats
 
 import friction_bayes as fb
 from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.core.files import strict_json
 from friction_bayes.monitor.points import DetectionPoints, detection_times
 from friction_bayes.monitor.remaining_life import remaining_life
 from friction_bayes.monitor.report import follow
 from friction_bayes.monitor.tracking import choose_discount, track
 from friction_bayes.monitor.wear import WearPosterior, WearPrior, fit_wear
-from friction_bayes.output import strict_json
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = np.array([0.30, 0.34, 0.41, 0.43, 0.52])

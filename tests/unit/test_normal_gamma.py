@@ -10,7 +10,7 @@ from scipy import stats
 
 from friction_bayes.conjugate.credible import credible_interval
 from friction_bayes.conjugate.normal_gamma import NormalGamma
-from friction_bayes.errors import InputError
+from friction_bayes.core.errors import InputError
 
 PRIOR = NormalGamma(mu=0.1, lam=0.5, alpha=1.5, beta=0.02)
 SAMPLES = np.array([0.05, 0.09, 0.02, 0.11])

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from friction_bayes.errors import InputError
-from friction_bayes.output import output_folder, sha256_of, strict_json, write_manifest
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.files import output_folder, sha256_of, strict_json, write_manifest
 
 
 def test_json_is_strict() -> None:

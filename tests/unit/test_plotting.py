@@ -11,8 +11,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 from scipy import stats
 
-from friction_bayes.free_decay import FreeDecay
-from friction_bayes.mechanics.oscillator import Oscillator
+from friction_bayes.core.quantities import QUANTITIES
+from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.plotting import (
     Interval,
     plot_amplitudes,
@@ -23,7 +24,6 @@ from friction_bayes.plotting import (
     plot_joint,
     save_figure,
 )
-from friction_bayes.quantities import QUANTITIES
 
 
 @pytest.fixture

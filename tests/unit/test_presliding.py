@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.effects import EFFECTS, register
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.integrate import integrate
-from friction_bayes.mechanics.oscillator import Oscillator
 
 SYSTEM = Oscillator(mass=2.0, stiffness=200.0)
 FRICTION = 0.3

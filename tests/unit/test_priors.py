@@ -7,7 +7,11 @@ import pytest
 
 from friction_bayes.conjugate.gamma_exponential import GammaExponential
 from friction_bayes.conjugate.normal_gamma import NormalGamma
-from friction_bayes.conjugate.priors import (
+from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import QUANTITIES
+from friction_bayes.core.system import Oscillator, Pendulum
+from friction_bayes.estimators.priors import (
     PRIORS,
     complete_prior,
     default_prior,
@@ -15,10 +19,6 @@ from friction_bayes.conjugate.priors import (
     prior_keys,
     signal_scale,
 )
-from friction_bayes.conjugate.regression import NormalInverseGamma
-from friction_bayes.errors import InputError
-from friction_bayes.mechanics.oscillator import Oscillator, Pendulum
-from friction_bayes.quantities import QUANTITIES
 
 TESTBED = Oscillator(mass=10.0, stiffness=1000.0)
 DISPLACEMENT, ACCELERATION, ANGLE = (QUANTITIES[q] for q in ("displacement", "acceleration", "angle"))

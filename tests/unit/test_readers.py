@@ -9,11 +9,11 @@ import pytest
 import xarray as xr
 from scipy.io import savemat, wavfile
 
-from friction_bayes.errors import InputError
-from friction_bayes.quantities import STANDARD_GRAVITY
-from friction_bayes.readers import READERS, optional, read_record
-from friction_bayes.record import make_record
-from friction_bayes.writers import write_record
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import STANDARD_GRAVITY
+from friction_bayes.records.readers import READERS, optional, read_record
+from friction_bayes.records.record import make_record
+from friction_bayes.records.writers import write_record
 
 N, RATE = 120, 100
 TIME = np.arange(N) / RATE

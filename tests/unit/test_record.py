@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from friction_bayes.errors import InputError
-from friction_bayes.quantities import STANDARD_GRAVITY
-from friction_bayes.record import make_record, resample_record, sampling_interval, validate_record
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import STANDARD_GRAVITY
+from friction_bayes.records.record import make_record, resample_record, sampling_interval, validate_record
 
 N, STEP = 400, 0.01
 TIME = np.arange(N) * STEP

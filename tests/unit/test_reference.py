@@ -10,8 +10,8 @@ import xarray as xr
 from arviz_stats import ess, loo, rhat_nested, summary
 
 import friction_bayes as fb
+from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.targets import normal_gamma_target
-from friction_bayes.likelihood import Target
 from friction_bayes.reference import load_tree, sample_reference, sample_target, save_tree
 from friction_bayes.reference.convergence import diagnose
 from friction_bayes.reference.ensembles import OVERDISPERSION, Ensembles

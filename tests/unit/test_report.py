@@ -15,8 +15,8 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
+from friction_bayes.core.files import manifest
 from friction_bayes.loop.result import LoopReport
-from friction_bayes.output import manifest
 from friction_bayes.plotting import save_figure
 from friction_bayes.plotting.loop import loop_figures
 from friction_bayes.report.loop import loop_page

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.errors import InputError
-from friction_bayes.scaled import ScaledDistribution, scaled
+from friction_bayes.conjugate.scaled import ScaledDistribution, scaled
+from friction_bayes.core.errors import InputError
 
 COEFFICIENTS = {
     "wide": stats.t(df=20, loc=1e-6, scale=7e-6),

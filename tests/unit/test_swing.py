@@ -8,7 +8,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import ellipj, ellipk, sici
 
-from friction_bayes.mechanics.swing import (
+from friction_bayes.mechanics.pendulum import (
     amplitude_of_fundamental,
     frequency_ratio,
     friction_of_period,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.tabulated import Tabulated
+from friction_bayes.validation.tabulated import Tabulated
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,11 @@ import math
 import numpy as np
 import pytest
 
-from friction_bayes.errors import InputError
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import STANDARD_GRAVITY
+from friction_bayes.core.system import Oscillator, Pendulum
 from friction_bayes.mechanics.coulomb import coulomb_decay
 from friction_bayes.mechanics.integrate import integrate
-from friction_bayes.mechanics.oscillator import Oscillator, Pendulum
 from friction_bayes.mechanics.testbed import (
     PAPER_SYSTEM,
     TESTBED,
@@ -21,7 +22,6 @@ from friction_bayes.mechanics.testbed import (
     signal_to_noise_db,
     simulate,
 )
-from friction_bayes.quantities import STANDARD_GRAVITY
 
 SYSTEM = Oscillator(mass=2.0, stiffness=800.0)
 COMMON = {"friction": 0.5, "initial_displacement": 0.02, "duration": 4.0, "sampling_rate": 500.0}

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from friction_bayes import testing
-from friction_bayes.calibration import rank_pit, uniformity
+from friction_bayes.validation.calibration import rank_pit, uniformity
 
 RARE = 1e-4
 """False-alarm rate of the assertions that must hold: the suite is also run over many seeds."""

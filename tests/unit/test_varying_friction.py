@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_bayes.errors import InputError
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.system import Oscillator, Pendulum
 from friction_bayes.mechanics.coulomb import coulomb_decay
-from friction_bayes.mechanics.oscillator import Oscillator, Pendulum
 from friction_bayes.mechanics.varying_friction import varying_friction_decay
 
 SYSTEM = Oscillator(mass=5.0, stiffness=1660.0)

@@ -8,9 +8,13 @@ import numpy as np
 import pytest
 
 from friction_bayes import Oscillator, Pendulum, simulate
-from friction_bayes.conjugate.estimator import Fit
-from friction_bayes.conjugate.waveform import WAVEFORM
-from friction_bayes.conjugate.waveform_signal import (
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import quantity_named
+from friction_bayes.decay.free_decay import find_free_decay
+from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.estimators.base import Fit
+from friction_bayes.estimators.waveform.estimator import WAVEFORM
+from friction_bayes.estimators.waveform.signal import (
     CURVED_PAIRS,
     crossing_misfit,
     exact_misfit,
@@ -18,12 +22,8 @@ from friction_bayes.conjugate.waveform_signal import (
     signals,
     turning_samples,
 )
-from friction_bayes.conjugate.waveform_sums import accumulate
-from friction_bayes.errors import InputError
-from friction_bayes.free_decay import find_free_decay
-from friction_bayes.quantities import quantity_named
-from friction_bayes.signal_likelihood import SignalExpansion
-from friction_bayes.whiteness import whiteness
+from friction_bayes.estimators.waveform.signal_likelihood import SignalExpansion
+from friction_bayes.estimators.waveform.sums import accumulate
 
 SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 QUANTITIES = ("displacement", "velocity", "acceleration")

@@ -10,10 +10,10 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_bayes._checks import finite
-from friction_bayes.errors import InputError
+from friction_bayes.core.checks import finite
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.effects.prior import Prior, Scales
-from friction_bayes.mechanics.oscillator import Oscillator
 
 __all__ = ["Effect", "ForceEffect", "NoiseEffect", "Parameter", "SensorEffect"]
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special, stats
 
-from friction_bayes.mechanics.oscillator import Oscillator
-from friction_bayes.quantities import Quantity
+from friction_bayes.core.quantities import Quantity
+from friction_bayes.core.system import Oscillator
 
 __all__ = ["Prior", "Scales", "half_normal", "log_normal", "normal", "uniform"]
 

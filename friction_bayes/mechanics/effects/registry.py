@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_bayes.errors import InputError
+from friction_bayes.core.errors import InputError
 from friction_bayes.mechanics.effects.effect import Effect, ForceEffect
 
 __all__ = [

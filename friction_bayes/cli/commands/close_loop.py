@@ -1,0 +1,201 @@
+"""``friction-bayes close-loop``: from the residual of a Coulomb model to the effect that it lacks."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import friction_bayes as fb
+from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
+from friction_bayes.cli.options import (
+    add_output_folder,
+    add_record,
+    add_seed,
+    add_system,
+    input_digests,
+    load_record,
+    options_of,
+)
+from friction_bayes.cli.tables import loop_table
+from friction_bayes.core.checks import positive
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.files import manifest, output_folder, strict_json, write_json, write_manifest
+from friction_bayes.records.readers.force import read_force
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from friction_bayes.core.system import Oscillator
+    from friction_bayes.loop import LoopReport
+
+__all__ = ["add_parser"]
+
+_EPILOG = """verdicts:
+  adequate     Coulomb friction alone leaves nothing but noise
+  explained    one set of effects holds at least 95 % of the probability
+  ambiguous    several sets do together; the next experiment would tell them apart
+  unexplained  what is left is not noise, and nothing in the catalogue explains it
+
+examples:
+  friction-bayes close-loop decay.csv --mass 10 --stiffness 1000 --out loop
+  friction-bayes close-loop high.csv low.csv --mass 10 --stiffness 1000 --exclude friction_drift --out loop
+  friction-bayes close-loop dataset:map-single-pendulum --check --out loop
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add ``close-loop RECORD [RECORD ...] SYSTEM --out DIR``."""
+    parser = commands.add_parser(
+        "close-loop",
+        help="find what a Coulomb model lacks, and what it costs",
+        description="Fit the Coulomb model to the whole signal, trace what is left of it to effects with "
+        "probabilities, and report error and friction before and after. Several records of one system "
+        "are fitted together.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "records",
+        metavar="RECORD",
+        nargs="+",
+        help="files, or dataset:NAME[/PART]; of one system and quantity",
+    )
+    model = parser.add_argument_group("loop")
+    which = model.add_mutually_exclusive_group()
+    which.add_argument("--effects", metavar="A,B,..", help="try these effects only (default: the catalogue)")
+    which.add_argument("--exclude", metavar="A,..", help="try all effects but these")
+    model.add_argument(
+        "--noise",
+        default="auto",
+        metavar="auto|white|ar",
+        help="white, autoregressive, or as the residual shows (default: auto)",
+    )
+    model.add_argument(
+        "--check",
+        action=argparse.BooleanOptionalAction,
+        default=False,
+        help="sample the final posterior with emcee too (default: no)",
+    )
+    reference = model.add_mutually_exclusive_group()
+    reference.add_argument(
+        "--reference-friction", type=float, metavar="F", help="friction known otherwise [N or N m]"
+    )
+    reference.add_argument(
+        "--reference-force", metavar="FILE", help="friction force measured along with the first record"
+    )
+    add_seed(model)
+    add_system(parser)
+    add_record(parser)
+    output = parser.add_argument_group("output")
+    output.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    add_output_folder(output, required=True)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Close the loop, write and print."""
+    with output_folder(arguments.out, force=arguments.force) as folder:
+        result = _close(arguments, folder)
+    if arguments.json:
+        sys.stdout.write(strict_json(result) + "\n")
+    else:
+        title = ", ".join(arguments.records)
+        output_console().print(loop_table(title, result))
+    note(f"report.html, figures and draws are in {arguments.out}")
+
+
+def _close(arguments: argparse.Namespace, folder: Path) -> dict[str, Any]:
+    if arguments.reference_friction is not None:
+        positive("--reference-friction", arguments.reference_friction)
+    effects = _names(arguments.effects, "--effects")
+    exclude = _names(arguments.exclude, "--exclude") or ()
+    with collected_warnings() as warned:
+        records, system = _load(arguments)
+        force = None
+        if arguments.reference_force is not None:
+            force = read_force(arguments.reference_force, records[0])
+        report = _search(arguments, records, system, effects=effects, exclude=exclude, reference_force=force)
+    result = report.to_dict() | {"notes": list(dict.fromkeys(warned))}
+    inputs = input_digests(*arguments.records, arguments.reference_force)
+    _leave(report, result, folder, arguments, inputs)
+    return result
+
+
+def _names(text: str | None, option: str) -> tuple[str, ...] | None:
+    """Split ``A,B,..``."""
+    if text is None:
+        return None
+    names = tuple(name.strip() for name in text.split(","))
+    if "" in names:
+        raise InputError(
+            option, f"{text!r} has an empty name", "write effects like viscous_damping,sensor_drift"
+        )
+    return names
+
+
+def _load(arguments: argparse.Namespace) -> tuple[list[xr.DataArray], Oscillator]:
+    """Read all records, refusing those that do not belong together."""
+    for source in arguments.records:
+        if arguments.records.count(source) > 1:
+            raise InputError(source, "is given twice", "give each record once")
+    loaded = [load_record(source, arguments) for source in arguments.records]
+    first = loaded[0][1]
+    for source, (_, system) in zip(arguments.records, loaded, strict=True):
+        if system != first:
+            raise InputError(
+                source, f"is of another system than {arguments.records[0]}", "close the loop on each alone"
+            )
+    return [record for record, _ in loaded], first
+
+
+def _search(
+    arguments: argparse.Namespace, records: Sequence[xr.DataArray], system: Oscillator, **options: Any
+) -> LoopReport:
+    with progress_bar() as bar:
+        task = bar.add_task("reading", total=None)
+        fitted = 0
+
+        def tell(name: str) -> None:
+            nonlocal fitted
+            fitted += 1
+            bar.update(task, description=name.replace("_", " "), completed=fitted)
+
+        return fb.close_loop(
+            records,
+            system,
+            seed=arguments.seed,
+            noise=arguments.noise,
+            check=arguments.check,
+            reference_friction=arguments.reference_friction,
+            progress=tell,
+            **options,
+        )
+
+
+def _leave(
+    report: LoopReport,
+    result: dict[str, Any],
+    folder: Path,
+    arguments: argparse.Namespace,
+    inputs: dict[str, str],
+) -> None:
+    """Write report, draws, figures and page."""
+    # matplotlib takes a second to load, which bad input need not wait for
+    from friction_bayes.plotting import save_figure
+    from friction_bayes.plotting.loop import loop_figures
+    from friction_bayes.report.loop import loop_page
+
+    made = {"options": options_of(arguments), "seed": arguments.seed, "inputs": inputs}
+    write_json(folder / "report.json", result)
+    report.posterior.to_netcdf(folder / "posterior.nc", engine="h5netcdf")
+    figures = {}
+    for name, figure in loop_figures(report).items():
+        save_figure(figure, folder, name, ("png", "svg"))
+        figures[name] = (folder / f"{name}.svg").read_bytes()
+    html = loop_page(report, figures, manifest("close-loop", **made))
+    (folder / "report.html").write_text(html, encoding="utf-8")
+    write_manifest(folder, "close-loop", **made)

@@ -1,0 +1,32 @@
+"""``friction-bayes demo``: the main job on two synthetic records, by every estimator, each beside emcee."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from friction_bayes.cli.options import add_output_folder, add_seed
+
+__all__ = ["add_parser"]
+
+
+def add_parser(commands: Any) -> None:
+    """Add ``demo``."""
+    parser = commands.add_parser(
+        "demo",
+        help="the main job on two synthetic records, in under a minute",
+        description="Estimate friction on the paper's numerical example and on a synthetic testbed record "
+        "with viscous damping in it, by every estimator, each checked by emcee.",
+        allow_abbrev=False,
+    )
+    add_seed(parser)
+    add_output_folder(parser, default="friction_bayes_demo")
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Make both records, estimate, check, draw and print."""
+    # It takes emcee, ArviZ and matplotlib, which no other command needs to wait for.
+    from friction_bayes.cli.demonstration import demonstrate
+
+    demonstrate(arguments)

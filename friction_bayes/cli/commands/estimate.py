@@ -1,0 +1,157 @@
+"""``friction-bayes estimate``: friction of one record, in closed form, checked by emcee when asked."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import friction_bayes as fb
+from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
+from friction_bayes.cli.options import (
+    add_output_folder,
+    add_record,
+    add_seed,
+    add_system,
+    input_digests,
+    key_values,
+    load_record,
+    options_of,
+)
+from friction_bayes.cli.tables import estimate_table
+from friction_bayes.core.files import output_folder, strict_json, write_json, write_manifest
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from friction_bayes.estimators.result import Estimate
+    from friction_bayes.reference.checking import ReferenceRun
+
+__all__ = ["add_parser"]
+
+_EPILOG = """methods:
+  waveform           conjugate regression on the whole signal (the default)
+  envelope           conjugate regression on the amplitudes
+  normal-gamma       the paper's: friction samples from successive amplitudes, Eqs. (4)-(8)
+  gamma-exponential  the paper's comparison, which it rejects, Eqs. (9)-(11)
+
+examples:
+  friction-bayes estimate decay.csv --mass 10 --stiffness 1000
+  friction-bayes estimate decay.csv --mass 10 --stiffness 1000 --stiffness-sd 20 --check --out results
+  friction-bayes estimate decay.csv --mass 10 --stiffness 1000 --method normal-gamma \\
+      --prior mu=0.1 lam=0.01 alpha=1 beta=0.02 --accept-precision 30
+  friction-bayes estimate dataset:bicycle-fork --json
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add ``estimate RECORD SYSTEM``."""
+    parser = commands.add_parser(
+        "estimate",
+        help="friction of a record",
+        description="Estimate friction from one free decay.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("record", metavar="RECORD", help="a file, or dataset:NAME[/PART]")
+    model = parser.add_argument_group("estimate")
+    model.add_argument("--method", default="waveform", metavar="NAME", help="see below (default: waveform)")
+    model.add_argument(
+        "--prior",
+        action="append",
+        metavar="KEY=VALUE",
+        help="instead of the default; several, or repeated",
+    )
+    model.add_argument(
+        "--peaks",
+        default="highest",
+        metavar="highest|nominal",
+        help="sample taken as peak by the paper's two methods (default: highest)",
+    )
+    model.add_argument("--start", type=float, metavar="S", help="when the free decay begins (default: found)")
+    model.add_argument("--rest-position", type=float, metavar="X", help="signal at rest (default: found)")
+    model.add_argument(
+        "--check", action="store_true", help="sample the same posterior with emcee and compare"
+    )
+    add_seed(model)
+    acceptance = model.add_mutually_exclusive_group()
+    acceptance.add_argument(
+        "--setup", metavar="RECORD", help="long set-up record whose precision sets the bar"
+    )
+    acceptance.add_argument("--accept-precision", type=float, metavar="S", help="least precision accepted")
+    add_system(parser)
+    add_record(parser)
+    output = parser.add_argument_group("output")
+    output.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    add_output_folder(output)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Estimate, check, write and print."""
+    if arguments.out is None:
+        result, _ = _estimate(arguments, None)
+    else:
+        with output_folder(arguments.out, force=arguments.force) as folder:
+            result, inputs = _estimate(arguments, folder)
+            write_json(folder / "estimate.json", result)
+            write_manifest(
+                folder, "estimate", options=options_of(arguments), seed=arguments.seed, inputs=inputs
+            )
+    if arguments.json:
+        sys.stdout.write(strict_json(result) + "\n")
+    else:
+        output_console().print(estimate_table(result))
+    if arguments.out is not None:
+        note(f"results and figures are in {arguments.out}")
+
+
+def _estimate(arguments: argparse.Namespace, folder: Path | None) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return the result for JSON and the digests of what was read; leave figures and draws in ``folder``."""
+    reference = None
+    with collected_warnings() as warned:
+        record, system = load_record(arguments.record, arguments)
+        setup = None if arguments.setup is None else load_record(arguments.setup, arguments)[0]
+        estimate = fb.estimate(
+            record,
+            system,
+            method=arguments.method,
+            prior=key_values(arguments.prior, "--prior"),
+            peaks=arguments.peaks,
+            setup=setup,
+            accept_precision=arguments.accept_precision,
+            start=arguments.start,
+            rest_position=arguments.rest_position,
+        )
+        if arguments.check:
+            reference = _check(estimate, arguments.seed)
+    result = estimate.to_dict(None if reference is None else reference.summary)
+    result["notes"].extend(text for text in warned if text not in result["notes"])
+    if folder is not None:
+        _leave(estimate, record, reference, folder)
+    return result, input_digests(arguments.record, arguments.setup)
+
+
+# emcee, ArviZ and matplotlib take seconds to load: they are imported where they are needed.
+
+
+def _leave(estimate: Estimate, record: xr.DataArray, reference: ReferenceRun | None, folder: Path) -> None:
+    from friction_bayes.cli.figures import draw_estimate
+
+    draw_estimate(estimate, record, reference, folder)
+    if reference is not None:
+        from friction_bayes.reference import save_tree
+
+        save_tree(reference.tree, folder / "reference.nc")
+
+
+def _check(estimate: Estimate, seed: int) -> ReferenceRun:
+    from friction_bayes.reference.checking import check_estimate
+
+    with progress_bar() as bar:
+        task = bar.add_task("emcee", total=None)
+        return check_estimate(
+            estimate, seed=seed, progress=lambda done, due: bar.update(task, completed=done, total=due)
+        )

@@ -1,0 +1,256 @@
+"""``friction-bayes monitor``: friction over detection points T1..Tn, and the life that remains."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import friction_bayes as fb
+from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
+from friction_bayes.cli.monitor_tables import fleet_table, monitor_table
+from friction_bayes.cli.options import (
+    add_long_run,
+    add_output_folder,
+    add_record,
+    add_system,
+    input_digests,
+    load_record,
+    options_of,
+    system_of,
+)
+from friction_bayes.core.checks import positive
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.files import output_folder, write_json, write_manifest
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["add_parser"]
+
+_EPILOG = """when the records were taken:
+  --times, or the attribute detection_time of each record (a coordinate of a fleet), or else their order
+
+examples:
+  friction-bayes monitor run1.csv run2.csv run3.csv --mass 10 --stiffness 1000 \\
+      --times 0 120 260 --time-unit h --threshold 0.3 --out wear
+  friction-bayes monitor run*.csv --mass 10 --stiffness 1000 --out wear
+  friction-bayes monitor fleet.zarr --mass 10 --stiffness 1000 --threshold 0.3 --out fleet
+"""
+
+
+def add_parser(commands: Any) -> None:
+    """Add ``monitor RECORD [RECORD ...] | FLEET.zarr SYSTEM --out DIR``."""
+    parser = commands.add_parser(
+        "monitor",
+        help="friction over detection points",
+        description="Follow the friction of a machine or a fleet over its detection points T1, T2, ... Tn.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument(
+        "records", nargs="+", metavar="RECORD", help="two or more in time order, or one FLEET.zarr"
+    )
+    points = parser.add_argument_group("monitor")
+    points.add_argument("--threshold", type=float, metavar="F", help="friction at which the machine fails")
+    points.add_argument("--times", nargs="+", metavar="T", help="one a record: numbers, or dates (ISO 8601)")
+    points.add_argument("--time-unit", metavar="UNIT", help="unit of the numbers of --times, such as h")
+    add_system(parser)
+    add_record(parser)
+    output = parser.add_argument_group("output")
+    add_output_folder(output)
+    add_long_run(parser.add_argument_group("fleet"))
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Monitor one machine or a fleet, write and print."""
+    if arguments.out is None:
+        raise InputError("--out", "is missing", "give a folder for the report and the figures")
+    if arguments.threshold is not None:
+        positive("--threshold", arguments.threshold)
+    if arguments.workers is not None and arguments.workers < 1:
+        raise InputError("--workers", f"{arguments.workers} is no number of threads", "give 1 or more")
+    fleet = _open_fleet(arguments)
+    if fleet is None:
+        for option in ("resume", "workers", "scheduler"):
+            if getattr(arguments, option):
+                raise InputError(f"--{option}", "is for a fleet", "leave it out")
+    with output_folder(arguments.out, force=arguments.force) as folder:
+        if fleet is None:
+            table = _one_machine(arguments, folder)
+            inputs = input_digests(*arguments.records)
+        else:
+            inputs = input_digests(*arguments.records)
+            table = _many(arguments, fleet, inputs, folder)
+        write_manifest(folder, "monitor", options=options_of(arguments), seed=None, inputs=inputs)
+    output_console().print(table)
+    note(f"report and figures are in {arguments.out}")
+
+
+def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
+    from friction_bayes.plotting import save_figure
+    from friction_bayes.plotting.monitor import plot_detection_points, plot_remaining_life, plot_tracking
+
+    sources = arguments.records
+    if len(set(sources)) < len(sources):
+        twice = next(name for name in sources if sources.count(name) > 1)
+        raise InputError(twice, "is given twice", "give each detection point once")
+    if arguments.time_unit is not None and arguments.times is None:
+        raise InputError("--time-unit", "is given without --times", "give both")
+    with collected_warnings() as warned:
+        loaded = [load_record(source, arguments) for source in sources]
+        systems = [system for _, system in loaded]
+        for source, system in zip(sources, systems, strict=True):
+            if system != systems[0]:
+                raise InputError(source, f"comes from another system than {sources[0]}", "give one machine")
+        report = fb.monitor_records(
+            [record for record, _ in loaded],
+            systems[0],
+            threshold=arguments.threshold,
+            times=arguments.times,
+            time_unit=arguments.time_unit,
+        )
+    told = [text for known in report.manipulation for text in known["notes"]]
+    result = report.to_dict() | {"notes": list(dict.fromkeys([*warned, *told]))}
+    write_json(folder / "monitor.json", result)
+    report.to_dataset().to_netcdf(folder / "monitor.nc", engine="h5netcdf")
+    save_figure(plot_detection_points(report), folder, "detection_points")
+    save_figure(plot_tracking(report), folder, "tracking")
+    if report.life is not None:
+        save_figure(plot_remaining_life(report), folder, "remaining_life")
+    return monitor_table(result)
+
+
+def _open_fleet(arguments: argparse.Namespace) -> xr.DataArray | None:
+    """Return the records of a fleet, still on disk, if that is what the one argument names."""
+    folders = [
+        path for path in map(Path, arguments.records) if path.suffix.lower() == ".zarr" and path.is_dir()
+    ]
+    if not folders:
+        return None
+    from friction_bayes.records.readers.fleet import open_fleet
+
+    fleets = [found for folder in folders if (found := open_fleet(folder)) is not None]
+    if not fleets:
+        return None
+    if len(arguments.records) > 1:
+        raise InputError("records", "a fleet among other records", "give a fleet alone")
+    (fleet,) = fleets
+    for option in ("times", "time_unit", "time_column", "resample"):
+        if getattr(arguments, option):
+            name = f"--{option.replace('_', '-')}"
+            raise InputError(name, "does not apply to a fleet", "say it in the coordinates of the Zarr")
+    return fleet
+
+
+def _many(
+    arguments: argparse.Namespace, records: xr.DataArray, inputs: Mapping[str, str], folder: Path
+) -> Any:
+    from friction_bayes.cli.resume import compute_parts, parts_folder, run_key
+    from friction_bayes.monitor.fleet import fleet_work
+
+    work = fleet_work(records, system_of(arguments), threshold=arguments.threshold)
+    key = run_key("monitor", options_of(arguments), inputs)
+    with parts_folder(arguments.out, key, resume=arguments.resume) as parts:
+        with _working(arguments.scheduler, arguments.workers):
+            columns = compute_parts(work.tasks, parts)
+        return _leave_fleet(work.assemble(columns), folder)
+
+
+def _leave_fleet(fleet: xr.Dataset, folder: Path) -> Any:
+    """Write files and figure; return the table."""
+    from friction_bayes.plotting import save_figure
+    from friction_bayes.plotting.monitor import plot_fleet
+
+    fleet.to_netcdf(folder / "monitor.nc", engine="h5netcdf")
+    save_figure(plot_fleet(fleet), folder, "fleet")
+    result = _fleet_result(fleet)
+    write_json(folder / "monitor.json", result)
+    return fleet_table(result)
+
+
+@contextmanager
+def _working(scheduler: str | None, workers: int | None) -> Iterator[None]:
+    """Let Dask work on a cluster, or in threads with a progress bar."""
+    import dask
+    from dask.callbacks import Callback
+
+    if scheduler is not None:
+        from dask.distributed import Client
+
+        try:
+            client = Client(scheduler, timeout=10)
+        except (OSError, ValueError) as error:
+            raise InputError("--scheduler", f"{scheduler} does not answer ({error})", "start it") from None
+        with client:
+            yield
+        return
+    options = {"scheduler": "threads"} | ({} if workers is None else {"num_workers": workers})
+    with progress_bar() as bar, dask.config.set(options):
+        task = bar.add_task("fleet", total=None)
+        with Callback(posttask=lambda *_: bar.advance(task)):
+            yield
+
+
+def _fleet_result(fleet: xr.Dataset) -> dict[str, Any]:
+    """Return the fleet as plain numbers by the blocks of ISO 13374, the most urgent machine first."""
+    columns: Mapping[str, list[Any]] = {
+        str(name): variable.values.tolist()
+        for name, variable in fleet.data_vars.items()
+        if variable.dims[0] == "machine"
+    }
+    machines = [str(name) for name in fleet["machine"].values.tolist()]
+    statuses = fleet["status"].attrs["flag_meanings"].split()
+    life = columns.get("remaining_life", [[math.inf] * 3] * len(machines))
+    order = sorted(range(len(machines)), key=lambda k: (math.isnan(life[k][1]), life[k][1]))
+    last = [
+        next((value for value in reversed(row) if not math.isnan(value)), None)
+        for row in columns["friction_mean"]
+    ]
+
+    def prognosis(k: int) -> dict[str, Any]:
+        low, middle, high = life[k]
+        return {
+            "remaining_life": {"median": middle, "interval90": [low, high]},
+            "probability_reached_already": columns["probability_above_threshold"][k],
+            "probability_never_reached": columns["probability_never_reached"][k],
+        }
+
+    return {
+        "data_acquisition": {
+            "machines": len(machines),
+            "detection_points": fleet.sizes["point"],
+            "quantity": fleet.attrs["quantity"],
+            "time_unit": fleet["detection_time"].attrs["units"],
+        },
+        "data_manipulation": {
+            "method": "waveform",
+            "records_not_usable": int((fleet["record_status"] != 0).sum()),
+        },
+        "state_detection": [
+            {"machine": machines[k], "friction": last[k], "discount": columns["discount"][k]} for k in order
+        ],
+        "health_assessment": {
+            "threshold": fleet.attrs.get("threshold"),
+            "unit": fleet["friction_mean"].attrs["units"],
+            "machines": [
+                {
+                    "machine": machines[k],
+                    "status": statuses[columns["status"][k]],
+                    "points_used": columns["points_used"][k],
+                    "friction": {"mean": columns["level_mean"][k], "sd": columns["level_sd"][k]},
+                    "drift": {"mean": columns["drift_mean"][k], "sd": columns["drift_sd"][k]},
+                }
+                for k in order
+            ],
+        },
+        "prognostic_assessment": [{"machine": machines[k]} | prognosis(k) for k in order]
+        if "threshold" in fleet.attrs
+        else None,
+        "advisory_generation": {"most_urgent_first": [machines[k] for k in order]},
+    }

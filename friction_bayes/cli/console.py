@@ -1,0 +1,90 @@
+"""What a command says: results on standard output, progress and notes on standard error of a terminal."""
+
+from __future__ import annotations
+
+import io
+import re
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO, cast
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    SpinnerColumn,
+    TextColumn,
+    TimeElapsedColumn,
+)
+
+from friction_bayes.core.errors import NotConvergedWarning, RecordWarning
+
+__all__ = ["collected_warnings", "note", "output_console", "progress_bar"]
+
+# A pipe or a file has no width; tables are then laid out for this one.
+_PAPER_WIDTH = 120
+
+
+class _Paper(io.TextIOBase):
+    """Standard output that is no terminal, without the blanks that fill the cells of a table to its width."""
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        return sys.stdout.encoding
+
+    def write(self, text: str) -> int:
+        sys.stdout.write(re.sub(r" +$", "", text, flags=re.MULTILINE))
+        return len(text)
+
+    def flush(self) -> None:
+        sys.stdout.flush()
+
+
+def output_console() -> Console:
+    """Return the console of standard output, wide enough for every table when that is no terminal."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # a locale that cannot write the sign of plus or minus must not cost the result
+        sys.stdout.reconfigure(errors="replace")
+    # File names may hold brackets, which are no markup.
+    if sys.stdout.isatty():
+        return Console(highlight=False, markup=False)
+    return Console(file=cast(IO[str], _Paper()), width=_PAPER_WIDTH, highlight=False, markup=False)
+
+
+def note(text: str) -> None:
+    """Say something on standard error, if that is a terminal."""
+    if sys.stderr.isatty():
+        Console(stderr=True, highlight=False, markup=False).print(text, style="dim")
+
+
+@contextmanager
+def progress_bar() -> Iterator[Progress]:
+    """Yield a progress bar on standard error, invisible where that is no terminal."""
+    columns = (
+        SpinnerColumn(),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    )
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not sys.stderr.isatty()) as bar:
+        yield bar
+
+
+@contextmanager
+def collected_warnings() -> Iterator[list[str]]:
+    """Yield a list that receives this package's warnings; those of others go on as they came."""
+    messages: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        for category in (RecordWarning, NotConvergedWarning):
+            warnings.simplefilter("always", category)
+        yield messages
+    for entry in caught:
+        if issubclass(entry.category, RecordWarning | NotConvergedWarning):
+            messages.append(str(entry.message))
+        else:
+            warnings.warn_explicit(entry.message, entry.category, entry.filename, entry.lineno)

@@ -1,0 +1,200 @@
+"""Options that commands share: the system, the record, the output; and what they turn into."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import friction_bayes as fb
+from friction_bayes.core.checks import finite
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.files import sha256_of
+from friction_bayes.core.system import Oscillator, Pendulum
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = [
+    "add_long_run",
+    "add_output_folder",
+    "add_record",
+    "add_seed",
+    "add_system",
+    "input_digests",
+    "key_values",
+    "load_record",
+    "one_value_each",
+    "options_of",
+    "system_of",
+]
+
+_DATASET = "dataset:"
+_RECORD_FIELDS = ("quantity", "unit", "time_column", "signal_column", "sampling_rate", "resample")
+_SYSTEM_FIELDS = ("mass", "inertia", "stiffness", "mass_sd", "inertia_sd", "stiffness_sd")
+
+
+def add_system(parser: argparse.ArgumentParser) -> None:
+    """Add SYSTEM: mass or inertia, stiffness, their standard deviations, pendulum or not."""
+    group = parser.add_argument_group("system", "a data set brings its own; these then override it")
+    group.add_argument("--mass", type=float, metavar="KG", help="moving mass of a linear system")
+    group.add_argument(
+        "--inertia", type=float, metavar="KG_M2", help="moment of inertia of a rotational system"
+    )
+    group.add_argument("--stiffness", type=float, metavar="N_PER_M", help="stiffness; N m/rad with --inertia")
+    group.add_argument("--mass-sd", type=float, metavar="KG", help="standard deviation of the mass")
+    group.add_argument("--inertia-sd", type=float, metavar="KG_M2", help="standard deviation of the inertia")
+    group.add_argument(
+        "--stiffness-sd", type=float, metavar="N_PER_M", help="standard deviation of the stiffness"
+    )
+    group.add_argument("--pendulum", action="store_true", help="restoring torque is stiffness * sin(angle)")
+
+
+def add_record(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say how a record file is read."""
+    group = parser.add_argument_group("record", "what the column names of the file do not say")
+    group.add_argument("--time-column", metavar="NAME", help="column of the sample times [s]")
+    group.add_argument("--signal-column", metavar="NAME", help="column of the signal")
+    group.add_argument("--quantity", metavar="NAME", help="displacement, velocity, acceleration, angle, ...")
+    group.add_argument("--unit", metavar="UNIT", help="unit of the signal; V when it is not calibrated")
+    group.add_argument("--sampling-rate", type=float, metavar="HZ", help="of a record without a time column")
+    group.add_argument("--resample", action="store_true", help="bring a non-uniform record to a uniform rate")
+
+
+def add_output_folder(
+    parser: argparse.ArgumentParser, default: str | None = None, *, required: bool = False
+) -> None:
+    """Add ``--out`` and ``--force``."""
+    text = "folder for results and figures" + (f" (default: {default})" if default else "")
+    parser.add_argument("--out", metavar="DIR", default=default, required=required, help=text)
+    parser.add_argument("--force", action="store_true", help="replace the folder of an earlier run")
+
+
+def add_long_run(parser: argparse._ActionsContainer) -> None:
+    """Add ``--resume``, ``--workers`` and ``--scheduler``."""
+    parser.add_argument("--resume", action="store_true", help="go on with an interrupted run of the same")
+    parser.add_argument("--workers", type=int, metavar="N", help="threads (default: one a core)")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a dask.distributed cluster, tcp://...")
+
+
+def add_seed(parser: argparse.ArgumentParser) -> None:
+    """Add ``--seed``."""
+    parser.add_argument(
+        "--seed", type=_seed, default=1, metavar="N", help="seed of all randomness (default: 1)"
+    )
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 upwards")
+    return int(text)
+
+
+def system_of(arguments: argparse.Namespace, declared: Oscillator | None = None) -> Oscillator:
+    """Build the system from the options, starting from the one a data set declares.
+
+    Raises
+    ------
+    InputError
+        If mass or stiffness are missing or wrong.
+    """
+    given = {name: value for name in _SYSTEM_FIELDS if (value := getattr(arguments, name)) is not None}
+    if declared is not None:
+        for name in ("mass", "inertia", "stiffness"):
+            # The declared spread belongs to the declared value, not to the one that replaces it.
+            if name in given and f"{name}_sd" not in given:
+                given[f"{name}_sd"] = 0.0
+        return replace(declared, **given)
+    if arguments.mass is None and arguments.inertia is None:
+        raise InputError("system", "neither --mass nor --inertia given", "give one of them and --stiffness")
+    if arguments.stiffness is None:
+        raise InputError("system", "--stiffness is missing", "give it in N/m, or N m/rad with --inertia")
+    return Pendulum(**given) if arguments.pendulum else Oscillator(**given)
+
+
+def load_record(source: str, arguments: argparse.Namespace) -> tuple[xr.DataArray, Oscillator]:
+    """Read a record file, or fetch a data set with its system.
+
+    Parameters
+    ----------
+    source : str
+        A file, or ``dataset:NAME[/PART]``.
+    arguments : argparse.Namespace
+        Options of :func:`add_system` and :func:`add_record`.
+
+    Returns
+    -------
+    record : xarray.DataArray
+    system : Oscillator
+    """
+    if source.startswith(_DATASET):
+        for name in _RECORD_FIELDS:
+            if getattr(arguments, name):
+                option = f"--{name.replace('_', '-')}"
+                raise InputError(
+                    option, f"does not apply to {source}", "a data set brings its own; leave it out"
+                )
+        record, declared = fb.dataset_record(source.removeprefix(_DATASET))
+        system = system_of(arguments, declared)
+        if system != declared:
+            record.attrs["system_source"] = "given on the command line, in part or whole"
+        return record, system
+    system = system_of(arguments)
+    return fb.read_record(source, **{name: getattr(arguments, name) for name in _RECORD_FIELDS}), system
+
+
+def input_digests(*sources: str | None) -> dict[str, str]:
+    """Return the sha256 digest of every record that was read, by its name."""
+    from friction_bayes.records import datasets
+
+    digests = {}
+    for source in sources:
+        if source is None:
+            continue
+        name, _, part = source.removeprefix(_DATASET).partition("/")
+        if source.startswith(_DATASET):
+            data_set = datasets.DATASETS[name]
+            digests[source] = data_set.files[data_set.parts[part or data_set.default].file].sha256
+        else:
+            digests[source] = sha256_of(Path(source))
+    return digests
+
+
+def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return the options as parsed, for the manifest."""
+    plain = {key: value for key, value in vars(arguments).items() if key not in {"run", "command"}}
+    return {key: str(value) if isinstance(value, Path) else value for key, value in plain.items()}
+
+
+def key_values(entries: Sequence[str] | None, option: str) -> dict[str, float]:
+    """Turn ``KEY=VALUE`` entries into numbers by key.
+
+    Raises
+    ------
+    InputError
+        If an entry has no ``=``, a key comes twice, or a value is not a finite number.
+    """
+    values: dict[str, float] = {}
+    for entry in entries or ():
+        key, equals, text = entry.partition("=")
+        if not (key and equals):
+            raise InputError(option, f"{entry!r} is not KEY=VALUE", "write it like mu=0.1")
+        if key in values:
+            raise InputError(option, f"{key} is given twice", "give it once")
+        values[key] = finite(f"{option} {key}", text)  # type: ignore[arg-type]
+    return values
+
+
+def one_value_each(arguments: Sequence[str], option: str) -> list[str]:
+    """Write an option before each of its ``KEY=VALUE`` entries: what follows them then is no entry of it."""
+    result: list[str] = []
+    within = False
+    for argument in arguments:
+        entry = "=" in argument and not argument.startswith("-")
+        if within and entry and result[-1] != option:
+            result.append(option)
+        within = argument == option or (within and entry)
+        result.append(argument)
+    return result

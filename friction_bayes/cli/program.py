@@ -1,0 +1,106 @@
+"""The command line: parser, dispatch, and how errors are said."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from difflib import get_close_matches
+from typing import Any, NoReturn
+
+import friction_bayes as fb
+from friction_bayes.cli.commands import COMMANDS
+from friction_bayes.cli.options import one_value_each
+from friction_bayes.core.errors import FrictionBayesError, InputError
+
+__all__ = ["build_parser", "main"]
+
+_DEBUG = "FRICTION_BAYES_DEBUG"
+_EPILOG = """examples:
+  friction-bayes demo
+  friction-bayes simulate --mass 10 --stiffness 1000 --friction 0.07 --out decay.csv
+  friction-bayes estimate decay.csv --mass 10 --stiffness 1000 --check
+  friction-bayes estimate dataset:map-single-pendulum --json
+  friction-bayes close-loop decay.csv --mass 10 --stiffness 1000 --out loop
+
+exit status: 0 done; 2 bad input or options; 1 a defect of this program
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are input errors like all others: one line, no usage text."""
+
+    def error(self, message: str) -> NoReturn:
+        _, _, command = self.prog.partition(" ")
+        raise InputError(command or "arguments", message, f"see {self.prog} --help")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        # argparse would leave what a command does not know to the outermost parser, which names no command
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            wanted = unknown[0].partition("=")[0]
+            likely = get_close_matches(wanted, self._option_string_actions, n=1, cutoff=0.75)
+            hint = f" (did you mean {likely[0]}?)" if likely else ""
+            self.error(f"unknown argument {unknown[0]}{hint}")
+        return found, unknown
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser of all commands; each parsed command carries its function as ``run``."""
+    parser = _Parser(
+        prog="friction-bayes",
+        description="Dry friction from a free decay: closed-form Bayesian estimates, checked by MCMC.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {fb.__version__}")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True, parser_class=_Parser)
+    for command in COMMANDS:
+        command.add_parser(commands)
+    return parser
+
+
+def _complain(message: str) -> None:
+    line = " ".join(message.split())
+    sys.stderr.write(f"friction-bayes: {line}\n")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        Arguments without the program name; those of the process when left out.
+
+    Returns
+    -------
+    int
+        Exit status: 0 done, 2 bad input or options, 1 a defect, 130 interrupted.
+    """
+    try:
+        given = one_value_each(sys.argv[1:] if argv is None else argv, "--prior")
+        arguments = build_parser().parse_args(given)
+        arguments.run(arguments)
+    except FrictionBayesError as error:
+        _complain(str(error))
+        return 2
+    except KeyboardInterrupt as error:
+        _complain(f"interrupted; {str(error) or 'nothing was written'}")
+        return 130
+    except BrokenPipeError:
+        # The reader of our output has gone (head, less): no reason to complain, and Python must not
+        # try to flush into the closed pipe once more at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as error:
+        if os.environ.get(_DEBUG):
+            raise
+        _complain(
+            f"a defect in this program ({type(error).__name__}: {error}); "
+            f"run again with {_DEBUG}=1 for the traceback and report it"
+        )
+        return 1
+    return 0

@@ -1,0 +1,125 @@
+"""Long runs that can be interrupted: parts that are done wait beside the output folder for ``--resume``."""
+
+from __future__ import annotations
+
+import glob
+import hashlib
+import json
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import dask
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_bayes.cli.console import note
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.files import nearest_existing, versions, write_whole
+
+__all__ = ["compute_parts", "parts_folder", "run_key"]
+
+_NOT_OF_THE_RESULT = {"out", "force", "resume", "workers", "scheduler"}
+"""Options that change no number."""
+
+Columns = dict[str, NDArray[Any]]
+
+
+def run_key(command: str, options: Mapping[str, Any], inputs: Mapping[str, str]) -> str:
+    """Return a digest of all that the numbers of a run depend on.
+
+    Parameters
+    ----------
+    command : str
+    options : mapping
+        As parsed; those that say where and how fast are left out.
+    inputs : mapping of str to str
+        Digests of the records by name.
+    """
+    told = {name: value for name, value in options.items() if name not in _NOT_OF_THE_RESULT}
+    settings = [command, told, dict(inputs), versions()]
+    return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:20]
+
+
+@contextmanager
+def parts_folder(target: str | Path, key: str, *, resume: bool) -> Iterator[Path]:
+    """Yield the folder beside ``target`` for the parts of a run; it goes when the run is whole.
+
+    Parameters
+    ----------
+    target : path
+        The output folder of the run.
+    key : str
+        Of :func:`run_key`: parts of a run with another key are never used, and removed.
+    resume : bool
+        Keep the parts of an interrupted run with the same key.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be made.
+    KeyboardInterrupt
+        Of the run, told what was kept.
+    """
+    out = Path(target).absolute()
+    beside, name = nearest_existing(out.parent), f".{out.name}.parts-"
+    folder = beside / f"{name}{key}"
+    earlier = list(beside.glob(f"{glob.escape(name)}*"))
+    for other in earlier:
+        if other != folder or not resume:
+            shutil.rmtree(other, ignore_errors=True)
+    if resume and earlier and folder not in earlier:
+        note("the input, an option or a version changed since the interrupted run: starting anew")
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"--out {target}", f"cannot be written ({error.strerror})", "choose another"
+        ) from None
+    try:
+        yield folder
+    except BaseException as error:
+        if not any(folder.glob("*.npz")):
+            shutil.rmtree(folder, ignore_errors=True)
+        elif isinstance(error, KeyboardInterrupt):
+            raise KeyboardInterrupt("what is done is kept, and --resume goes on with it") from None
+        raise
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def compute_parts(tasks: Sequence[Any], folder: Path) -> list[Columns]:
+    """Compute with Dask what is not there yet, keeping every part as soon as it is done.
+
+    Parameters
+    ----------
+    tasks : sequence of dask.delayed.Delayed
+        Each gives named arrays.
+    folder : Path
+        Of :func:`parts_folder`; workers of a cluster see it as they see the input.
+
+    Returns
+    -------
+    list of dict of str to ndarray
+        One a task, the same bits whether computed now or read back.
+    """
+    files = [folder / f"{k}.npz" for k in range(len(tasks))]
+    missing = [k for k, file in enumerate(files) if not file.exists()]
+    if len(missing) < len(tasks):
+        note(f"resuming: {len(tasks) - len(missing)} of {len(tasks)} parts are there")
+    dask.compute(*(dask.delayed(_keep)(tasks[k], files[k]) for k in missing))
+    return [_read(file) for file in files]
+
+
+def _keep(columns: Columns, file: Path) -> None:
+    def write(path: Path) -> None:
+        with path.open("wb") as stream:
+            np.savez(stream, **columns)  # type: ignore[arg-type]
+
+    write_whole(file, write)
+
+
+def _read(file: Path) -> Columns:
+    with np.load(file, allow_pickle=False) as kept:
+        return dict(kept)

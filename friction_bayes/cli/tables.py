@@ -1,0 +1,185 @@
+"""Results as tables to read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+from friction_bayes.core.text import duration, interval90, number, with_interval
+from friction_bayes.report.story import loop_story
+
+__all__ = ["comparison_table", "disagreements", "estimate_table", "loop_table"]
+
+_VERDICTS = {
+    True: "agrees with the closed form",
+    False: "DOES NOT AGREE with the closed form",
+    None: "NOT JUDGED against the closed form",
+}
+_MARKS = {
+    True: Text("yes"),
+    False: Text("NO", style="bold red"),
+    None: Text("not judged", style="bold yellow"),
+}
+
+
+def _frequency(result: Mapping[str, Any]) -> str:
+    frequency = result["frequency"]
+    spread = "" if frequency["sd"] is None else f" ± {number(frequency['sd'], 2)}"
+    return f"{number(frequency['mean'], 6)}{spread} rad/s, declared {number(frequency['declared'], 6)} rad/s"
+
+
+def _reference(reference: Mapping[str, Any]) -> str:
+    trust = "" if reference["converged"] else "NOT CONVERGED: "
+    lines = [
+        with_interval(reference["friction"]),
+        f"{trust}R-hat {reference['rhat']:.4f}, effective sample size {reference['ess_bulk']:.0f}",
+        f"{_VERDICTS[reference['agrees']]} (false-alarm rate {reference['false_alarm_rate']:.0%}); "
+        f"means {_apart(reference)} sd apart",
+        f"closed form {duration(reference['closed_form_s'])}, emcee {duration(reference['sampler_s'])}",
+    ]
+    if not reference["agrees"]:
+        lines.insert(3, reference["because"])
+    return "\n".join(lines)
+
+
+def _apart(reference: Mapping[str, Any]) -> str:
+    """Distance of the two means in posterior sd, which tells whether a disagreement matters."""
+    difference = reference["difference_in_sd"]
+    return "–" if difference is None else f"{abs(difference):.2f}"
+
+
+def estimate_table(result: Mapping[str, Any]) -> Table:
+    """Lay out one estimate, as :meth:`Estimate.to_dict` gives it.
+
+    Parameters
+    ----------
+    result : mapping
+        The estimate, its ``reference`` included where one was sampled.
+    """
+    table = _two_columns(f"{result['record']}, {result['method']}")
+    table.add_row("friction", Text(with_interval(result["friction"]), style="bold"))
+    table.add_row("friction / stiffness", with_interval(result["friction_over_stiffness"]))
+    table.add_row("P(friction < 0)", number(result["probability_negative"], 2))
+    if result["precision"] is not None:
+        table.add_row("precision", with_interval(result["precision"], 4))
+    if result["acceptance"] is not None:
+        word = "yes" if result["accepted"] else "NO"
+        table.add_row("accepted", f"{word}: {result['acceptance']['because']}")
+    table.add_row("frequency", _frequency(result))
+    if result["noise_sd"]["mean"] is not None:
+        noise = result["noise_sd"]
+        table.add_row("noise of a sample", f"sd {number(noise['mean'])} {noise['unit']}")
+    rest = result["rest_position"]
+    table.add_row("rest position", f"{number(rest['mean'])} {rest['unit']}")
+    table.add_row("amplitudes", str(result["amplitudes"]))
+    if result["reference"] is not None:
+        table.add_row("emcee", _reference(result["reference"]))
+    for text in result["notes"]:
+        table.add_row("note", Text(text))
+    return table
+
+
+def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]) -> Table:
+    """Lay out estimators of one record side by side, each beside its reference run.
+
+    Parameters
+    ----------
+    title : str
+        What the record is.
+    truth : float
+        True friction.
+    rows : sequence of mapping
+        Estimates as :meth:`Estimate.to_dict` gives them, with their ``reference``.
+    """
+    unit = rows[0]["friction"]["unit"]
+    table = Table(
+        title=f"{title}; true friction {truth:g} {unit}",
+        title_justify="left",
+        title_style="bold",
+        box=SIMPLE_HEAD,
+        padding=(0, 2, 0, 0),
+        pad_edge=False,
+    )
+    table.add_column("method", no_wrap=True)
+    for heading in (
+        f"friction\n[{unit}]",
+        "90 % interval",
+        "error",
+        "emcee\nmean",
+        "R-hat",
+        "ESS",
+        "agrees,\nsd apart",
+        "closed\nform",
+        "MCMC",
+    ):
+        table.add_column(Text(heading), justify="right", no_wrap=True)
+    for row in rows:
+        friction, reference = row["friction"], row["reference"]
+        table.add_row(
+            row["method"],
+            number(friction["mean"]),
+            interval90(friction),
+            _percent(friction["mean"] / truth - 1.0),
+            number(reference["friction"]["mean"]),
+            f"{reference['rhat']:.4f}",
+            f"{reference['ess_bulk']:.0f}",
+            _MARKS[reference["agrees"]] + f" {_apart(reference)}",
+            duration(reference["closed_form_s"]),
+            duration(reference["sampler_s"]),
+        )
+    return table
+
+
+def disagreements(rows: Sequence[Mapping[str, Any]]) -> list[Text]:
+    """Say of each estimate that its reference run does not bear out, or cannot judge, why.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        As for :func:`comparison_table`.
+    """
+    return [
+        Text(
+            f"{row['method']}: {_VERDICTS[row['reference']['agrees']]}: {row['reference']['because']}",
+            style="red",
+        )
+        for row in rows
+        if not row["reference"]["agrees"]
+    ]
+
+
+def _percent(share: float) -> str:
+    return f"{share:+.2%}" if abs(share) < 1.0 else f"x {1.0 + share:.0f}"
+
+
+def loop_table(title: str, result: Mapping[str, Any]) -> Table:
+    """Lay out what closing the loop found.
+
+    Parameters
+    ----------
+    title : str
+        The records.
+    result : mapping
+        Fields of ``report.json`` and ``notes``.
+    """
+    table = _two_columns(title)
+    for label, text in loop_story(result):
+        bold = label in {"verdict", "friction after"}
+        table.add_row(label, Text(text, style="bold" if bold else ""))
+    for text in result["notes"]:
+        table.add_row("note", Text(text))
+    return table
+
+
+def _two_columns(title: str) -> Table:
+    """Labels and what they stand for."""
+    table = Table.grid(padding=(0, 3))
+    table.title = Text(title, style="bold")
+    table.title_justify = "left"
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(overflow="fold")
+    return table

@@ -1,0 +1,105 @@
+"""What a sensor may measure: the one table of quantities, SI units and accepted other units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from friction_bayes.core.errors import InputError
+
+__all__ = [
+    "QUANTITIES",
+    "STANDARD_GRAVITY",
+    "UNCALIBRATED_UNITS",
+    "Quantity",
+    "inverse_square",
+    "known_units",
+    "quantity_named",
+    "to_si",
+]
+
+STANDARD_GRAVITY = 9.80665
+"""m/s2, by definition."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One measured quantity of a free decay.
+
+    Attributes
+    ----------
+    name : str
+        Value of ``record.attrs["quantity"]``.
+    order : int
+        Time derivative of displacement: 0, 1 or 2.
+    angular : bool
+        Whether it belongs to a rotational system.
+    unit : str
+        SI unit, as in ``record.attrs["units"]``.
+    column : str
+        Column name in a CSV file.
+    """
+
+    name: str
+    order: int
+    angular: bool
+    unit: str
+    column: str
+
+
+QUANTITIES: dict[str, Quantity] = {
+    q.name: q
+    for q in (
+        Quantity("displacement", 0, False, "m", "displacement_m"),
+        Quantity("velocity", 1, False, "m/s", "velocity_m_s"),
+        Quantity("acceleration", 2, False, "m/s2", "acceleration_m_s2"),
+        Quantity("angle", 0, True, "rad", "angle_rad"),
+        Quantity("angular_velocity", 1, True, "rad/s", "angular_velocity_rad_s"),
+        Quantity("angular_acceleration", 2, True, "rad/s2", "angular_acceleration_rad_s2"),
+    )
+}
+
+_OTHER_UNITS: dict[str, dict[str, float]] = {
+    "m": {"mm": 1e-3, "cm": 1e-2, "um": 1e-6, "µm": 1e-6},
+    "m/s": {"mm/s": 1e-3, "cm/s": 1e-2},
+    "m/s2": {"mm/s2": 1e-3, "g": STANDARD_GRAVITY, "m/s^2": 1.0, "m/s²": 1.0},
+    "rad": {"mrad": 1e-3, "deg": math.pi / 180.0, "rev": 2.0 * math.pi},
+    "rad/s": {"deg/s": math.pi / 180.0, "mrad/s": 1e-3, "rpm": math.pi / 30.0},
+    "rad/s2": {"deg/s2": math.pi / 180.0, "rad/s^2": 1.0, "rad/s²": 1.0},
+}
+
+UNCALIBRATED_UNITS = ("V", "mV", "counts")
+"""Units of a raw sensor signal; friction then comes out in the signal's own units."""
+
+
+def quantity_named(name: str, *, place: str = "quantity") -> Quantity:
+    """Look a quantity up, refusing unknown names with the list of known ones."""
+    try:
+        return QUANTITIES[name]
+    except KeyError:
+        known = ", ".join(QUANTITIES)
+        raise InputError(place, f"unknown quantity {name!r}", f"give one of {known}") from None
+
+
+def known_units(quantity: Quantity) -> tuple[str, ...]:
+    """Return every unit :func:`to_si` accepts for a quantity, the SI unit first."""
+    return (quantity.unit, *_OTHER_UNITS[quantity.unit], *UNCALIBRATED_UNITS)
+
+
+def to_si(quantity: Quantity, unit: str, *, place: str = "unit") -> tuple[float, str]:
+    """Return the factor that brings ``unit`` to SI and the unit that results.
+
+    Uncalibrated units (V, mV, counts) are kept as they are, with factor 1.
+    """
+    if unit == quantity.unit or unit in UNCALIBRATED_UNITS:
+        return 1.0, unit
+    known = _OTHER_UNITS[quantity.unit]
+    if unit not in known:
+        choices = ", ".join(known_units(quantity))
+        raise InputError(place, f"unit {unit!r} does not measure {quantity.name}", f"give one of {choices}")
+    return known[unit], quantity.unit
+
+
+def inverse_square(unit: str) -> str:
+    """Return the unit of a precision, one over a unit squared: ``1/N^2``, ``1/(rad/s)^2``."""
+    return f"1/{unit}^2" if unit.isalpha() else f"1/({unit})^2"

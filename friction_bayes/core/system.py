@@ -1,0 +1,138 @@
+"""The systems: a mass or inertia on a spring, and a pendulum; Eqs. (1) and (2) of the paper."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from friction_bayes.core.checks import non_negative, positive
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import STANDARD_GRAVITY, Quantity
+
+__all__ = ["Oscillator", "Pendulum"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Oscillator:
+    """A single-degree-of-freedom system with dry friction, ``m x'' + r sign(x') + k x = 0``.
+
+    Give either ``mass`` (linear motion) or ``inertia`` (rotation).
+
+    Parameters
+    ----------
+    mass : float, optional
+        Moving mass [kg].
+    inertia : float, optional
+        Moment of inertia about the axis [kg m2].
+    stiffness : float
+        Spring stiffness [N/m, or N m/rad].
+    mass_sd, inertia_sd, stiffness_sd : float
+        Standard deviations, same units; zero means taken as exact (and said so in results).
+
+    Raises
+    ------
+    InputError
+        If a value is not positive and finite, or mass and inertia are both given or both missing.
+    """
+
+    mass: float | None = None
+    inertia: float | None = None
+    stiffness: float
+    mass_sd: float = 0.0
+    inertia_sd: float = 0.0
+    stiffness_sd: float = 0.0
+
+    pendulum: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        if (self.mass is None) == (self.inertia is None):
+            given = "neither" if self.mass is None else "both"
+            raise InputError("system", f"{given} of mass and inertia given", "give exactly one of them")
+        positive("inertia" if self.mass is None else "mass", self.moving)
+        positive("stiffness", self.stiffness)
+        for name in ("mass_sd", "inertia_sd", "stiffness_sd"):
+            non_negative(name, getattr(self, name))
+        other = "mass_sd" if self.mass is None else "inertia_sd"
+        if getattr(self, other):
+            raise InputError(other, "belongs to the other kind of system", f"leave out {other}")
+
+    @property
+    def angular(self) -> bool:
+        """Whether the motion is a rotation."""
+        return self.mass is None
+
+    @property
+    def moving(self) -> float:
+        """Mass [kg] or inertia [kg m2]."""
+        value = self.inertia if self.mass is None else self.mass
+        assert value is not None
+        return value
+
+    @property
+    def moving_sd(self) -> float:
+        """Standard deviation of :attr:`moving`."""
+        return self.inertia_sd if self.angular else self.mass_sd
+
+    @property
+    def natural_frequency(self) -> float:
+        """``w0 = sqrt(k/m)`` [rad/s], of small motion."""
+        return math.sqrt(self.stiffness / self.moving)
+
+    @property
+    def friction_unit(self) -> str:
+        """``N`` or ``N m``."""
+        return "N m" if self.angular else "N"
+
+    @property
+    def length_unit(self) -> str:
+        """``m`` or ``rad``."""
+        return "rad" if self.angular else "m"
+
+    @property
+    def displacement_scale(self) -> float:
+        """The system's own scale of motion, from which default priors are derived.
+
+        The static deflection under its own weight, ``m g / k`` [m]; one radian for a rotation.
+        """
+        return 1.0 if self.angular else self.moving * STANDARD_GRAVITY / self.stiffness
+
+    def envelope_slope(self, friction: float) -> float:
+        """Slope of the amplitude envelope, ``y = 2 r w0 / (pi k)``, Eq. (2) [m/s]."""
+        return 2.0 * friction * self.natural_frequency / (math.pi * self.stiffness)
+
+    def friction_from_slope(self, slope: float) -> float:
+        """Friction force for an envelope slope [m/s], Eq. (2) solved for ``r``."""
+        return slope * math.pi * self.stiffness / (2.0 * self.natural_frequency)
+
+    def force_factor(self, quantity: Quantity) -> float:
+        """Factor from the signal's friction coefficient to the friction force.
+
+        In a signal of derivative order ``q`` friction shows as ``u = w0**q r/k``; the factor is
+        ``k`` for displacement, ``sqrt(k m)`` for velocity and ``m`` for acceleration.
+        """
+        q = quantity.order / 2.0
+        return self.stiffness ** (1.0 - q) * self.moving**q
+
+    def force_factor_relative_sd(self, quantity: Quantity) -> float:
+        """Relative standard deviation of :meth:`force_factor` from those of stiffness and mass."""
+        q = quantity.order / 2.0
+        return math.hypot(
+            (1.0 - q) * self.stiffness_sd / self.stiffness,
+            q * self.moving_sd / self.moving,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pendulum(Oscillator):
+    """A pendulum: inertia about the pivot and restoring torque ``k sin(angle)``.
+
+    ``stiffness`` is the gravity torque per ``sin(angle)``, i.e. ``mass * g * arm`` [N m].
+    """
+
+    pendulum: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.angular:
+            raise InputError("system", "a pendulum declared with a mass", "give its inertia about the pivot")

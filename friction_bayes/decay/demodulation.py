@@ -1,0 +1,155 @@
+"""Kernels that demodulate a free decay: complex amplitude in windows, phase as a polynomial of time."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from friction_bayes.decay.phase_tracking import solve_spd
+
+__all__ = ["EVIDENCE", "add_sample", "demodulate", "phase_of", "phase_polynomial", "rate_of", "regression"]
+
+EVIDENCE = 30.0
+"""Fall in chi-square that a description with more freedom must bring; successive windows overlap by half."""
+
+_WINDOW_SAMPLES = 7.0
+"""A window of one period is lengthened to hold at least this many samples."""
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True)
+def regression(matrix: Array, right: Array, square: float) -> tuple[Array, float]:
+    """Coefficients and residual sum of squares of a regression from its moments; inf when singular."""
+    x, ok = solve_spd(matrix, right)
+    if not ok:
+        return x, math.inf
+    rest = square
+    for k in range(x.size):
+        rest -= x[k] * right[k]
+    return x, max(rest, 0.0)
+
+
+@njit(cache=True, nogil=True)
+def add_sample(matrix: Array, right: Array, basis: Array, value: float) -> None:
+    """Add one sample to the moments of a regression (lower triangle)."""
+    for a in range(basis.size):
+        right[a] += basis[a] * value
+        for b in range(a + 1):
+            matrix[a, b] += basis[a] * basis[b]
+
+
+@njit(cache=True, nogil=True)
+def demodulate(y: Array, omega: float) -> tuple[Array, Array, Array, Array]:
+    """Complex amplitude of windows of one period, half a period apart, by least squares with a constant.
+
+    Returns
+    -------
+    centre : ndarray, shape (windows,)
+        Window centres [samples].
+    inphase, quadrature : ndarray, shape (windows,)
+        ``y ~ const + inphase cos(omega i) - quadrature sin(omega i)``, ``i`` counted from the record's start.
+    noise : ndarray, shape (windows,)
+        Standard deviation of either from the residual of the window.
+    """
+    period = 2.0 * math.pi / omega
+    length = round(max(period, _WINDOW_SAMPLES))
+    windows = int((y.size - length) / (0.5 * period)) + 1 if y.size >= length else 0
+    centre, noise = np.zeros(windows), np.zeros(windows)
+    inphase, quadrature = np.zeros(windows), np.zeros(windows)
+    basis = np.ones(3)
+    for w in range(windows):
+        first = round(0.5 * period * w)
+        matrix, right, square = np.zeros((3, 3)), np.zeros(3), 0.0
+        last = min(first + length, y.size)
+        for i in range(first, last):
+            basis[1], basis[2] = math.cos(omega * i), -math.sin(omega * i)
+            add_sample(matrix, right, basis, y[i])
+            square += y[i] * y[i]
+        x, rest = regression(matrix, right, square)
+        centre[w] = 0.5 * (first + last - 1)
+        if rest < math.inf:
+            inphase[w], quadrature[w] = x[1], x[2]
+            noise[w] = math.sqrt(2.0 * rest / max(length - 3, 1) / length)
+    return centre, inphase, quadrature, noise
+
+
+@njit(cache=True, nogil=True)
+def phase_polynomial(
+    centre: Array, inphase: Array, quadrature: Array, floor: float, first: int, omega: float
+) -> tuple[Array, float, float]:
+    """Phase of the signal in time: a line, or a cubic where the data ask for it.
+
+    Windows weigh as their squared amplitude.
+
+    Returns
+    -------
+    coefficients : ndarray, shape (4,)
+        In powers of ``i / scale``.
+    scale : float
+        In samples.
+    wander : float
+        Mean square of what the polynomial leaves of the phase [rad2]; infinite when no window shows any.
+    """
+    used, square = 0, 0.0
+    scale = max(centre[-1], 1.0)
+    matrix, right, basis = np.zeros((4, 4)), np.zeros(4), np.ones(4)
+    previous, previous_at, rate = 0.0, -1.0, 0.0
+    for w in range(first, centre.size):
+        power = inphase[w] ** 2 + quadrature[w] ** 2
+        if not power > 16.0 * floor * floor:
+            continue
+        phase = math.atan2(quadrature[w], inphase[w])
+        if previous_at >= 0.0:
+            predicted = previous + rate * (centre[w] - previous_at)
+            phase -= 2.0 * math.pi * round((phase - predicted) / (2.0 * math.pi))
+            if used > 2:
+                rate += 0.3 * ((phase - previous) / (centre[w] - previous_at) - rate)
+        previous, previous_at = phase, centre[w]
+        used += 1
+        for k in range(1, 4):
+            basis[k] = basis[k - 1] * centre[w] / scale
+        square += power * phase * phase
+        for a in range(4):
+            right[a] += power * basis[a] * phase
+            for b in range(a + 1):
+                matrix[a, b] += power * basis[a] * basis[b]
+    result = np.zeros(4)
+    left = math.inf
+    size = min(2, used)
+    if size > 0:
+        corner, edge = np.zeros((size, size)), np.zeros(size)
+        for a in range(size):
+            edge[a] = right[a]
+            for b in range(size):
+                corner[a, b] = matrix[a, b]
+        line, straight = regression(corner, edge, square)
+        if straight < math.inf:
+            left = straight
+            for k in range(size):
+                result[k] = line[k]
+        if used >= 12:
+            cubic, bent = regression(matrix, right, square)
+            if straight - bent > EVIDENCE * floor * floor:
+                left = bent
+                for k in range(4):
+                    result[k] = cubic[k]
+    result[1] += omega * scale
+    return result, scale, left / matrix[0, 0] if used > 0 else math.inf
+
+
+@njit(cache=True, nogil=True)
+def phase_of(polynomial: Array, scale: float, i: float) -> float:
+    """Phase [rad] at sample ``i`` of a cubic in ``i / scale``, coefficients from the constant up."""
+    s = i / scale
+    return polynomial[0] + s * (polynomial[1] + s * (polynomial[2] + s * polynomial[3]))
+
+
+@njit(cache=True, nogil=True)
+def rate_of(polynomial: Array, scale: float, i: float) -> float:
+    """Derivative of :func:`phase_of` [rad a sample]."""
+    s = i / scale
+    return (polynomial[1] + s * (2.0 * polynomial[2] + 3.0 * s * polynomial[3])) / scale

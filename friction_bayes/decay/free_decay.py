@@ -1,0 +1,270 @@
+"""The moving part of a record: where the free decay starts and stops, its rest position and rough phase."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numba import njit
+from numpy.typing import NDArray
+
+from friction_bayes.core.checks import finite
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import Quantity
+from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.release_and_rest import (
+    CONSTANT,
+    FOUND,
+    NO_OSCILLATION,
+    NOT_FINITE,
+    TOO_SHORT,
+    locate_moving_part,
+)
+from friction_bayes.records.record import record_name, record_quantity
+
+__all__ = ["FreeDecay", "find_free_decay", "locate_free_decays"]
+
+_BAND = 3.0
+"""The frequency is sought within this factor of the declared natural frequency."""
+_SAMPLES_PER_PERIOD = 8.0
+"""Of the fastest oscillation looked for; faster sampling is averaged first."""
+_JITTER = 0.01
+"""Largest deviation of a sampling interval from their mean, relative."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreeDecay:
+    """What every estimator is given: the moving samples, cut once from the data, before any model.
+
+    Attributes
+    ----------
+    name : str
+        Name of the record.
+    values : ndarray, shape (n,)
+        Samples of the moving part, as recorded (rest position not subtracted).
+    start_time : float
+        Time of ``values[0]`` in the record [s].
+    step : float
+        Sampling interval [s].
+    quantity : Quantity
+        What was measured.
+    unit : str
+        Its unit; not SI when the sensor was not calibrated.
+    frequency : float
+        Rough angular frequency found in the data [rad/s].
+    phase : float
+        Rough phase of ``values[0]`` in [0, 2 pi): zero is a turning point on the positive side
+        of the *displacement*, whatever was measured.
+    rest_position : float
+        Rough rest position in the unit of the signal, or the one given.
+    stops : bool
+        Whether the motion came to rest within the record.
+    rest_known : bool
+        Whether ``rest_position`` was given, not found.
+    """
+
+    name: str
+    values: NDArray[np.float64]
+    start_time: float
+    step: float
+    quantity: Quantity
+    unit: str
+    system: Oscillator
+    frequency: float
+    phase: float
+    rest_position: float
+    stops: bool
+    rest_known: bool = False
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Seconds since the first moving sample, shape (n,)."""
+        return self.step * np.arange(self.values.size, dtype=np.float64)
+
+
+def find_free_decay(
+    record: xr.DataArray,
+    system: Oscillator,
+    *,
+    start: float | None = None,
+    rest_position: float | None = None,
+) -> FreeDecay:
+    """Find the moving part of a record, from the data alone.
+
+    The declared natural frequency only says where to look; the data decide. The start is the release (a
+    record may begin in mid-motion: then it is the first sample). The stop is the turning point nearest to
+    where the amplitude meets zero, or the end of the record.
+
+    Parameters
+    ----------
+    record : xarray.DataArray
+        Signal over ``time`` [s], attributes ``quantity`` and ``units``; uniform sampling.
+    system : Oscillator
+        The declared system.
+    start : float, optional
+        Time at which the free decay starts [s], when known.
+    rest_position : float, optional
+        Rest position in the unit of the signal, when known.
+
+    Returns
+    -------
+    FreeDecay
+
+    Raises
+    ------
+    InputError
+        If the record is not uniform, holds NaN or infinities, is constant, shows no oscillation, or
+        holds fewer than three half cycles.
+    """
+    name = record_name(record)
+    quantity = record_quantity(record)
+    if quantity.angular != system.angular:
+        kind = "rotation" if system.angular else "linear motion"
+        raise InputError(
+            name,
+            f"{quantity.name} does not belong to a {kind}",
+            "declare --inertia for angles, --mass otherwise",
+        )
+    values = np.ascontiguousarray(record.values, dtype=float)
+    clock, step = _uniform_clock(name, record)
+    first = -1
+    if start is not None:
+        first = int(np.searchsorted(clock, finite("start", start) - 1e-9 * step))
+        if not clock[0] - step <= start <= clock[-1]:
+            raise InputError(
+                "start", f"{start:g} s lies outside the record", f"give {clock[0]:g} .. {clock[-1]:g} s"
+            )
+    found = locate_free_decays(values[None], step, system.natural_frequency, quantity.order, first)[0]
+    if found[0] != FOUND:
+        raise _refusal(name, int(found[0]), values, clock, step * system.natural_frequency)
+    begin, end = int(found[1]), int(found[2])
+    return FreeDecay(
+        name=name,
+        values=values[begin:end],
+        start_time=float(clock[begin]),
+        step=step,
+        quantity=quantity,
+        unit=str(record.attrs.get("units", quantity.unit)),
+        system=system,
+        frequency=float(found[3]) / step,
+        phase=float(found[4]),
+        rest_position=float(found[5]) if rest_position is None else finite("rest_position", rest_position),
+        stops=bool(found[6]),
+        rest_known=rest_position is not None,
+    )
+
+
+def locate_free_decays(
+    values: NDArray[np.float64], step: float, natural_frequency: float, order: int, start: int = -1
+) -> NDArray[np.float64]:
+    """Find the moving parts of many records.
+
+    Parameters
+    ----------
+    values : ndarray, shape (records, n)
+        Samples, one record a row.
+    step : float
+        Sampling interval [s].
+    natural_frequency : float
+        Declared ``sqrt(k/m)`` [rad/s]: where to look.
+    order : int
+        Derivative order of the signal.
+    start : int
+        First sample of the free decay if known, else -1.
+
+    Returns
+    -------
+    ndarray, shape (records, 7)
+        Status (see :mod:`friction_bayes.decay.release_and_rest`), start, stop, frequency [rad/sample],
+        displacement phase at start [rad], rest position, and 1 where the motion ends within the record.
+    """
+    frequencies = _spectral_frequency(values[:, max(start, 0) :], step * natural_frequency)
+    found = np.zeros((values.shape[0], 7))
+    _locate_all(values, frequencies, order, start, found)
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _locate_all(
+    values: NDArray[np.float64],
+    frequencies: NDArray[np.float64],
+    order: int,
+    start: int,
+    found: NDArray[np.float64],
+) -> None:
+    for r in range(values.shape[0]):
+        locate_moving_part(values[r], frequencies[r], order, start, found[r])
+
+
+def _spectral_frequency(values: NDArray[np.float64], expected: float) -> NDArray[np.float64]:
+    """Angular frequency [rad/sample] of the spectral maximum near ``expected``, shape (records,).
+
+    The spectrum is that of the derivative: a hold before release or an offset leaves only a step in it.
+    """
+    clean = np.where(np.isfinite(values), values, 0.0)
+    width = max(int(2.0 * math.pi / (_BAND * expected * _SAMPLES_PER_PERIOD)), 1)
+    n = clean.shape[1] // width
+    if n < 4:
+        return np.full(values.shape[0], expected)
+    expected = expected * width
+    clean = clean[:, : n * width].reshape(-1, n, width).mean(axis=2)
+    clean = clean - clean.mean(axis=1, keepdims=True)
+    length = 1 << max(2 * n - 1, 8).bit_length()
+    grid = np.arange(length // 2 + 1) * (2.0 * math.pi / length)
+    low, high = max(expected / _BAND, 2.0 * math.pi / n), min(_BAND * expected, math.pi)
+    band = np.flatnonzero((grid >= low) & (grid <= high))
+    if band.size < 3:
+        return np.full(values.shape[0], expected / width)
+    power = np.abs(np.fft.rfft(clean, length, axis=1)[:, band] * np.sin(0.5 * grid[band])) ** 2
+    peak = np.clip(power.argmax(axis=1), 1, band.size - 2)
+    rows = np.arange(values.shape[0])
+    before, at, after = (power[rows, peak + k] for k in (-1, 0, 1))
+    bend = before - 2.0 * at + after
+    shift = np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, 1.0), 0.0)
+    return np.asarray((grid[band[peak]] + np.clip(shift, -1.0, 1.0) * grid[1]) / width)
+
+
+def _uniform_clock(name: str, record: xr.DataArray) -> tuple[NDArray[np.float64], float]:
+    clock = np.asarray(record["time"].values, dtype=float)
+    if clock.size < 8:
+        raise InputError(name, f"{clock.size} samples", "give a record of at least three half cycles")
+    steps = np.diff(clock)
+    step = float((clock[-1] - clock[0]) / (clock.size - 1))
+    worst = int(np.argmax(np.abs(steps - step)))
+    if not np.abs(steps[worst] - step) <= _JITTER * step + 1e-9 * np.abs(clock).max():
+        raise InputError(
+            name,
+            f"sampling interval {steps[worst]:g} s after sample {worst} against {step:g} s on average",
+            "resample the record to uniform time",
+        )
+    return clock, step
+
+
+def _refusal(
+    name: str, status: int, values: NDArray[np.float64], clock: NDArray[np.float64], expected: float
+) -> InputError:
+    """The refusal that belongs to a status."""
+    if status == NOT_FINITE:
+        bad = np.flatnonzero(~np.isfinite(values))
+        return InputError(
+            name,
+            f"{bad.size} samples are not finite, the first {values[bad[0]]} at {clock[bad[0]]:g} s",
+            "cut them out or repair them",
+        )
+    if status == CONSTANT:
+        return InputError(name, f"constant signal, {values[0]:g} throughout", "give a record of a free decay")
+    if status == NO_OSCILLATION:
+        return InputError(
+            name,
+            f"no free oscillation found within a factor {_BAND:g} of the declared sqrt(k/m)",
+            "check the record, the stiffness and the mass or inertia",
+        )
+    assert status == TOO_SHORT
+    cycles = expected * values.size / math.pi
+    return InputError(
+        name,
+        f"fewer than three half cycles of free motion ({cycles:.1f} half periods of sqrt(k/m) on record)",
+        "give a longer record",
+    )

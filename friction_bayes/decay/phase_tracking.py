@@ -1,0 +1,264 @@
+"""The phase of a free decay as a smooth function of time, from the data; frequency may change with amplitude.
+
+Two steps. A tracker goes through the record period by period, predicting each from the ones before it, so
+that a rough frequency suffices. Gauss-Newton on all samples then refines a polynomial phase together with
+the Coulomb amplitudes. Phase errors are orthogonal to amplitude errors to first order, so a phase with more
+freedom than a linear system needs costs no precision in friction.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from friction_bayes.decay.phase_polynomial import coulomb_shapes, phase_at, rises
+
+__all__ = ["MAX_DEGREE", "coulomb_fit", "solve_spd", "track_phase"]
+
+MAX_DEGREE = 5
+"""Highest degree of the phase polynomial; a pendulum's phase is odd in time to this order at 1 rad."""
+
+_MIN_SAMPLES = 6.0
+_FREQUENCY_SD = 0.05
+_FREQUENCY_WANDER = 0.003
+_PHASE_SD = 0.5
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True)
+def solve_spd(matrix: Array, right: Array) -> tuple[Array, bool]:
+    """Solve ``matrix x = right`` by Cholesky; False when the (scaled) matrix is not positive definite.
+
+    Parameters
+    ----------
+    matrix : ndarray, shape (d, d)
+        Symmetric; only the lower triangle is read.
+    right : ndarray, shape (d,)
+    """
+    d = right.size
+    lower = np.zeros((d, d))
+    x = np.zeros(d)
+    for i in range(d):
+        for j in range(i + 1):
+            total = matrix[i, j]
+            for k in range(j):
+                total -= lower[i, k] * lower[j, k]
+            if i == j:
+                if not total > 1e-13 * matrix[i, i]:
+                    return x, False
+                lower[i, i] = math.sqrt(total)
+            else:
+                lower[i, j] = total / lower[j, j]
+    for i in range(d):
+        total = right[i]
+        for k in range(i):
+            total -= lower[i, k] * x[k]
+        x[i] = total / lower[i, i]
+    for i in range(d - 1, -1, -1):
+        total = x[i]
+        for k in range(i + 1, d):
+            total -= lower[k, i] * x[k]
+        x[i] = total / lower[i, i]
+    return x, True
+
+
+@njit(cache=True, nogil=True)
+def _fit_window(
+    values: Array, first: int, last: int, step: float, centre: float, chi: float, omega: float
+) -> tuple[float, float, float, bool]:
+    """Least squares of {1, cos, sin} of the predicted phase on samples ``first <= i < last``."""
+    matrix = np.zeros((3, 3))
+    right = np.zeros(3)
+    reference = values[first]
+    square = 0.0
+    basis = np.ones(3)
+    for i in range(first, last):
+        angle = chi + omega * (i * step - centre)
+        basis[1] = math.cos(angle)
+        basis[2] = math.sin(angle)
+        y = values[i] - reference
+        square += y * y
+        for a in range(3):
+            right[a] += basis[a] * y
+            for b in range(a + 1):
+                matrix[a, b] += basis[a] * basis[b]
+    x, ok = solve_spd(matrix, right)
+    residual = square - x[0] * right[0] - x[1] * right[1] - x[2] * right[2]
+    return x[1], x[2], max(residual, 0.0) / max(last - first - 3, 1), ok
+
+
+@njit(cache=True, nogil=True)
+def _track(values: Array, step: float, frequency: float, chi0: float) -> tuple[Array, Array, Array]:
+    """Follow the phase of the signal through successive windows of one period (more when sparsely sampled).
+
+    A Kalman filter of phase and frequency: a window whose amplitude is lost in noise hardly moves it.
+
+    Returns
+    -------
+    times, phases, weights : ndarray, shape (windows,)
+        Window centres [s], phases found there [rad] and inverse variances.
+    """
+    n = values.size
+    per_period = 2.0 * math.pi / (frequency * step)
+    length = round(per_period * max(1.0, math.ceil(_MIN_SAMPLES / per_period)))
+    windows = max(n // length, 1)
+    times = np.zeros(windows)
+    phases = np.zeros(windows)
+    weights = np.zeros(windows)
+    chi, omega, now = chi0, frequency, 0.0
+    p00, p01, p11 = _PHASE_SD**2, 0.0, (_FREQUENCY_SD * frequency) ** 2
+    for w in range(windows):
+        first = w * length
+        last = min(first + length, n)
+        centre = 0.5 * (first + last - 1) * step
+        dt = centre - now
+        chi += omega * dt
+        p00 += 2.0 * dt * p01 + dt * dt * p11
+        p01 += dt * p11
+        p11 += (_FREQUENCY_WANDER * frequency) ** 2
+        now = centre
+        cosine, sine, variance, ok = _fit_window(values, first, last, step, centre, chi, omega)
+        power = cosine * cosine + sine * sine
+        times[w], phases[w] = now, chi
+        if not ok or power <= 0.0:
+            continue
+        noise = 2.0 * variance / (power * (last - first)) + 1e-8
+        innovation = math.atan2(-sine, cosine)
+        phases[w] = chi + innovation
+        weights[w] = 1.0 / noise
+        total = p00 + noise
+        gain0, gain1 = p00 / total, p01 / total
+        chi += gain0 * innovation
+        omega += gain1 * innovation
+        p11 -= gain1 * p01
+        p01 -= gain0 * p01
+        p00 -= gain0 * p00
+    return times, phases, weights
+
+
+@njit(cache=True, nogil=True)
+def _polynomial_through(
+    times: Array, phases: Array, weights: Array, duration: float, degree: int
+) -> tuple[Array, bool]:
+    """Weighted least squares of a Chebyshev polynomial through the tracked phases."""
+    size = degree + 1
+    matrix = np.zeros((size, size))
+    right = np.zeros(size)
+    basis = np.zeros(size)
+    for w in range(times.size):
+        position = 2.0 * times[w] / duration - 1.0
+        for k in range(size):
+            basis[k] = (
+                1.0 if k == 0 else (position if k == 1 else 2.0 * position * basis[k - 1] - basis[k - 2])
+            )
+        for a in range(size):
+            right[a] += weights[w] * basis[a] * phases[w]
+            for b in range(a + 1):
+                matrix[a, b] += weights[w] * basis[a] * basis[b]
+    return solve_spd(matrix, right)
+
+
+@njit(cache=True, nogil=True)
+def _refine(
+    values: Array, order: int, polynomial: Array, amplitude: float, friction: float, moving: bool
+) -> tuple[Array, bool]:
+    """One Gauss-Newton step in (c, a, u) and, when ``moving``, the phase polynomial."""
+    n = values.size
+    size = polynomial.size if moving else 0
+    columns = 3 + size
+    matrix = np.zeros((columns, columns))
+    right = np.zeros(columns)
+    basis = np.ones(columns)
+    shift = 0.5 * order * math.pi
+    for i in range(n):
+        position = 2.0 * i / (n - 1) - 1.0
+        chi, _ = phase_at(polynomial, position)
+        basis[1], basis[2], slope, half = coulomb_shapes(chi - shift, order)
+        if moving:
+            swing = max(amplitude - (2 * half + 1) * friction, 0.0) * slope
+            before, now = 1.0, position
+            basis[3] = swing
+            for k in range(1, size):
+                basis[3 + k] = swing * now
+                before, now = now, 2.0 * position * now - before
+        for a in range(columns):
+            right[a] += basis[a] * values[i]
+            for b in range(a + 1):
+                matrix[a, b] += basis[a] * basis[b]
+    return solve_spd(matrix, right)
+
+
+@njit(cache=True, nogil=True)
+def coulomb_fit(values: Array, order: int, polynomial: Array) -> tuple[float, float, float]:
+    """Least-squares rest position, initial amplitude and friction coefficient at a given phase, or NaN."""
+    found, ok = _refine(values, order, polynomial, 0.0, 0.0, False)
+    if not ok:
+        return np.nan, np.nan, np.nan
+    return found[0], found[1], found[2]
+
+
+@njit(cache=True, nogil=True)
+def track_phase(values: Array, step: float, frequency: float, phase: float, order: int) -> Array:
+    r"""Find the phase of a free decay as a Chebyshev polynomial of time.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        The moving samples; take a constant near their mean off before, for rounding's sake.
+    step : float
+        Sampling interval [s].
+    frequency, phase : float
+        Rough angular frequency [rad/s] and displacement phase ``theta`` of the first sample [rad].
+    order : int
+        Derivative order ``q`` of the signal.
+
+    Returns
+    -------
+    ndarray, shape (MAX_DEGREE + 1,)
+        Coefficients of the phase ``chi = theta + q pi/2`` of the *signal* (zero at a positive extremum),
+        over position -1 (first sample) to 1 (last). Degree one for every six half cycles, at least 1.
+    """
+    n = values.size
+    duration = (n - 1) * step
+    result = np.zeros(MAX_DEGREE + 1)
+    chi0 = phase + 0.5 * order * math.pi
+    result[0] = chi0 + 0.5 * frequency * duration
+    result[1] = 0.5 * frequency * duration
+    if n < 8:
+        return result
+    times, phases, weights = _track(values, step, frequency, chi0)
+    half_cycles = frequency * duration / math.pi
+    degree = min(MAX_DEGREE, max(1, int(half_cycles / 6.0)))
+    for trial in (min(degree, times.size - 2), 1):
+        if trial < 1 or times.size < 2:
+            continue
+        coefficients, ok = _polynomial_through(times, phases, weights, duration, trial)
+        if ok and rises(coefficients):
+            for k in range(MAX_DEGREE + 1):
+                result[k] = coefficients[k] if k <= trial else 0.0
+            break
+
+    polynomial = result[: degree + 1].copy()
+    found, ok = _refine(values, order, polynomial, 0.0, 0.0, False)
+    for _ in range(12):
+        if ok:
+            found, ok = _refine(values, order, polynomial, found[1], found[2], True)
+        if not ok:
+            break
+        largest = 0.0
+        for k in range(degree + 1):
+            largest += abs(found[3 + k])
+        scale = 0.5 / largest if largest > 0.5 else 1.0
+        for k in range(degree + 1):
+            polynomial[k] += scale * found[3 + k]
+        if not rises(polynomial):
+            break
+        for k in range(degree + 1):
+            result[k] = polynomial[k]
+        if largest < 1e-7:
+            break
+    return result

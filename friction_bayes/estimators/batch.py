@@ -1,0 +1,271 @@
+"""Friction from many records at once: arrays in, an ``xarray.Dataset`` out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from friction_bayes.conjugate.scaled_batch import product_moments, product_quantiles
+from friction_bayes.core.checks import positive
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
+from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.free_decay import locate_free_decays
+from friction_bayes.decay.half_cycles import PEAKS, force_factor, swing_frequency
+from friction_bayes.decay.release_and_rest import FOUND
+from friction_bayes.estimators.batch_fits import BATCH_FITS, BatchTask
+from friction_bayes.estimators.priors import complete_prior, default_prior
+from friction_bayes.records.clipping import SHORTEST_RUN, clipped_fraction
+from friction_bayes.records.record import sampling_interval
+
+__all__ = ["METHODS", "STATUS", "estimate_batch"]
+
+METHODS = tuple(BATCH_FITS)
+"""Methods that take batches."""
+
+STATUS = ("ok", "not_finite", "constant", "no_oscillation", "too_short", "no_fit", "clipped")
+"""Meaning of ``status`` 0, 1, 2, ..."""
+
+_NO_FIT, _CLIPPED = STATUS.index("no_fit"), STATUS.index("clipped")
+_CHUNK_VALUES = 4_000_000
+"""Most samples worked on at a time, for the memory their spectra take."""
+
+_COLUMNS = (
+    "friction_mean",
+    "friction_sd",
+    "friction_low",
+    "friction_high",
+    "friction_over_stiffness_mean",
+    "friction_over_stiffness_sd",
+    "friction_over_stiffness_low",
+    "friction_over_stiffness_high",
+    "noise_sd",
+    "frequency",
+    "frequency_sd",
+    "rest_position",
+    "status",
+)
+
+Array = NDArray[np.float64]
+
+
+def estimate_batch(
+    records: Any,
+    system: Oscillator,
+    *,
+    sampling_rate: float | None = None,
+    method: str = "waveform",
+    quantity: str = "displacement",
+    prior: Mapping[str, float] | None = None,
+    peaks: str = "highest",
+) -> xr.Dataset:
+    """Estimate friction from many free decays of one system, in closed form.
+
+    The numbers are those of :func:`friction_bayes.estimate`, record by record, up to rounding.
+
+    Parameters
+    ----------
+    records : array_like, dask array or xarray.DataArray, shape (records, samples)
+        One record a row, SI units. A DataArray has a dimension ``time`` and one other; its ``time``
+        coordinate gives the sampling rate, its attributes ``quantity`` and ``units``. A Dask array stays
+        lazy: so does the result.
+    system : Oscillator
+        Mass or inertia, and stiffness.
+    sampling_rate : float, optional
+        Samples a second, where ``records`` does not say.
+    method : str
+        ``waveform``, ``envelope``, ``normal-gamma`` or ``gamma-exponential``.
+    quantity : str
+        What was measured, where ``records`` does not say.
+    prior : mapping, optional
+        Prior parameters by key, as in :func:`friction_bayes.estimate`.
+    peaks : {"highest", "nominal"}
+        How the paper's two methods pick amplitudes.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``record`` (and ``bound`` for intervals): ``friction_mean``, ``friction_sd``,
+        ``friction_interval90``, the same of ``friction_over_stiffness``, ``noise_sd``, ``frequency`` and
+        ``frequency_sd`` [rad/s], ``rest_position`` and ``status``. A record that cannot be used has a status
+        other than 0, see its attribute ``flag_meanings``, and nan elsewhere.
+
+    Raises
+    ------
+    InputError
+        If the array is not two-dimensional, its sampling rate is missing, or an argument is wrong.
+    """
+    if method not in METHODS:
+        raise InputError(
+            "method", f"{method!r} takes no batches", f"give one of {', '.join(METHODS)}, or use estimate"
+        )
+    if peaks not in PEAKS:
+        raise InputError("peaks", f"unknown choice {peaks!r}", f"give one of {', '.join(PEAKS)}")
+    stack, kind, unit, step = _as_stack(records, sampling_rate, quantity)
+    if method == "waveform" and swing_frequency(system, unit) > 0.0:
+        raise InputError(
+            "system",
+            "waveform integrates a pendulum's large swings one record at a time",
+            "give method envelope, use estimate, or declare a rotational Oscillator for small swings",
+        )
+    if kind.angular != system.angular:
+        expected = "inertia" if kind.angular else "mass"
+        raise InputError(
+            "quantity", f"{kind.name} of the other kind of system", f"declare the system by {expected}"
+        )
+    common = {
+        "system": system,
+        "quantity": kind,
+        "unit": unit,
+        "step": step,
+        "prior": complete_prior(default_prior(method, system, kind, unit), prior),
+        "peaks": peaks,
+    }
+    table = xr.apply_ufunc(
+        _estimate_rows,
+        stack,
+        kwargs={"common": common, "method": method},
+        input_core_dims=[["time"]],
+        output_core_dims=[["column"]],
+        dask="parallelized",
+        dask_gufunc_kwargs={"output_sizes": {"column": len(_COLUMNS)}},
+        output_dtypes=[np.float64],
+    )
+    return _as_dataset(table, system, kind, unit).assign_attrs(method=method, peaks=peaks)
+
+
+def _as_stack(
+    records: Any, sampling_rate: float | None, quantity: str
+) -> tuple[xr.DataArray, Quantity, str, float]:
+    """Return records over (record, time), what they measure, in which unit, and the sampling interval."""
+    if isinstance(records, xr.DataArray):
+        if "time" not in records.dims or records.ndim != 2:
+            raise InputError("records", f"dimensions {records.dims}", "give (record, time)")
+        stack = records.transpose(..., "time")
+        stack = stack if stack.dims[0] == "record" else stack.rename({stack.dims[0]: "record"})
+    else:
+        array = records if hasattr(records, "dask") else np.asarray(records)
+        if array.ndim != 2:
+            raise InputError("records", f"shape {array.shape}", "give (records, samples)")
+        stack = xr.DataArray(array, dims=("record", "time"))
+    if stack.dtype.kind not in "fiu":
+        raise InputError("records", f"data type {stack.dtype}", "give numbers")
+    kind = quantity_named(stack.attrs.get("quantity", quantity))
+    if stack.chunks is not None:
+        stack = stack.chunk({"time": -1})
+    if sampling_rate is not None:
+        step = 1.0 / positive("sampling_rate", sampling_rate)
+    elif "time" in stack.coords:
+        step = sampling_interval(stack)
+    else:
+        raise InputError("sampling_rate", "missing", "give it, or a DataArray with a time coordinate")
+    return stack, kind, str(stack.attrs.get("units", kind.unit)), step
+
+
+def _estimate_rows(values: NDArray[Any], *, common: Mapping[str, Any], method: str) -> Array:
+    """Estimate every row of an array, shape (records, n) to (records, columns)."""
+    rows = max(_CHUNK_VALUES // max(values.shape[1], 1), 1)
+    parts = [
+        # writeable as those of a single record are: kernels are compiled for one kind of array
+        _estimate_chunk(np.require(part, np.float64, ["C", "W"]), common, method)
+        for part in np.split(values, range(rows, len(values), rows))
+    ]
+    return np.concatenate(parts)
+
+
+def _estimate_chunk(values: Array, common: Mapping[str, Any], method: str) -> Array:
+    system, kind, step, unit = (common[key] for key in ("system", "quantity", "step", "unit"))
+    located = locate_free_decays(values, step, system.natural_frequency, kind.order)
+    located[_clipped(values, located[:, 0] == FOUND), 0] = _CLIPPED
+    fits = BATCH_FITS[method](BatchTask(values=values, located=located, **common))
+    found = fits.found & np.isfinite(fits.frequency)
+    status = np.where((located[:, 0] == FOUND) & ~found, _NO_FIT, located[:, 0])
+    family = fits.family
+    coefficient = tuple(np.where(found, parameter, np.nan) for parameter in fits.parameters)
+    location, spread = (_finite(moment(*coefficient)) for moment in (family.mean, family.std))
+    factor, relative_sd = force_factor(system, kind, unit), 0.0
+    if unit not in UNCALIBRATED_UNITS:
+        relative_sd = system.force_factor_relative_sd(kind)
+    mean, sd = product_moments(location, spread, factor, relative_sd)
+    low, high = (product_quantiles(family, coefficient, factor, relative_sd, q) for q in (0.05, 0.95))
+    length = fits.frequency**-kind.order
+    over_low, over_high = (family.ppf(q, *coefficient) * length for q in (0.05, 0.95))
+    columns = (mean, sd, low, high, location * length, spread * length, over_low, over_high)
+    rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
+    return np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
+
+
+def _finite(values: Array) -> Array:
+    """The moments that exist; nan for the others."""
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def _clipped(values: Array, usable: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Rows cut off at the end of the sensor's range.
+
+    Those with a flat run at an extreme, few among analogue signals, are judged as ``estimate`` judges them.
+    """
+    suspect = usable.copy()
+    suspect[usable] = _flat_extreme(values[usable])
+    rows = np.flatnonzero(suspect)
+    return rows[[clipped_fraction(values[row])[1] is not None for row in rows]]
+
+
+def _flat_extreme(values: Array) -> NDArray[np.bool_]:
+    """Whether as many equal neighbours as raise the question lie at an extreme."""
+    low, high = values.min(axis=1, keepdims=True), values.max(axis=1, keepdims=True)
+    rounding = 1e-12 * (high - low)
+    result = np.zeros(len(values), dtype=np.bool_)
+    for extreme in (values >= high - rounding, values <= low + rounding):
+        run = extreme[:, : values.shape[1] - SHORTEST_RUN + 1].copy()
+        for k in range(1, SHORTEST_RUN):
+            run &= extreme[:, k : values.shape[1] - SHORTEST_RUN + 1 + k]
+        result |= run.any(axis=1)
+    return result
+
+
+def _as_dataset(table: xr.DataArray, system: Oscillator, kind: Quantity, unit: str) -> xr.Dataset:
+    """Name the columns and say what they hold."""
+    column = {name: table.isel(column=i) for i, name in enumerate(_COLUMNS)}
+    calibrated = unit not in UNCALIBRATED_UNITS
+    force = system.friction_unit if calibrated else unit
+    length = system.length_unit if calibrated else unit + ("", " s", " s2")[kind.order]
+
+    def interval(name: str) -> xr.DataArray:
+        both = xr.concat([column[f"{name}_low"], column[f"{name}_high"]], dim="bound")
+        return both.transpose("record", "bound")
+
+    units = {
+        "friction_mean": force,
+        "friction_sd": force,
+        "friction_interval90": force,
+        "friction_over_stiffness_mean": length,
+        "friction_over_stiffness_sd": length,
+        "friction_over_stiffness_interval90": length,
+        "noise_sd": unit,
+        "frequency": "rad/s",
+        "frequency_sd": "rad/s",
+        "rest_position": unit,
+    }
+    result = xr.Dataset(
+        {
+            name: (
+                interval(name.removesuffix("_interval90")) if name.endswith("interval90") else column[name]
+            )
+            for name in units
+        },
+        coords={"bound": ["low", "high"]},
+        attrs={"quantity": kind.name},
+    )
+    result["status"] = column["status"].astype(np.int8)
+    for name, value in units.items():
+        result[name].attrs["units"] = value
+    result["status"].attrs = {
+        "flag_values": np.arange(len(STATUS), dtype=np.int8),
+        "flag_meanings": " ".join(STATUS),
+    }
+    return result

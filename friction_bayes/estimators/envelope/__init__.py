@@ -1,0 +1,1 @@
+"""The method ``envelope``: conjugate regression on amplitude and centre of every half cycle."""

@@ -1,0 +1,119 @@
+"""The method ``envelope``: conjugate regression on the amplitude of every half cycle.
+
+The amplitudes themselves are the data, not their differences: with few unknowns - initial amplitude, friction
+coefficient, rest position - they lie on a straight line, their errors are independent and equal, and the
+posterior is a normal-inverse-gamma in closed form. See
+:mod:`friction_bayes.estimators.envelope.half_cycle_rows`. The noise level is judged by how half cycles scatter about that line, not by the samples within them, so that
+noise which is correlated from sample to sample narrows the interval little.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from scipy import stats
+
+from friction_bayes.conjugate.regression import NormalInverseGamma, mean_error_sd
+from friction_bayes.conjugate.targets import regression_target
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import inverse_square
+from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.decay.half_cycles import force_factor, swing_frequency, tracked_phase
+from friction_bayes.estimators.base import Fit, register
+from friction_bayes.estimators.envelope.half_cycle_rows import half_cycle_rows
+from friction_bayes.estimators.envelope.swing import envelope_signal, small_motion_frequency
+from friction_bayes.estimators.priors import complete_prior, default_prior, prior_keys
+
+__all__ = ["COEFFICIENTS", "ENVELOPE", "MIN_ROWS", "EnvelopeEstimator", "envelope_prior"]
+
+COEFFICIENTS = ("initial_amplitude", "friction_coefficient", "rest_position")
+"""Columns of the regression: ``a``, ``u`` and ``c``, all in the unit of the signal."""
+
+MIN_ROWS = 4
+"""Fewest data for the three coefficients and a scatter."""
+
+
+class EnvelopeEstimator:
+    """Conjugate regression on half cycles; ``peaks`` plays no part, since none is picked."""
+
+    name = "envelope"
+    prior_keys = prior_keys("envelope")
+
+    def default_prior(self, decay: FreeDecay) -> dict[str, float]:
+        """Weak prior derived from the declared system, see :mod:`friction_bayes.estimators.priors`."""
+        return default_prior(self.name, decay.system, decay.quantity, decay.unit)
+
+    def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
+        """Closed-form posterior of one free decay; what ``prior`` leaves out is the default.
+
+        Raises
+        ------
+        InputError
+            If the record holds too few samples in too few half cycles.
+        """
+        polynomial, values, reference = tracked_phase(decay)
+        prior = complete_prior(self.default_prior(decay), prior)
+        order, swing = decay.quantity.order, swing_frequency(decay.system, decay.unit)
+        response, design, half_cycles = half_cycle_rows(values, polynomial, order, swing)
+        if not np.all(np.isfinite(response)):
+            raise InputError(
+                decay.name,
+                f"{decay.quantity.name} does not tell the amplitude of swings this large",
+                "start later in the record, or check inertia, stiffness and unit",
+            )
+        if response.size < MIN_ROWS:
+            raise InputError(
+                decay.name,
+                f"{half_cycles} half cycles could be fitted, with {response.size} data for three unknowns",
+                "give a longer record or one sampled faster",
+            )
+        response = response + reference * design[:, 2]
+        before = envelope_prior(prior)
+        after = before.update(design, response)
+        duration = np.array([(values.size - 1) * decay.step])
+        return Fit(
+            coefficient=after.marginal(1),
+            precision=stats.gamma(after.alpha, scale=1.0 / after.beta),
+            precision_unit=inverse_square(decay.unit),
+            posterior=after,
+            amplitudes=half_cycles,
+            frequency=float(
+                small_motion_frequency(polynomial[None], duration, order, after.mean[None], swing)[0]
+            ),
+            frequency_sd=math.nan,
+            rest_position=float(after.mean[2]),
+            noise_sd=float(mean_error_sd(after.alpha, after.beta)),
+            prediction=envelope_signal(polynomial, values.size, order, after.mean, swing),
+            target=regression_target(
+                before,
+                design,
+                response,
+                names=COEFFICIENTS,
+                friction="friction_coefficient",
+                force_factor=force_factor(decay.system, decay.quantity, decay.unit),
+                observed_name="half_cycle_projection",
+            ),
+            notes=_notes(decay, swing),
+        )
+
+
+def envelope_prior(prior: Mapping[str, float]) -> NormalInverseGamma:
+    """Prior of the three coefficients and the error variance."""
+    return NormalInverseGamma.from_prior(
+        mean=np.zeros(3), precision=prior["coefficient_precision"], alpha=prior["alpha"], beta=prior["beta"]
+    )
+
+
+def _notes(decay: FreeDecay, swing: float) -> tuple[str, ...]:
+    notes = [
+        "the noise level is that of white noise which would scatter the half cycles as they do about a "
+        "straight loss of amplitude"
+    ]
+    if decay.system.pendulum and swing == 0.0:
+        notes.append("the sensor is not calibrated: swings of the pendulum are taken as small")
+    return tuple(notes)
+
+
+ENVELOPE = register(EnvelopeEstimator())

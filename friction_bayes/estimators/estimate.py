@@ -1,0 +1,175 @@
+"""From a record to a friction force: the face over the closed-form estimators."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, is_dataclass
+from typing import Any
+
+import xarray as xr
+
+from friction_bayes.core.checks import positive
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
+from friction_bayes.decay.half_cycles import PEAKS
+from friction_bayes.estimators import peaks as peaks_module
+from friction_bayes.estimators.acceptance import accept_by_set_up, accept_by_threshold
+from friction_bayes.estimators.base import ESTIMATORS, Estimator, Fit
+from friction_bayes.estimators.envelope import estimator as envelope
+from friction_bayes.estimators.priors import complete_prior
+from friction_bayes.estimators.result import Estimate, in_forces
+from friction_bayes.estimators.waveform import estimator as waveform
+from friction_bayes.records.clipping import clipped_fraction
+from friction_bayes.records.record import record_name, validate_record
+
+__all__ = ["Estimate", "estimate", "estimator_named", "prior_mapping", "refuse_clipped"]
+
+BUILT_IN = (waveform, envelope, peaks_module)
+"""The modules whose import registers this package's own estimators."""
+
+
+def refuse_clipped(record: xr.DataArray) -> None:
+    """Refuse a record that was cut off at the end of the sensor's range.
+
+    Raises
+    ------
+    InputError
+        Saying how much of it lies flat, and at which level.
+    """
+    fraction, level = clipped_fraction(record.values)
+    if level is not None:
+        raise InputError(
+            record_name(record),
+            f"clipped: {fraction:.2%} of the samples lie flat at {level:.6g} {record.attrs['units']}",
+            "use close-loop, which treats them as censored, or a sensor with more range",
+        )
+
+
+def estimate(
+    record: xr.DataArray,
+    system: Oscillator,
+    *,
+    method: str = "waveform",
+    prior: Mapping[str, float] | Any | None = None,
+    peaks: str = "highest",
+    setup: xr.DataArray | None = None,
+    accept_precision: float | None = None,
+    start: float | None = None,
+    rest_position: float | None = None,
+) -> Estimate:
+    """Estimate friction from one free decay, in closed form.
+
+    Parameters
+    ----------
+    record : xarray.DataArray
+        The record, from :func:`read_record`, :func:`simulate` or :func:`make_record`.
+    system : Oscillator
+        Mass or inertia, and stiffness.
+    method : str
+        ``waveform``, ``envelope``, ``normal-gamma`` or ``gamma-exponential``.
+    prior : mapping or conjugate prior, optional
+        Prior parameters by key, or the prior object itself; what is not given is the method's
+        default, which comes from the declared system and never from the data.
+    peaks : {"highest", "nominal"}
+        How the paper's two methods pick amplitudes: the highest sample of each period, or the sample
+        at the instant where the peak is due.
+    setup : xarray.DataArray, optional
+        A long record of the set-up phase, same quantity: the estimate is accepted where its precision
+        parameter is not below that of this record by more than
+        :func:`friction_bayes.estimators.acceptance.accept_by_set_up` allows.
+    accept_precision : float, optional
+        The least precision accepted, instead of ``setup``.
+    start : float, optional
+        When the free decay begins [s]; found when left out.
+    rest_position : float, optional
+        Signal at rest, unit of the signal; found when left out.
+
+    Returns
+    -------
+    Estimate
+
+    Raises
+    ------
+    InputError
+        If the record cannot be used (clipped, too short, constant, ...) or an argument is wrong.
+    """
+    if setup is not None and accept_precision is not None:
+        raise InputError("setup", "given together with accept_precision", "give one of them")
+    if accept_precision is not None:
+        positive("accept_precision", accept_precision)
+    if peaks not in PEAKS:
+        raise InputError("peaks", f"unknown choice {peaks!r}", f"give one of {', '.join(PEAKS)}")
+    estimator = estimator_named(method)
+    validate_record(record)
+    refuse_clipped(record)
+    decay = find_free_decay(record, system, start=start, rest_position=rest_position)
+    chosen = complete_prior(estimator.default_prior(decay), prior_mapping(prior))
+    fit = estimator.fit(decay, chosen, peaks=peaks)
+    acceptance = None
+    if accept_precision is not None:
+        acceptance = accept_by_threshold(
+            _precision_of(fit, method), accept_precision, unit=fit.precision_unit
+        )
+    elif setup is not None:
+        reference = estimate(setup, system, method=method, prior=prior, peaks=peaks)
+        _refuse_other_signal(decay, reference.decay)
+        acceptance = accept_by_set_up(
+            _precision_of(fit, method), _precision_of(reference.fit, method), unit=fit.precision_unit
+        )
+    return in_forces(
+        method,
+        decay,
+        fit,
+        prior=chosen,
+        peaks=peaks,
+        acceptance=acceptance,
+        provenance=_provenance(record),
+    )
+
+
+def estimator_named(method: str) -> Estimator:
+    """Look an estimator up by name.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
+    if method not in ESTIMATORS:
+        raise InputError("method", f"unknown method {method!r}", f"give one of {', '.join(ESTIMATORS)}")
+    return ESTIMATORS[method]
+
+
+def prior_mapping(prior: Any) -> Mapping[str, float] | None:
+    """Return a prior as numbers by key: a mapping as it is, a conjugate prior by its parameters."""
+    if prior is None or isinstance(prior, Mapping):
+        return prior
+    if is_dataclass(prior) and not isinstance(prior, type):
+        return asdict(prior)
+    raise InputError("prior", f"{prior!r} is no prior", "give a mapping of numbers or a conjugate prior")
+
+
+def _precision_of(fit: Fit, method: str) -> Any:
+    if fit.precision is None:
+        raise InputError(
+            "method", f"{method} has no precision parameter to accept by", "use normal-gamma or waveform"
+        )
+    return fit.precision
+
+
+def _refuse_other_signal(decay: FreeDecay, set_up: FreeDecay) -> None:
+    if (decay.quantity, decay.unit) != (set_up.quantity, set_up.unit):
+        raise InputError(
+            set_up.name,
+            f"holds {set_up.quantity.name} [{set_up.unit}], not {decay.quantity.name} [{decay.unit}]",
+            "give a set-up record of the same sensor",
+        )
+
+
+def _provenance(record: xr.DataArray) -> list[str]:
+    """What a data set says of its record and its system, and what was done to the samples."""
+    notes = ["the record is synthetic"] if record.attrs.get("synthetic") else []
+    named = {"note": "the record", "system_source": "the declared system", "resampled": "resampled"}
+    notes += [f"{name}: {record.attrs[key]}" for key, name in named.items() if record.attrs.get(key)]
+    return notes

@@ -1,0 +1,163 @@
+"""Default priors: one table, weak, from the declared system and never from the data they meet.
+
+All follow one idea. The declared system has a scale of force ``F`` (its weight ``m g``, or ``k`` times one
+radian) and so a scale of signal; a default prior says that the unknown is about zero give or take that
+scale, with the tails of a Cauchy distribution, and that the noise is about a millionth of it, held with the
+weight of one observation. Such a prior pulls on the estimate with 1e-12 of the weight of one datum, and it
+adds to the noise no more than a millionth of the signal. That weight is a tenth of an observation where
+records may be as short as a few data.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from friction_bayes.core.checks import finite
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity
+from friction_bayes.core.system import Oscillator
+
+__all__ = [
+    "PRIORS",
+    "PriorParameter",
+    "coefficient_bounds",
+    "complete_prior",
+    "default_prior",
+    "force_scale",
+    "prior_keys",
+    "signal_scale",
+]
+
+WIDEST = 1e6
+"""Coefficients without a prior precision lie within this many times the signal's scale."""
+
+UNCALIBRATED_SCALE = 10.0
+"""Scale of a signal that was never calibrated, in its own unit: the range of a common acquisition card."""
+
+
+@dataclass(frozen=True)
+class PriorParameter:
+    """One line of the table: the default is ``factor * scale**power``.
+
+    Attributes
+    ----------
+    key : str
+        What ``--prior KEY=VALUE`` calls it.
+    factor : float
+        Default in units of the scale.
+    power : int
+        Power of the scale that carries its unit.
+    reason : str
+        Why this value.
+    """
+
+    key: str
+    factor: float
+    power: int
+    reason: str
+
+
+_TENTH = "the noise level is known as well as from a tenth of a datum"
+_DEVIATION = PriorParameter("beta", 0.05e-12, 2, "that tenth of a datum deviates by a millionth of the scale")
+
+PRIORS: dict[str, tuple[PriorParameter, ...]] = {
+    "normal-gamma": (
+        PriorParameter("mu", 0.0, 1, "neither sign of friction is favoured"),
+        PriorParameter(
+            "lam",
+            1e-12,
+            0,
+            "friction is zero give or take the scale when samples scatter by a millionth of it",
+        ),
+        PriorParameter("alpha", 0.5, 0, "the precision is known as well as from one friction sample"),
+        PriorParameter("beta", 0.5e-12, 2, "that sample deviates by a millionth of the scale"),
+    ),
+    "gamma-exponential": (
+        PriorParameter("alpha", 0.01, 0, "worth a hundredth of a friction sample"),
+        PriorParameter("kappa", 1e-5, 1, "that hundredth of a sample being a thousandth of the scale"),
+    ),
+    "envelope": (
+        PriorParameter(
+            "coefficient_precision",
+            1e-12,
+            0,
+            "coefficients are zero give or take the scale when samples scatter by a millionth of it",
+        ),
+        PriorParameter(
+            "alpha",
+            -1.45,
+            0,
+            f"{_TENTH}, less half a one for each coefficient: under so weak a prior these would count as "
+            "data without scatter, and narrow short records' intervals",
+        ),
+        _DEVIATION,
+    ),
+    "waveform": (
+        PriorParameter(
+            "coefficient_precision",
+            0.0,
+            0,
+            "offset, amplitude and friction are uniform within a million times the scale; above zero they "
+            "are normal about zero, with this precision relative to that of a sample",
+        ),
+        PriorParameter("alpha", 0.05, 0, _TENTH),
+        _DEVIATION,
+    ),
+}
+"""By method; the scale is :func:`force_scale` for the paper's two, :func:`signal_scale` for the others."""
+
+
+def signal_scale(system: Oscillator, quantity: Quantity, unit: str) -> float:
+    """Scale of the signal that the declared system would give, in ``unit``.
+
+    ``w0**q L`` for derivative order ``q``, with ``L`` the system's displacement scale; 10 units of a signal
+    that was not calibrated, since nothing declared says what such a unit is.
+    """
+    if unit in UNCALIBRATED_UNITS:
+        return UNCALIBRATED_SCALE
+    return system.natural_frequency**quantity.order * system.displacement_scale
+
+
+def coefficient_bounds(
+    precision: float, system: Oscillator, quantity: Quantity, unit: str
+) -> tuple[float, float]:
+    """Support of a coefficient: all numbers, or a wide interval where it has no prior precision."""
+    widest = WIDEST * signal_scale(system, quantity, unit) if precision == 0.0 else math.inf
+    return -widest, widest
+
+
+def force_scale(system: Oscillator, quantity: Quantity, unit: str) -> float:
+    """Scale of the friction: ``k L`` [N or N m], or 10 of the signal's own units."""
+    if unit in UNCALIBRATED_UNITS:
+        return UNCALIBRATED_SCALE
+    return system.stiffness * system.displacement_scale
+
+
+def prior_keys(method: str) -> tuple[str, ...]:
+    """Return what ``--prior KEY=VALUE`` may set for a method."""
+    return tuple(parameter.key for parameter in PRIORS[method])
+
+
+def default_prior(method: str, system: Oscillator, quantity: Quantity, unit: str) -> dict[str, float]:
+    """Return the default prior of a method for signals of a quantity, in ``unit``, from a system."""
+    scale_of = force_scale if method in ("normal-gamma", "gamma-exponential") else signal_scale
+    scale = scale_of(system, quantity, unit)
+    return {p.key: p.factor * scale**p.power for p in PRIORS[method]}
+
+
+def complete_prior(default: Mapping[str, float], given: Mapping[str, float] | None) -> dict[str, float]:
+    """Return the default with what was given in its place.
+
+    Raises
+    ------
+    InputError
+        If a key is unknown or a value is not a finite number; the message names the key and the known ones.
+    """
+    prior = dict(default)
+    for key, value in (given or {}).items():
+        if key not in prior:
+            raise InputError("prior", f"unknown key {key!r}", f"give one of {', '.join(prior)}")
+        prior[key] = finite(f"prior {key}", value)
+    return prior

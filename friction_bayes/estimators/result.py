@@ -1,0 +1,267 @@
+"""A fit in the unit of its signal turned into forces: what an estimate is."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from friction_bayes.conjugate.scaled import scaled
+from friction_bayes.core.errors import RecordWarning
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS
+from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.estimators.acceptance import Acceptance
+from friction_bayes.estimators.base import Fit
+
+__all__ = ["Estimate", "in_forces", "summarise"]
+
+_SURELY = 0.99
+"""Probability of a negative friction above which a note says what that means."""
+_FREQUENCY_TOLERANCE = 0.03
+"""Relative difference of the found frequency and sqrt(k/m) above which both forces are told."""
+
+
+def summarise(distribution: Any, unit: str) -> dict[str, Any]:
+    """Return mean, standard deviation and equal-tailed 90 % interval of a frozen distribution.
+
+    Moments that do not exist (a Student t of two degrees of freedom has no variance) become None.
+    """
+    return {
+        "mean": _finite(distribution.mean()),
+        "sd": _finite(distribution.std()),
+        "interval90": [_finite(distribution.ppf(0.05)), _finite(distribution.ppf(0.95))],
+        "unit": unit,
+    }
+
+
+def _finite(value: Any) -> float | None:
+    number = float(value)
+    return number if math.isfinite(number) else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """Friction of one free decay.
+
+    Attributes
+    ----------
+    method : str
+        Name of the estimator.
+    friction : frozen scipy.stats distribution
+        Posterior of the friction force, carrying the standard deviation of mass and stiffness.
+    friction_unit : str
+        N or N m; the signal's own unit where the sensor was not calibrated.
+    friction_as_declared : frozen scipy.stats distribution
+        The same with mass and stiffness taken as exact.
+    force_factor : float
+        From the signal's friction coefficient to the friction force at the declared mass and stiffness.
+    friction_over_stiffness : frozen scipy.stats distribution
+        Posterior of ``r/k``, seen in the signal whatever mass and stiffness are.
+    friction_over_stiffness_unit : str
+        m or rad; the signal's own unit times seconds per order of derivative where not calibrated.
+    precision : frozen scipy.stats distribution or None
+        Posterior of the precision parameter of the model.
+    precision_unit : str
+        Its unit.
+    acceptance : Acceptance or None
+        Judgement by the precision parameter; None when neither threshold nor set-up record was given.
+    amplitudes : int
+        How many amplitudes were used, or lie in the moving record.
+    frequency, frequency_sd : float
+        Angular frequency found [rad/s]; its sd is nan where the method does not estimate it.
+    noise_sd : float
+        Standard deviation of a sample of the signal; nan where the method has none.
+    rest_position : float
+        In the unit of the signal.
+    prior : dict
+        The prior used, by key.
+    peaks : str
+        How the paper's two methods picked amplitudes.
+    notes : tuple of str
+        What a reader of the numbers must know.
+    fit : Fit
+        The estimator's own result, in the unit of the signal.
+    decay : FreeDecay
+        The moving part of the record.
+    """
+
+    method: str
+    friction: Any
+    friction_unit: str
+    friction_as_declared: Any
+    force_factor: float
+    friction_over_stiffness: Any
+    friction_over_stiffness_unit: str
+    precision: Any | None
+    precision_unit: str
+    acceptance: Acceptance | None
+    amplitudes: int
+    frequency: float
+    frequency_sd: float
+    noise_sd: float
+    rest_position: float
+    prior: dict[str, float]
+    peaks: str
+    notes: tuple[str, ...]
+    fit: Fit
+    decay: FreeDecay
+
+    @property
+    def accepted(self) -> bool | None:
+        """Whether the precision parameter says so; None when it was given nothing to compare with."""
+        return None if self.acceptance is None else self.acceptance.accepted
+
+    @property
+    def probability_negative(self) -> float:
+        """``P(friction < 0)``: what the model gives to the physically impossible."""
+        return float(self.friction.cdf(0.0))
+
+    def to_dict(self, reference: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Return everything as plain numbers and words, for JSON; None where there is no number.
+
+        Parameters
+        ----------
+        reference : mapping, optional
+            What a sampler said of the same posterior.
+        """
+        system = self.decay.system
+        return {
+            "method": self.method,
+            "friction": summarise(self.friction, self.friction_unit),
+            "friction_over_stiffness": summarise(
+                self.friction_over_stiffness, self.friction_over_stiffness_unit
+            ),
+            "precision": None if self.precision is None else summarise(self.precision, self.precision_unit),
+            "accepted": self.accepted,
+            "acceptance": None if self.acceptance is None else asdict(self.acceptance),
+            "amplitudes": self.amplitudes,
+            "reference": None if reference is None else dict(reference),
+            "record": self.decay.name,
+            "probability_negative": _finite(self.probability_negative),
+            "frequency": {
+                "mean": _finite(self.frequency),
+                "sd": _finite(self.frequency_sd),
+                "declared": system.natural_frequency,
+                "unit": "rad/s",
+            },
+            "noise_sd": {"mean": _finite(self.noise_sd), "unit": self.decay.unit},
+            "rest_position": {"mean": _finite(self.rest_position), "unit": self.decay.unit},
+            "prior": self.prior,
+            "peaks": self.peaks,
+            "includes_system_uncertainty": _system_is_uncertain(self.decay),
+            "notes": list(self.notes),
+        }
+
+
+def _system_is_uncertain(decay: FreeDecay) -> bool:
+    return decay.system.force_factor_relative_sd(decay.quantity) > 0.0
+
+
+def in_forces(
+    method: str,
+    decay: FreeDecay,
+    fit: Fit,
+    *,
+    prior: dict[str, float],
+    peaks: str,
+    acceptance: Acceptance | None,
+    provenance: Sequence[str],
+) -> Estimate:
+    """Turn a fit of the signal's friction coefficient ``u = w**q r/k`` into ``r`` and ``r/k``.
+
+    Parameters
+    ----------
+    method : str
+        Name of the estimator.
+    decay : FreeDecay
+        What was fitted.
+    fit : Fit
+        Its result.
+    prior, peaks, acceptance
+        As in :class:`Estimate`.
+    provenance : sequence of str
+        Notes on where the record and its system come from.
+
+    Warns
+    -----
+    RecordWarning
+        If the record does not swing at the frequency that mass and stiffness mean.
+    """
+    system, order = decay.system, decay.quantity.order
+    notes = [*fit.notes]
+    if decay.unit in UNCALIBRATED_UNITS:
+        factor, relative_sd, friction_unit = 1.0, 0.0, decay.unit
+        length_unit = decay.unit + ("", " s", " s2")[order]
+        notes.append(
+            "the sensor is not calibrated: friction is the friction force over "
+            f"{_factor_symbol(system, order)}, in the signal's own unit, {decay.unit}"
+        )
+    else:
+        factor = system.force_factor(decay.quantity)
+        relative_sd = system.force_factor_relative_sd(decay.quantity)
+        friction_unit, length_unit = system.friction_unit, system.length_unit
+        if relative_sd == 0.0:
+            notes.append(f"{_exact(system, order)} uncertainty is not in the friction interval")
+    if float(fit.coefficient.cdf(0.0)) > _SURELY:
+        notes.append("friction is negative: the oscillation grows, and this is no free decay")
+    notes.extend(_frequency_note(decay, fit))
+    return Estimate(
+        method=method,
+        friction=scaled(fit.coefficient, factor, relative_sd=relative_sd),
+        friction_unit=friction_unit,
+        friction_as_declared=scaled(fit.coefficient, factor),
+        force_factor=factor,
+        friction_over_stiffness=scaled(fit.coefficient, fit.frequency**-order),
+        friction_over_stiffness_unit=length_unit,
+        precision=fit.precision,
+        precision_unit=fit.precision_unit,
+        acceptance=acceptance,
+        amplitudes=fit.amplitudes,
+        frequency=fit.frequency,
+        frequency_sd=fit.frequency_sd,
+        noise_sd=fit.noise_sd,
+        rest_position=fit.rest_position,
+        prior=prior,
+        peaks=peaks,
+        notes=(*notes, *provenance),
+        fit=fit,
+        decay=decay,
+    )
+
+
+def _factor_symbol(system: Oscillator, order: int) -> str:
+    moving = "inertia" if system.angular else "mass"
+    return ("the stiffness", f"sqrt(stiffness * {moving})", f"the {moving}")[order]
+
+
+def _exact(system: Oscillator, order: int) -> str:
+    """Say which of mass and stiffness the force came from without a spread."""
+    moving = "inertia" if system.angular else "mass"
+    return (
+        "the stiffness is taken as exact: its",
+        f"{moving} and stiffness are taken as exact: their",
+        f"the {moving} is taken as exact: its",
+    )[order]
+
+
+def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
+    """Tell both frequencies and both forces where the declared system does not swing as the record does."""
+    system, order = decay.system, decay.quantity.order
+    declared, found = system.natural_frequency, fit.frequency
+    if abs(found / declared - 1.0) <= _FREQUENCY_TOLERANCE:
+        return []
+    text = f"the record swings at {found:.5g} rad/s, declared mass and stiffness mean {declared:.5g} rad/s"
+    if decay.unit not in UNCALIBRATED_UNITS:
+        coefficient, unit = float(fit.coefficient.mean()), system.friction_unit
+        from_stiffness = system.stiffness * coefficient / found**order
+        from_mass = system.moving * coefficient * found ** (2 - order)
+        moving = "inertia" if system.angular else "mass"
+        text += (
+            f": friction is {from_stiffness:.4g} {unit} with the declared stiffness "
+            f"and {from_mass:.4g} {unit} with the declared {moving}"
+        )
+    warnings.warn(text, RecordWarning, stacklevel=4)
+    return [text]

@@ -1,0 +1,1 @@
+"""The method ``waveform``: conjugate regression on the whole signal."""

@@ -1,0 +1,146 @@
+"""Least squares of a Coulomb decay on the whole signal of many records, and the prior."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.estimators.waveform.gauss_newton import fit_waveform
+from friction_bayes.estimators.waveform.sums import COEFFICIENTS
+
+__all__ = ["WaveformFits", "fit_waveforms", "prior_of"]
+
+FLAT = 2
+"""Frequency and phase, the last two coefficients, never have a prior precision."""
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class WaveformFits:
+    """Least-squares fits of many records.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (records, 5)
+        See :mod:`friction_bayes.estimators.waveform.sums`; the offset is that of the record as it is.
+    kappa : ndarray, shape (records,)
+        Their constant.
+    stop : ndarray of int, shape (records,)
+        Number of the turning point where the motion ends.
+    normal : ndarray, shape (records, 5, 5)
+        ``J'J`` at the optimum.
+    gradient : ndarray, shape (records, 5)
+        ``J'r`` there.
+    misfit : ndarray, shape (records,)
+        Sum of squared residuals.
+    found : ndarray of bool, shape (records,)
+        Whether a minimum was reached.
+    """
+
+    coefficients: Array
+    kappa: Array
+    stop: NDArray[np.int64]
+    normal: Array
+    gradient: Array
+    misfit: Array
+    found: NDArray[np.bool_]
+
+
+def fit_waveforms(
+    values: Array, located: Array, order: int, precision: float, *, rest_known: bool = False
+) -> WaveformFits:
+    """Fit the moving parts of many records.
+
+    Parameters
+    ----------
+    values : ndarray, shape (records, n)
+        Samples.
+    located : ndarray, shape (records, 7)
+        From :func:`friction_bayes.decay.free_decay.locate_free_decays`; rows with a status are left out.
+    order : int
+        Derivative order of the signal.
+    precision : float
+        Prior precision of offset, amplitude and friction coefficient, relative to that of a sample.
+    rest_known : bool
+        Whether the rest position of ``located`` is known and not to be fitted.
+    """
+    records = values.shape[0]
+    fits = WaveformFits(
+        np.full((records, COEFFICIENTS), np.nan),
+        np.zeros(records),
+        np.zeros(records, dtype=np.int64),
+        np.zeros((records, COEFFICIENTS, COEFFICIENTS)),
+        np.zeros((records, COEFFICIENTS)),
+        np.full(records, np.nan),
+        np.zeros(records, dtype=np.bool_),
+    )
+    weight = np.array([math.inf if rest_known else precision, precision, precision, 0.0, 0.0])
+    _fit_all(
+        values,
+        located,
+        order,
+        weight,
+        fits.coefficients,
+        fits.kappa,
+        fits.stop,
+        fits.normal,
+        fits.gradient,
+        fits.misfit,
+        fits.found,
+    )
+    fits.normal[:] = fits.normal + np.tril(fits.normal, -1).swapaxes(-1, -2)
+    return fits
+
+
+@njit(cache=True, nogil=True)
+def _fit_all(
+    values: Array,
+    located: Array,
+    order: int,
+    weight: Array,
+    coefficients: Array,
+    kappa: Array,
+    stop: NDArray[np.int64],
+    normal: Array,
+    gradient: Array,
+    misfit: Array,
+    found: NDArray[np.bool_],
+) -> None:
+    mean = np.zeros(COEFFICIENTS)
+    for r in range(values.shape[0]):
+        if located[r, 0] != 0.0:
+            continue
+        reference = located[r, 5]
+        y = values[r, int(located[r, 1]) : int(located[r, 2])] - reference
+        p = np.zeros(COEFFICIENTS)
+        p[3] = located[r, 3] * 0.5 * (y.size - 1)
+        p[4] = located[r, 4] + p[3]
+        kappa[r] = 2.0 * math.floor(p[4] / math.pi) + 1.0
+        mean[0] = -reference
+        misfit[r], stop[r], found[r] = fit_waveform(
+            y, order, p, kappa[r], weight, mean, normal[r], gradient[r]
+        )
+        p[0] += reference
+        for k in range(COEFFICIENTS):
+            coefficients[r, k] = p[k]
+
+
+def prior_of(prior: Mapping[str, float], size: int) -> NormalInverseGamma:
+    """Prior of ``size`` coefficients, the last two of them flat, and all where they have no precision.
+
+    In a normal-inverse-gamma a coefficient's scale goes with the error's. Flat coefficients have none, which
+    costs the shape one half each, so that the error variance has the prior that was asked for.
+    """
+    precision = np.full(size, float(prior["coefficient_precision"]))
+    precision[-FLAT:] = 0.0
+    alpha = prior["alpha"] - 0.5 * np.count_nonzero(precision == 0.0)
+    return NormalInverseGamma.from_prior(
+        mean=np.zeros(size), precision=precision, alpha=alpha, beta=prior["beta"]
+    )

@@ -1,0 +1,186 @@
+"""The whole signal of a pendulum: the integrated motion fitted by Gauss-Newton, regression linearised there.
+
+Coefficients: offset; angle at the start; friction coefficient ``u = w0**q r/k`` of a signal of derivative
+order ``q``; natural frequency ``w0`` of small swings; angular velocity at the start. The fit begins with the
+first periods and takes in more as it goes, since over a long record a wrong friction law lets the phase slip.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_bayes.core.errors import InputError
+from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.estimators.base import Fit
+from friction_bayes.estimators.priors import coefficient_bounds
+from friction_bayes.estimators.waveform.least_squares import prior_of
+from friction_bayes.estimators.waveform.pendulum_swing import CURVED, PendulumSwing
+from friction_bayes.estimators.waveform.signal_fit import signal_fit
+from friction_bayes.estimators.waveform.signal_likelihood import SignalExpansion, agrees_near
+from friction_bayes.estimators.waveform.signal_target import SignalModel
+
+__all__ = ["NAMES", "fit_pendulum"]
+
+NAMES = ("offset", "initial_angle", "friction_coefficient", "frequency", "initial_velocity")
+
+_FIRST_PERIODS = 3.0
+_GROWTH = 1.6
+_TRIAL_FREQUENCIES = (0.9, 1.0, 1.1)
+"""Of the first guess; the best on the first periods is kept."""
+_MAX_STEPS = 40
+_CONVERGED = 1e-8
+_MAX_DAMPING = 1e8
+_BAND = 3.0
+
+Array = NDArray[np.float64]
+
+
+def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
+    """Closed-form posterior of one free decay of a pendulum.
+
+    Parameters
+    ----------
+    decay : FreeDecay
+        A calibrated record.
+    prior : mapping
+        As for a linear system; frequency and initial velocity are flat.
+
+    Raises
+    ------
+    InputError
+        If no decay of a pendulum fits the record.
+    """
+    swing = PendulumSwing(decay)
+    skip = 1 if decay.rest_known else 0
+    before = prior_of(prior, len(NAMES) - skip)
+    weight = np.zeros(len(NAMES))
+    weight[:3] = prior["coefficient_precision"]
+    q = _continued(swing, weight, skip)
+    prediction = swing.signal(q, swing.n)
+    jacobian = swing.jacobian(q, swing.n)[:, skip:]
+    after = before.update(jacobian, decay.values - prediction + jacobian @ q[skip:])
+    free = coefficient_bounds(prior["coefficient_precision"], decay.system, decay.quantity, decay.unit)
+    model = _model(decay, swing, q, skip, after.coefficients.shape, after.beta / after.alpha, free)
+    return signal_fit(
+        decay,
+        model,
+        before,
+        after,
+        coefficients=q[skip:],
+        rest_position=float(q[0]),
+        prediction=prediction,
+        notes=("frequency and friction are those of a pendulum, integrated at its full swing",),
+    )
+
+
+def _continued(swing: PendulumSwing, weight: Array, skip: int) -> Array:
+    """Optimum on the whole record, by way of its first periods."""
+    guess = swing.first_guess()
+    n = swing.n
+    period = 2.0 * math.pi / (swing.decay.frequency * swing.decay.step)
+    length = min(max(int(_FIRST_PERIODS * period), 4 * len(NAMES)), n)
+    trials = []
+    for factor in _TRIAL_FREQUENCIES:
+        start = guess.copy()
+        start[3] *= factor
+        trials.append(_minimised(swing, start, length, weight, skip))
+    cost, q = min(trials, key=lambda trial: trial[0])
+    while length < n:
+        length = min(int(_GROWTH * length), n)
+        cost, q = _minimised(swing, q, length, weight, skip)
+    if not math.isfinite(cost):
+        raise InputError(
+            swing.decay.name,
+            "no decay of a pendulum fits the record",
+            "give start, or check the declared system",
+        )
+    return q if skip else swing.about_the_bottom(q)
+
+
+def _minimised(swing: PendulumSwing, q: Array, n: int, weight: Array, skip: int) -> tuple[float, Array]:
+    """Levenberg-Marquardt on the first ``n`` samples, the first ``skip`` coefficients held."""
+    values = swing.decay.values[:n]
+
+    def cost_of(p: Array) -> tuple[float, Array]:
+        if not p[3] > 0.0:
+            return math.inf, values
+        residual = values - swing.signal(p, n)
+        total = float(residual @ residual) + float(weight[skip:] @ p[skip:] ** 2)
+        return (total, residual) if math.isfinite(total) else (math.inf, residual)
+
+    cost, residual = cost_of(q)
+    damping = 1e-3
+    for _ in range(_MAX_STEPS):
+        if not math.isfinite(cost):
+            break
+        jacobian = swing.jacobian(q, n)[:, skip:]
+        scale = np.linalg.norm(jacobian, axis=0)
+        if not np.all(scale > 0.0) or not np.all(np.isfinite(scale)):
+            return math.inf, q
+        root = np.sqrt(weight[skip:])
+        while damping < _MAX_DAMPING:
+            stacked = np.vstack([jacobian, np.diag(root), np.diag(math.sqrt(damping) * scale)]) / scale
+            right = np.concatenate([residual, -root * q[skip:], np.zeros(scale.size)])
+            step = np.linalg.lstsq(stacked, right, rcond=None)[0] / scale
+            trial = q.copy()
+            trial[skip:] += step
+            # friction that feeds the motion would soon send it over the top
+            trial[2] = max(trial[2], 0.0)
+            trial_cost, trial_residual = cost_of(trial)
+            if trial_cost <= cost:
+                break
+            damping *= 10.0
+        else:
+            break
+        gain = cost - trial_cost
+        q, cost, residual = trial, trial_cost, trial_residual
+        damping *= 0.1
+        if gain <= _CONVERGED * cost:
+            break
+    return cost, q
+
+
+def _model(
+    decay: FreeDecay,
+    swing: PendulumSwing,
+    q: Array,
+    skip: int,
+    covariance: Array,
+    variance: float,
+    free: tuple[float, float],
+) -> SignalModel:
+    """The integrated signal, all coefficients free, for the sampler."""
+    values, n = decay.values, swing.n
+    prediction, turns = swing.motion(q, n)
+    sd = np.concatenate([np.zeros(skip), np.sqrt(np.diag(covariance))])
+    jacobian = swing.jacobian(q, n)[:, skip:]
+    pairs = np.array(CURVED) - skip
+    expansion = SignalExpansion.of(
+        q[skip:], values - prediction, jacobian, swing.curvature(q, sd), pairs.astype(np.int64)
+    )
+
+    def signal(p: Array) -> Array:
+        whole = np.column_stack([np.full((len(p), skip), q[0]), p])
+        return np.array([swing.signal(row, n) for row in whole])
+
+    def exact(p: Array) -> Array:
+        return np.array([((values - signal(row[None])[0]) ** 2).sum() for row in p])
+
+    fast = agrees_near(expansion.misfit, exact, q[skip:], covariance, variance)
+    natural = decay.system.natural_frequency
+    low, high = min(natural / _BAND, 0.5 * q[3]), max(natural * _BAND, 2.0 * q[3])
+    bounds = np.array([free, free, free, (low, high), (-2.0 * high, 2.0 * high)])
+    first = np.searchsorted(swing.time, turns[turns < swing.time[-1]])
+    return SignalModel(
+        names=NAMES[skip:],
+        scale=np.ones(len(NAMES) - skip),
+        bounds=bounds[skip:],
+        signal=signal,
+        misfit=expansion.misfit if fast else exact,
+        blocks=np.unique(np.concatenate([[0], first])),
+        observed=values,
+    )

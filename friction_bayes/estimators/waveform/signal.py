@@ -1,0 +1,156 @@
+"""The signal of a Coulomb decay, its derivatives, and its misfit near an optimum, for the coefficients of
+:mod:`friction_bayes.estimators.waveform.sums`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from friction_bayes.estimators.waveform.sums import accumulate
+
+__all__ = [
+    "CURVED_PAIRS",
+    "crossing_misfit",
+    "exact_misfit",
+    "signal_derivatives",
+    "signals",
+    "turning_samples",
+]
+
+CURVED_PAIRS = ((1, 3), (1, 4), (2, 3), (2, 4), (3, 3), (3, 4), (4, 4))
+"""Pairs of coefficients whose second derivative is not zero."""
+
+Array = NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True)
+def _value(s: float, order: int, half: int, stop: int, p: Array, kappa: float) -> float:
+    """Signal at ``s``, taken to lie in half cycle ``half`` (at rest from ``stop`` on) wherever that is."""
+    sign = 1.0 if min(half, stop) % 2 == 0 else -1.0
+    if half >= stop:
+        return p[0] + (sign * (p[1] + (kappa - 2.0 * stop) * p[2]) if order == 0 else 0.0)
+    swing = p[1] + (kappa - 2.0 * half - 1.0) * p[2]
+    value = p[0] + swing * math.cos(p[3] * s + p[4] + 0.5 * math.pi * order)
+    return value + sign * p[2] if order == 0 else value
+
+
+@njit(cache=True, nogil=True)
+def _half_cycle_end(half: int, stop: int, p: Array, n: int) -> int:
+    """First sample after half cycle ``half``; the end of the record once at rest."""
+    if half >= stop:
+        return n
+    middle = 0.5 * (n - 1)
+    return min(max(math.ceil(middle * (1.0 + ((half + 1) * math.pi - p[4]) / p[3])), 0), n)
+
+
+@njit(cache=True, nogil=True)
+def signals(n: int, order: int, p: Array, kappa: float, stop: int) -> Array:
+    """Signals of many coefficients, shape (m, 5), over ``n`` samples, shape (m, n)."""
+    out = np.empty((p.shape[0], n))
+    middle = 0.5 * (n - 1)
+    for row in range(p.shape[0]):
+        half = math.floor((p[row, 4] - p[row, 3]) / math.pi)
+        end = _half_cycle_end(half, stop, p[row], n)
+        for i in range(n):
+            while i >= end and end < n:
+                half += 1
+                end = _half_cycle_end(half, stop, p[row], n)
+            out[row, i] = _value((i - middle) / middle, order, half, stop, p[row], kappa)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def turning_samples(n: int, p: Array, stop: int) -> NDArray[np.int64]:
+    """First sample of every half cycle of the record, zero first, and of the rest."""
+    half = math.floor((p[4] - p[3]) / math.pi)
+    count = 1
+    while half < stop and _half_cycle_end(half + count - 1, stop, p, n) < n:
+        count += 1
+    first = np.zeros(count, dtype=np.int64)
+    for k in range(1, count):
+        first[k] = _half_cycle_end(half + k - 1, stop, p, n)
+    return first
+
+
+@njit(cache=True, nogil=True)
+def signal_derivatives(n: int, order: int, p: Array, kappa: float, stop: int) -> tuple[Array, Array]:
+    """First and second derivatives of the signal, shapes (n, 5) and (n, 7), half cycles held.
+
+    The second ones are those of :data:`CURVED_PAIRS`.
+    """
+    jacobian = np.zeros((n, 5))
+    curvature = np.zeros((n, 7))
+    middle = 0.5 * (n - 1)
+    half = math.floor((p[4] - p[3]) / math.pi)
+    end = _half_cycle_end(half, stop, p, n)
+    for i in range(n):
+        while i >= end and end < n:
+            half += 1
+            end = _half_cycle_end(half, stop, p, n)
+        s = (i - middle) / middle
+        sign = 0.0
+        if order == 0:
+            sign = 1.0 if min(half, stop) % 2 == 0 else -1.0
+        jacobian[i, 0] = 1.0
+        if half >= stop:
+            jacobian[i, 1] = sign
+            jacobian[i, 2] = sign * (kappa - 2.0 * stop)
+            continue
+        k = kappa - 2.0 * half - 1.0
+        swing = p[1] + k * p[2]
+        angle = p[3] * s + p[4] + 0.5 * math.pi * order
+        f, g = math.cos(angle), -math.sin(angle)
+        jacobian[i, 1] = f
+        jacobian[i, 2] = sign + k * f
+        jacobian[i, 3] = swing * g * s
+        jacobian[i, 4] = swing * g
+        curvature[i, 0], curvature[i, 1] = g * s, g
+        curvature[i, 2], curvature[i, 3] = k * g * s, k * g
+        curvature[i, 4], curvature[i, 5], curvature[i, 6] = -swing * f * s * s, -swing * f * s, -swing * f
+    return jacobian, curvature
+
+
+@njit(cache=True, nogil=True)
+def exact_misfit(y: Array, order: int, p: Array, kappa: float, stop: int) -> Array:
+    """Sum of squared residuals of many coefficients, shape (m, 5) to (m,)."""
+    out = np.empty(p.shape[0])
+    matrix, gradient = np.zeros((5, 5)), np.zeros(5)
+    for row in range(p.shape[0]):
+        out[row] = accumulate(y, order, p[row], p[row], kappa, stop, matrix, gradient)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def crossing_misfit(y: Array, order: int, centre: Array, p: Array, kappa: float, stop: int) -> Array:
+    """What is missing from the sum of squared residuals with the half cycles of ``centre``, exactly.
+
+    Only samples that lie in another half cycle under ``p``, shape (m, 5), differ: a few at each turning.
+    """
+    n = y.size
+    middle = 0.5 * (n - 1)
+    out = np.zeros(p.shape[0])
+    first_held = math.floor((centre[4] - centre[3]) / math.pi)
+    for row in range(p.shape[0]):
+        half, held = math.floor((p[row, 4] - p[row, 3]) / math.pi), first_held
+        end, end_held = _half_cycle_end(half, stop, p[row], n), _half_cycle_end(held, stop, centre, n)
+        i = 0
+        while i < n:
+            until = min(end, end_held)
+            if half != held or (half >= stop) != (held >= stop):
+                for j in range(i, until):
+                    s = (j - middle) / middle
+                    new = y[j] - _value(s, order, half, stop, p[row], kappa)
+                    old = y[j] - _value(s, order, held, stop, p[row], kappa)
+                    out[row] += new * new - old * old
+            i = max(until, i)
+            if end <= i < n:
+                half += 1
+                end = _half_cycle_end(half, stop, p[row], n)
+            if end_held <= i < n:
+                held += 1
+                end_held = _half_cycle_end(held, stop, centre, n)
+    return out

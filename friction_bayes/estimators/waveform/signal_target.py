@@ -1,0 +1,171 @@
+"""The posterior of a whole signal as the sampler sees it: all coefficients, frequency and phase among them.
+
+The linearisation that makes the closed form is not used here: ``log_prob`` has the signal itself, so that a
+sampler can judge it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+from scipy.special import polygamma, psi
+
+from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.core.errors import InputError
+from friction_bayes.estimators.waveform.signal_likelihood import signal_log_likelihood
+
+__all__ = ["SignalModel", "signal_target"]
+
+Array = NDArray[np.float64]
+
+_LOG_LIMIT = 300.0
+_CHUNK_VALUES = 4_000_000
+"""Most samples of replicated signals held at a time."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SignalModel:
+    """A forward model of the whole signal, as a function of its coefficients.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the coefficients, length ``p``.
+    scale : ndarray, shape (p,)
+        Sampled coordinate over coefficient, which turns phase advances into frequencies.
+    bounds : ndarray, shape (p, 2)
+        Support of the coefficients; those without prior precision are uniform on it.
+    signal : callable, (m, p) -> (m, n)
+        Signals.
+    misfit : callable, (m, p) -> (m,)
+        Sums of squared residuals.
+    blocks : ndarray of int, shape (b,)
+        First sample of every half cycle.
+    observed : ndarray, shape (n,)
+        The samples.
+    """
+
+    names: tuple[str, ...]
+    scale: Array
+    bounds: Array
+    signal: Callable[[Array], Array]
+    misfit: Callable[[Array], Array]
+    blocks: NDArray[np.int64]
+    observed: Array
+
+
+def signal_target(
+    model: SignalModel, prior: NormalInverseGamma, posterior: NormalInverseGamma, *, force_factor: float
+) -> Target:
+    """Build the target of a whole-signal fit.
+
+    Parameters
+    ----------
+    model : SignalModel
+        The signal; ``friction_coefficient`` is among its names.
+    prior, posterior : NormalInverseGamma
+        Of its coefficients and the error variance; the posterior is that of the linearised signal.
+    force_factor : float
+        Factor from the friction coefficient to the friction force.
+
+    Returns
+    -------
+    Target
+        Coordinates: the coefficients times their scale, and ``log_variance``.
+    """
+    n, size = model.observed.size, len(model.names)
+    friction = model.names.index("friction_coefficient")
+    prior_density = prior.logpdf if prior.proper else prior.log_kernel
+
+    def split(theta: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Coefficients and log-variance, and where both lie within the support (else the centre's)."""
+        inside = np.abs(theta[:, -1]) < _LOG_LIMIT
+        coefficients = theta[:, :-1] / model.scale
+        inside &= np.all((coefficients >= model.bounds[:, 0]) & (coefficients <= model.bounds[:, 1]), axis=1)
+        coefficients = np.where(inside[:, None], coefficients, posterior.mean)
+        return coefficients, np.where(inside, theta[:, -1], 0.0), inside
+
+    def log_prior(theta: Array) -> Array:
+        coefficients, log_v, inside = split(theta)
+        return np.where(inside, prior_density(coefficients, np.exp(log_v)) + log_v, -np.inf)
+
+    def log_prob(theta: Array) -> Array:
+        coefficients, log_v, inside = split(theta)
+        value = prior_density(coefficients, np.exp(log_v)) + log_v
+        value = value + signal_log_likelihood(model.misfit(coefficients), log_v, n)
+        return np.where(inside, value, -np.inf)
+
+    def closed_form(theta: Array) -> Array:
+        inside = np.abs(theta[:, -1]) < _LOG_LIMIT
+        log_v = np.where(inside, theta[:, -1], 0.0)
+        return np.where(inside, posterior.logpdf(theta[:, :-1] / model.scale, np.exp(log_v)) + log_v, -np.inf)
+
+    def natural(theta: Array) -> dict[str, Array]:
+        others = {name: theta[:, i] for i, name in enumerate(model.names) if i != friction}
+        force = force_factor / model.scale[friction] * theta[:, friction]
+        return {"friction": force, **others, "precision": np.exp(-theta[:, -1])}
+
+    def pointwise(theta: Array) -> Array:
+        counts = np.diff(np.append(model.blocks, n))
+        rows = max(_CHUNK_VALUES // n, 1)
+        squares = [
+            np.add.reduceat((model.observed - model.signal(part / model.scale)) ** 2, model.blocks, axis=1)
+            for part in np.split(theta[:, :-1], range(rows, len(theta), rows))
+        ]
+        return np.asarray(
+            -0.5 * counts * (np.log(2.0 * np.pi) + theta[:, -1:])
+            - 0.5 * np.concatenate(squares) * np.exp(-theta[:, -1:])
+        )
+
+    def predictive(theta: Array, rng: np.random.Generator) -> Array:
+        noise = rng.standard_normal((len(theta), n)) * np.exp(0.5 * theta[:, -1:])
+        return model.signal(np.ascontiguousarray(theta[:, :-1] / model.scale)) + noise
+
+    def prior_draws(rng: np.random.Generator, count: int) -> Array:
+        alpha = _proper_shape(prior, model.bounds)
+        log_v = np.log(prior.beta) - stats.loggamma.rvs(alpha, size=count, random_state=rng)
+        weight = np.diag(prior.factor)
+        flat = weight == 0.0
+        unit = rng.standard_normal((count, size)) / np.where(flat, 1.0, weight)
+        normal = prior.mean + unit * np.exp(0.5 * log_v)[:, None]
+        low, high = model.bounds[:, 0], model.bounds[:, 1]
+        uniform = np.where(flat, low, 0.0) + np.where(flat, high - low, 0.0) * rng.random((count, size))
+        return np.column_stack([np.where(flat, uniform, normal) * model.scale, log_v])
+
+    coefficients = posterior.coefficients
+    covariance = np.zeros((size + 1, size + 1))
+    covariance[:-1, :-1] = coefficients.shape * max(coefficients.df / max(coefficients.df - 2.0, 1.0), 1.0)
+    covariance[:-1, :-1] *= np.outer(model.scale, model.scale)
+    covariance[-1, -1] = polygamma(1, posterior.alpha)
+    return Target(
+        names=(*model.names, "log_variance"),
+        log_prob=log_prob,
+        closed_form=closed_form,
+        centre=np.append(posterior.mean * model.scale, np.log(posterior.beta) - psi(posterior.alpha)),
+        covariance=covariance,
+        posterior=natural,
+        log_prior=log_prior,
+        pointwise=pointwise,
+        predictive=predictive,
+        prior_draws=prior_draws,
+        observed=model.observed,
+        observed_name="signal",
+    )
+
+
+def _proper_shape(prior: NormalInverseGamma, bounds: Array) -> float:
+    """Shape of the error variance given apart from the coefficients that are uniform on their support."""
+    flat = np.diag(prior.factor) == 0.0
+    alpha = prior.alpha + 0.5 * np.count_nonzero(flat)
+    if alpha <= 0.0 or prior.beta <= 0.0 or not np.all(np.isfinite(bounds[flat])):
+        raise InputError(
+            "prior",
+            f"alpha={alpha:g}, beta={prior.beta:g} is improper",
+            "give a proper prior",
+        )
+    return alpha

@@ -1,0 +1,110 @@
+"""What the paper's own procedure says of the same record, and which fault of measuring makes it differ.
+
+The procedure is run on the record and on predictions of the final model: sampled finely and without noise,
+then sampled as the record is. What it reads off each differs from the last by one fault.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from friction_bayes.core.errors import InputError, RecordWarning
+from friction_bayes.estimators.estimate import estimate
+from friction_bayes.loop.fit import LoopFit
+from friction_bayes.loop.friction import Distribution
+from friction_bayes.records.record import make_record
+
+__all__ = ["paper_procedure"]
+
+_METHOD = "normal-gamma"
+_FINE = 400.0
+"""Samples a period of the finely sampled prediction: the highest falls short by 1e-5 of the amplitude."""
+_SHARE = 0.02
+"""Relative difference of friction that is called a disagreement, besides an interval that excludes it."""
+_TOO_WIDE = 3.0
+"""Ratio of interval widths beyond which successive drops that share a peak are named."""
+
+Array = NDArray[np.float64]
+
+
+def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...]) -> dict[str, Any]:
+    """Compare the paper's procedure with the final friction, on the first record.
+
+    Parameters
+    ----------
+    fit : LoopFit
+        The final model.
+    after : Distribution
+        Its friction.
+    effects : tuple of str
+        Its effects.
+    """
+    segment = fit.model.segments[0]
+    friction = float(after.draws.mean())
+    sd = float(after.draws.std())
+    try:
+        said = _read_off(fit, segment.time, segment.values)
+    except InputError as error:
+        unusable = ["sensor_clipping"] if segment.clipped else []
+        # the remedy of a record that estimate refuses is this loop
+        return {"friction": None, "disagrees": True, "because": unusable, "why": error.problem}
+    moving = segment.time[: segment.moving]
+    period = 2.0 * np.pi / segment.decay.frequency
+    fine = np.linspace(0.0, moving[-1], int(_FINE * moving[-1] / period))
+    shares: dict[str, float] = {}
+    last = friction
+    for fault, clock in (("effects", fine), ("coarse_sampling", moving)):
+        try:
+            read = _read_off(fit, clock, _predicted(fit, clock))["mean"]
+        except InputError:
+            continue
+        shares[fault] = read - last
+        last = read
+    shares["noise_lifts_maxima"] = said["mean"] - last
+    low, high = said["interval90"]
+    least = max(_SHARE * friction, 2.0 * sd)
+    disagrees = bool(abs(said["mean"] - friction) > least or not low <= friction <= high)
+    faults = [fault for fault, share in shares.items() if abs(share) > least]
+    if disagrees and not faults:
+        # none stands out of a wide friction: the largest it is
+        faults = [max(shares, key=lambda fault: abs(shares[fault]))]
+    because: list[str] = []
+    for fault in faults:
+        because += effects if fault == "effects" else [fault]
+    width = float(np.subtract(*np.quantile(after.draws, (0.95, 0.05))))
+    if high - low > _TOO_WIDE * width:
+        because.append("telescoping_drops")
+    return {
+        "friction": said,
+        "disagrees": disagrees,
+        "because": because,
+        "shares": {name: share for name, share in shares.items()},
+    }
+
+
+def _read_off(fit: LoopFit, time: Array, values: Array) -> dict[str, Any]:
+    decay = fit.model.segments[0].decay
+    record = make_record(time, values, decay.quantity.name, unit=decay.unit, name=decay.name)
+    with warnings.catch_warnings():
+        # what an estimate warns of, a wrong frequency above all, is the loop's own business
+        warnings.simplefilter("ignore", RecordWarning)
+        estimated = estimate(record, fit.model.system, method=_METHOD)
+    friction = estimated.friction
+    low, high = friction.interval(0.9)
+    return {
+        "mean": float(friction.mean()),
+        "sd": float(friction.std()),
+        "interval90": [float(low), float(high)],
+        "unit": estimated.friction_unit,
+    }
+
+
+def _predicted(fit: LoopFit, time: Array) -> Array:
+    prediction = fit.model.predict_at(fit.z, 0, time)
+    if prediction is None:
+        raise InputError("prediction", "does not stay finite", "look at the fit")
+    return prediction.signal

@@ -1,0 +1,127 @@
+"""Records from files: one small reader a family of formats, chosen by suffix."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import xarray as xr
+
+from friction_bayes.core.errors import InputError
+from friction_bayes.records.readers.hdf5 import read_hdf5
+from friction_bayes.records.readers.mat import read_mat
+from friction_bayes.records.readers.mf4 import read_mf4
+from friction_bayes.records.readers.netcdf import read_netcdf, read_zarr
+from friction_bayes.records.readers.table import Column, Table, record_from_table
+from friction_bayes.records.readers.tdms import read_tdms
+from friction_bayes.records.readers.text import read_text
+from friction_bayes.records.readers.uff import read_uff
+from friction_bayes.records.readers.wav import read_wav
+
+__all__ = ["READERS", "Column", "Table", "read_record", "read_table"]
+
+READERS: dict[str, Callable[[Path], Table]] = {
+    ".csv": read_text,
+    ".txt": read_text,
+    ".mat": read_mat,
+    ".nc": read_netcdf,
+    ".h5": read_hdf5,
+    ".zarr": read_zarr,
+    ".wav": read_wav,
+    ".tdms": read_tdms,
+    ".uff": read_uff,
+    ".mf4": read_mf4,
+}
+"""Suffix to reader; a new format is one function more that returns a :class:`Table`."""
+
+
+def read_table(path: str | Path) -> Table:
+    """Read the channels of a file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file with a suffix of :data:`READERS`; for ``.zarr`` a folder.
+
+    Raises
+    ------
+    InputError
+        If it is not there, empty, of unknown format, or not what its suffix says.
+    """
+    file = Path(path)
+    suffix = file.suffix.lower()
+    if not file.exists():
+        raise InputError(str(path), "there is no such file", "give the path of a record")
+    if file.is_dir() and suffix != ".zarr":
+        raise InputError(
+            str(path), "this is a folder", "give the path of one record file, or of a .zarr folder"
+        )
+    if suffix not in READERS:
+        known = ", ".join(READERS)
+        raise InputError(str(path), f"unknown suffix {file.suffix!r}", f"give a file of one of {known}")
+    if suffix == ".zarr" and not file.is_dir():
+        raise InputError(str(path), "this is a file", "give the folder that Zarr wrote")
+    try:
+        if file.is_file() and file.stat().st_size == 0:
+            raise InputError(str(path), "the file is empty", "give a file with rows of numbers")
+        table = READERS[suffix](file)
+    except PermissionError:
+        raise InputError(str(path), "the file may not be read", "check its permissions") from None
+    if not table.columns:
+        raise InputError(str(path), "the file holds no vector of numbers", "give a file with a record")
+    return table
+
+
+def read_record(
+    path: str | Path,
+    *,
+    quantity: str | None = None,
+    unit: str | None = None,
+    time_column: str | int | None = None,
+    signal_column: str | int | None = None,
+    sampling_rate: float | None = None,
+    resample: bool = False,
+    name: str | None = None,
+) -> xr.DataArray:
+    """Read one record from a file.
+
+    Column names such as ``time_s`` and ``displacement_mm`` carry quantity and unit; the options tell what
+    they do not.
+
+    Parameters
+    ----------
+    path : str or Path
+        A file with a suffix of :data:`READERS`; for ``.zarr`` a folder.
+    quantity, unit : str, optional
+        What the signal is and in which unit; SI when only the quantity is given. Converted to SI.
+    time_column, signal_column : str or int, optional
+        Columns by name, or by position counted from zero.
+    sampling_rate : float, optional
+        Samples per second; takes the place of the time column.
+    resample : bool
+        Interpolate uneven sampling onto an even grid instead of refusing it.
+    name : str, optional
+        What messages and figures call the record; the file's name when left out.
+
+    Returns
+    -------
+    xarray.DataArray
+        The validated record, see :func:`friction_bayes.records.record.make_record`.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, the choice of columns is not clear, or the record cannot be used; names
+        the file and, in text files, the row.
+    """
+    return record_from_table(
+        read_table(path),
+        place=str(path),
+        name=name,
+        quantity=quantity,
+        unit=unit,
+        time_column=time_column,
+        signal_column=signal_column,
+        sampling_rate=sampling_rate,
+        resample=resample,
+    )

@@ -1,0 +1,69 @@
+"""MATLAB files: variables, cells and struct members by path, such as ``Y[0][1]`` or ``Theta.values``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.io import loadmat
+from scipy.io.matlab import MatReadError
+
+from friction_bayes.core.errors import InputError
+from friction_bayes.records.readers.hdf5 import read_hdf5
+from friction_bayes.records.readers.table import Column, Table
+
+__all__ = ["read_mat"]
+
+
+def read_mat(path: Path) -> Table:
+    """Read every numeric vector of a MAT file.
+
+    Cells are counted from zero, ``name[i]``, and so are the channels of a matrix, along its shorter side;
+    the index of a single cell or struct is left out. Files of version 7.3 are read as the HDF5 they are.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    """
+    try:
+        content = loadmat(path)
+    except NotImplementedError:
+        return read_hdf5(path)
+    except (MatReadError, ValueError, TypeError, OSError) as error:
+        raise InputError(
+            str(path), f"this is not a MAT file ({error})", "give a file saved by MATLAB"
+        ) from None
+    columns: dict[str, Column] = {}
+    for name, value in content.items():
+        if not name.startswith("__"):
+            columns.update(
+                (leaf, Column(partial(np.asarray, vector))) for leaf, vector in _vectors(name, value)
+            )
+    return Table(columns)
+
+
+def _vectors(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Walk a variable down to its numeric vectors."""
+    array = np.asarray(value)
+    if array.dtype.names:
+        for index, struct in enumerate(array.ravel()):
+            for member in array.dtype.names:
+                yield from _vectors(f"{_indexed(name, index, array.size)}.{member}", struct[member])
+    elif array.dtype == object:
+        for index, cell in enumerate(array.ravel()):
+            yield from _vectors(_indexed(name, index, array.size), cell)
+    elif array.dtype.kind in "fiu" and array.ndim <= 2 and array.size > 1:
+        channels = np.atleast_2d(array)
+        if channels.shape[0] > channels.shape[1]:
+            channels = channels.T
+        for index, channel in enumerate(channels):
+            yield _indexed(name, index, len(channels)), channel
+
+
+def _indexed(name: str, index: int, size: int) -> str:
+    return name if size == 1 else f"{name}[{index}]"

@@ -1,0 +1,78 @@
+"""NetCDF and Zarr through xarray: our own saved records, and others' variables over one dimension."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from friction_bayes.core.errors import InputError
+from friction_bayes.records.readers.optional import optional_package
+from friction_bayes.records.readers.table import Column, Table
+
+__all__ = ["read_netcdf", "read_zarr"]
+
+
+def read_netcdf(path: Path) -> Table:
+    """Read the one-dimensional variables of a NetCDF file (classic or 4).
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    """
+    with path.open("rb") as file:
+        engine = "scipy" if file.read(3) == b"CDF" else "h5netcdf"
+    try:
+        # times are numbers of seconds here, and stay so
+        dataset = xr.load_dataset(path, engine=engine, decode_times=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(
+            str(path), f"this is not a NetCDF file ({error})", "give the suffix of its format"
+        ) from None
+    return _table(dataset)
+
+
+def read_zarr(path: Path) -> Table:
+    """Read the one-dimensional variables of a Zarr group.
+
+    Parameters
+    ----------
+    path : Path
+        The folder.
+    """
+    optional_package("zarr", path)
+    try:
+        dataset = xr.open_zarr(path, decode_times=False, consolidated=False).load()
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(
+            str(path), f"this is not a Zarr group ({error})", "give a folder written by Zarr"
+        ) from None
+    fleets = [str(name) for name, variable in dataset.data_vars.items() if variable.ndim > 1]
+    if fleets and not any(variable.ndim == 1 for variable in dataset.data_vars.values()):
+        raise InputError(
+            str(path),
+            f"{fleets[0]} holds many records",
+            "pass it to monitor or estimate_batch, or select one record",
+        )
+    return _table(dataset)
+
+
+def _table(dataset: xr.Dataset) -> Table:
+    columns = {}
+    for name, variable in dataset.variables.items():
+        if variable.ndim != 1 or variable.dtype.kind not in "fiu":
+            continue
+        attrs = {key: v.item() if isinstance(v, np.generic) else v for key, v in variable.attrs.items()}
+        quantity, unit = attrs.pop("quantity", None), attrs.pop("units", None)
+        if "synthetic" in attrs:
+            attrs["synthetic"] = bool(attrs["synthetic"])
+        columns[str(name)] = Column(
+            partial(np.asarray, variable.values),
+            quantity=quantity,
+            unit=unit or ("s" if name == "time" else None),
+            attrs=attrs if quantity else {},
+        )
+    return Table(columns)

@@ -1,0 +1,227 @@
+"""What a reader hands over, and the one place where a record is made of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from friction_bayes.core.checks import positive
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import QUANTITIES, Quantity, known_units, quantity_named
+from friction_bayes.records.record import make_record, resample_record, validate_record
+
+__all__ = ["Column", "Table", "record_from_table"]
+
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}
+
+
+@dataclass(frozen=True)
+class Column:
+    """One channel of a file.
+
+    Attributes
+    ----------
+    read : callable
+        Returns its samples, shape (n,); called only for the columns that are used.
+    quantity, unit : str, optional
+        What the file says it holds; a column name may say it as well.
+    clock : callable, optional
+        Returns the channel's own time stamps [s], in formats that have them.
+    attrs : mapping
+        Further attributes of the record, such as ``synthetic``.
+    """
+
+    read: Callable[[], NDArray[Any]]
+    quantity: str | None = None
+    unit: str | None = None
+    clock: Callable[[], NDArray[Any]] | None = None
+    attrs: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Table:
+    """The one-dimensional numeric channels of a file.
+
+    Attributes
+    ----------
+    columns : mapping of str to Column
+        By name; header-less text has the names "0", "1", ...
+    rows : ndarray of int, shape (n,), optional
+        Row of each sample in a text file.
+    """
+
+    columns: Mapping[str, Column]
+    rows: NDArray[np.intp] | None = None
+
+
+def record_from_table(
+    table: Table,
+    *,
+    place: str,
+    name: str | None = None,
+    quantity: str | None = None,
+    unit: str | None = None,
+    time_column: str | int | None = None,
+    signal_column: str | int | None = None,
+    sampling_rate: float | None = None,
+    resample: bool = False,
+) -> xr.DataArray:
+    """Choose time and signal, and build and validate the record.
+
+    Parameters are those of :func:`~friction_bayes.read_record`; messages call the file ``place``.
+
+    Raises
+    ------
+    InputError
+        If the choice is not clear, or the record is not usable.
+    """
+    if sampling_rate is not None and time_column is not None:
+        raise InputError(place, "both --time-column and --sampling-rate are given", "give one of them")
+    clock_name = _time_name(table, place, time_column)
+    signal_name = _signal_name(table, place, signal_column, quantity, clock_name)
+    column = table.columns[signal_name]
+    kind, unit = _meaning(place, signal_name, column, quantity, unit)
+    values = column.read()
+    if sampling_rate is not None:
+        time = np.arange(values.size) / positive("--sampling-rate", sampling_rate)
+    elif clock_name is not None and (time_column is not None or column.clock is None):
+        clock = table.columns[clock_name]
+        time = clock.read() * _seconds(place, clock_name, clock)
+    elif column.clock is not None:
+        time = column.clock()
+    else:
+        raise InputError(
+            place,
+            f"no time column among {_listed(table)}",
+            "name it time_s, or give --time-column or --sampling-rate",
+        )
+    chosen = name or column.attrs.get("name") or Path(place).name
+    record = make_record(time, values, kind.name, unit=unit, name=chosen)
+    record.attrs.update({key: v for key, v in column.attrs.items() if key not in record.attrs})
+    validate_record(record, rows=table.rows, evenly=not resample)
+    return resample_record(record) if resample else record
+
+
+def _listed(table: Table) -> str:
+    names = list(table.columns)
+    return ", ".join(names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
+
+
+def _named(table: Table, place: str, option: str, wanted: str | int) -> str:
+    """Return the column an option asks for, by name or by position counted from zero."""
+    key, names = str(wanted), list(table.columns)
+    if key in table.columns:
+        return key
+    if key.isdecimal() and int(key) < len(names):
+        return names[int(key)]
+    raise InputError(place, f"{option} {key!r} is not there", f"give one of {_listed(table)}")
+
+
+def _time_name(table: Table, place: str, wanted: str | int | None) -> str | None:
+    if wanted is not None:
+        return _named(table, place, "--time-column", wanted)
+    found = [name for name, column in table.columns.items() if _is_time(name, column)]
+    if len(found) > 1:
+        raise InputError(place, f"several time columns: {', '.join(found)}", "name one with --time-column")
+    return found[0] if found else None
+
+
+def _is_time(name: str, column: Column) -> bool:
+    stem, _, token = name.split("/")[-1].partition("_")
+    return stem == "time" and (token or column.unit) in TIME_UNITS
+
+
+def _signal_name(
+    table: Table, place: str, wanted: str | int | None, quantity: str | None, clock: str | None
+) -> str:
+    if wanted is not None:
+        return _named(table, place, "--signal-column", wanted)
+    others = [name for name in table.columns if name != clock]
+    telling = {name: _spoken(name, table.columns[name])[0] for name in others}
+    found = [name for name, said in telling.items() if said and quantity in (None, said.name)]
+    if not found and quantity is not None and len(others) == 1:
+        found = others
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise InputError(place, f"several signals: {', '.join(found)}", "name one with --signal-column")
+    for kind in QUANTITIES.values():
+        for name in others:
+            if name.startswith(f"{kind.name}_"):
+                unit, units = name.removeprefix(f"{kind.name}_"), ", ".join(known_units(kind))
+                raise InputError(
+                    place, f"column {name}: {unit!r} does not measure {kind.name}", f"give one of {units}"
+                )
+    columns = ", ".join(q.column for q in QUANTITIES.values())
+    raise InputError(
+        place,
+        f"no column says what was measured among {_listed(table)}",
+        f"name it one of {columns}, or give --signal-column, --quantity and --unit",
+    )
+
+
+def _spoken(name: str, column: Column) -> tuple[Quantity | None, str | None]:
+    """Return quantity and unit that a column's name or the file itself states."""
+    kind = QUANTITIES.get(column.quantity or "")
+    unit = column.unit or None
+    stem = name.strip().split("/")[-1]
+    for candidate in QUANTITIES.values():
+        if stem == candidate.name:
+            kind = kind or candidate
+        elif stem.startswith(candidate.name + "_"):
+            token = stem.removeprefix(candidate.name + "_")
+            tokens = {u.replace("/", "_").replace("^", ""): u for u in known_units(candidate)}
+            if token in tokens:
+                return kind or candidate, unit or tokens[token]
+    return kind, unit
+
+
+def _meaning(
+    place: str, name: str, column: Column, quantity: str | None, unit: str | None
+) -> tuple[Quantity, str]:
+    """Return quantity and unit of a column, refusing options that contradict the file."""
+    kind, spoken_unit = _spoken(name, column)
+    if quantity is not None:
+        given = quantity_named(quantity, place="--quantity")
+        if kind is not None and given is not kind:
+            raise InputError(
+                place, f"column {name} holds {kind.name}, --quantity says {given.name}", "give one of them"
+            )
+        kind = given
+    if kind is None:
+        raise InputError(
+            place, f"column {name!r} does not say what was measured", "give --quantity and --unit"
+        )
+    if unit is not None and spoken_unit is not None and unit != spoken_unit:
+        raise InputError(place, f"column {name} is in {spoken_unit}, --unit says {unit}", "give one of them")
+    chosen = unit or spoken_unit or (kind.unit if quantity is not None else None)
+    if chosen is None:
+        raise InputError(
+            place,
+            f"column {name!r} does not say its unit",
+            f"give --unit, one of {', '.join(known_units(kind))}",
+        )
+    if chosen not in known_units(kind):
+        raise InputError(
+            place,
+            f"column {name!r} is in {chosen}, which does not measure {kind.name}",
+            f"give --unit, one of {', '.join(known_units(kind))}",
+        )
+    return kind, chosen
+
+
+def _seconds(place: str, name: str, clock: Column) -> float:
+    """Return the factor that brings a time column to seconds; seconds where nothing is said."""
+    token = name.split("/")[-1].partition("_")[2] if _is_time(name, clock) else ""
+    unit = clock.unit or token or "s"
+    if unit not in TIME_UNITS:
+        raise InputError(
+            place, f"time column {name} is in {unit}", f"give it in one of {', '.join(TIME_UNITS)}"
+        )
+    return TIME_UNITS[unit]

@@ -1,0 +1,1 @@
+"""Statistical tests of posteriors: mixing, agreement, calibration; public as ``friction_bayes.testing``."""

@@ -1,0 +1,228 @@
+"""Is a posterior calibrated? Simulation-based calibration and the coverage of intervals.
+
+Parameters drawn from the prior and data simulated from them make the parameter one more draw from its own
+posterior. The posterior distribution function at the true parameter is then uniform, whatever the model
+(Cook, Gelman & Rubin 2006; Talts et al. 2018).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+
+from friction_bayes.validation.agreement import Check
+
+__all__ = ["Calibration", "Coverage", "coverage", "rank_pit", "simulation_based_calibration", "uniformity"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Calibration:
+    """Verdict on probability integral transforms that should be uniform.
+
+    Attributes
+    ----------
+    calibrated : bool
+        Whether every check passed.
+    pit : ndarray, shape (replications, parameters)
+        Posterior distribution function at the true parameter.
+    checks : tuple of Check
+        For each parameter the mean (a bias), the spread about 1/2 (an interval too wide or too narrow) and
+        the largest difference of distribution functions, each two-sided.
+    false_alarm_rate : float
+        Probability, at most, that a calibrated posterior is said not to be.
+    seed : int or None
+        Of the simulation; None where the transforms were given.
+    """
+
+    calibrated: bool
+    pit: Array = field(repr=False)
+    checks: tuple[Check, ...] = field(repr=False)
+    false_alarm_rate: float
+    seed: int | None = None
+
+    @property
+    def failed(self) -> tuple[Check, ...]:
+        """The checks that did not pass."""
+        return tuple(check for check in self.checks if not check.passed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coverage:
+    """How often intervals held the truth.
+
+    Attributes
+    ----------
+    rate : float
+        Share that did.
+    standard_error : float
+        Binomial, of a share of ``level``.
+    level : float
+        Share that should have.
+    replications : int
+    p_value : float
+        Exact binomial test, two-sided, of a coverage within ``tolerance`` of ``level``.
+    tolerance : float
+    """
+
+    rate: float
+    standard_error: float
+    level: float
+    replications: int
+    p_value: float
+    tolerance: float
+
+    def __str__(self) -> str:
+        """Return the figures in one line."""
+        within = f" +- {self.tolerance:g}" if self.tolerance else ""
+        return (
+            f"{self.rate:.4f} +- {self.standard_error:.4f} of {self.replications} intervals hold the truth, "
+            f"{self.level:g}{within} should (p = {self.p_value:.2g})"
+        )
+
+
+def simulation_based_calibration(
+    draw_prior: Callable[[np.random.Generator, int], Any],
+    simulate: Callable[[Any, np.random.Generator], Any],
+    posterior_cdf: Callable[[Any, Any], ArrayLike],
+    *,
+    replications: int,
+    seed: int,
+    false_alarm_rate: float = 0.01,
+) -> Calibration:
+    """Draw parameters, simulate data, and ask the posterior where the truth lies.
+
+    Parameters
+    ----------
+    draw_prior : callable, (Generator, replications) -> parameters
+        One set of parameters a replication, in whatever form the next two take.
+    simulate : callable, (parameters, Generator) -> data
+        One data set for each.
+    posterior_cdf : callable, (data, parameters) -> (replications,) or (replications, p)
+        Posterior distribution function of each scalar parameter at its true value; for a sampler, see
+        :func:`rank_pit`.
+    replications : int
+    seed : int
+        Prior and data take independent streams from it.
+    false_alarm_rate : float
+        Of all checks together.
+
+    Returns
+    -------
+    Calibration
+    """
+    prior_stream, data_stream = np.random.SeedSequence(seed).spawn(2)
+    parameters = draw_prior(np.random.default_rng(prior_stream), replications)
+    data = simulate(parameters, np.random.default_rng(data_stream))
+    pit = np.asarray(posterior_cdf(data, parameters), dtype=np.float64)
+    if pit.shape[0] != replications:
+        raise ValueError(f"posterior_cdf returned shape {pit.shape} for {replications} replications")
+    return uniformity(pit, false_alarm_rate=false_alarm_rate, seed=seed)
+
+
+def uniformity(pit: ArrayLike, *, false_alarm_rate: float = 0.01, seed: int | None = None) -> Calibration:
+    """Test whether values are independent and uniform on [0, 1].
+
+    Parameters
+    ----------
+    pit : array_like, shape (replications,) or (replications, parameters)
+    false_alarm_rate : float
+        Of all checks of all parameters together (Bonferroni).
+    seed : int, optional
+        Kept beside the result.
+
+    Raises
+    ------
+    ValueError
+        If a value is not within [0, 1].
+    """
+    values = np.asarray(pit, dtype=np.float64)
+    values = values[:, None] if values.ndim == 1 else values
+    if not np.all((values >= 0.0) & (values <= 1.0)):
+        raise ValueError("a distribution function outside 0 .. 1 or not a number")
+    n, parameters = values.shape
+    level = false_alarm_rate / (3 * parameters)
+    checks: list[Check] = []
+    for i, u in enumerate(values.T):
+        tag = f" of parameter {i}" if parameters > 1 else ""
+        # moments of a uniform variable: var(u) = 1/12, mean and variance of (u - 1/2)**2: 1/12 and 1/180
+        checks.append(_moment(f"mean{tag}", 0.5, float(u.mean()), math.sqrt(1.0 / 12.0 / n), level))
+        spread = float(((u - 0.5) ** 2).mean())
+        checks.append(_moment(f"spread{tag}", 1.0 / 12.0, spread, math.sqrt(1.0 / 180.0 / n), level))
+        test = stats.kstest(u, "uniform")
+        distance, root = float(test.statistic), math.sqrt(n)
+        checks.append(
+            Check(
+                name=f"distribution{tag}",
+                expected=0.0,
+                sampled=distance,
+                mcse=1.0 / root,
+                z=distance * root,
+                p_value=float(test.pvalue),
+                level=level,
+            )
+        )
+    return Calibration(
+        calibrated=all(check.passed for check in checks),
+        pit=values,
+        checks=tuple(checks),
+        false_alarm_rate=false_alarm_rate,
+        seed=seed,
+    )
+
+
+def _moment(name: str, expected: float, found: float, error: float, level: float) -> Check:
+    z = (found - expected) / error
+    p_value = 2.0 * float(stats.norm.sf(abs(z)))
+    return Check(name=name, expected=expected, sampled=found, mcse=error, z=z, p_value=p_value, level=level)
+
+
+def rank_pit(draws: ArrayLike, truth: ArrayLike, rng: np.random.Generator) -> Array:
+    """Posterior distribution function at the truth from draws, ranks spread over their steps.
+
+    Parameters
+    ----------
+    draws : array_like, shape (..., n)
+        Near-independent posterior draws of each replication.
+    truth : array_like, shape (...)
+    rng : numpy.random.Generator
+        The rank among ``n`` draws is one of ``n + 1`` equally likely steps; a uniform place within it makes
+        the result exactly uniform.
+    """
+    values, true = np.asarray(draws, dtype=np.float64), np.asarray(truth, dtype=np.float64)
+    rank = (values < true[..., None]).sum(axis=-1)
+    return np.asarray((rank + rng.random(rank.shape)) / (values.shape[-1] + 1.0))
+
+
+def coverage(covered: ArrayLike, *, level: float, tolerance: float = 0.0) -> Coverage:
+    """Coverage of intervals with its Monte Carlo error.
+
+    Parameters
+    ----------
+    covered : array_like of bool, shape (replications,)
+        Whether each interval held the truth; replications are independent.
+    level : float
+        What the intervals claim.
+    tolerance : float
+        Coverage within this of ``level`` is as good as ``level``.
+    """
+    held = np.asarray(covered, dtype=bool)
+    hits, n = int(held.sum()), held.size
+    rate = hits / n
+    nearest = min(max(rate, level - tolerance, 0.0), min(level + tolerance, 1.0))
+    p_value = float(stats.binomtest(hits, n, nearest).pvalue)
+    return Coverage(
+        rate=rate,
+        standard_error=math.sqrt(level * (1.0 - level) / n),
+        level=level,
+        replications=n,
+        p_value=p_value,
+        tolerance=tolerance,
+    )
