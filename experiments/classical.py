@@ -2,8 +2,8 @@
 
 All are given the moving part of a displacement record and return friction as a force. Extremes are the
 turning points of :func:`friction_bayes.decay.half_cycles.half_cycles`, least-squares fits to half a period
-each: the best that a method of amplitudes can be given. Intervals are those of the least-squares fit that each method
-is.
+each: the best that a method of amplitudes can be given. Intervals are those of the least-squares fit that
+each method is.
 """
 
 from __future__ import annotations

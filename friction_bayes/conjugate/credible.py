@@ -94,7 +94,7 @@ def normal_gamma_level(alpha: float, p: float) -> float:
         lower, upper = _ridge_above(level - constant, slope)
         u_low, u_high = float(gammainc(alpha, lower)), float(gammainc(alpha, upper))
         half = 0.5 * (u_high - u_low)
-        s: NDArray[np.float64] = gammaincinv(alpha, u_low + half * (1.0 + _SINE))
+        s = np.asarray(gammaincinv(alpha, u_low + half * (1.0 + _SINE)), dtype=np.float64)
         height = xlogy(slope, s) - s - (level - constant)
         return half * float(_SINE_WEIGHTS @ erf(np.sqrt(np.maximum(height, 0.0)))) - p
 
