@@ -15,9 +15,9 @@ from experiments.runner import Cell, Experiment, main
 from experiments.tables import Row
 from friction_bayes.loop.evidence import log_evidence
 from friction_bayes.loop.expansion import Expansion
-from friction_bayes.loop.fit import LoopFit, fit_grown, fit_model, starting_point
+from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model, starting_point
 from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.noise import NoiseForm
+from friction_bayes.loop.noise import NoiseModel
 from friction_bayes.loop.segment import cut_records
 from friction_bayes.mechanics.effects import EFFECTS
 
@@ -88,16 +88,16 @@ def fit_of_case(name: str, config: Config, seed: int) -> LoopFit:
     } | changed
     record = fb.simulate(SYSTEM, seed=seed, effects=effects, **settings)
     segments = cut_records([record], SYSTEM)
-    form = NoiseForm(np.zeros(0), censored="sensor_clipping" in fitted)
+    noise_model = NoiseModel(np.zeros(0), censored="sensor_clipping" in fitted)
     plain = LoopModel(SYSTEM, segments, ())
-    base = fit_grown(plain, [form], starting_point(plain))
+    base = fit_growing_record(plain, [noise_model], starting_point(plain))
     moving = frozenset(fitted) - {"sensor_clipping"}
     if base is None:
         raise RuntimeError(f"{name}: no fit of the Coulomb model")
-    for guess in Expansion(base, list(EFFECTS)).guesses(len(moving)):
-        if guess.effects == moving:
+    for approximation in Expansion(base, list(EFFECTS)).approximations(len(moving)):
+        if approximation.effects == moving:
             model = plain.with_effects(tuple(moving))
-            fit = fit_model(model, [form], guess.coordinates(model))
+            fit = fit_model(model, [noise_model], approximation.coordinates(model))
             if fit is not None:
                 return fit
     raise RuntimeError(f"{name}: no fit")

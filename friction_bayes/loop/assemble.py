@@ -15,17 +15,17 @@ from friction_bayes.core.text import set_words
 from friction_bayes.loop.autoregression import correlation_length
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import held_out_error
-from friction_bayes.loop.friction import Distribution, friction_of, mixture_draws
+from friction_bayes.loop.friction import Distribution, friction_posterior, mixture_draws
 from friction_bayes.loop.next_experiment import next_experiment
 from friction_bayes.loop.paper_procedure import paper_procedure
-from friction_bayes.loop.reference_force import force_check
-from friction_bayes.loop.residual import residual_tests
+from friction_bayes.loop.reference_force import compare_forces
+from friction_bayes.loop.residual_tests import residual_tests
 from friction_bayes.loop.result import LoopReport, RecordTrace
-from friction_bayes.loop.sampler_check import sampled_check
-from friction_bayes.loop.verdict import credible, verdict
+from friction_bayes.loop.sampler_check import sampler_check
+from friction_bayes.loop.verdict import credible_count, verdict
 from friction_bayes.mechanics.effects import EFFECTS
 
-__all__ = ["Found", "make_report"]
+__all__ = ["SearchResult", "assemble_report"]
 
 _MOST_RIVALS = 3
 _FREQUENCY_TOLERANCE = 0.03
@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Found:
+class SearchResult:
     """What a search left: candidates, most probable first, and the Coulomb model alone."""
 
     sets: tuple[frozenset[str], ...]
@@ -46,8 +46,8 @@ class Found:
     trail: tuple[str, ...]
 
 
-def make_report(
-    found: Found,
+def assemble_report(
+    found: SearchResult,
     *,
     seed: int,
     started: float,
@@ -62,12 +62,12 @@ def make_report(
     which, draws = mixture_draws(
         found.fits, found.probabilities, rng_mixture, misfit=bool(tests_after.failed)
     )
-    after = friction_of(found.fits, draws, rng_mixture)
+    after = friction_posterior(found.fits, draws, rng_mixture)
     _, alone = mixture_draws([found.before], np.ones(1), rng_before, misfit=bool(tests_before.failed))
-    before = friction_of([found.before], alone, rng_before)
+    before = friction_posterior([found.before], alone, rng_before)
     word = verdict(found.sets, found.probabilities, not tests_after.failed)
     names = [set_words(_in_order(s)) for s in found.sets]
-    rivals = min(credible(found.probabilities), _MOST_RIVALS + 1)
+    rivals = min(credible_count(found.probabilities), _MOST_RIVALS + 1)
     further = next_experiment(found.fits[:rivals], names[:rivals]) if word == "ambiguous" else None
     effects = _in_order(found.sets[0])
     step = best.model.segments[0].decay.step
@@ -75,7 +75,7 @@ def make_report(
     residual: dict[str, Any] = {"before": tests_before.to_dict(), "after": tests_after.to_dict()}
     forces: tuple[Array, ...] | None = None
     if reference_force is not None:
-        residual["force"], forces = force_check(found.before, best, reference_force)
+        residual["force"], forces = compare_forces(found.before, best, reference_force)
     return LoopReport(
         verdict=word,
         effects=_effects(found, effects, draws[0]),
@@ -131,7 +131,7 @@ def _in_order(names: frozenset[str]) -> tuple[str, ...]:
     return tuple(name for name in EFFECTS if name in names)
 
 
-def _effects(found: Found, names: tuple[str, ...], draws: Array) -> list[dict[str, Any]]:
+def _effects(found: SearchResult, names: tuple[str, ...], draws: Array) -> list[dict[str, Any]]:
     best = found.fits[0]
     told = []
     for name in names:
@@ -186,7 +186,7 @@ def _noise_parameters(fit: LoopFit, name: str, units: dict[str, str]) -> dict[st
 
 
 def _reference(
-    found: Found,
+    found: SearchResult,
     after: Distribution,
     before: Distribution,
     friction: float | None,
@@ -200,7 +200,7 @@ def _reference(
         low, high = np.quantile(after.draws, (0.05, 0.95))
         told["within_interval90"] = bool(low <= friction <= high)
     if seed is not None:
-        told["sampler"] = sampled_check(found.before, found.fits[0], seed)
+        told["sampler"] = sampler_check(found.before, found.fits[0], seed)
     return told or None
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-__all__ = ["autoregression", "correlation_length", "is_coloured"]
+__all__ = ["correlation_length", "fit_autoregression", "is_coloured"]
 
 _HARMONICS = 8.0
 _BANDS = 8
@@ -59,7 +59,7 @@ def is_coloured(residual: Array, step: float, frequency: float) -> bool:
     return not flat and float(level.max() - level.min()) > math.log(_RATIO)
 
 
-def autoregression(residual: Array) -> Array:
+def fit_autoregression(residual: Array) -> Array:
     """Coefficients of the autoregression that the residual asks for, order by the Bayesian criterion."""
     x = residual - residual.mean()
     n = x.size

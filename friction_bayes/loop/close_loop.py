@@ -15,13 +15,13 @@ from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
-from friction_bayes.loop.assemble import Found, make_report
-from friction_bayes.loop.autoregression import autoregression, is_coloured
+from friction_bayes.loop.assemble import SearchResult, assemble_report
+from friction_bayes.loop.autoregression import fit_autoregression, is_coloured
 from friction_bayes.loop.evidence import posterior_probabilities
-from friction_bayes.loop.fit import LoopFit, fit_grown, starting_point
+from friction_bayes.loop.fit import LoopFit, fit_growing_record, starting_point
 from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.noise import NoiseForm
-from friction_bayes.loop.reference_force import checked_force
+from friction_bayes.loop.noise import NoiseModel
+from friction_bayes.loop.reference_force import validate_force
 from friction_bayes.loop.result import LoopReport
 from friction_bayes.loop.search import Search
 from friction_bayes.loop.segment import Segment, cut_records
@@ -93,7 +93,7 @@ def close_loop(
     if system.pendulum and segments[0].decay.unit in UNCALIBRATED_UNITS:
         # how far it swings is not known, and the sine of volts is nothing
         system = Oscillator(**asdict(system))
-    force = None if reference_force is None else checked_force(segments[0], reference_force)
+    force = None if reference_force is None else validate_force(segments[0], reference_force)
     white = tuple(np.zeros(0) for _ in segments)
     search = Search(system, segments, allowed, white, progress)
     _run(search)
@@ -126,7 +126,7 @@ def close_loop(
         sets.append(frozenset())
         fits.append(before)
         probabilities = np.append(probabilities, 0.0)
-    found = Found(
+    found = SearchResult(
         sets=tuple(sets),
         fits=tuple(fits),
         probabilities=probabilities,
@@ -134,7 +134,7 @@ def close_loop(
         ar=ar,
         trail=tuple(trail),
     )
-    return make_report(
+    return assemble_report(
         found,
         seed=seed,
         started=started,
@@ -151,7 +151,7 @@ def _shared_colour(segments: tuple[Segment, ...], residuals: Sequence[Array]) ->
     """
     steps = [segment.decay.step for segment in segments]
     shared = {
-        step: autoregression(
+        step: fit_autoregression(
             np.concatenate(
                 [e - e.mean() for e, own in zip(residuals, steps, strict=True) if math.isclose(own, step)]
             )
@@ -182,7 +182,7 @@ def _coulomb_alone(
     if known is not None:
         return known.fit
     model = LoopModel(system, segments, ())
-    fit = fit_grown(model, [NoiseForm(a) for a in ar], starting_point(model))
+    fit = fit_growing_record(model, [NoiseModel(a) for a in ar], starting_point(model))
     if fit is None:
         raise InputError(segments[0].decay.name, "no Coulomb decay fits", "check the record and the system")
     return fit

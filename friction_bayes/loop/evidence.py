@@ -22,7 +22,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.truncated_normal import log_box_probability, truncated_draws
 
-__all__ = ["bounded_draws", "log_evidence", "posterior_probabilities"]
+__all__ = ["log_evidence", "posterior_draws", "posterior_probabilities"]
 
 Array = NDArray[np.float64]
 
@@ -69,7 +69,7 @@ def posterior_probabilities(fits: Sequence[LoopFit], log_weights: Array) -> Arra
     return np.asarray(weight / weight.sum())
 
 
-def bounded_draws(
+def posterior_draws(
     fit: LoopFit, rng: np.random.Generator, draws: int, covariance: Array | None = None
 ) -> Array:
     """Draw coordinates from the normal approximation cut to the support, shape (draws, p).

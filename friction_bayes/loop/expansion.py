@@ -19,12 +19,12 @@ from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.noise import whiten
 from friction_bayes.loop.parameters import Coordinate
-from friction_bayes.loop.spectral_lines import LineColumns, line_columns
+from friction_bayes.loop.spectral_lines import SpectralLine, strongest_lines
 from friction_bayes.loop.truncated_normal import log_interval_probability
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 
-__all__ = ["Expansion", "Guess", "told_apart"]
+__all__ = ["Approximation", "Expansion", "is_identifiable"]
 
 _SCORES = (-2.0, -1.0, 0.0, 1.0)
 """Where a parameter that only shapes a term is tried, as normal scores of its prior."""
@@ -40,7 +40,7 @@ Names = frozenset[str]
 
 
 @dataclass(frozen=True, eq=False)
-class Guess:
+class Approximation:
     """One set of effects, to second order.
 
     Attributes
@@ -72,7 +72,7 @@ class _Version:
     effect: str
     coordinates: tuple[Coordinate, ...]
     columns: slice
-    line: LineColumns | None = None
+    line: SpectralLine | None = None
     offset: int | None = None
 
 
@@ -107,7 +107,7 @@ class Expansion:
             squares.append(float(noise.weight @ noise.residual**2))
         self._matrices, self._gradients = np.array(matrices), np.array(gradients)
         self._squares = np.array(squares)
-        self._plain = np.array([not (f.outliers or f.censored) for f in fit.forms])
+        self._plain = np.array([not (f.outliers or f.censored) for f in fit.noise_models])
         own = self._owners
         support = np.array([(-math.inf, math.inf) if c is None else c.support for c in own])
         self._low, self._high = support[:, 0], support[:, 1]
@@ -126,7 +126,7 @@ class Expansion:
         """Effects beyond those of the fit of which the samples say anything."""
         return frozenset(name for name, versions in self._versions.items() if versions)
 
-    def guesses(self, most: int, uncounted: Names = frozenset()) -> Iterator[Guess]:
+    def approximations(self, most: int, uncounted: Names = frozenset()) -> Iterator[Approximation]:
         """Judge every set of at most ``most`` effects, those ``uncounted`` besides."""
         present = self._fit.model.effects
         names = [name for name in EFFECTS if name in present or self._versions.get(name)]
@@ -137,11 +137,11 @@ class Expansion:
                 chosen = frozenset(first + second)
                 if any(other in chosen for name in chosen for other in EFFECTS[name].excludes):
                     continue
-                guess = self._best(chosen, [n for n in names if n in chosen and n not in present])
-                if guess is not None:
-                    yield guess
+                approximation = self._best(chosen, [n for n in names if n in chosen and n not in present])
+                if approximation is not None:
+                    yield approximation
 
-    def _best(self, names: Names, new: Sequence[str]) -> Guess | None:
+    def _best(self, names: Names, new: Sequence[str]) -> Approximation | None:
         """The best versions of a set; None where one of its effects cannot be told from the others."""
         tried = [(self._judge(names, v), v) for v in product(*(self._versions[name] for name in new))]
         (value, objective, reached, told), versions = max(tried, key=lambda t: t[0][0])
@@ -157,7 +157,7 @@ class Expansion:
             if version.line is not None:
                 own = version.line.start(version.coordinates, own)
             start |= {c.key: float(x) for c, x in zip(version.coordinates, own, strict=True)}
-        return Guess(names, value - self._reference, objective, start)
+        return Approximation(names, value - self._reference, objective, start)
 
     def _linearised(self, name: str) -> Iterator[list[Array]]:
         """Derivatives of each record's signal in an effect, version by version, which are noted down."""
@@ -166,7 +166,7 @@ class Expansion:
         mine = [i for i, c in enumerate(model.coordinates) if c.effect == name]
         coordinates = tuple(model.coordinates[i] for i in mine)
         if name == PERIODIC_INTERFERENCE.name:
-            for line in line_columns(fit):
+            for line in strongest_lines(fit):
                 self._note(name, coordinates, np.zeros(line.size), line.prior(coordinates), line=line)
                 yield list(line.columns)
             return
@@ -183,7 +183,7 @@ class Expansion:
                 # where no parameter has a null the term has moved the signal already
                 change = base.signal - fit.predictions[r].signal
                 changed |= bool(np.any(change != 0.0))
-                added.append(whiten(np.column_stack([*own, change]), fit.forms[r].ar))
+                added.append(whiten(np.column_stack([*own, change]), fit.noise_models[r].ar))
             else:
                 self._note(name, coordinates, z[mine], [c.precision for c in coordinates], changed=changed)
                 yield added
@@ -195,7 +195,7 @@ class Expansion:
         at: Array,
         prior: Sequence[float],
         *,
-        line: LineColumns | None = None,
+        line: SpectralLine | None = None,
         changed: bool = False,
     ) -> None:
         first = len(self._at)
@@ -261,7 +261,7 @@ class Expansion:
                 lines = self._matrices[:, version.columns, version.columns].sum(axis=0)
                 value += version.line.log_volume(version.coordinates, own, float(own @ lines @ own))
         variance = np.diag(covariance)
-        told = _all_learnt([(c, v) for c, v in zip(owners, variance, strict=True) if c is not None])
+        told = _all_identified([(c, v) for c, v in zip(owners, variance, strict=True) if c is not None])
         return value, objective - self._fit.objective, reached, told
 
     def _deviance(self, moved: Array) -> tuple[float, Array]:
@@ -279,12 +279,12 @@ def _inverse(matrix: Array) -> Array:
     return np.asarray(np.linalg.inv(matrix * np.outer(scale, scale)) * np.outer(scale, scale))
 
 
-def told_apart(fit: LoopFit) -> bool:
+def is_identifiable(fit: LoopFit) -> bool:
     """Whether the samples tell each effect of a fit from the others of it, and from friction and state."""
-    return _all_learnt(list(zip(fit.model.coordinates, np.diag(fit.covariance), strict=True)))
+    return _all_identified(list(zip(fit.model.coordinates, np.diag(fit.covariance), strict=True)))
 
 
-def _all_learnt(coordinates: Sequence[tuple[Coordinate, float]]) -> bool:
+def _all_identified(coordinates: Sequence[tuple[Coordinate, float]]) -> bool:
     """Whether of each effect some parameter is known better than by its prior alone."""
     learnt = {
         c.effect for c, variance in coordinates if 1.0 / variance > (1.0 + _LEAST_INFORMATION) * c.precision

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.loop.model import LoopModel, Prediction
-from friction_bayes.loop.noise import NoiseFit, NoiseForm, judge_noise, whiten
+from friction_bayes.loop.noise import NoiseFit, NoiseModel, fit_noise, whiten
 from friction_bayes.loop.segment import Segment
 
-__all__ = ["LoopFit", "fit_grown", "fit_model", "starting_point"]
+__all__ = ["LoopFit", "fit_growing_record", "fit_model", "starting_point"]
 
 _ITERATIONS = 25
 _SETTLED = 0.02
@@ -36,7 +36,7 @@ class LoopFit:
     Attributes
     ----------
     model : LoopModel
-    forms : tuple of NoiseForm
+    noise_models : tuple of NoiseModel
         Noise of each record.
     z : ndarray, shape (p,)
         The mode.
@@ -47,7 +47,7 @@ class LoopFit:
     precision : ndarray, shape (p, p)
         Curvature of half the objective.
     gradient : ndarray, shape (p,)
-        Minus the gradient of half the objective: nothing but where a coordinate is held at its fence.
+        Minus the gradient of half the objective: nothing but where a coordinate is held at its bounds.
     deviance : float
         ``-2 log L`` at the mode.
     objective : float
@@ -55,7 +55,7 @@ class LoopFit:
     """
 
     model: LoopModel
-    forms: tuple[NoiseForm, ...]
+    noise_models: tuple[NoiseModel, ...]
     z: Array
     predictions: tuple[Prediction, ...]
     noises: tuple[NoiseFit, ...]
@@ -67,8 +67,8 @@ class LoopFit:
 
     @property
     def centre(self) -> tuple[Array, float]:
-        """Mode of the second-order problem, beyond the fence where that holds a coordinate; its objective."""
-        low, high = self.model.fence
+        """Mode and objective of the second-order problem, beyond the bounds that hold a coordinate."""
+        low, high = self.model.bounds
         if not np.any((self.z <= low) | (self.z >= high)):
             return self.z, self.objective
         step = cho_solve(cho_factor(self.precision), self.gradient)
@@ -122,12 +122,12 @@ def starting_point(model: LoopModel) -> Array:
     values = [friction, ratio, *states]
     z = np.array([c.start for c in model.coordinates])
     z[: len(values)] = [c.coordinate(v) for c, v in zip(model.coordinates, values, strict=False)]
-    return model.fenced(z)
+    return model.within_bounds(z)
 
 
 def fit_model(
     model: LoopModel,
-    forms: Sequence[NoiseForm],
+    noise_models: Sequence[NoiseModel],
     start: Array,
     *,
     segments: Sequence[Segment] | None = None,
@@ -139,7 +139,7 @@ def fit_model(
     Parameters
     ----------
     model : LoopModel
-    forms : sequence of NoiseForm
+    noise_models : sequence of NoiseModel
     start : ndarray, shape (p,)
     segments : sequence of Segment, optional
         Shortened records to fit instead of the model's own.
@@ -155,19 +155,19 @@ def fit_model(
     """
     used = tuple(model.segments if segments is None else segments)
     prior = np.array([c.precision for c in model.coordinates])
-    point = _evaluate(model, forms, model.fenced(start), used, prior)
+    point = _evaluate(model, noise_models, model.within_bounds(start), used, prior)
     if point is None:
         return None
-    fence = model.fence
+    bounds = model.bounds
     damping = 1e-3
-    jacobians, precision, gradient = _linearise(model, forms, point, used, prior, steps)
+    jacobians, precision, gradient = _linearise(model, noise_models, point, used, prior, steps)
     for _ in range(iterations):
         improved = None
         length = 0.0
         while damping < 1e8:
             damped = precision + damping * np.diag(np.diag(precision))
-            move = _step(damped, gradient, point.z, fence)
-            trial = _evaluate(model, forms, model.fenced(point.z + move), used, prior)
+            move = _step(damped, gradient, point.z, bounds)
+            trial = _evaluate(model, noise_models, model.within_bounds(point.z + move), used, prior)
             if trial is not None and trial.objective < point.objective:
                 improved = trial
                 length = float(move @ precision @ move)
@@ -186,12 +186,12 @@ def fit_model(
             break
         steps = _difference_steps(precision)
         jacobians, precision, gradient = _linearise(
-            model, forms, point, used, prior, steps, jacobians if near else None
+            model, noise_models, point, used, prior, steps, jacobians if near else None
         )
-    _, precision, gradient = _linearise(model, forms, point, used, prior, steps, jacobians)
+    _, precision, gradient = _linearise(model, noise_models, point, used, prior, steps, jacobians)
     return LoopFit(
         model,
-        tuple(forms),
+        tuple(noise_models),
         point.z,
         point.predictions,
         point.noises,
@@ -203,24 +203,24 @@ def fit_model(
     )
 
 
-def _step(curvature: Array, gradient: Array, z: Array, fence: tuple[Array, Array]) -> Array:
-    """Newton's step of the coordinates that are not held at their fence."""
-    low, high = fence
+def _step(curvature: Array, gradient: Array, z: Array, bounds: tuple[Array, Array]) -> Array:
+    """Newton's step of the coordinates that are not held at their bounds."""
+    low, high = bounds
     free = ~(((z <= low) & (gradient < 0.0)) | ((z >= high) & (gradient > 0.0)))
     move = np.zeros(z.size)
     move[free] = cho_solve(cho_factor(curvature[np.ix_(free, free)]), gradient[free])
     return move
 
 
-def fit_grown(
-    model: LoopModel, forms: Sequence[NoiseForm], start: Array, *, share: float = 0.0
+def fit_growing_record(
+    model: LoopModel, noise_models: Sequence[NoiseModel], start: Array, *, share: float = 0.0
 ) -> LoopFit | None:
     """Fit the first part of the records, then more and more of them, so that no cycle is slipped.
 
     Parameters
     ----------
     model : LoopModel
-    forms : sequence of NoiseForm
+    noise_models : sequence of NoiseModel
     start : ndarray, shape (p,)
     share : float
         Share of the moving samples to begin with; three periods at least.
@@ -233,8 +233,8 @@ def fit_grown(
     while True:
         used = [min(int(n), most) for n, most in zip(samples, counts, strict=True)]
         if used == counts:
-            return fit_model(model, forms, z)
-        fit = fit_model(model, forms, z, segments=model.shortened(used), iterations=6)
+            return fit_model(model, noise_models, z)
+        fit = fit_model(model, noise_models, z, segments=model.shortened(used), iterations=6)
         if fit is None:
             return None
         z = fit.z
@@ -242,7 +242,7 @@ def fit_grown(
 
 
 def _evaluate(
-    model: LoopModel, forms: Sequence[NoiseForm], z: Array, segments: Sequence[Segment], prior: Array
+    model: LoopModel, noise_models: Sequence[NoiseModel], z: Array, segments: Sequence[Segment], prior: Array
 ) -> _Point | None:
     predictions, noises = [], []
     for r, segment in enumerate(segments):
@@ -250,14 +250,16 @@ def _evaluate(
         if prediction is None:
             return None
         predictions.append(prediction)
-        noises.append(judge_noise(segment.values - prediction.signal, segment.sides, forms[r], model.scales))
+        noises.append(
+            fit_noise(segment.values - prediction.signal, segment.sides, noise_models[r], model.scales)
+        )
     deviance = math.fsum(noise.deviance for noise in noises)
     return _Point(z, tuple(predictions), tuple(noises), deviance, deviance + float(prior @ (z * z)))
 
 
 def _linearise(
     model: LoopModel,
-    forms: Sequence[NoiseForm],
+    noise_models: Sequence[NoiseModel],
     point: _Point,
     segments: Sequence[Segment],
     prior: Array,
@@ -271,7 +273,7 @@ def _linearise(
     for r, segment in enumerate(segments):
         if known is None:
             raw = model.derivatives(point.z, r, point.predictions[r], steps, segment)
-            jacobian = whiten(raw, forms[r].ar)
+            jacobian = whiten(raw, noise_models[r].ar)
         else:
             jacobian = known[r]
         noise = point.noises[r]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from friction_bayes.loop.fit import LoopFit, fit_grown
+from friction_bayes.loop.fit import LoopFit, fit_growing_record
 
 __all__ = ["FITTED_SHARE", "forecast_error", "held_out_error"]
 
@@ -18,7 +18,9 @@ def forecast_error(fit: LoopFit) -> float:
     """RMS error over the rest of the moving records after a fit to their first 70 %; nan if none fits."""
     model = fit.model
     heads = [int(FITTED_SHARE * segment.moving) for segment in model.segments]
-    again = fit_grown(model.with_segments(model.shortened(heads)), fit.forms, fit.z, share=0.5)
+    again = fit_growing_record(
+        model.with_segments(model.shortened(heads)), fit.noise_models, fit.z, share=0.5
+    )
     if again is None:
         return math.nan
     total, count = 0.0, 0

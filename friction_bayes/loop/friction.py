@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
-from friction_bayes.loop.evidence import bounded_draws
+from friction_bayes.loop.evidence import posterior_draws
 from friction_bayes.loop.fit import LoopFit
-from friction_bayes.loop.misfit import covariance_with_misfit
 from friction_bayes.loop.model import LoopModel
+from friction_bayes.loop.robust_covariance import robust_covariance
 
-__all__ = ["DRAWS", "Distribution", "friction_of", "friction_scale", "mixture_draws"]
+__all__ = ["DRAWS", "Distribution", "friction_posterior", "friction_scale", "mixture_draws"]
 
 DRAWS = 4000
 _LEAST_SHARE = 1e-4
@@ -70,7 +70,7 @@ def mixture_draws(
     kept = np.where(probabilities > _LEAST_SHARE, probabilities, 0.0)
     counts = rng.multinomial(DRAWS, kept / kept.sum())
     draws = [
-        bounded_draws(fit, rng, int(k), covariance_with_misfit(fit) if misfit else None)
+        posterior_draws(fit, rng, int(k), robust_covariance(fit) if misfit else None)
         if k
         else np.empty((0, fit.z.size))
         for fit, k in zip(fits, counts, strict=True)
@@ -89,7 +89,9 @@ def friction_scale(model: LoopModel) -> tuple[float, float, str]:
     return 1.0, model.system.force_factor_relative_sd(decay.quantity), model.system.friction_unit
 
 
-def friction_of(fits: Sequence[LoopFit], draws: Sequence[Array], rng: np.random.Generator) -> Distribution:
+def friction_posterior(
+    fits: Sequence[LoopFit], draws: Sequence[Array], rng: np.random.Generator
+) -> Distribution:
     """Friction force of draws, with the uncertainty of mass and stiffness where it was given."""
     model = fits[0].model
     values = np.concatenate(

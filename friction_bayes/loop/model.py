@@ -27,7 +27,7 @@ from friction_bayes.mechanics.effects import (
 )
 from friction_bayes.mechanics.integrate import propagator
 
-__all__ = ["LoopModel", "Prediction", "distorting"]
+__all__ = ["LoopModel", "Prediction", "changes_signal"]
 
 RTOL = 1e-8
 """Local error of the integrator over the amplitude: 1e-7 after a hundred half cycles."""
@@ -66,7 +66,7 @@ class Prediction:
     stop_time: float
 
 
-def distorting(name: str) -> bool:
+def changes_signal(name: str) -> bool:
     """Whether an effect changes the predicted signal: noise and what acts after it do not."""
     effect = EFFECTS[name]
     return not (isinstance(effect, NoiseEffect) or (isinstance(effect, SensorEffect) and effect.after_noise))
@@ -121,14 +121,14 @@ class LoopModel:
         return np.array([c.value(float(x)) for c, x in zip(self.coordinates, z, strict=True)])
 
     @property
-    def fence(self) -> tuple[Array, Array]:
+    def bounds(self) -> tuple[Array, Array]:
         """Coordinates between which the force laws make sense, each of shape (p,)."""
-        ends = np.array([c.fenced for c in self.coordinates])
+        ends = np.array([c.coordinate_bounds for c in self.coordinates])
         return ends[:, 0], ends[:, 1]
 
-    def fenced(self, z: Array) -> Array:
+    def within_bounds(self, z: Array) -> Array:
         """Move coordinates back to where the force laws make sense."""
-        return np.clip(z, *self.fence)
+        return np.clip(z, *self.bounds)
 
     def predict(self, z: Array, r: int, segment: Segment | None = None) -> Prediction | None:
         """Predict record ``r`` (or a shortened ``segment``); None when the motion does not stay finite."""

@@ -136,7 +136,7 @@ def _expected_log_bayes_factor(truth: LoopFit, rival: LoopFit, option: Proposal)
             1e-4,
         ),
     ]
-    ar = truth.forms[0].ar
+    ar = truth.noise_models[0].ar
     jacobian = whiten(np.column_stack(columns + free), ar) / sd
     covariance = np.zeros((len(kept) + 2, len(kept) + 2))
     covariance[: len(kept), : len(kept)] = rival.covariance[np.ix_(kept, kept)]

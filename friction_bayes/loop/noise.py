@@ -1,6 +1,6 @@
 """What is left is noise of which kind: white or autoregressive, normal or with outliers, censored where flat.
 
-Every likelihood here is of one form: a deviance ``-2 log L`` at the best noise scale, and for each sample a
+Every likelihood here has one form: a deviance ``-2 log L`` at the best noise scale, and for each sample a
 weight and a pseudo-residual, such that ``J' w J`` and ``J' w e`` are its curvature and half its gradient.
 """
 
@@ -16,7 +16,7 @@ from scipy.special import log_ndtr
 
 from friction_bayes.mechanics.effects import EFFECTS, Scales
 
-__all__ = ["NoiseFit", "NoiseForm", "judge_noise", "log_densities", "whiten"]
+__all__ = ["NoiseFit", "NoiseModel", "fit_noise", "log_densities", "whiten"]
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ _SETTLED = 1e-4
 
 
 @dataclass(frozen=True)
-class NoiseForm:
+class NoiseModel:
     """The noise that is assumed of one record.
 
     Attributes
@@ -80,7 +80,7 @@ def whiten(columns: Array, ar: Array) -> Array:
     return np.asarray(lfilter(np.concatenate([[1.0], -ar]), [1.0], columns, axis=0))
 
 
-def judge_noise(residual: Array, sides: Array, form: NoiseForm, scales: Scales) -> NoiseFit:
+def fit_noise(residual: Array, sides: Array, noise_model: NoiseModel, scales: Scales) -> NoiseFit:
     """Find the best noise scale of residuals, and what it says of each sample.
 
     Parameters
@@ -89,22 +89,22 @@ def judge_noise(residual: Array, sides: Array, form: NoiseForm, scales: Scales) 
         Measured minus predicted.
     sides : ndarray, shape (n,)
         1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
-    form : NoiseForm
+    noise_model : NoiseModel
     scales : Scales
         Of the priors of the outliers.
     """
-    white = whiten(residual, form.ar)
+    white = whiten(residual, noise_model.ar)
     usable = np.ones(white.size, dtype=bool)
-    usable[: form.ar.size] = False
-    flat = (sides != 0.0) if form.censored else np.zeros(sides.size, dtype=bool)
-    if form.censored and form.ar.size:
+    usable[: noise_model.ar.size] = False
+    flat = (sides != 0.0) if noise_model.censored else np.zeros(sides.size, dtype=bool)
+    if noise_model.censored and noise_model.ar.size:
         # a flat sample spoils the innovations of all that follow within the order
-        usable &= lfilter(np.ones(form.ar.size + 1), [1.0], flat.astype(float)) < 0.5
+        usable &= lfilter(np.ones(noise_model.ar.size + 1), [1.0], flat.astype(float)) < 0.5
         flat = np.zeros(sides.size, dtype=bool)
     usable &= ~flat
     x = white[usable]
     weight = np.zeros(white.size)
-    if form.outliers:
+    if noise_model.outliers:
         deviance, sd, fraction, scale, core, volume = _contaminated(x, scales)
         weight[usable] = core / sd**2 + (1.0 - core) / scale**2
     else:
@@ -124,15 +124,15 @@ def judge_noise(residual: Array, sides: Array, form: NoiseForm, scales: Scales) 
     return NoiseFit(deviance, weight, white, sd, volume, fraction, scale)
 
 
-def log_densities(residual: Array, sides: Array, form: NoiseForm, noise: NoiseFit) -> Array:
+def log_densities(residual: Array, sides: Array, noise_model: NoiseModel, noise: NoiseFit) -> Array:
     """Log-likelihood of each sample at the noise scale found, shape (n,); zero where it says nothing.
 
     Under an autoregression a sample's density is that given the samples before it.
     """
     counted = noise.weight > 0.0
-    flat = counted & (sides != 0.0) if form.censored else np.zeros(sides.size, dtype=bool)
+    flat = counted & (sides != 0.0) if noise_model.censored else np.zeros(sides.size, dtype=bool)
     # the whitened residual, where it was not replaced by a pseudo-residual
-    x = whiten(residual, form.ar)
+    x = whiten(residual, noise_model.ar)
     out = -0.5 * (x / noise.sd) ** 2 - math.log(noise.sd) - 0.5 * math.log(2.0 * math.pi)
     if noise.fraction > 0.0:
         wide = -0.5 * (x / noise.scale) ** 2 - math.log(noise.scale) - 0.5 * math.log(2.0 * math.pi)

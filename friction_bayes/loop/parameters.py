@@ -48,7 +48,7 @@ class Coordinate:
         The record it belongs to; -1 for what all records share.
     prior : Prior
         Weak prior of the value.
-    fence : tuple of float
+    bounds : tuple of float
         Values between which the force law makes sense, wider than the prior's support where the law can
         be continued through its null.
     circular : bool
@@ -61,7 +61,7 @@ class Coordinate:
     effect: str
     record: int
     prior: Prior
-    fence: tuple[float, float]
+    bounds: tuple[float, float]
     circular: bool = False
     shapes: bool = False
 
@@ -114,12 +114,12 @@ class Coordinate:
         return 2.0 * math.pi if self.prior.family == "uniform" else 0.0
 
     @property
-    def fenced(self) -> tuple[float, float]:
-        """The fence as coordinates."""
+    def coordinate_bounds(self) -> tuple[float, float]:
+        """The bounds as coordinates."""
         if self.prior.family == "log-normal":
             # beyond six prior standard deviations a value is none
             return -6.0, 6.0
-        return self.coordinate(self.fence[0]), self.coordinate(self.fence[1])
+        return self.coordinate(self.bounds[0]), self.coordinate(self.bounds[1])
 
     @property
     def support(self) -> tuple[float, float]:
@@ -168,14 +168,14 @@ def physical_coordinates(scales: Scales, records: int) -> tuple[Coordinate, ...]
             effect="",
             record=-1,
             prior=Prior("normal", 0.0, friction, 0.0),
-            fence=(1e-6 * friction, math.inf),
+            bounds=(1e-6 * friction, math.inf),
         ),
         Coordinate(
             name="log_frequency_ratio",
             effect="",
             record=-1,
             prior=Prior("normal", 0.0, FREQUENCY_SD),
-            fence=(-1.2, 1.2),
+            bounds=(-1.2, 1.2),
         ),
     )
     wide = STATE_SHARE * scales.amplitude
@@ -186,7 +186,7 @@ def physical_coordinates(scales: Scales, records: int) -> tuple[Coordinate, ...]
             effect="",
             record=r,
             prior=Prior("normal", 0.0, scale),
-            fence=(-20.0 * scale, 20.0 * scale),
+            bounds=(-20.0 * scale, 20.0 * scale),
         )
         for r in range(records)
         for name, scale in (("displacement", wide), ("velocity", fast))
@@ -204,7 +204,7 @@ def effect_coordinates(name: str, scales: Scales, records: int) -> tuple[Coordin
             effect=name,
             record=owner,
             prior=prior,
-            fence=_fence(effect, prior, parameter),
+            bounds=_bounds(effect, prior, parameter),
             circular=_is_angle(prior, parameter),
             shapes=_shapes(prior, parameter),
         )
@@ -226,7 +226,7 @@ def _shapes(prior: Prior, parameter: Parameter) -> bool:
     return prior.family == "log-normal" or parameter.open_low
 
 
-def _fence(effect: Effect, prior: Prior, parameter: Parameter) -> tuple[float, float]:
+def _bounds(effect: Effect, prior: Prior, parameter: Parameter) -> tuple[float, float]:
     """A force that is linear in a parameter goes on through its null; nothing else does."""
     if prior.family == "uniform":
         width = prior.high - prior.low if _is_angle(prior, parameter) else 0.0

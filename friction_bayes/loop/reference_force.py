@@ -14,7 +14,7 @@ from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
 
-__all__ = ["checked_force", "force_check", "resisting_force"]
+__all__ = ["compare_forces", "resisting_force", "validate_force"]
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ def resisting_force(fit: LoopFit) -> Array:
     return np.asarray(-(model.system.moving * ratio ** (q - 2) * a.clean + spring))
 
 
-def checked_force(segment: Segment, measured: ArrayLike) -> Array:
+def validate_force(segment: Segment, measured: ArrayLike) -> Array:
     """Return a measured force as an array.
 
     Raises
@@ -58,14 +58,16 @@ def checked_force(segment: Segment, measured: ArrayLike) -> Array:
     return force
 
 
-def force_check(before: LoopFit, after: LoopFit, measured: Array) -> tuple[dict[str, Any], tuple[Array, ...]]:
+def compare_forces(
+    before: LoopFit, after: LoopFit, measured: Array
+) -> tuple[dict[str, Any], tuple[Array, ...]]:
     """Compare a measured friction force with two models, over the samples used of the first record.
 
     Parameters
     ----------
     before, after : LoopFit
     measured : ndarray, shape (n,)
-        As from :func:`checked_force`; of either sign, that by which it takes energy is used.
+        As from :func:`validate_force`; of either sign, that by which it takes energy is used.
 
     Returns
     -------

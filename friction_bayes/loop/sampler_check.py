@@ -12,13 +12,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from friction_bayes.core.errors import InputError, NotConvergedWarning
-from friction_bayes.loop.evidence import bounded_draws
-from friction_bayes.loop.fit import LoopFit, fit_grown, starting_point
+from friction_bayes.loop.evidence import posterior_draws
+from friction_bayes.loop.fit import LoopFit, fit_growing_record, starting_point
 from friction_bayes.loop.friction import friction_scale
 from friction_bayes.loop.target import block_log_likelihoods, target_of
 from friction_bayes.validation.agreement import compare
 
-__all__ = ["sampled_check"]
+__all__ = ["sampler_check"]
 
 ENSEMBLES = 4
 _ESS = 400.0
@@ -29,7 +29,7 @@ _CLOSED_FORM_DRAWS = 20_000
 Array = NDArray[np.float64]
 
 
-def sampled_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
+def sampler_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
     """Sample the posterior of the most probable model with emcee, on the likelihood of the fit.
 
     Parameters
@@ -51,7 +51,7 @@ def sampled_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
 
     target = target_of(after, seed)
     began = time.perf_counter()
-    fit_grown(after.model, after.forms, starting_point(after.model))
+    fit_growing_record(after.model, after.noise_models, starting_point(after.model))
     closed_form_s = time.perf_counter() - began
     told: dict[str, Any] = {"sampler": "emcee", "seed": seed, "closed_form_s": closed_form_s}
     try:
@@ -71,7 +71,7 @@ def sampled_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
     attrs = tree.attrs
     draws = np.asarray(tree["posterior"]["friction"].values)
     grouped = draws.reshape(attrs["ensembles"], attrs["walkers"], -1)
-    closed = bounded_draws(after, np.random.default_rng(seed), _CLOSED_FORM_DRAWS)
+    closed = posterior_draws(after, np.random.default_rng(seed), _CLOSED_FORM_DRAWS)
     expected = np.asarray(target.posterior(closed)["friction"])
     agreement = compare(expected, grouped, minimum_ess=0.5 * _ESS)
     converged = bool(attrs["converged"])
@@ -115,7 +115,7 @@ def _leave_one_out(before: LoopFit, after: LoopFit, tree: xr.DataTree, seed: int
     from friction_bayes.reference.cross_validation import leave_one_out
 
     sampled = np.asarray(tree["log_likelihood"]["signal"].values)
-    draws = bounded_draws(before, np.random.default_rng(seed), _BLOCK_DRAWS)
+    draws = posterior_draws(before, np.random.default_rng(seed), _BLOCK_DRAWS)
     found = {
         "before": leave_one_out(block_log_likelihoods(before, draws)),
         "after": leave_one_out(sampled.reshape(-1, sampled.shape[-1])),

@@ -16,11 +16,11 @@ import numpy as np
 
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.evidence import log_evidence
-from friction_bayes.loop.expansion import Expansion, Guess, told_apart
-from friction_bayes.loop.fit import LoopFit, fit_grown, fit_model, starting_point
-from friction_bayes.loop.model import LoopModel, distorting
-from friction_bayes.loop.noise import NoiseForm
-from friction_bayes.loop.residual import residual_tests
+from friction_bayes.loop.expansion import Approximation, Expansion, is_identifiable
+from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model, starting_point
+from friction_bayes.loop.model import LoopModel, changes_signal
+from friction_bayes.loop.noise import NoiseModel
+from friction_bayes.loop.residual_tests import residual_tests
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
@@ -130,7 +130,7 @@ class Search:
         best = {candidate.effects for candidate in other.ranked()[:_CARRIED]}
         for names, candidate in other.candidates.items():
             if names <= set(self.allowed) and (len(names - self.certain) <= 1 or names in best):
-                self._keep(names, fit_model(candidate.fit.model, self._forms(names), candidate.fit.z))
+                self._keep(names, fit_model(candidate.fit.model, self._noise_models(names), candidate.fit.z))
 
     def _next_centre(self, expanded: Mapping[Names, float]) -> Candidate | None:
         """The most probable candidate not expanded about yet: a near one, or any while there is misfit."""
@@ -146,28 +146,31 @@ class Search:
         before = self.ranked()[0]
         centre = self._with_other_stops(centre)
         self._toggle_outliers(centre)
-        distorted = [n for n in self.allowed if distorting(n)]
+        distorted = [n for n in self.allowed if changes_signal(n)]
         noise = centre.effects - frozenset(distorted)
         most = min(MOST_EFFECTS - len(noise - self.certain), max(self._counted(centre.effects) + 1, 2))
-        guesses = []
-        for guess in Expansion(centre.fit, distorted).guesses(most, ZERO):
-            names = guess.effects | noise
+        approximations = []
+        for approximation in Expansion(centre.fit, distorted).approximations(most, ZERO):
+            names = approximation.effects | noise
             weight = (
-                centre.log_weight + guess.log_gain + self._log_prior(names) - self._log_prior(centre.effects)
+                centre.log_weight
+                + approximation.log_gain
+                + self._log_prior(names)
+                - self._log_prior(centre.effects)
             )
-            guesses.append((weight, names, guess))
-        guesses.sort(key=lambda g: -g[0])
+            approximations.append((weight, names, approximation))
+        approximations.sort(key=lambda g: -g[0])
         fitted = 0
-        for weight, names, guess in guesses:
+        for weight, names, approximation in approximations:
             known = self.candidates.get(names)
             single = len(names - self.certain) <= 1 and known is None
             promising = weight > self.ranked()[0].log_weight - _PROMISING and fitted < _MOST_FITS
-            if single or (promising and (known is None or self._is_better(guess, known, centre))):
-                self._climb(names, guess, centre)
+            if single or (promising and (known is None or self._is_better(approximation, known, centre))):
+                self._climb(names, approximation, centre)
                 fitted += 1
         best = self.ranked()[0]
         self.trail.append(
-            f"about {_told(centre.effects)}: {len(guesses)} sets judged, {fitted} fitted; "
+            f"about {_told(centre.effects)}: {len(approximations)} sets judged, {fitted} fitted; "
             f"{_told(best.effects)} is most probable, log evidence {best.log_weight - before.log_weight:+.1f}"
         )
 
@@ -182,14 +185,14 @@ class Search:
                     break
                 z = fit.z.copy()
                 z[0] *= 1.0 + sign / max(turns)
-                self._keep(names, fit_model(fit.model, fit.forms, z))
+                self._keep(names, fit_model(fit.model, fit.noise_models, z))
                 if self.candidates[names].fit.objective > fit.objective - _BETTER:
                     break
         return self.candidates[names]
 
     @staticmethod
-    def _is_better(guess: Guess, known: Candidate, centre: Candidate) -> bool:
-        return centre.fit.objective + guess.objective < known.fit.objective - _BETTER
+    def _is_better(approximation: Approximation, known: Candidate, centre: Candidate) -> bool:
+        return centre.fit.objective + approximation.objective < known.fit.objective - _BETTER
 
     def _toggle_outliers(self, centre: Candidate) -> None:
         """Fit the same set with outliers where residuals lie far out, and without them where it has them."""
@@ -201,7 +204,7 @@ class Search:
             return
         if self._counted(other) <= MOST_EFFECTS and other not in self.candidates:
             model = centre.fit.model
-            self._keep(other, fit_model(model, self._forms(other), centre.fit.z))
+            self._keep(other, fit_model(model, self._noise_models(other), centre.fit.z))
 
     @staticmethod
     def _heavy(fit: LoopFit) -> bool:
@@ -217,33 +220,34 @@ class Search:
     def _model(self, names: Names) -> LoopModel:
         if self.progress is not None:
             self.progress("+".join(sorted(names)) or "Coulomb friction alone")
-        effects = tuple(name for name in EFFECTS if name in names and distorting(name))
+        effects = tuple(name for name in EFFECTS if name in names and changes_signal(name))
         return LoopModel(self.system, self.segments, effects)
 
-    def _forms(self, names: Names) -> list[NoiseForm]:
+    def _noise_models(self, names: Names) -> list[NoiseModel]:
         return [
-            NoiseForm(ar, outliers="outliers" in names, censored="sensor_clipping" in names) for ar in self.ar
+            NoiseModel(ar, outliers="outliers" in names, censored="sensor_clipping" in names)
+            for ar in self.ar
         ]
 
     def _grow(self, names: Names) -> None:
         """Fit from the first periods on."""
         model = self._model(names)
-        self._keep(names, fit_grown(model, self._forms(names), starting_point(model)))
+        self._keep(names, fit_growing_record(model, self._noise_models(names), starting_point(model)))
 
-    def _climb(self, names: Names, guess: Guess, centre: Candidate) -> None:
+    def _climb(self, names: Names, approximation: Approximation, centre: Candidate) -> None:
         """Fit from where the expansion points."""
         model = self._model(names)
-        forms = self._forms(names)
-        start = guess.coordinates(model)
-        self._keep(names, fit_model(model, forms, start))
+        noise_models = self._noise_models(names)
+        start = approximation.coordinates(model)
+        self._keep(names, fit_model(model, noise_models, start))
         reached = self.candidates.get(names)
-        short = reached is None or self._is_better(guess, reached, centre)
+        short = reached is None or self._is_better(approximation, reached, centre)
         if short and any(s.decay.stops for s in self.segments):
             # at the end of the motion a half cycle more or less bends the likelihood: come from before it
-            self._keep(names, fit_grown(model, forms, start, share=_BEFORE_REST))
+            self._keep(names, fit_growing_record(model, noise_models, start, share=_BEFORE_REST))
 
     def _keep(self, names: Names, fit: LoopFit | None) -> None:
-        if fit is None or not told_apart(fit):
+        if fit is None or not is_identifiable(fit):
             return
         known = self.candidates.get(names)
         if known is not None and known.fit.objective <= fit.objective:

@@ -13,7 +13,7 @@ from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import whiten
 from friction_bayes.loop.parameters import Coordinate
 
-__all__ = ["LineColumns", "line_columns"]
+__all__ = ["SpectralLine", "strongest_lines"]
 
 _LINES = 2
 _LEAST_PERIODS = 2
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class LineColumns:
+class SpectralLine:
     """A line of one frequency in every record, each with its own sine and cosine.
 
     Attributes
@@ -83,7 +83,7 @@ class LineColumns:
         return value
 
 
-def line_columns(fit: LoopFit) -> Iterator[LineColumns]:
+def strongest_lines(fit: LoopFit) -> Iterator[SpectralLine]:
     """Find the strongest lines in the residual of the longest record."""
     r = int(np.argmax([segment.values.size for segment in fit.model.segments]))
     segment, noise = fit.model.segments[r], fit.noises[r]
@@ -103,6 +103,6 @@ def line_columns(fit: LoopFit) -> Iterator[LineColumns]:
             pair = np.zeros((other.values.size, 2 * len(fit.noises)))
             pair[:, 2 * i] = np.sin(angle)
             pair[:, 2 * i + 1] = np.cos(angle)
-            columns.append(whiten(pair, fit.forms[i].ar))
-        yield LineColumns(frequency, segment.duration, columns)
+            columns.append(whiten(pair, fit.noise_models[i].ar))
+        yield SpectralLine(frequency, segment.duration, columns)
         power[max(peak - reach, 0) : peak + reach] = 0.0

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from friction_bayes.conjugate.likelihood import Target
-from friction_bayes.loop.evidence import bounded_draws
+from friction_bayes.loop.evidence import posterior_draws
 from friction_bayes.loop.fit import LoopFit
-from friction_bayes.loop.noise import judge_noise, log_densities
+from friction_bayes.loop.noise import fit_noise, log_densities
 
 __all__ = ["block_log_likelihoods", "target_of"]
 
@@ -35,7 +35,7 @@ def target_of(fit: LoopFit, seed: int) -> Target:
     model = fit.model
     prior = np.array([c.precision for c in model.coordinates])
     support = np.array([c.support for c in model.coordinates])
-    draws = bounded_draws(fit, np.random.default_rng(seed), _DRAWS)
+    draws = posterior_draws(fit, np.random.default_rng(seed), _DRAWS)
 
     def inside(z: Array) -> NDArray[np.bool_]:
         return np.asarray(np.all((z >= support[:, 0]) & (z <= support[:, 1]), axis=1))
@@ -98,7 +98,7 @@ def _deviance(fit: LoopFit, z: Array) -> float:
         if prediction is None:
             return math.inf
         residual = segment.values - prediction.signal
-        total += judge_noise(residual, segment.sides, fit.forms[r], fit.model.scales).deviance
+        total += fit_noise(residual, segment.sides, fit.noise_models[r], fit.model.scales).deviance
     return total
 
 
@@ -118,8 +118,8 @@ def block_log_likelihoods(fit: LoopFit, draws: Array) -> Array:
                 row.append(np.full(blocks[r].size, -np.inf))
                 continue
             residual = segment.values - prediction.signal
-            noise = judge_noise(residual, segment.sides, fit.forms[r], fit.model.scales)
-            each = log_densities(residual, segment.sides, fit.forms[r], noise)
+            noise = fit_noise(residual, segment.sides, fit.noise_models[r], fit.model.scales)
+            each = log_densities(residual, segment.sides, fit.noise_models[r], noise)
             row.append(np.add.reduceat(each, blocks[r]))
         out.append(np.concatenate(row))
     return np.array(out)

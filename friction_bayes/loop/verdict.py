@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["HELD", "credible", "verdict"]
+__all__ = ["HELD", "credible_count", "verdict"]
 
 HELD = 0.95
 
 
-def credible(probabilities: NDArray[np.float64]) -> int:
+def credible_count(probabilities: NDArray[np.float64]) -> int:
     """How many of the candidates, most probable first, hold 95 % together."""
     return int(np.searchsorted(np.cumsum(probabilities), HELD) + 1)
 

@@ -10,10 +10,10 @@ import pytest
 from scipy import stats
 
 import friction_bayes as fb
-from friction_bayes.loop.fit import LoopFit, fit_grown, starting_point
+from friction_bayes.loop.fit import LoopFit, fit_growing_record, starting_point
 from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.noise import NoiseForm
-from friction_bayes.loop.residual import FALSE_ALARM_RATE, residual_tests
+from friction_bayes.loop.noise import NoiseModel
+from friction_bayes.loop.residual_tests import FALSE_ALARM_RATE, residual_tests
 from friction_bayes.loop.segment import cut_records
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
@@ -31,7 +31,7 @@ def fitted(seed: int, **settings: Any) -> LoopFit:
     }
     record = fb.simulate(SYSTEM, seed=seed, **options | settings)
     model = LoopModel(SYSTEM, cut_records([record], SYSTEM))
-    fit = fit_grown(model, [NoiseForm(np.zeros(0))], starting_point(model))
+    fit = fit_growing_record(model, [NoiseModel(np.zeros(0))], starting_point(model))
     assert fit is not None
     return fit
 

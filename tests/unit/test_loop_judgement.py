@@ -11,7 +11,7 @@ import xarray as xr
 
 import friction_bayes as fb
 from friction_bayes.loop import LoopReport
-from friction_bayes.loop.verdict import credible, verdict
+from friction_bayes.loop.verdict import credible_count, verdict
 from friction_bayes.mechanics.integrate import integrate
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
@@ -54,8 +54,8 @@ def test_verdict_follows_the_rule(
 
 
 def test_credible_counts_what_holds_95_percent() -> None:
-    assert credible(np.array([0.96, 0.04])) == 1
-    assert credible(np.array([0.6, 0.3, 0.06, 0.04])) == 3
+    assert credible_count(np.array([0.96, 0.04])) == 1
+    assert credible_count(np.array([0.6, 0.3, 0.06, 0.04])) == 3
 
 
 def test_a_tie_names_both_and_what_would_decide(ambiguous: LoopReport) -> None:

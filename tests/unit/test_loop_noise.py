@@ -11,8 +11,8 @@ from scipy.signal import lfilter
 
 import friction_bayes as fb
 from friction_bayes.core.quantities import QUANTITIES
-from friction_bayes.loop.autoregression import autoregression, correlation_length, is_coloured
-from friction_bayes.loop.noise import NoiseForm, judge_noise, log_densities, whiten
+from friction_bayes.loop.autoregression import correlation_length, fit_autoregression, is_coloured
+from friction_bayes.loop.noise import NoiseModel, fit_noise, log_densities, whiten
 from friction_bayes.mechanics.effects import Scales
 
 SCALES = Scales(
@@ -34,16 +34,16 @@ def coloured(rng: np.random.Generator, *coefficients: float) -> np.ndarray:
 
 def test_white_deviance_is_twice_the_negative_log_likelihood(rng: np.random.Generator) -> None:
     x = 0.3 * rng.standard_normal(N)
-    fit = judge_noise(x, np.zeros(N), NoiseForm(WHITE), SCALES)
+    fit = fit_noise(x, np.zeros(N), NoiseModel(WHITE), SCALES)
     assert fit.deviance == pytest.approx(-2.0 * stats.norm.logpdf(x, scale=x.std()).sum(), rel=1e-3)
-    each = log_densities(x, np.zeros(N), NoiseForm(WHITE), fit)
+    each = log_densities(x, np.zeros(N), NoiseModel(WHITE), fit)
     assert each.sum() == pytest.approx(-0.5 * fit.deviance, rel=1e-9)
 
 
 def test_autoregressive_deviance_leaves_the_first_samples_out(rng: np.random.Generator) -> None:
     x = coloured(rng, 0.8)
     ar = np.array([0.8])
-    fit = judge_noise(x, np.zeros(N), NoiseForm(ar), SCALES)
+    fit = fit_noise(x, np.zeros(N), NoiseModel(ar), SCALES)
     innovations = x[1:] - 0.8 * x[:-1]
     assert fit.sd == pytest.approx(float(np.sqrt(np.mean(innovations**2))))
     assert fit.weight[0] == 0.0
@@ -53,8 +53,8 @@ def test_autoregressive_deviance_leaves_the_first_samples_out(rng: np.random.Gen
 def test_outliers_are_found_and_weigh_little(rng: np.random.Generator) -> None:
     far = rng.random(N) < 0.05
     x = np.where(far, 10.0, 1.0) * rng.standard_normal(N)
-    fit = judge_noise(x, np.zeros(N), NoiseForm(WHITE, outliers=True), SCALES)
-    plain = judge_noise(x, np.zeros(N), NoiseForm(WHITE), SCALES)
+    fit = fit_noise(x, np.zeros(N), NoiseModel(WHITE, outliers=True), SCALES)
+    plain = fit_noise(x, np.zeros(N), NoiseModel(WHITE), SCALES)
     assert fit.deviance < plain.deviance - 500.0
     # standard errors: 0.4 % of the fraction, 6 % and 1.4 % of the scales
     assert fit.fraction == pytest.approx(0.05, abs=0.02)
@@ -74,13 +74,13 @@ def test_weights_and_pseudo_residuals_are_those_of_the_censored_likelihood(
         x += np.where(rng.random(N) < 0.02, 0.5, 0.0) * rng.standard_normal(N)
     sides = np.where(x > 0.8, 1.0, np.where(x < -0.8, -1.0, 0.0))
     values = np.clip(x, -0.8, 0.8)
-    form = NoiseForm(WHITE, outliers=outliers, censored=True)
+    noise_model = NoiseModel(WHITE, outliers=outliers, censored=True)
     column = np.cos(np.arange(N) / 7.0)
 
     def deviance(shift: float) -> float:
-        return judge_noise(values - signal - shift * column, sides, form, SCALES).deviance
+        return fit_noise(values - signal - shift * column, sides, noise_model, SCALES).deviance
 
-    fit = judge_noise(values - signal, sides, form, SCALES)
+    fit = fit_noise(values - signal, sides, noise_model, SCALES)
     step = 1e-4
     slope = (deviance(step) - deviance(-step)) / (2.0 * step)
     expected = -2.0 * float(column @ (fit.weight * fit.residual))
@@ -106,7 +106,7 @@ def test_colour_is_found_with_its_order_and_length(
 ) -> None:
     x = coloured(rng, *coefficients)
     assert is_coloured(x, 1.0, 2.0 * math.pi / PERIOD)
-    found = autoregression(x)
+    found = fit_autoregression(x)
     assert len(coefficients) <= found.size <= len(coefficients) + 3
     # standard error of a coefficient is 1/sqrt(N) = 0.018
     assert found[: len(coefficients)] == pytest.approx(coefficients, abs=0.1)

@@ -10,9 +10,9 @@ import xarray as xr
 import friction_bayes as fb
 from friction_bayes.loop.evidence import log_evidence, posterior_probabilities
 from friction_bayes.loop.expansion import Expansion
-from friction_bayes.loop.fit import LoopFit, fit_grown, fit_model, starting_point
-from friction_bayes.loop.model import LoopModel, distorting
-from friction_bayes.loop.noise import NoiseForm
+from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model, starting_point
+from friction_bayes.loop.model import LoopModel, changes_signal
+from friction_bayes.loop.noise import NoiseModel
 from friction_bayes.loop.search import Search
 from friction_bayes.loop.segment import cut_records
 from friction_bayes.mechanics.effects import EFFECTS
@@ -35,7 +35,7 @@ def decay(seed: int, *, duration: float = 12.0, amplitude: float = 0.05, **setti
 
 def fitted(record: xr.DataArray, *names: str) -> LoopFit:
     model = LoopModel(SYSTEM, cut_records([record], SYSTEM), names)
-    fit = fit_grown(model, [NoiseForm(WHITE[0])], starting_point(model))
+    fit = fit_growing_record(model, [NoiseModel(WHITE[0])], starting_point(model))
     assert fit is not None
     return fit
 
@@ -70,7 +70,7 @@ def test_strong_damping_of_a_record_that_comes_to_rest_is_found() -> None:
 def test_every_single_effect_is_weighed(seed: int) -> None:
     search = searched(decay(seed, effects={"viscous_damping.damping_ratio": 0.004}))
     for name in EFFECTS:
-        if distorting(name):
+        if changes_signal(name):
             assert frozenset({name}) in search.candidates, name
 
 
@@ -119,18 +119,20 @@ def test_expansion_foresees_what_fits_will_find(seed: int) -> None:
     record = decay(seed, effects={"sensor_offset.offset": 0.002, "viscous_damping.damping_ratio": 0.002})
     centre = fitted(record, "viscous_damping")
     reference = log_evidence(centre)
-    foreseen = {g.effects: g for g in Expansion(centre, ["sensor_offset", "friction_drift"]).guesses(2)}
+    foreseen = {
+        g.effects: g for g in Expansion(centre, ["sensor_offset", "friction_drift"]).approximations(2)
+    }
     for names in ({"viscous_damping", "sensor_offset"}, {"viscous_damping"}, {"friction_drift"}):
-        guess = foreseen[frozenset(names)]
+        approximation = foreseen[frozenset(names)]
         model = centre.model.with_effects(tuple(names))
-        fit = fit_model(model, centre.forms, guess.coordinates(model))
+        fit = fit_model(model, centre.noise_models, approximation.coordinates(model))
         assert fit is not None
-        assert guess.log_gain == pytest.approx(log_evidence(fit) - reference, abs=0.7)
+        assert approximation.log_gain == pytest.approx(log_evidence(fit) - reference, abs=0.7)
 
 
 def test_effects_that_exclude_each_other_are_never_judged_together(seed: int) -> None:
     expansion = Expansion(fitted(decay(seed)), ["sensor_offset", "sensor_drift"])
-    judged = [g.effects for g in expansion.guesses(2)]
+    judged = [g.effects for g in expansion.approximations(2)]
     assert frozenset({"sensor_offset", "sensor_drift"}) not in judged
     assert len(judged) == 3
 
@@ -144,7 +146,7 @@ def test_another_number_of_half_cycles_before_the_rest_is_tried(seed: int) -> No
     z = best.fit.z.copy()
     z[0] *= 1.0 + 1.3 / turns
     model = best.fit.model
-    wrong = fit_model(model, best.fit.forms, z, iterations=1)
+    wrong = fit_model(model, best.fit.noise_models, z, iterations=1)
     assert wrong is not None
     search.candidates.clear()
     search._keep(frozenset(), wrong)

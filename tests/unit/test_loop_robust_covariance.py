@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from friction_bayes.loop.fit import fit_grown, starting_point
-from friction_bayes.loop.misfit import covariance_with_misfit
+from friction_bayes.loop.fit import fit_growing_record, starting_point
 from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.noise import NoiseForm
+from friction_bayes.loop.noise import NoiseModel
+from friction_bayes.loop.robust_covariance import robust_covariance
 from friction_bayes.loop.segment import cut_records
 
 SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
@@ -28,9 +28,9 @@ def variance_ratio(seed: int, **effects: float) -> float:
         effects=effects,
     )
     model = LoopModel(SYSTEM, cut_records([record], SYSTEM), ())
-    fit = fit_grown(model, [NoiseForm(np.zeros(0))], starting_point(model))
+    fit = fit_growing_record(model, [NoiseModel(np.zeros(0))], starting_point(model))
     assert fit is not None
-    return covariance_with_misfit(fit)[0, 0] / fit.covariance[0, 0]
+    return robust_covariance(fit)[0, 0] / fit.covariance[0, 0]
 
 
 def test_on_noise_alone_the_two_shares_are_alike() -> None:

@@ -22,7 +22,7 @@ from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import whiten
 
-__all__ = ["FALSE_ALARM_RATE", "Channel", "ResidualTests", "residual_tests", "standardised"]
+__all__ = ["FALSE_ALARM_RATE", "Channel", "ResidualTests", "residual_tests", "standardised_residual"]
 
 FALSE_ALARM_RATE = 0.01
 """That any channel of a record that is noise fails."""
@@ -96,7 +96,7 @@ class ResidualTests:
         }
 
 
-def standardised(fit: LoopFit, r: int) -> tuple[Array, NDArray[np.bool_]]:
+def standardised_residual(fit: LoopFit, r: int) -> tuple[Array, NDArray[np.bool_]]:
     """Whitened residual over its standard deviation, and which samples are free of the sensor's ends.
 
     Near an end of the range the residuals are those of a cut distribution. Over the censored samples
@@ -106,7 +106,7 @@ def standardised(fit: LoopFit, r: int) -> tuple[Array, NDArray[np.bool_]]:
     # with outliers the weight is what the contaminated normal gives the sample
     e = noise.residual * np.sqrt(noise.weight)
     free = noise.weight > 0.0
-    if fit.forms[r].censored:
+    if fit.noise_models[r].censored:
         free &= segment.sides == 0.0
         reach = fit.predictions[r].signal
         for side in (1.0, -1.0):
@@ -118,7 +118,7 @@ def standardised(fit: LoopFit, r: int) -> tuple[Array, NDArray[np.bool_]]:
 
 def residual_tests(fit: LoopFit) -> ResidualTests:
     """Test what a fit leaves."""
-    residuals = [standardised(fit, r) for r in range(len(fit.noises))]
+    residuals = [standardised_residual(fit, r) for r in range(len(fit.noises))]
     channels = _template_channels(fit, residuals)
     lines, correlated, far = [], [], []
     for r, (e, used) in enumerate(residuals):
@@ -135,13 +135,13 @@ def residual_tests(fit: LoopFit) -> ResidualTests:
     channels.append(Channel("whiteness", total, lags, float(stats.chi2.sf(total, lags))))
     peak = min(lines, key=lambda line: line[1])
     channels.append(Channel("spectrum", peak[0], 2, min(1.0, peak[1] * len(lines))))
-    if not any(form.outliers for form in fit.forms):
+    if not any(noise_model.outliers for noise_model in fit.noise_models):
         count, n = sum(c for c, _ in far), sum(n for _, n in far)
         expected = 2.0 * stats.norm.sf(_FAR)
         channels.append(Channel("tails", float(count), n, float(stats.binom.sf(count - 1, n, expected))))
     flat = sum(
         int(np.count_nonzero(s.sides))
-        for s, f in zip(fit.model.segments, fit.forms, strict=True)
+        for s, f in zip(fit.model.segments, fit.noise_models, strict=True)
         if not f.censored
     )
     channels.append(Channel("saturation", float(flat), 1, 0.0 if flat else 1.0))
@@ -160,7 +160,7 @@ def _template_channels(fit: LoopFit, residuals: list[tuple[Array, NDArray[np.boo
     for r, (e, _) in enumerate(residuals):
         root = np.sqrt(fit.noises[r].weight)
         for name, columns in _templates(fit, r).items():
-            scaled = whiten(columns, fit.forms[r].ar) * root[:, None]
+            scaled = whiten(columns, fit.noise_models[r].ar) * root[:, None]
             norm = np.sqrt((scaled**2).sum(axis=0))
             scaled = scaled[:, norm > 1e-9 * max(float(norm.max(initial=0.0)), 1e-300)]
             if scaled.shape[1] == 0:

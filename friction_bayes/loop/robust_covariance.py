@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from friction_bayes.loop.fit import LoopFit
 
-__all__ = ["covariance_with_misfit"]
+__all__ = ["robust_covariance"]
 
 STRETCHES = 10
 """Stretches of a record: each several half cycles long, and enough of them to scatter."""
@@ -25,7 +25,7 @@ STRETCHES = 10
 Array = NDArray[np.float64]
 
 
-def covariance_with_misfit(fit: LoopFit) -> Array:
+def robust_covariance(fit: LoopFit) -> Array:
     """Covariance of the coordinates that carries what the residual shows beyond noise, shape (p, p)."""
     spread = np.zeros_like(fit.precision)
     for jacobian, noise, segment in zip(fit.jacobians, fit.noises, fit.model.segments, strict=True):
