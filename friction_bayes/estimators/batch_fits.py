@@ -19,7 +19,7 @@ from friction_bayes.decay.half_cycle_kernels import friction_sample_statistics
 from friction_bayes.decay.half_cycles import force_factor, swing_frequency
 from friction_bayes.estimators.envelope.estimator import MIN_ROWS, envelope_prior
 from friction_bayes.estimators.envelope.half_cycle_rows import envelope_statistics
-from friction_bayes.estimators.envelope.swing import small_motion_frequency
+from friction_bayes.estimators.envelope.signal import small_motion_frequency
 from friction_bayes.estimators.waveform.least_squares import fit_waveforms
 from friction_bayes.estimators.waveform.posterior import waveform_posteriors
 

@@ -13,8 +13,7 @@ from friction_bayes.core.quantities import quantity_named
 from friction_bayes.decay.free_decay import find_free_decay
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.waveform.estimator import WAVEFORM
-from friction_bayes.estimators.waveform.signal import (
+from friction_bayes.estimators.waveform.coulomb_signal import (
     CURVED_PAIRS,
     crossing_misfit,
     exact_misfit,
@@ -22,8 +21,9 @@ from friction_bayes.estimators.waveform.signal import (
     signals,
     turning_samples,
 )
-from friction_bayes.estimators.waveform.signal_likelihood import SignalExpansion
-from friction_bayes.estimators.waveform.sums import accumulate
+from friction_bayes.estimators.waveform.estimator import WAVEFORM
+from friction_bayes.estimators.waveform.normal_equations import accumulate
+from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion
 
 SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 QUANTITIES = ("displacement", "velocity", "acceleration")

@@ -24,7 +24,7 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.half_cycles import force_factor, swing_frequency, tracked_phase
 from friction_bayes.estimators.base import Fit, register
 from friction_bayes.estimators.envelope.half_cycle_rows import half_cycle_rows
-from friction_bayes.estimators.envelope.swing import envelope_signal, small_motion_frequency
+from friction_bayes.estimators.envelope.signal import envelope_signal, small_motion_frequency
 from friction_bayes.estimators.priors import complete_prior, default_prior, prior_keys
 
 __all__ = ["COEFFICIENTS", "ENVELOPE", "MIN_ROWS", "EnvelopeEstimator", "envelope_prior"]

@@ -27,9 +27,7 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.estimators.base import Fit, register
 from friction_bayes.estimators.priors import coefficient_bounds, default_prior, prior_keys
-from friction_bayes.estimators.waveform.least_squares import WaveformFits, fit_waveforms, prior_of
-from friction_bayes.estimators.waveform.pendulum import fit_pendulum
-from friction_bayes.estimators.waveform.signal import (
+from friction_bayes.estimators.waveform.coulomb_signal import (
     CURVED_PAIRS,
     crossing_misfit,
     exact_misfit,
@@ -37,10 +35,12 @@ from friction_bayes.estimators.waveform.signal import (
     signals,
     turning_samples,
 )
+from friction_bayes.estimators.waveform.least_squares import WaveformFits, fit_waveforms, prior_of
+from friction_bayes.estimators.waveform.normal_equations import COEFFICIENTS
+from friction_bayes.estimators.waveform.pendulum_fit import fit_pendulum
+from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion, agrees_near
 from friction_bayes.estimators.waveform.signal_fit import signal_fit
-from friction_bayes.estimators.waveform.signal_likelihood import SignalExpansion, agrees_near
 from friction_bayes.estimators.waveform.signal_target import SignalModel
-from friction_bayes.estimators.waveform.sums import COEFFICIENTS
 
 __all__ = ["NAMES", "WAVEFORM", "WaveformEstimator"]
 

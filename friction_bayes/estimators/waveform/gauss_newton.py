@@ -1,6 +1,6 @@
 """Gauss-Newton on the whole signal of a Coulomb decay.
 
-Coefficients and ``kappa`` are those of :mod:`friction_bayes.estimators.waveform.sums`.
+Coefficients and ``kappa`` are those of :mod:`friction_bayes.estimators.waveform.normal_equations`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from friction_bayes.decay.phase_tracking import solve_spd
-from friction_bayes.estimators.waveform.sums import COEFFICIENTS, NEVER, accumulate, stopping_turn
+from friction_bayes.estimators.waveform.normal_equations import COEFFICIENTS, NEVER, accumulate, stopping_turn
 
 __all__ = ["fit_waveform"]
 

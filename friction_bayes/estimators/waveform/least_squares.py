@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.estimators.waveform.gauss_newton import fit_waveform
-from friction_bayes.estimators.waveform.sums import COEFFICIENTS
+from friction_bayes.estimators.waveform.normal_equations import COEFFICIENTS
 
 __all__ = ["WaveformFits", "fit_waveforms", "prior_of"]
 
@@ -29,7 +29,8 @@ class WaveformFits:
     Attributes
     ----------
     coefficients : ndarray, shape (records, 5)
-        See :mod:`friction_bayes.estimators.waveform.sums`; the offset is that of the record as it is.
+        See :mod:`friction_bayes.estimators.waveform.normal_equations`; the offset is that of the record as it
+        is.
     kappa : ndarray, shape (records,)
         Their constant.
     stop : ndarray of int, shape (records,)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from friction_bayes.conjugate.regression_batch import RegressionPosteriors, update_regressions
 from friction_bayes.estimators.waveform.least_squares import WaveformFits, prior_of
-from friction_bayes.estimators.waveform.sums import COEFFICIENTS
+from friction_bayes.estimators.waveform.normal_equations import COEFFICIENTS
 
 __all__ = ["waveform_posteriors"]
 

@@ -17,7 +17,7 @@ from scipy.special import polygamma, psi
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.core.errors import InputError
-from friction_bayes.estimators.waveform.signal_likelihood import signal_log_likelihood
+from friction_bayes.estimators.waveform.signal_expansion import signal_log_likelihood
 
 __all__ = ["SignalModel", "signal_target"]
 

@@ -18,9 +18,9 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.priors import coefficient_bounds
 from friction_bayes.estimators.waveform.least_squares import prior_of
-from friction_bayes.estimators.waveform.pendulum_swing import CURVED, PendulumSwing
+from friction_bayes.estimators.waveform.pendulum_signal import CURVED, PendulumSignal
+from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion, agrees_near
 from friction_bayes.estimators.waveform.signal_fit import signal_fit
-from friction_bayes.estimators.waveform.signal_likelihood import SignalExpansion, agrees_near
 from friction_bayes.estimators.waveform.signal_target import SignalModel
 
 __all__ = ["NAMES", "fit_pendulum"]
@@ -54,7 +54,7 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
     InputError
         If no decay of a pendulum fits the record.
     """
-    swing = PendulumSwing(decay)
+    swing = PendulumSignal(decay)
     skip = 1 if decay.rest_known else 0
     before = prior_of(prior, len(NAMES) - skip)
     weight = np.zeros(len(NAMES))
@@ -77,7 +77,7 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
     )
 
 
-def _continued(swing: PendulumSwing, weight: Array, skip: int) -> Array:
+def _continued(swing: PendulumSignal, weight: Array, skip: int) -> Array:
     """Optimum on the whole record, by way of its first periods."""
     guess = swing.first_guess()
     n = swing.n
@@ -101,7 +101,7 @@ def _continued(swing: PendulumSwing, weight: Array, skip: int) -> Array:
     return q if skip else swing.about_the_bottom(q)
 
 
-def _minimised(swing: PendulumSwing, q: Array, n: int, weight: Array, skip: int) -> tuple[float, Array]:
+def _minimised(swing: PendulumSignal, q: Array, n: int, weight: Array, skip: int) -> tuple[float, Array]:
     """Levenberg-Marquardt on the first ``n`` samples, the first ``skip`` coefficients held."""
     values = swing.decay.values[:n]
 
@@ -146,7 +146,7 @@ def _minimised(swing: PendulumSwing, q: Array, n: int, weight: Array, skip: int)
 
 def _model(
     decay: FreeDecay,
-    swing: PendulumSwing,
+    swing: PendulumSignal,
     q: Array,
     skip: int,
     covariance: Array,

@@ -1,6 +1,6 @@
 """The signal of a pendulum with dry friction and its derivatives, by integrating its motion.
 
-Coefficients are those of :mod:`friction_bayes.estimators.waveform.pendulum`.
+Coefficients are those of :mod:`friction_bayes.estimators.waveform.pendulum_fit`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.mechanics.effects import force_vector
 from friction_bayes.mechanics.integrate import propagate
 
-__all__ = ["CURVED", "PendulumSwing"]
+__all__ = ["CURVED", "PendulumSignal"]
 
 CURVED = tuple((i, j) for i in range(1, 5) for j in range(i, 5))
 """Pairs of coefficients whose second derivative is not zero: all but the offset's."""
@@ -26,7 +26,7 @@ _DIFFERENCE = 1e-5
 Array = NDArray[np.float64]
 
 
-class PendulumSwing:
+class PendulumSignal:
     """The signal of a pendulum as a function of its five coefficients."""
 
     def __init__(self, decay: FreeDecay) -> None:

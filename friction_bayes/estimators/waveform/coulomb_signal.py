@@ -1,5 +1,5 @@
 """The signal of a Coulomb decay, its derivatives, and its misfit near an optimum, for the coefficients of
-:mod:`friction_bayes.estimators.waveform.sums`.
+:mod:`friction_bayes.estimators.waveform.normal_equations`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from friction_bayes.estimators.waveform.sums import accumulate
+from friction_bayes.estimators.waveform.normal_equations import accumulate
 
 __all__ = [
     "CURVED_PAIRS",
