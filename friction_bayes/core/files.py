@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import os
 import platform
 import shutil
@@ -16,9 +15,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.strict_json import strict_json
 
 __all__ = [
     "check_file_target",
@@ -26,7 +24,6 @@ __all__ = [
     "nearest_existing",
     "output_folder",
     "sha256_of",
-    "strict_json",
     "versions",
     "write_json",
     "write_manifest",
@@ -35,28 +32,6 @@ __all__ = [
 
 MANIFEST_NAME = "manifest.json"
 _VERSIONED = ("numpy", "scipy", "numba", "xarray", "emcee", "arviz-base", "arviz-stats", "matplotlib")
-
-
-def _plain(value: Any) -> Any:
-    """Turn NumPy values, tuples and paths into what JSON knows, and every non-finite number into None."""
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, list | tuple | set | frozenset):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.generic):
-        return _plain(value.item())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Path):
-        return str(value)
-    return value
-
-
-def strict_json(value: Mapping[str, Any], *, indent: int | None = 2) -> str:
-    """Return ``value`` as JSON without NaN or infinities, which become null."""
-    return json.dumps(_plain(value), indent=indent, allow_nan=False, ensure_ascii=False)
 
 
 def write_json(path: Path, value: Mapping[str, Any]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -11,35 +10,19 @@ from typing import Any
 from friction_bayes.conjugate.scaled import scaled
 from friction_bayes.core.errors import RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
+from friction_bayes.core.strict_json import plain
+from friction_bayes.core.summary import Summary
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.estimators.acceptance import Acceptance
 from friction_bayes.estimators.base import Fit
 
-__all__ = ["Estimate", "in_forces", "summarise"]
+__all__ = ["Estimate", "in_forces"]
 
 _SURELY = 0.99
 """Probability of a negative friction above which a note says what that means."""
 _FREQUENCY_TOLERANCE = 0.03
 """Relative difference of the found frequency and sqrt(k/m) above which both forces are told."""
-
-
-def summarise(distribution: Any, unit: str) -> dict[str, Any]:
-    """Return mean, standard deviation and equal-tailed 90 % interval of a frozen distribution.
-
-    Moments that do not exist (a Student t of two degrees of freedom has no variance) become None.
-    """
-    return {
-        "mean": _finite(distribution.mean()),
-        "sd": _finite(distribution.std()),
-        "interval90": [_finite(distribution.ppf(0.05)), _finite(distribution.ppf(0.95))],
-        "unit": unit,
-    }
-
-
-def _finite(value: Any) -> float | None:
-    number = float(value)
-    return number if math.isfinite(number) else None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,32 +111,39 @@ class Estimate:
             What a sampler said of the same posterior.
         """
         system = self.decay.system
-        return {
-            "method": self.method,
-            "friction": summarise(self.friction, self.friction_unit),
-            "friction_over_stiffness": summarise(
-                self.friction_over_stiffness, self.friction_over_stiffness_unit
-            ),
-            "precision": None if self.precision is None else summarise(self.precision, self.precision_unit),
-            "accepted": self.accepted,
-            "acceptance": None if self.acceptance is None else asdict(self.acceptance),
-            "amplitudes": self.amplitudes,
-            "reference": None if reference is None else dict(reference),
-            "record": self.decay.name,
-            "probability_negative": _finite(self.probability_negative),
-            "frequency": {
-                "mean": _finite(self.frequency),
-                "sd": _finite(self.frequency_sd),
-                "declared": system.natural_frequency,
-                "unit": "rad/s",
-            },
-            "noise_sd": {"mean": _finite(self.noise_sd), "unit": self.decay.unit},
-            "rest_position": {"mean": _finite(self.rest_position), "unit": self.decay.unit},
-            "prior": self.prior,
-            "peaks": self.peaks,
-            "includes_system_uncertainty": _system_is_uncertain(self.decay),
-            "notes": list(self.notes),
-        }
+        friction = Summary.of_distribution(self.friction, self.friction_unit)
+        over_stiffness = Summary.of_distribution(
+            self.friction_over_stiffness, self.friction_over_stiffness_unit
+        )
+        precision = None
+        if self.precision is not None:
+            precision = Summary.of_distribution(self.precision, self.precision_unit).to_dict()
+        return plain(
+            {
+                "method": self.method,
+                "friction": friction.to_dict(),
+                "friction_over_stiffness": over_stiffness.to_dict(),
+                "precision": precision,
+                "accepted": self.accepted,
+                "acceptance": None if self.acceptance is None else asdict(self.acceptance),
+                "amplitudes": self.amplitudes,
+                "reference": None if reference is None else dict(reference),
+                "record": self.decay.name,
+                "probability_negative": self.probability_negative,
+                "frequency": {
+                    "mean": self.frequency,
+                    "sd": self.frequency_sd,
+                    "declared": system.natural_frequency,
+                    "unit": "rad/s",
+                },
+                "noise_sd": {"mean": self.noise_sd, "unit": self.decay.unit},
+                "rest_position": {"mean": self.rest_position, "unit": self.decay.unit},
+                "prior": self.prior,
+                "peaks": self.peaks,
+                "includes_system_uncertainty": _system_is_uncertain(self.decay),
+                "notes": self.notes,
+            }
+        )
 
 
 def _system_is_uncertain(decay: FreeDecay) -> bool:

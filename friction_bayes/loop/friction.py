@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
+from friction_bayes.core.summary import Summary
 from friction_bayes.loop.evidence import posterior_draws
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.model import LoopModel
@@ -38,13 +39,7 @@ class Distribution:
 
     def to_dict(self) -> dict[str, Any]:
         """Mean, standard deviation, central 90 % interval and unit."""
-        low, high = np.quantile(self.draws, (0.05, 0.95))
-        return {
-            "mean": float(self.draws.mean()),
-            "sd": float(self.draws.std(ddof=1)),
-            "interval90": [float(low), float(high)],
-            "unit": self.unit,
-        }
+        return Summary.of_draws(self.draws, self.unit).to_dict()
 
 
 def mixture_draws(

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from friction_bayes.core.errors import InputError, RecordWarning
+from friction_bayes.core.summary import Summary
 from friction_bayes.estimators.estimate import estimate
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.friction import Distribution
@@ -59,15 +60,15 @@ def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...])
     last = friction
     for fault, clock in (("effects", fine), ("coarse_sampling", moving)):
         try:
-            read = _read_off(fit, clock, _predicted(fit, clock))["mean"]
+            read = _read_off(fit, clock, _predicted(fit, clock)).mean
         except InputError:
             continue
         shares[fault] = read - last
         last = read
-    shares["noise_lifts_maxima"] = said["mean"] - last
-    low, high = said["interval90"]
+    shares["noise_lifts_maxima"] = said.mean - last
+    low, high = said.interval90
     least = max(_SHARE * friction, 2.0 * sd)
-    disagrees = bool(abs(said["mean"] - friction) > least or not low <= friction <= high)
+    disagrees = bool(abs(said.mean - friction) > least or not low <= friction <= high)
     faults = [fault for fault, share in shares.items() if abs(share) > least]
     if disagrees and not faults:
         # none stands out of a wide friction: the largest it is
@@ -79,14 +80,14 @@ def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...])
     if high - low > _TOO_WIDE * width:
         because.append("telescoping_drops")
     return {
-        "friction": said,
+        "friction": said.to_dict(),
         "disagrees": disagrees,
         "because": because,
         "shares": {name: share for name, share in shares.items()},
     }
 
 
-def _read_off(fit: LoopFit, time: Array, values: Array) -> dict[str, Any]:
+def _read_off(fit: LoopFit, time: Array, values: Array) -> Summary:
     decay = fit.model.segments[0].decay
     record = make_record(time, values, decay.quantity.name, unit=decay.unit, name=decay.name)
     with warnings.catch_warnings():
@@ -95,12 +96,12 @@ def _read_off(fit: LoopFit, time: Array, values: Array) -> dict[str, Any]:
         estimated = estimate(record, fit.model.system, method=_METHOD)
     friction = estimated.friction
     low, high = friction.interval(0.9)
-    return {
-        "mean": float(friction.mean()),
-        "sd": float(friction.std()),
-        "interval90": [float(low), float(high)],
-        "unit": estimated.friction_unit,
-    }
+    return Summary(
+        mean=float(friction.mean()),
+        sd=float(friction.std()),
+        interval90=(float(low), float(high)),
+        unit=estimated.friction_unit,
+    )
 
 
 def _predicted(fit: LoopFit, time: Array) -> Array:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+
+from friction_bayes.core.strict_json import plain
 
 __all__ = ["LoopReport", "RecordTrace"]
 
@@ -124,7 +124,7 @@ class LoopReport:
             "seed",
             "trail",
         )
-        return {name: _strict(getattr(self, name)) for name in names}
+        return {name: plain(getattr(self, name)) for name in names}
 
     def plot(self) -> Any:
         """Draw signal, residual and candidates; needs matplotlib."""
@@ -132,17 +132,3 @@ class LoopReport:
         from importlib import import_module
 
         return import_module("friction_bayes.plotting.loop").plot_loop(self)
-
-
-def _strict(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _strict(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_strict(item) for item in value]
-    if isinstance(value, (bool, np.bool_)):
-        return bool(value)
-    if isinstance(value, (float, np.floating)):
-        return float(value) if math.isfinite(value) else None
-    if isinstance(value, np.integer):
-        return int(value)
-    return value

@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from friction_bayes.core.errors import InputError, NotConvergedWarning
+from friction_bayes.core.summary import Summary
 from friction_bayes.loop.evidence import posterior_draws
 from friction_bayes.loop.fit import LoopFit, fit_growing_record, starting_point
 from friction_bayes.loop.friction import friction_scale
@@ -89,24 +90,14 @@ def sampler_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
         "ess_tail": float(attrs["ess_tail"]),
         "ensembles": int(attrs["ensembles"]),
         "steps": int(attrs["steps"]),
-        "friction": _summary(factor * draws, unit),
-        "closed_form": _summary(factor * expected, unit),
+        "friction": Summary.of_draws(factor * draws, unit, ddof=0).to_dict(),
+        "closed_form": Summary.of_draws(factor * expected, unit, ddof=0).to_dict(),
         "agrees": agreement.agrees if converged else None,
         "because": because,
         "false_alarm_rate": agreement.false_alarm_rate,
         "sampler_s": float(attrs["wall_time_s"]),
         "time_ratio": float(attrs["wall_time_s"]) / closed_form_s,
         "leave_one_out": _leave_one_out(before, after, tree, seed),
-    }
-
-
-def _summary(draws: Array, unit: str) -> dict[str, Any]:
-    low, high = np.quantile(draws, (0.05, 0.95))
-    return {
-        "mean": float(draws.mean()),
-        "sd": float(draws.std()),
-        "interval90": [float(low), float(high)],
-        "unit": unit,
     }
 
 

@@ -11,6 +11,7 @@ import xarray as xr
 from scipy import stats
 
 from friction_bayes.core.checks import positive
+from friction_bayes.core.summary import Summary
 from friction_bayes.monitor.points import DetectionPoints, per
 from friction_bayes.monitor.remaining_life import RemainingLife, remaining_life
 from friction_bayes.monitor.tracking import Track, choose_discount, track
@@ -69,10 +70,8 @@ class MonitorReport:
     def _normal(self, mean: float, sd: float) -> Any:
         return stats.norm(mean, math.hypot(sd, mean * self.points.relative_sd))
 
-    def _summary(self, distribution: Any, unit: str) -> dict[str, Any]:
-        low, high = distribution.ppf([0.05, 0.95]).tolist()
-        mean, sd = float(distribution.mean()), float(distribution.std())
-        return {"mean": mean, "sd": sd, "interval90": [low, high], "unit": unit}
+    def _friction(self, mean: float, sd: float) -> dict[str, Any]:
+        return Summary.of_distribution(self._normal(mean, sd), self.points.unit).to_dict()
 
     def _moments(self, name: str, unit: str) -> dict[str, Any]:
         mean, sd = self.wear.moments(name)
@@ -107,7 +106,7 @@ class MonitorReport:
                 "lag_of_plain": {"mean": float(points.friction[-1] - self.plain.mean[-1]), "unit": unit},
             },
             "health_assessment": {
-                "friction": self._summary(self._normal(level, level_sd), unit),
+                "friction": self._friction(level, level_sd),
                 "threshold": self.threshold,
                 "probability_above_threshold": None if self.life is None else self.life.already,
                 "drift": self._moments("drift", rate),
@@ -125,7 +124,7 @@ class MonitorReport:
             "discount": followed.discount,
             "log_predictive": followed.log_predictive,
             "friction": [
-                self._summary(self._normal(float(mean), float(sd)), self.points.unit)
+                self._friction(float(mean), float(sd))
                 for mean, sd in zip(followed.mean, followed.sd, strict=True)
             ],
         }

@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from friction_bayes.conjugate.scaled import ScaledDistribution
+from friction_bayes.core.summary import Summary
 from friction_bayes.estimators.estimate import estimator_named
 from friction_bayes.estimators.result import Estimate
 from friction_bayes.reference import sample_target
@@ -75,15 +76,9 @@ def check_estimate(
         factor = estimate.friction.factor
         rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1,)))
         friction = draws * factor.rvs(draws.shape, random_state=rng) / estimate.force_factor
-    low, high = np.quantile(friction, [0.05, 0.95])
     summary = {
         "sampler": "emcee",
-        "friction": {
-            "mean": float(friction.mean()),
-            "sd": float(friction.std()),
-            "interval90": [float(low), float(high)],
-            "unit": estimate.friction_unit,
-        },
+        "friction": Summary.of_draws(friction, estimate.friction_unit, ddof=0).to_dict(),
         "rhat": float(posterior.attrs["nested_rhat"]),
         "ess_bulk": float(posterior.attrs["ess_bulk"]),
         "ess_tail": float(posterior.attrs["ess_tail"]),

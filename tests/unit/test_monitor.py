@@ -14,7 +14,7 @@ from scipy import integrate, stats
 
 import friction_bayes as fb
 from friction_bayes.conjugate.regression import NormalInverseGamma
-from friction_bayes.core.files import strict_json
+from friction_bayes.core.strict_json import strict_json
 from friction_bayes.monitor.points import DetectionPoints, detection_times
 from friction_bayes.monitor.remaining_life import remaining_life
 from friction_bayes.monitor.report import follow

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.files import output_folder, sha256_of, strict_json, write_manifest
+from friction_bayes.core.files import output_folder, sha256_of, write_manifest
+from friction_bayes.core.strict_json import strict_json
 
 
 def test_json_is_strict() -> None:

@@ -22,7 +22,8 @@ from friction_bayes.cli.options import (
 from friction_bayes.cli.tables import loop_table
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.files import manifest, output_folder, strict_json, write_json, write_manifest
+from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
+from friction_bayes.core.strict_json import strict_json
 from friction_bayes.records.readers.force import read_force
 
 if TYPE_CHECKING:

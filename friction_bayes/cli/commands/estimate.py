@@ -20,7 +20,8 @@ from friction_bayes.cli.options import (
     options_of,
 )
 from friction_bayes.cli.tables import estimate_table
-from friction_bayes.core.files import output_folder, strict_json, write_json, write_manifest
+from friction_bayes.core.files import output_folder, write_json, write_manifest
+from friction_bayes.core.strict_json import strict_json
 
 if TYPE_CHECKING:
     import xarray as xr

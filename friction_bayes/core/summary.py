@@ -1,0 +1,57 @@
+"""The summary of an uncertain number: mean, standard deviation and central 90 % interval, with its unit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from friction_bayes.core.strict_json import plain
+
+__all__ = ["Summary"]
+
+TAILS = (0.05, 0.95)
+"""Probabilities at the ends of a central (equal-tailed) 90 % interval."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Summary:
+    """Mean, standard deviation and central 90 % interval of an uncertain number.
+
+    Attributes
+    ----------
+    mean, sd : float
+        Not finite where the moment does not exist: a Student t of two degrees of freedom has no variance.
+    interval90 : tuple of float
+        Quantiles at 5 % and 95 %.
+    unit : str
+        Of all four numbers.
+    """
+
+    mean: float
+    sd: float
+    interval90: tuple[float, float]
+    unit: str
+
+    @classmethod
+    def of_distribution(cls, distribution: Any, unit: str) -> Summary:
+        """Summarise a frozen distribution: anything with ``mean()``, ``std()`` and ``ppf(p)``."""
+        low, high = (float(distribution.ppf(p)) for p in TAILS)
+        return cls(
+            mean=float(distribution.mean()), sd=float(distribution.std()), interval90=(low, high), unit=unit
+        )
+
+    @classmethod
+    def of_draws(cls, draws: ArrayLike, unit: str, *, ddof: int = 1) -> Summary:
+        """Summarise draws of any shape; ``ddof`` as in :func:`numpy.std`."""
+        values = np.asarray(draws, dtype=np.float64)
+        low, high = np.quantile(values, TAILS).tolist()
+        return cls(
+            mean=float(values.mean()), sd=float(values.std(ddof=ddof)), interval90=(low, high), unit=unit
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the fields by name, for JSON; None where a number does not exist."""
+        return plain(vars(self))
