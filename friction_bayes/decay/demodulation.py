@@ -8,9 +8,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from friction_bayes.decay.phase_tracking import solve_spd
+from friction_bayes.decay.linear_least_squares import add_sample, regression
 
-__all__ = ["EVIDENCE", "add_sample", "demodulate", "phase_of", "phase_polynomial", "rate_of", "regression"]
+__all__ = ["EVIDENCE", "demodulate", "phase_of", "rate_of", "rough_phase"]
 
 EVIDENCE = 30.0
 """Fall in chi-square that a description with more freedom must bring; successive windows overlap by half."""
@@ -19,27 +19,6 @@ _WINDOW_SAMPLES = 7.0
 """A window of one period is lengthened to hold at least this many samples."""
 
 Array = NDArray[np.float64]
-
-
-@njit(cache=True, nogil=True)
-def regression(matrix: Array, right: Array, square: float) -> tuple[Array, float]:
-    """Coefficients and residual sum of squares of a regression from its moments; inf when singular."""
-    x, ok = solve_spd(matrix, right)
-    if not ok:
-        return x, math.inf
-    rest = square
-    for k in range(x.size):
-        rest -= x[k] * right[k]
-    return x, max(rest, 0.0)
-
-
-@njit(cache=True, nogil=True)
-def add_sample(matrix: Array, right: Array, basis: Array, value: float) -> None:
-    """Add one sample to the moments of a regression (lower triangle)."""
-    for a in range(basis.size):
-        right[a] += basis[a] * value
-        for b in range(a + 1):
-            matrix[a, b] += basis[a] * basis[b]
 
 
 @njit(cache=True, nogil=True)
@@ -67,7 +46,7 @@ def demodulate(y: Array, omega: float) -> tuple[Array, Array, Array, Array]:
         last = min(first + length, y.size)
         for i in range(first, last):
             basis[1], basis[2] = math.cos(omega * i), -math.sin(omega * i)
-            add_sample(matrix, right, basis, y[i])
+            add_sample(matrix, right, basis, y[i], 1.0)
             square += y[i] * y[i]
         x, rest = regression(matrix, right, square)
         centre[w] = 0.5 * (first + last - 1)
@@ -78,7 +57,7 @@ def demodulate(y: Array, omega: float) -> tuple[Array, Array, Array, Array]:
 
 
 @njit(cache=True, nogil=True)
-def phase_polynomial(
+def rough_phase(
     centre: Array, inphase: Array, quadrature: Array, floor: float, first: int, omega: float
 ) -> tuple[Array, float, float]:
     """Phase of the signal in time: a line, or a cubic where the data ask for it.
@@ -112,11 +91,8 @@ def phase_polynomial(
         used += 1
         for k in range(1, 4):
             basis[k] = basis[k - 1] * centre[w] / scale
+        add_sample(matrix, right, basis, phase, power)
         square += power * phase * phase
-        for a in range(4):
-            right[a] += power * basis[a] * phase
-            for b in range(a + 1):
-                matrix[a, b] += power * basis[a] * basis[b]
     result = np.zeros(4)
     left = math.inf
     size = min(2, used)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numba import njit
 from numpy.typing import NDArray
 
 from friction_bayes.core.checks import finite
@@ -20,7 +19,8 @@ from friction_bayes.decay.release_and_rest import (
     NO_OSCILLATION,
     NOT_FINITE,
     TOO_SHORT,
-    locate_moving_part,
+    Located,
+    locate_moving_parts,
 )
 from friction_bayes.records.record import record_name, record_quantity
 
@@ -83,6 +83,19 @@ class FreeDecay:
         """Seconds since the first moving sample, shape (n,)."""
         return self.step * np.arange(self.values.size, dtype=np.float64)
 
+    @property
+    def located(self) -> Located:
+        """Where the decay lies in ``values[None]``, all of which it is: a batch of one record."""
+        return Located(
+            status=np.array([FOUND], dtype=np.int64),
+            start=np.zeros(1, dtype=np.int64),
+            stop=np.array([self.values.size], dtype=np.int64),
+            frequency=np.array([self.frequency * self.step]),
+            phase=np.array([self.phase]),
+            rest_position=np.array([self.rest_position]),
+            stops=np.array([self.stops]),
+        )
+
 
 def find_free_decay(
     record: xr.DataArray,
@@ -136,10 +149,10 @@ def find_free_decay(
             raise InputError(
                 "start", f"{start:g} s lies outside the record", f"give {clock[0]:g} .. {clock[-1]:g} s"
             )
-    found = locate_free_decays(values[None], step, system.natural_frequency, quantity.order, first)[0]
-    if found[0] != FOUND:
-        raise _refusal(name, int(found[0]), values, clock, step * system.natural_frequency)
-    begin, end = int(found[1]), int(found[2])
+    found = locate_free_decays(values[None], step, system.natural_frequency, quantity.order, first)
+    if found.status[0] != FOUND:
+        raise _refusal(name, int(found.status[0]), values, clock, step * system.natural_frequency)
+    begin, end = int(found.start[0]), int(found.stop[0])
     return FreeDecay(
         name=name,
         values=values[begin:end],
@@ -148,17 +161,19 @@ def find_free_decay(
         quantity=quantity,
         unit=str(record.attrs.get("units", quantity.unit)),
         system=system,
-        frequency=float(found[3]) / step,
-        phase=float(found[4]),
-        rest_position=float(found[5]) if rest_position is None else finite("rest_position", rest_position),
-        stops=bool(found[6]),
+        frequency=float(found.frequency[0]) / step,
+        phase=float(found.phase[0]),
+        rest_position=(
+            float(found.rest_position[0]) if rest_position is None else finite("rest_position", rest_position)
+        ),
+        stops=bool(found.stops[0]),
         rest_known=rest_position is not None,
     )
 
 
 def locate_free_decays(
     values: NDArray[np.float64], step: float, natural_frequency: float, order: int, start: int = -1
-) -> NDArray[np.float64]:
+) -> Located:
     """Find the moving parts of many records.
 
     Parameters
@@ -176,26 +191,21 @@ def locate_free_decays(
 
     Returns
     -------
-    ndarray, shape (records, 7)
-        Status (see :mod:`friction_bayes.decay.release_and_rest`), start, stop, frequency [rad/sample],
-        displacement phase at start [rad], rest position, and 1 where the motion ends within the record.
+    Located
     """
     frequencies = _spectral_frequency(values[:, max(start, 0) :], step * natural_frequency)
-    found = np.zeros((values.shape[0], 7))
-    _locate_all(values, frequencies, order, start, found)
-    return found
-
-
-@njit(cache=True, nogil=True)
-def _locate_all(
-    values: NDArray[np.float64],
-    frequencies: NDArray[np.float64],
-    order: int,
-    start: int,
-    found: NDArray[np.float64],
-) -> None:
-    for r in range(values.shape[0]):
-        locate_moving_part(values[r], frequencies[r], order, start, found[r])
+    records = values.shape[0]
+    located = Located(
+        status=np.zeros(records, dtype=np.int64),
+        start=np.zeros(records, dtype=np.int64),
+        stop=np.zeros(records, dtype=np.int64),
+        frequency=np.zeros(records),
+        phase=np.zeros(records),
+        rest_position=np.zeros(records),
+        stops=np.zeros(records, dtype=np.bool_),
+    )
+    locate_moving_parts(values, frequencies, order, start, located)
+    return located
 
 
 def _spectral_frequency(values: NDArray[np.float64], expected: float) -> NDArray[np.float64]:

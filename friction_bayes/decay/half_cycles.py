@@ -1,75 +1,128 @@
-"""Half cycles of a free decay, and the friction samples of the paper, from the moving part of a record."""
+"""Half cycles of a free decay: the turning points of the signal, and what lies between them."""
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numba import njit
 from numpy.typing import NDArray
 
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity
-from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.calibrated import swing_frequency
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.half_cycle_kernels import (
-    peaks_of_periods,
-    period_friction,
-    small_swing_frequency,
-    turning_values,
-)
-from friction_bayes.decay.phase_tracking import coulomb_fit, track_phase
+from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
+from friction_bayes.decay.phase_polynomial import phase_at, time_of_phase
+from friction_bayes.decay.phase_tracking import coulomb_fit, tracked_phase
+from friction_bayes.mechanics.coulomb import coulomb_shapes
+from friction_bayes.mechanics.pendulum import third_harmonic
 
-__all__ = [
-    "PEAKS",
-    "force_factor",
-    "friction_samples",
-    "half_cycles",
-    "natural_frequency_found",
-    "peak_amplitudes",
-    "swing_frequency",
-    "tracked_phase",
-]
+__all__ = ["half_cycles", "turning_values"]
 
-PEAKS = ("highest", "nominal")
-"""Ways to pick the peak of a period: its highest sample, or the sample where the peak is due."""
+_MIN_SAMPLES = 6.0
+"""Samples that a window about a turning point holds at least."""
 
 Array = NDArray[np.float64]
 
 
-def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
-    """Phase of a decay as a function of time, from its data.
+@njit(cache=True, nogil=True)
+def turning_values(
+    values: Array, step: float, polynomial: Array, order: int, swing_frequency: float
+) -> tuple[NDArray[np.int64], Array, Array, float, float]:
+    """Fit the signal about its turning points in disjoint windows, each with {1, cos, sin} of the phase.
+
+    A window reaches half the distance to the next turning point used: a quarter period, or, where half a
+    period holds fewer than 6 samples, enough for 6 while only every third, fifth, ... turning point is used,
+    so that sides alternate. Errors are then independent and, to the accuracy of the sampling, of one
+    variance. Windows that reach beyond the record are left out.
+
+    About turning point ``j`` the even part of a Coulomb decay is exactly ``(a - (2j - q) u) cos``; the odd
+    part, a known multiple of ``u``, moves the local phase and, where sampling is uneven, the value. It is
+    taken out, and so is the third harmonic of a pendulum.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        The moving samples.
+    step : float
+        Sampling interval [s].
+    polynomial : ndarray, shape (k,)
+        Phase of the signal.
+    order : int
+        Derivative order ``q`` of the signal.
+    swing_frequency : float
+        Natural frequency of a pendulum [rad/s]; zero for a linear system.
 
     Returns
     -------
-    polynomial : ndarray, shape (k,)
-        Chebyshev coefficients, see :func:`friction_bayes.decay.phase_tracking.track_phase`.
-    values : ndarray, shape (n,)
-        The samples less ``reference``, for rounding's sake.
-    reference : float
-        Their mean.
+    index : ndarray of int, shape (m,)
+        Which turning points, counted in half periods from phase zero.
+    time : ndarray, shape (m,)
+        When, by the local phase [s since the first sample].
+    value : ndarray, shape (m,)
+        Fitted signal there.
+    noise_sd : float
+        Standard deviation of the samples about the fits.
+    value_sd : float
+        Standard error of a value (root mean square over the windows).
     """
-    reference = float(decay.values.mean())
-    values = decay.values - reference
-    return (
-        track_phase(values, decay.step, decay.frequency, decay.phase, decay.quantity.order),
-        values,
-        reference,
-    )
-
-
-def swing_frequency(system: Oscillator, unit: str) -> float:
-    """Natural frequency of a pendulum [rad/s]; zero where amplitudes are taken as those of a linear system.
-
-    Large swings are converted by their angle, which a signal that was not calibrated does not give.
-    """
-    large_swings = system.pendulum and unit not in UNCALIBRATED_UNITS
-    return system.natural_frequency if large_swings else 0.0
-
-
-def force_factor(system: Oscillator, quantity: Quantity, unit: str) -> float:
-    """Factor from the signal's friction coefficient to the friction force; 1 where it was not calibrated."""
-    return 1.0 if unit in UNCALIBRATED_UNITS else system.force_factor(quantity)
+    n = values.size
+    duration = (n - 1) * step
+    first, _ = phase_at(polynomial, -1.0)
+    last, _ = phase_at(polynomial, 1.0)
+    rate = (last - first) / (n - 1)
+    stride = math.ceil(_MIN_SAMPLES * rate / math.pi)
+    stride += 1 - stride % 2
+    reach = 0.5 * math.pi * stride
+    lowest = math.ceil((first + reach - 0.75 * rate) / math.pi)
+    highest = math.floor((last - reach + 0.75 * rate) / math.pi)
+    count = max((highest - lowest) // stride + 1, 0)
+    index = lowest + stride * np.arange(count)
+    time, value = np.zeros(count), np.zeros(count)
+    centre, _, friction = coulomb_fit(values, order, polynomial)
+    squares, freedom, spread = 0.0, 0, 0.0
+    shift = 0.5 * order * math.pi
+    basis = np.ones(3)
+    for w in range(count):
+        target = index[w] * math.pi
+        sign = 1.0 if index[w] % 2 == 0 else -1.0
+        begin = max(math.ceil(time_of_phase(polynomial, target - reach, duration) / step), 0)
+        end = min(math.ceil(time_of_phase(polynomial, target + reach, duration) / step), n)
+        matrix = np.zeros((3, 3))
+        signal, third = np.zeros(3), np.zeros(3)
+        square = 0.0
+        for i in range(begin, end):
+            chi, _ = phase_at(polynomial, 2.0 * i / (n - 1) - 1.0)
+            psi = chi - target
+            basis[1], basis[2] = math.cos(psi), math.sin(psi)
+            _, g, _, _ = coulomb_shapes(chi - shift, order)
+            y = values[i] - centre - friction * (g + (2 * index[w] - order) * sign * basis[1])
+            add_sample(matrix, signal, basis, y, 1.0)
+            square += y * y
+            for a in range(3):
+                third[a] += basis[a] * math.cos(3.0 * psi)
+        fit, ok = solve_spd(matrix, signal)
+        if not ok:
+            value[w] = np.nan
+            continue
+        squares += max(square - (fit * signal).sum(), 0.0)
+        freedom += end - begin - 3
+        weight, _ = solve_spd(matrix, np.array([1.0, 1.0, 0.0]))
+        spread += weight[0] + weight[1]
+        value[w] = centre + fit[0] + fit[1]
+        if swing_frequency > 0.0:
+            third_fit, _ = solve_spd(matrix, third)
+            share = third_harmonic(fit[1] / swing_frequency**order, order)
+            value[w] += fit[1] * share * (1.0 - third_fit[0] - third_fit[1])
+        at = time_of_phase(polynomial, target, duration)
+        _, slope = phase_at(polynomial, 2.0 * at / duration - 1.0)
+        lag = math.atan2(sign * fit[2], sign * fit[1])
+        time[w] = at + 0.5 * duration * min(max(lag, -0.5 * math.pi), 0.5 * math.pi) / slope
+    noise_sd = math.sqrt(squares / freedom) if freedom > 0 else np.nan
+    value_sd = noise_sd * math.sqrt(spread / count) if count > 0 else np.nan
+    return index, time, value, noise_sd, value_sd
 
 
 def half_cycles(decay: FreeDecay) -> xr.Dataset:
@@ -156,91 +209,3 @@ def half_cycles(decay: FreeDecay) -> xr.Dataset:
             "half_cycles_per_interval": interval,
         },
     )
-
-
-def peak_amplitudes(decay: FreeDecay, peaks: str = "highest") -> tuple[Array, Array]:
-    """Successive amplitudes on the positive side of the signal, one a period, as the paper takes them.
-
-    Parameters
-    ----------
-    decay : FreeDecay
-    peaks : {"highest", "nominal"}
-        The highest sample of each period, from trough to trough, or the sample nearest to where the peak is
-        due. An incomplete first or last period is not used.
-
-    Returns
-    -------
-    time : ndarray, shape (periods,)
-        In the time of the record [s].
-    amplitude : ndarray, shape (periods,)
-        From the rest position found in the data, unit of the signal.
-
-    Raises
-    ------
-    InputError
-        If ``peaks`` is neither, or fewer than two periods are complete.
-    """
-    if peaks not in PEAKS:
-        raise InputError("peaks", f"unknown choice {peaks!r}", f"give one of {', '.join(PEAKS)}")
-    polynomial, values, _ = tracked_phase(decay)
-    time, value = peaks_of_periods(values, decay.step, polynomial, peaks == "highest")
-    if value.size < 2:
-        raise InputError(
-            decay.name,
-            f"{value.size} complete period(s), and a friction sample takes two amplitudes",
-            "give a longer record or use the methods envelope or waveform",
-        )
-    return decay.start_time + time, value - coulomb_fit(values, decay.quantity.order, polynomial)[0]
-
-
-def friction_samples(decay: FreeDecay, peaks: str = "highest") -> Array:
-    r"""Friction force from each two successive amplitudes: the data of the paper's two conjugate models.
-
-    The amplitude falls by ``4 u`` a period, Eq. (2), so ``r_i = factor (A_i - A_{i+1}) / 4`` with
-    :meth:`~friction_bayes.core.system.Oscillator.force_factor`. A pendulum's amplitudes are turned
-    into angles and ``r_i`` is the energy lost over the path, ``k (cos A_{i+1} - cos A_i) / (2 (A_i +
-    A_{i+1}))`` to third order in the loss. Successive samples share an amplitude: their errors are
-    correlated at -1/2.
-
-    Parameters
-    ----------
-    decay : FreeDecay
-    peaks : {"highest", "nominal"}
-        See :func:`peak_amplitudes`.
-
-    Returns
-    -------
-    ndarray, shape (periods - 1,)
-        Friction force [N, or N m]; the signal's friction coefficient where it was not calibrated.
-
-    Raises
-    ------
-    InputError
-        As :func:`peak_amplitudes`; and if a pendulum's peaks exceed what any swing reaches.
-    """
-    _, amplitude = peak_amplitudes(decay, peaks)
-    samples = period_friction(amplitude, 0.0, decay.quantity.order, swing_frequency(decay.system, decay.unit))
-    if not np.all(np.isfinite(samples)):
-        raise InputError(
-            decay.name,
-            f"a peak of {np.abs(amplitude).max():g} {decay.unit} exceeds any swing of the declared pendulum",
-            "check inertia, stiffness and unit",
-        )
-    return samples * force_factor(decay.system, decay.quantity, decay.unit)
-
-
-def natural_frequency_found(decay: FreeDecay, peaks: str = "highest") -> float:
-    """Rough frequency of small motion [rad/s] in the data; that of a pendulum is freed of its large swings.
-
-    Raises
-    ------
-    InputError
-        As :func:`peak_amplitudes`.
-    """
-    swing = swing_frequency(decay.system, decay.unit)
-    if swing == 0.0:
-        return decay.frequency
-    polynomial, values, _ = tracked_phase(decay)
-    _, amplitude = peak_amplitudes(decay, peaks)
-    duration = (values.size - 1) * decay.step
-    return float(small_swing_frequency(polynomial, duration, amplitude, 0.0, decay.quantity.order, swing))

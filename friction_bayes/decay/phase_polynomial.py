@@ -1,4 +1,4 @@
-"""Phase of a decay as a Chebyshev polynomial of time, and the signal that Coulomb friction makes of it.
+"""Phase of a decay as a Chebyshev polynomial of time.
 
 A polynomial is an array of Chebyshev coefficients, shape (k,), over positions from -1 (first sample) to 1
 (last). It gives the phase ``chi`` of the *signal*, zero at a positive extremum: ``chi = theta + q pi/2``
@@ -7,39 +7,13 @@ with the displacement's phase ``theta`` and the derivative order ``q``.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["coulomb_shapes", "phase_at", "rises", "time_of_phase"]
+__all__ = ["phase_at", "rises", "time_of_phase"]
 
 Array = NDArray[np.float64]
-
-
-@njit(cache=True, nogil=True)
-def coulomb_shapes(theta: float, order: int) -> tuple[float, float, float, int]:
-    """Return how amplitude and friction show in one sample of a Coulomb decay.
-
-    With ``n = floor(theta/pi)`` the signal is ``c + a f + u g``: for displacement ``f = cos(theta)``,
-    ``g = (-1)^n - (2n+1) f``; for velocity ``f = -sin(theta)``, for acceleration ``f = -cos(theta)``, both
-    with ``g = -(2n+1) f``.
-
-    Returns
-    -------
-    f, g, slope, n
-        ``slope`` is ``df/dtheta``; the signal's own is ``(a - (2n+1) u) slope``.
-    """
-    n = math.floor(theta / math.pi)
-    sine = math.sin(theta)
-    cosine = math.cos(theta)
-    if order == 0:
-        sign = 1.0 if n % 2 == 0 else -1.0
-        return cosine, sign - (2 * n + 1) * cosine, -sine, n
-    if order == 1:
-        return -sine, (2 * n + 1) * sine, -cosine, n
-    return -cosine, (2 * n + 1) * cosine, sine, n
 
 
 @njit(cache=True, nogil=True)

@@ -14,9 +14,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from friction_bayes.decay.phase_polynomial import coulomb_shapes, phase_at, rises
+from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
+from friction_bayes.decay.phase_polynomial import phase_at, rises
+from friction_bayes.mechanics.coulomb import coulomb_shapes
 
-__all__ = ["MAX_DEGREE", "coulomb_fit", "solve_spd", "track_phase"]
+__all__ = ["MAX_DEGREE", "coulomb_fit", "track_phase", "tracked_phase"]
 
 MAX_DEGREE = 5
 """Highest degree of the phase polynomial; a pendulum's phase is odd in time to this order at 1 rad."""
@@ -27,43 +30,6 @@ _FREQUENCY_WANDER = 0.003
 _PHASE_SD = 0.5
 
 Array = NDArray[np.float64]
-
-
-@njit(cache=True, nogil=True)
-def solve_spd(matrix: Array, right: Array) -> tuple[Array, bool]:
-    """Solve ``matrix x = right`` by Cholesky; False when the (scaled) matrix is not positive definite.
-
-    Parameters
-    ----------
-    matrix : ndarray, shape (d, d)
-        Symmetric; only the lower triangle is read.
-    right : ndarray, shape (d,)
-    """
-    d = right.size
-    lower = np.zeros((d, d))
-    x = np.zeros(d)
-    for i in range(d):
-        for j in range(i + 1):
-            total = matrix[i, j]
-            for k in range(j):
-                total -= lower[i, k] * lower[j, k]
-            if i == j:
-                if not total > 1e-13 * matrix[i, i]:
-                    return x, False
-                lower[i, i] = math.sqrt(total)
-            else:
-                lower[i, j] = total / lower[j, j]
-    for i in range(d):
-        total = right[i]
-        for k in range(i):
-            total -= lower[i, k] * x[k]
-        x[i] = total / lower[i, i]
-    for i in range(d - 1, -1, -1):
-        total = x[i]
-        for k in range(i + 1, d):
-            total -= lower[k, i] * x[k]
-        x[i] = total / lower[i, i]
-    return x, True
 
 
 @njit(cache=True, nogil=True)
@@ -81,11 +47,8 @@ def _fit_window(
         basis[1] = math.cos(angle)
         basis[2] = math.sin(angle)
         y = values[i] - reference
+        add_sample(matrix, right, basis, y, 1.0)
         square += y * y
-        for a in range(3):
-            right[a] += basis[a] * y
-            for b in range(a + 1):
-                matrix[a, b] += basis[a] * basis[b]
     x, ok = solve_spd(matrix, right)
     residual = square - x[0] * right[0] - x[1] * right[1] - x[2] * right[2]
     return x[1], x[2], max(residual, 0.0) / max(last - first - 3, 1), ok
@@ -155,10 +118,7 @@ def _polynomial_through(
             basis[k] = (
                 1.0 if k == 0 else (position if k == 1 else 2.0 * position * basis[k - 1] - basis[k - 2])
             )
-        for a in range(size):
-            right[a] += weights[w] * basis[a] * phases[w]
-            for b in range(a + 1):
-                matrix[a, b] += weights[w] * basis[a] * basis[b]
+        add_sample(matrix, right, basis, phases[w], weights[w])
     return solve_spd(matrix, right)
 
 
@@ -185,10 +145,7 @@ def _refine(
             for k in range(1, size):
                 basis[3 + k] = swing * now
                 before, now = now, 2.0 * position * now - before
-        for a in range(columns):
-            right[a] += basis[a] * values[i]
-            for b in range(a + 1):
-                matrix[a, b] += basis[a] * basis[b]
+        add_sample(matrix, right, basis, values[i], 1.0)
     return solve_spd(matrix, right)
 
 
@@ -262,3 +219,24 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
         if largest < 1e-7:
             break
     return result
+
+
+def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
+    """Phase of a decay as a function of time, from its data.
+
+    Returns
+    -------
+    polynomial : ndarray, shape (k,)
+        Chebyshev coefficients, see :func:`track_phase`.
+    values : ndarray, shape (n,)
+        The samples less ``reference``, for rounding's sake.
+    reference : float
+        Their mean.
+    """
+    reference = float(decay.values.mean())
+    values = decay.values - reference
+    return (
+        track_phase(values, decay.step, decay.frequency, decay.phase, decay.quantity.order),
+        values,
+        reference,
+    )

@@ -8,6 +8,7 @@ compiled, and serve single records and batches alike.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -15,17 +16,25 @@ from numpy.typing import NDArray
 
 from friction_bayes.decay.demodulation import (
     EVIDENCE,
-    add_sample,
     demodulate,
     phase_of,
-    phase_polynomial,
     rate_of,
-    regression,
+    rough_phase,
 )
+from friction_bayes.decay.linear_least_squares import add_sample, regression, restricted
 
-__all__ = ["CONSTANT", "FOUND", "NOT_FINITE", "NO_OSCILLATION", "TOO_SHORT", "locate_moving_part"]
+__all__ = [
+    "CONSTANT",
+    "FOUND",
+    "NOT_FINITE",
+    "NO_OSCILLATION",
+    "TOO_SHORT",
+    "Located",
+    "locate_moving_parts",
+]
 
 FOUND, NOT_FINITE, CONSTANT, NO_OSCILLATION, TOO_SHORT = 0, 1, 2, 3, 4
+"""Status of a record: its moving part was found, or why it was not."""
 
 _BLOCKS_PER_PERIOD = 48.0
 """Faster sampling than this is averaged in blocks, which costs 0.1 % of the amplitude and saves the time."""
@@ -37,6 +46,34 @@ _MISFIT = 0.05
 """Share of the amplitude that the smooth description may miss without that being evidence of a release."""
 
 Array = NDArray[np.float64]
+
+
+class Located(NamedTuple):
+    """Where the free decay lies in each of many records, and a rough idea of its motion.
+
+    Attributes
+    ----------
+    status : ndarray of int, shape (records,)
+        :data:`FOUND`, or why nothing was found: the rest of that row is then zero.
+    start, stop : ndarray of int, shape (records,)
+        The moving part, ``start <= i < stop``.
+    frequency : ndarray, shape (records,)
+        Angular frequency [rad/sample].
+    phase : ndarray, shape (records,)
+        Phase of the displacement at ``start``, in [0, 2 pi) [rad].
+    rest_position : ndarray, shape (records,)
+        In the unit of the signal.
+    stops : ndarray of bool, shape (records,)
+        Whether the motion ends within the record.
+    """
+
+    status: NDArray[np.int64]
+    start: NDArray[np.int64]
+    stop: NDArray[np.int64]
+    frequency: Array
+    phase: Array
+    rest_position: Array
+    stops: NDArray[np.bool_]
 
 
 @njit(cache=True, nogil=True)
@@ -65,7 +102,7 @@ def _release(y: Array, polynomial: Array, scale: float, first_full: float, ampli
         s = (i - first_full) / period
         basis[1], basis[2] = math.cos(angle), math.sin(angle)
         basis[3], basis[4] = s * basis[1], s * basis[2]
-        add_sample(matrix, right, basis, y[i])
+        add_sample(matrix, right, basis, y[i], 1.0)
         square += y[i] * y[i]
         if j % stride == 0 and j <= latest:
             _, after[j] = regression(matrix, right, square)
@@ -83,24 +120,6 @@ def _release(y: Array, polynomial: Array, scale: float, first_full: float, ampli
     if begin == 0 and gain < 20.0 + 2.0 * math.log(n):
         return 0
     return begin + best
-
-
-@njit(cache=True, nogil=True)
-def _restrict(matrix: Array, right: Array, shift: Array) -> tuple[Array, Array]:
-    """Moments of a regression whose coefficients are ``shift`` times fewer ones; lower triangle in, full out.
-
-    Loops, because matrix products and slices cost the compiler seconds.
-    """
-    size, fewer = shift.shape
-    normal, projected = np.zeros((fewer, fewer)), np.zeros(fewer)
-    for a in range(size):
-        for k in range(fewer):
-            projected[k] += shift[a, k] * right[a]
-            for b in range(size):
-                moment = matrix[max(a, b), min(a, b)]
-                for m in range(fewer):
-                    normal[k, m] += shift[a, k] * moment * shift[b, m]
-    return normal, projected
 
 
 @njit(cache=True, nogil=True)
@@ -144,7 +163,7 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
             shift[1, 1], shift[2, 1] = h, -1.0
             shift[4, 3], shift[5, 3] = h, -1.0
             shift[1, 4], shift[2, 4], shift[3, 4] = h * h, -2.0 * h, 1.0
-            normal, projected = _restrict(matrix, right, shift)
+            normal, projected = restricted(matrix, right, shift)
             tail = max(tail_square - tail_sum * tail_sum / (n - j), 0.0)
             x, rest = regression(normal, projected[:4], square)
             if rest + tail < best_cost:
@@ -158,7 +177,7 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
         basis[2], basis[5] = h * basis[1], h * basis[4]
         basis[3] = h * basis[2]
         value = y[i] - mean
-        add_sample(matrix, right, basis, value)
+        add_sample(matrix, right, basis, value, 1.0)
         square += value * value
         tail_sum -= value
         tail_square -= value * value
@@ -207,34 +226,48 @@ def _thinned(y: Array, first: int, width: int, offset: float) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def locate_moving_part(y: Array, omega: float, order: int, given_start: int, out: Array) -> None:
-    """Find the moving part of one record.
+def locate_moving_parts(
+    values: Array, frequencies: Array, order: int, given_start: int, located: Located
+) -> None:
+    """Find the moving part of every record.
 
     Parameters
     ----------
-    y : ndarray, shape (n,)
-        Samples.
-    omega : float
-        Rough angular frequency [rad/sample].
+    values : ndarray, shape (records, n)
+        Samples, one record a row.
+    frequencies : ndarray, shape (records,)
+        Rough angular frequencies [rad/sample].
     order : int
         Derivative order of the signal.
     given_start : int
         First sample of the free decay if known, else -1.
-    out : ndarray, shape (7,)
-        Receives status, start, stop (one past the last moving sample), angular frequency [rad/sample],
-        displacement phase at start, rest position, and whether the motion ends within the record.
+    located : Located
+        Receives what is found.
     """
-    for k in range(out.size):
-        out[k] = 0.0
+    for r in range(values.shape[0]):
+        (
+            located.status[r],
+            located.start[r],
+            located.stop[r],
+            located.frequency[r],
+            located.phase[r],
+            located.rest_position[r],
+            located.stops[r],
+        ) = _moving_part(values[r], frequencies[r], order, given_start)
+
+
+@njit(cache=True, nogil=True)
+def _moving_part(
+    y: Array, omega: float, order: int, given_start: int
+) -> tuple[int, int, int, float, float, float, bool]:
+    """The row of :class:`Located` that belongs to one record."""
     low, high = math.inf, -math.inf
     for i in range(y.size):
         if not math.isfinite(y[i]):
-            out[0] = NOT_FINITE
-            return
+            return _nothing(NOT_FINITE)
         low, high = min(low, y[i]), max(high, y[i])
     if not high > low:
-        out[0] = CONSTANT
-        return
+        return _nothing(CONSTANT)
     offset = 0.5 * (low + high)
     begin = max(given_start, 0)
     # positions below are counted in blocks, whose centres lie ``shift`` samples after their first
@@ -243,8 +276,7 @@ def locate_moving_part(y: Array, omega: float, order: int, given_start: int, out
     moving = _thinned(y, begin, width, offset)
     centre, inphase, quadrature, noise = demodulate(moving, omega * width)
     if centre.size < 2:
-        out[0] = TOO_SHORT
-        return
+        return _nothing(TOO_SHORT)
     amplitude, largest = np.zeros(centre.size), 0.0
     for k in range(centre.size):
         amplitude[k] = math.hypot(inphase[k], quadrature[k])
@@ -254,17 +286,15 @@ def locate_moving_part(y: Array, omega: float, order: int, given_start: int, out
     first = 0
     while first < amplitude.size - 1 and amplitude[first] < threshold:
         first += 1
-    polynomial, scale, wander = phase_polynomial(centre, inphase, quadrature, floor, first, omega * width)
+    polynomial, scale, wander = rough_phase(centre, inphase, quadrature, floor, first, omega * width)
     if not wander < _MOST_WANDER or not rate_of(polynomial, scale, centre[first]) > 0.3 * omega * width:
-        out[0] = NO_OSCILLATION
-        return
+        return _nothing(NO_OSCILLATION)
     start = 0
     if given_start < 0:
         start = _release(moving, polynomial, scale, centre[first], largest)
     hinge, rest, explained = _hinge(moving, start, polynomial, scale)
     if explained < 12.0 + 2.0 * math.log(moving.size):
-        out[0] = NO_OSCILLATION
-        return
+        return _nothing(NO_OSCILLATION)
     first_sample, stop = begin + start * width, y.size
     if hinge < math.inf:
         turn = _nearest_turn(hinge, polynomial, scale, order)
@@ -275,12 +305,13 @@ def locate_moving_part(y: Array, omega: float, order: int, given_start: int, out
         stop - first_sample, 1
     )
     if not 0.3 * omega < rate < 1.8 * omega:
-        out[0] = NO_OSCILLATION
-        return
+        return _nothing(NO_OSCILLATION)
     if (stop - first_sample) * rate < 3.0 * math.pi:
-        out[0] = TOO_SHORT
-        return
-    out[1], out[2], out[3] = first_sample, stop, rate
-    out[4] = (phase_of(polynomial, scale, begun) - 0.5 * math.pi * order) % (2.0 * math.pi)
-    out[5] = rest + offset
-    out[6] = 1.0 if stop < y.size else 0.0
+        return _nothing(TOO_SHORT)
+    phase = (phase_of(polynomial, scale, begun) - 0.5 * math.pi * order) % (2.0 * math.pi)
+    return FOUND, first_sample, stop, rate, phase, rest + offset, stop < y.size
+
+
+@njit(cache=True, nogil=True)
+def _nothing(status: int) -> tuple[int, int, int, float, float, float, bool]:
+    return status, 0, 0, 0.0, 0.0, 0.0, False

@@ -14,8 +14,9 @@ from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.calibrated import force_factor, swing_frequency
 from friction_bayes.decay.free_decay import locate_free_decays
-from friction_bayes.decay.half_cycles import PEAKS, force_factor, swing_frequency
+from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.decay.release_and_rest import FOUND
 from friction_bayes.estimators.batch_fits import BATCH_FITS, BatchTask
 from friction_bayes.estimators.priors import complete_prior, default_prior
@@ -180,10 +181,10 @@ def _estimate_rows(values: NDArray[Any], *, common: Mapping[str, Any], method: s
 def _estimate_chunk(values: Array, common: Mapping[str, Any], method: str) -> Array:
     system, kind, step, unit = (common[key] for key in ("system", "quantity", "step", "unit"))
     located = locate_free_decays(values, step, system.natural_frequency, kind.order)
-    located[_clipped(values, located[:, 0] == FOUND), 0] = _CLIPPED
+    located.status[_clipped(values, located.status == FOUND)] = _CLIPPED
     fits = BATCH_FITS[method](BatchTask(values=values, located=located, **common))
     found = fits.found & np.isfinite(fits.frequency)
-    status = np.where((located[:, 0] == FOUND) & ~found, _NO_FIT, located[:, 0])
+    status = np.where((located.status == FOUND) & ~found, _NO_FIT, located.status)
     family = fits.family
     coefficient = tuple(np.where(found, parameter, np.nan) for parameter in fits.parameters)
     location, spread = (_finite(moment(*coefficient)) for moment in (family.mean, family.std))

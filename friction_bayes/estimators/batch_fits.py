@@ -15,8 +15,9 @@ from friction_bayes.conjugate.normal_gamma import NormalGamma, posterior_paramet
 from friction_bayes.conjugate.regression_batch import update_regressions
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.half_cycle_kernels import friction_sample_statistics
-from friction_bayes.decay.half_cycles import force_factor, swing_frequency
+from friction_bayes.decay.calibrated import force_factor, swing_frequency
+from friction_bayes.decay.friction_samples import friction_sample_statistics
+from friction_bayes.decay.release_and_rest import FOUND, Located
 from friction_bayes.estimators.envelope.estimator import MIN_ROWS, envelope_prior
 from friction_bayes.estimators.envelope.half_cycle_rows import envelope_statistics
 from friction_bayes.estimators.envelope.signal import small_motion_frequency
@@ -36,8 +37,9 @@ class BatchTask:
     ----------
     values : ndarray, shape (records, n)
         Samples.
-    located : ndarray, shape (records, 7)
-        From :func:`friction_bayes.decay.free_decay.locate_free_decays`; rows with a status are left out.
+    located : Located
+        From :func:`friction_bayes.decay.free_decay.locate_free_decays`; rows where nothing was found are left
+        out.
     step : float
         Sampling interval [s].
     system, quantity, unit
@@ -49,7 +51,7 @@ class BatchTask:
     """
 
     values: Array
-    located: Array
+    located: Located
     step: float
     system: Oscillator
     quantity: Quantity
@@ -59,19 +61,19 @@ class BatchTask:
 
     @property
     def usable(self) -> NDArray[np.bool_]:
-        """Rows without a status."""
-        return np.asarray(self.located[:, 0] == 0.0)
+        """Rows in which a free decay was found."""
+        return self.located.status == FOUND
 
     @property
     def counts(self) -> NDArray[np.int64]:
         """Samples in each moving part; none in a row that is left out."""
-        return np.where(self.usable, self.located[:, 2] - self.located[:, 1], 0.0).astype(np.int64)
+        return np.where(self.usable, self.located.stop - self.located.start, 0)
 
     @property
     def decays(self) -> tuple[Any, ...]:
         """Arguments that say to a half-cycle kernel where each decay lies, and what is known of it."""
-        start = self.located[:, 1].astype(np.int64)
-        frequency, phase = self.located[:, 3] / self.step, np.ascontiguousarray(self.located[:, 4])
+        start, phase = self.located.start, self.located.phase
+        frequency = self.located.frequency / self.step
         swing = swing_frequency(self.system, self.unit)
         order = self.quantity.order
         return self.values, self.step, frequency, phase, start, start + self.counts, order, swing
@@ -182,7 +184,7 @@ def _of_amplitudes(task: BatchTask, frequency: Array, family: Any, parameters: t
         parameters=parameters,
         frequency=np.where(task.usable, frequency, np.nan),
         frequency_sd=none,
-        rest_position=np.where(task.usable, task.located[:, 5], np.nan),
+        rest_position=np.where(task.usable, task.located.rest_position, np.nan),
         noise_sd=none,
     )
 

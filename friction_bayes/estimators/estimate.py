@@ -12,7 +12,7 @@ from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
-from friction_bayes.decay.half_cycles import PEAKS
+from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.estimators import peaks as peaks_module
 from friction_bayes.estimators.acceptance import accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import ESTIMATORS, Estimator, Fit

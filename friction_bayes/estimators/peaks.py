@@ -12,8 +12,9 @@ from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.conjugate.scaled import scaled
 from friction_bayes.conjugate.targets import gamma_exponential_target, normal_gamma_target
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, inverse_square
+from friction_bayes.decay.calibrated import force_factor
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.half_cycles import force_factor, friction_samples, natural_frequency_found
+from friction_bayes.decay.friction_samples import friction_samples, natural_frequency_found
 from friction_bayes.estimators.base import Fit, register
 from friction_bayes.estimators.priors import complete_prior, default_prior, prior_keys
 
@@ -35,7 +36,7 @@ _PRIOR_WIDTH = (
 
 
 class NormalGammaEstimator:
-    """Eqs. (4)-(8) on the samples of :func:`~friction_bayes.decay.half_cycles.friction_samples`."""
+    """Eqs. (4)-(8) on the samples of :func:`~friction_bayes.decay.friction_samples.friction_samples`."""
 
     name = "normal-gamma"
     prior_keys = prior_keys("normal-gamma")
@@ -60,7 +61,7 @@ class NormalGammaEstimator:
 
 
 class GammaExponentialEstimator:
-    """Eqs. (9)-(11) on the samples of :func:`~friction_bayes.decay.half_cycles.friction_samples`."""
+    """Eqs. (9)-(11) on the samples of :func:`~friction_bayes.decay.friction_samples.friction_samples`."""
 
     name = "gamma-exponential"
     prior_keys = prior_keys("gamma-exponential")

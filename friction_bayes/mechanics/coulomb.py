@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.checks import finite, non_negative
@@ -12,7 +13,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.motion import Motion, sample_times
 
-__all__ = ["MAX_PHASE", "coulomb_decay"]
+__all__ = ["MAX_PHASE", "coulomb_decay", "coulomb_shapes"]
 
 MAX_PHASE = 1e8
 """Longest motion [rad]: rounding has then cost half the digits of the phase."""
@@ -132,3 +133,27 @@ def _half_cycles_to_rest(first_amplitude: float, d: float) -> float:
     if ratio > 1e15:
         return math.inf
     return float(math.ceil(ratio * (1.0 - 8.0 * np.finfo(float).eps)))
+
+
+@njit(cache=True, nogil=True)
+def coulomb_shapes(theta: float, order: int) -> tuple[float, float, float, int]:
+    """Return how amplitude and friction show in one sample of a Coulomb decay.
+
+    With ``n = floor(theta/pi)`` the signal is ``c + a f + u g``: for displacement ``f = cos(theta)``,
+    ``g = (-1)^n - (2n+1) f``; for velocity ``f = -sin(theta)``, for acceleration ``f = -cos(theta)``, both
+    with ``g = -(2n+1) f``.
+
+    Returns
+    -------
+    f, g, slope, n
+        ``slope`` is ``df/dtheta``; the signal's own is ``(a - (2n+1) u) slope``.
+    """
+    n = math.floor(theta / math.pi)
+    sine = math.sin(theta)
+    cosine = math.cos(theta)
+    if order == 0:
+        sign = 1.0 if n % 2 == 0 else -1.0
+        return cosine, sign - (2 * n + 1) * cosine, -sine, n
+    if order == 1:
+        return -sine, (2 * n + 1) * sine, -cosine, n
+    return -cosine, (2 * n + 1) * cosine, sine, n

@@ -46,9 +46,8 @@ def standardised_errors(order: int, rng: np.random.Generator) -> tuple[np.ndarra
             limit.append(sd * np.sqrt(np.linalg.inv(shapes.T @ shapes)[2, 2]))
         values = np.array(records)
         found = locate_free_decays(values, step, w, order)
-        start, stop = found[:, 1].astype(np.int64), found[:, 2].astype(np.int64)
         gram, coefficients, residual, rows, _ = envelope_statistics(
-            values, step, found[:, 3] / step, found[:, 4], start, stop, order, 0.0
+            values, step, found.frequency / step, found.phase, found.start, found.stop, order, 0.0
         )
         error = coefficients[:, 1] - np.array(friction)
         own.append(error / np.sqrt(np.linalg.inv(gram)[:, 1, 1] * residual / (rows - 3)))

@@ -8,7 +8,8 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.core.system import Oscillator, Pendulum
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.half_cycles import friction_samples, half_cycles, peak_amplitudes
+from friction_bayes.decay.friction_samples import friction_samples, peak_amplitudes
+from friction_bayes.decay.half_cycles import half_cycles
 
 NAMES = ("displacement", "velocity", "acceleration")
 W = 2 * np.pi * 2.9

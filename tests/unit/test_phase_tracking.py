@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from friction_bayes.decay.linear_least_squares import solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at, time_of_phase
-from friction_bayes.decay.phase_tracking import solve_spd, track_phase
+from friction_bayes.decay.phase_tracking import track_phase
 
 
 def found_phase(polynomial: np.ndarray, n: int) -> np.ndarray:

@@ -1,7 +1,7 @@
 r"""One number a half cycle that holds all a Coulomb decay says of its amplitude.
 
 Given the phase ``theta(t)``, a sample is ``c + a f + u g``, see
-:func:`friction_bayes.decay.phase_polynomial.coulomb_shapes`. Within one half cycle that is a constant plus a
+:func:`friction_bayes.mechanics.coulomb.coulomb_shapes`. Within one half cycle that is a constant plus a
 multiple of ``f`` alone: its amplitude is exhausted by the projection of the samples on ``f``, taken
 orthogonal to ``df/dtheta`` so that an error of the local phase does not enter, and scaled to unit norm, so
 that white noise of the signal becomes independent noise of the same variance. The design entries are the
@@ -21,8 +21,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from friction_bayes.decay.phase_polynomial import coulomb_shapes, phase_at
-from friction_bayes.decay.phase_tracking import MAX_DEGREE, coulomb_fit, solve_spd, track_phase
+from friction_bayes.decay.linear_least_squares import solve_spd
+from friction_bayes.decay.phase_polynomial import phase_at
+from friction_bayes.decay.phase_tracking import MAX_DEGREE, coulomb_fit, track_phase
+from friction_bayes.mechanics.coulomb import coulomb_shapes
 from friction_bayes.mechanics.pendulum import linear_amplitude, third_harmonic
 
 __all__ = ["envelope_statistics", "half_cycle_rows", "least_squares"]

@@ -73,12 +73,9 @@ class WaveformEstimator:
         if decay.system.pendulum and decay.unit not in UNCALIBRATED_UNITS:
             return fit_pendulum(decay, prior)
         n = decay.values.size
-        located = np.array(
-            [[0.0, 0.0, n, decay.frequency * decay.step, decay.phase, decay.rest_position, decay.stops]]
-        )
         fits = fit_waveforms(
             decay.values[None],
-            located,
+            decay.located,
             decay.quantity.order,
             prior["coefficient_precision"],
             rest_known=decay.rest_known,

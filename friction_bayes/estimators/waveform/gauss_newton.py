@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from friction_bayes.decay.phase_tracking import solve_spd
+from friction_bayes.decay.linear_least_squares import solve_spd
 from friction_bayes.estimators.waveform.normal_equations import COEFFICIENTS, NEVER, accumulate, stopping_turn
 
 __all__ = ["fit_waveform"]

@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.decay.release_and_rest import FOUND, Located
 from friction_bayes.estimators.waveform.gauss_newton import fit_waveform
 from friction_bayes.estimators.waveform.normal_equations import COEFFICIENTS
 
@@ -55,7 +56,7 @@ class WaveformFits:
 
 
 def fit_waveforms(
-    values: Array, located: Array, order: int, precision: float, *, rest_known: bool = False
+    values: Array, located: Located, order: int, precision: float, *, rest_known: bool = False
 ) -> WaveformFits:
     """Fit the moving parts of many records.
 
@@ -63,8 +64,9 @@ def fit_waveforms(
     ----------
     values : ndarray, shape (records, n)
         Samples.
-    located : ndarray, shape (records, 7)
-        From :func:`friction_bayes.decay.free_decay.locate_free_decays`; rows with a status are left out.
+    located : Located
+        From :func:`friction_bayes.decay.free_decay.locate_free_decays`; rows where nothing was found are left
+        out.
     order : int
         Derivative order of the signal.
     precision : float
@@ -103,7 +105,7 @@ def fit_waveforms(
 @njit(cache=True, nogil=True)
 def _fit_all(
     values: Array,
-    located: Array,
+    located: Located,
     order: int,
     weight: Array,
     coefficients: Array,
@@ -116,13 +118,13 @@ def _fit_all(
 ) -> None:
     mean = np.zeros(COEFFICIENTS)
     for r in range(values.shape[0]):
-        if located[r, 0] != 0.0:
+        if located.status[r] != FOUND:
             continue
-        reference = located[r, 5]
-        y = values[r, int(located[r, 1]) : int(located[r, 2])] - reference
+        reference = located.rest_position[r]
+        y = values[r, located.start[r] : located.stop[r]] - reference
         p = np.zeros(COEFFICIENTS)
-        p[3] = located[r, 3] * 0.5 * (y.size - 1)
-        p[4] = located[r, 4] + p[3]
+        p[3] = located.frequency[r] * 0.5 * (y.size - 1)
+        p[4] = located.phase[r] + p[3]
         kappa[r] = 2.0 * math.floor(p[4] / math.pi) + 1.0
         mean[0] = -reference
         misfit[r], stop[r], found[r] = fit_waveform(
