@@ -62,6 +62,8 @@ AT_HOME = {
     "conjugate.scaled_batch": "a conjugate pair",
     "conjugate.targets": "a conjugate pair as a sampler sees it",
     "core.files": "writes for everybody",
+    "decay.friction_samples": "the paper's data of a decay",
+    "decay.half_cycles": "the turning points of a decay",
     "plotting.loop": "a figure",
     "plotting.monitor": "a figure",
     "records.readers.fleet": "a reader",
