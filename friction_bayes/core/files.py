@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import platform
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -40,10 +39,20 @@ def write_json(path: Path, value: Mapping[str, Any]) -> None:
 
 
 def write_whole(target: Path, write: Callable[[Path], object]) -> None:
-    """Let ``write`` make the file under another name, so that what is killed leaves no half of it."""
-    aside = target.with_name(f"{target.name}.{os.getpid()}.part")
-    write(aside)
-    aside.replace(target)
+    """Let ``write`` make a file aside, then rename it: ``target`` appears whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    try:
+        with _aside(target) as folder:
+            written = folder / target.name
+            write(written)
+            written.replace(target)
+    except OSError as error:
+        raise _cannot_be_written(str(target), error) from None
 
 
 def sha256_of(path: Path) -> str:
@@ -147,16 +156,15 @@ def _check_folder_target(folder: Path, place: str, force: bool) -> None:
 @contextmanager
 def _aside(target: Path) -> Iterator[Path]:
     """Yield an empty folder on the file system of ``target``, gone afterwards whatever happens."""
-    try:
-        aside = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=nearest_existing(target.parent)))
-    except OSError as error:
-        raise InputError(
-            f"--out {target}", f"cannot be written ({error.strerror})", "choose another"
-        ) from None
+    aside = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=nearest_existing(target.parent)))
     try:
         yield aside
     finally:
         shutil.rmtree(aside, ignore_errors=True)
+
+
+def _cannot_be_written(place: str, error: OSError) -> InputError:
+    return InputError(place, f"cannot be written ({error.strerror or error})", "choose another")
 
 
 @contextmanager
@@ -177,7 +185,11 @@ def output_folder(target: str | Path, *, force: bool = False) -> Iterator[Path]:
     """
     folder = Path(target).absolute()
     _check_folder_target(folder, f"--out {target}", force)
-    with _aside(folder) as aside:
+    with ExitStack() as stack:
+        try:
+            aside = stack.enter_context(_aside(folder))
+        except OSError as error:
+            raise _cannot_be_written(f"--out {target}", error) from None
         yield aside
         aside.chmod(0o755)
         if not folder.exists():

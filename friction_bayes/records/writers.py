@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,7 +11,9 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.files import write_whole
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
+from friction_bayes.core.strict_json import plain
 from friction_bayes.records.record import record_quantity, validate_record
 
 __all__ = ["write_record"]
@@ -46,15 +46,8 @@ def write_record(record: xr.DataArray, path: str | Path) -> Path:
             str(path), f"cannot write a record as {target.suffix!r}", f"give one of {', '.join(writers)}"
         )
     validate_record(record, evenly=False)
-    try:
-        with tempfile.TemporaryDirectory(prefix=f".{target.name}-", dir=target.parent) as aside:
-            written = Path(aside) / target.name
-            writers[target.suffix.lower()](record, written)
-            os.replace(written, target)
-    except OSError as error:
-        raise InputError(
-            str(path), f"cannot be written ({error.strerror or error})", "choose another"
-        ) from None
+    write = writers[target.suffix.lower()]
+    write_whole(target, lambda aside: write(record, aside))
     return target
 
 
@@ -78,7 +71,8 @@ def _write_netcdf(record: xr.DataArray, path: Path) -> None:
 
 def _scalars(record: xr.DataArray) -> dict[str, Any]:
     """Return the attributes as text and numbers, the rest as JSON; NetCDF knows no truth values."""
-    plain = {key: int(v) if isinstance(v, bool) else v for key, v in record.attrs.items()}
+    attrs = {key: int(v) if isinstance(v, bool) else v for key, v in record.attrs.items()}
     return {
-        key: v if isinstance(v, str | int | float) else json.dumps(v, default=str) for key, v in plain.items()
+        key: v if isinstance(v, str | int | float) else json.dumps(plain(v), default=str)
+        for key, v in attrs.items()
     }

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.files import write_whole
 
 __all__ = ["THINNED_DRAWS", "load_tree", "make_tree", "save_tree"]
 
@@ -121,13 +122,7 @@ def _per_draw(name: str, dim: str, values: Array, index: Mapping[str, Any]) -> x
 
 def save_tree(tree: xr.DataTree, path: str | os.PathLike[str]) -> None:
     """Write a tree to NetCDF, whole or not at all: the file appears under its name when it is complete."""
-    target = Path(path)
-    aside = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        tree.to_netcdf(aside, engine="h5netcdf")
-        aside.replace(target)
-    finally:
-        aside.unlink(missing_ok=True)
+    write_whole(Path(path), lambda aside: tree.to_netcdf(aside, engine="h5netcdf"))
 
 
 def load_tree(path: str | os.PathLike[str]) -> xr.DataTree:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.files import output_folder, sha256_of, write_manifest
+from friction_bayes.core.files import output_folder, sha256_of, write_manifest, write_whole
 from friction_bayes.core.strict_json import strict_json
 
 
@@ -94,3 +94,25 @@ def test_filled_folder_needs_force(tmp_path: Path) -> None:
     (tmp_path / "x").write_text("1")
     with pytest.raises(InputError, match="--force"), output_folder(tmp_path):
         raise AssertionError("entered")
+
+
+def test_a_file_appears_whole_or_not_at_all(tmp_path: Path) -> None:
+    def fail(path: Path) -> None:
+        path.write_text("half", encoding="utf-8")
+        raise RuntimeError
+
+    target = tmp_path / "result.json"
+    target.write_text("earlier", encoding="utf-8")
+    with pytest.raises(RuntimeError):
+        write_whole(target, fail)
+    assert target.read_text(encoding="utf-8") == "earlier"
+    write_whole(target, lambda path: path.write_text("whole", encoding="utf-8"))
+    assert target.read_text(encoding="utf-8") == "whole"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_file_that_cannot_be_written_is_refused_by_its_name(tmp_path: Path) -> None:
+    target = tmp_path / "missing" / "result.json"
+    with pytest.raises(InputError, match=r"result\.json: cannot be written \(No such file"):
+        write_whole(target, lambda path: path.write_text("whole", encoding="utf-8"))
+    assert list(tmp_path.iterdir()) == []
