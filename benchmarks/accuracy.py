@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from friction_bayes import Oscillator, estimate_batch
+from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.coulomb import coulomb_decay
 
 METHODS = ("waveform", "envelope", "normal-gamma")
@@ -26,8 +26,6 @@ DECIBELS = (8.0, 12.0, 20.0, 30.0)
 NORMAL_WIDTH = 2.0 * 1.6448536269514722
 """Width of a 90 % interval in standard deviations."""
 BEGIN, END = "<!-- results: accuracy -->", "<!-- end -->"
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

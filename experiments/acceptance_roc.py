@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy import stats
 
 import friction_bayes as fb
@@ -23,6 +22,7 @@ from experiments.sampling_rate_sweep import down_sampled
 from experiments.sweeps import lay_out
 from experiments.tables import Row
 from experiments.testbed_choices import DRAWN_PRIOR
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.acceptance import accept_by_set_up
 
@@ -183,15 +183,13 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
     ).assign_coords(criterion=list(CRITERIA), false_rate=false_rate)
 
 
-def _left_out(
-    score: NDArray[np.float64], good: NDArray[np.bool_], kept: NDArray[np.bool_], run: int
-) -> float:
+def _left_out(score: Array, good: Mask, kept: Mask, run: int) -> float:
     others = kept.copy()
     others[run] = False
     return roc_area(score[others], good[others])
 
 
-def roc_area(score: NDArray[np.float64], good: NDArray[np.bool_]) -> float:
+def roc_area(score: Array, good: Mask) -> float:
     """Chance that a good estimate scores above a bad one, ties counted half; nan where there is one kind.
 
     Parameters
@@ -207,9 +205,7 @@ def roc_area(score: NDArray[np.float64], good: NDArray[np.bool_]) -> float:
     return float(above / (positive * (good.size - positive)))
 
 
-def roc_curve(
-    score: NDArray[np.float64], good: NDArray[np.bool_], false_rate: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def roc_curve(score: Array, good: Mask, false_rate: Array) -> Array:
     """Share of good estimates accepted at each share of bad ones accepted, shape of ``false_rate``."""
     order = np.argsort(-score, kind="stable")
     # equal scores are accepted together

@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from experiments.tables import Row
+from friction_bayes.core.arrays import Array
 
 __all__ = ["band", "compared", "detail_rows", "sampler_word", "verdict_rows"]
 
 
-def _kept(values: xr.DataArray) -> NDArray[np.float64]:
+def _kept(values: xr.DataArray) -> Array:
     numbers = np.asarray(values, dtype=np.float64).ravel()
     return numbers[np.isfinite(numbers)]
 

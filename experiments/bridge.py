@@ -10,17 +10,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.core.arrays import Array
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.target import target_of
 from friction_bayes.reference.ensembles import Ensembles
 
 __all__ = ["BridgedEvidence", "bridged_log_evidence"]
 
-Array = NDArray[np.float64]
 
 _ENSEMBLES = 4
 _WIDER = 1.3

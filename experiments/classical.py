@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import signal, stats
 
 import friction_bayes as fb
+from friction_bayes.core.arrays import Array
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.half_cycles import half_cycles
 
@@ -32,7 +32,6 @@ __all__ = [
     "log_decrement",
 ]
 
-Array = NDArray[np.float64]
 
 LEAST_SHARE = 0.1
 """Amplitudes below this share of the first are left out of the logarithmic decrement, as is common."""

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 import friction_bayes as fb
 from experiments.runner import Cell, Experiment, main
 from experiments.tables import Row
+from friction_bayes.core.arrays import Array
 from friction_bayes.decay.calibrated import swing_frequency
 from friction_bayes.decay.half_cycles import half_cycles
 from friction_bayes.decay.whiteness import whiteness
@@ -126,7 +126,7 @@ def _losses(decay: Any) -> dict[str, float]:
         cycles = half_cycles(decay)
     except fb.InputError:
         return {}
-    drop: NDArray[np.float64] = cycles["drop"].values
+    drop: Array = cycles["drop"].values
     if decay.quantity.order == 0 and swing_frequency(decay.system, decay.unit) > 0.0:
         amplitude = [sine_integral(value) for value in cycles["amplitude"].values]
         drop = -np.diff(amplitude) / cycles.attrs["half_cycles_per_interval"]

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from experiments.tables import Row
+from friction_bayes.core.arrays import Array
 
 __all__ = ["detail_lines", "share_error", "size_of_error", "summarised", "summary_rows", "with_error"]
 
@@ -18,7 +18,7 @@ BASE = "effect: none"
 """The condition whose times are told."""
 
 
-def _kept(values: xr.DataArray) -> NDArray[np.float64]:
+def _kept(values: xr.DataArray) -> Array:
     numbers = np.asarray(values, dtype=np.float64).ravel()
     return numbers[np.isfinite(numbers)]
 

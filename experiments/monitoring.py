@@ -14,17 +14,16 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 import friction_bayes as fb
 from experiments.method_tables import share_error, size_of_error, with_error
 from experiments.runner import Cell, Experiment, Row, main
 from experiments.sweeps import lay_out
+from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.testbed import PAPER_SYSTEM
 
 __all__ = ["EXPERIMENT", "LAWS", "Config", "Machine", "follow_machine"]
 
-Array = NDArray[np.float64]
 
 VARIABLES: dict[str, tuple[str, str]] = {
     "true_life": ("h", "time from Tn till the friction first reaches the threshold; infinite: never"),

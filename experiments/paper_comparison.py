@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from experiments.paper_numbers import PaperNumber, paper_numbers
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.files import manifest, write_json
 
 __all__ = ["compare_with_paper", "comparison_page", "needed_results", "write_comparison"]
@@ -29,8 +29,6 @@ OF_SAMPLER = {
     "noise_sd": ("reference_precision", -0.5),
 }
 """What emcee's draws say of a variable of the closed form, and the power that makes it that variable."""
-
-Array = NDArray[np.float64]
 
 
 def needed_results() -> tuple[str, ...]:

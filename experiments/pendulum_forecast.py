@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 import friction_bayes as fb
 from experiments.runner import Cell, Experiment, Row, main
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import number, set_words
 from friction_bayes.decay.free_decay import find_free_decay
@@ -36,8 +36,6 @@ PUBLISHED_COEFFICIENT = 2.23940125e-4
 TARGETS = {"validation-1": 0.3, "validation-2": 0.6}
 # They belong to a record and not to the pendulum: nothing to carry into the next segment.
 BOUND_TO_A_RECORD = ("friction_drift", "sensor_drift", "periodic_interference", "outliers")
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.signal import lfilter, savgol_filter
 
+from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.quantities import STANDARD_GRAVITY
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.varying_friction import varying_friction_decay
@@ -29,8 +29,6 @@ __all__ = [
     "system_of",
     "true_friction",
 ]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -196,7 +194,7 @@ def refined_force(rig: Rig, force: xr.DataArray) -> Array:
     return np.asarray(savgol_filter(force.values, rig.filter_window, rig.filter_order))
 
 
-def plateaus(rig: Rig, force: xr.DataArray) -> tuple[NDArray[np.intp], Array]:
+def plateaus(rig: Rig, force: xr.DataArray) -> tuple[Indices, Array]:
     """Samples of the motion that are no reversal, and the size of the refined force there [N].
 
     The filter smears the change of sign over half its window; samples that near to one are no plateau.

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 import friction_bayes as fb
 from experiments.paper_numbers import printed
@@ -19,12 +18,12 @@ from experiments.runner import Cell, Experiment, main
 from experiments.sampling_rate_sweep import down_sampled
 from experiments.tables import Row
 from experiments.testbed_choices import DRAWN_PRIOR
+from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.testbed import PAPER_SYSTEM, paper_example
 from friction_bayes.reference.checking import check_estimate
 
 __all__ = ["EXPERIMENT", "Config"]
 
-Array = NDArray[np.float64]
 
 SERIES = ("signal", "estimated", "force", "coulomb")
 """Over time: the record, the response of the estimated friction, the refined force and Coulomb's."""

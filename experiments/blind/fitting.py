@@ -11,13 +11,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from experiments.blind.forward import PARAMETERS, decay_signal
+from friction_bayes.core.arrays import Array, Mask
 
 __all__ = ["Problem", "fit_set", "physical_parameters"]
 
-Vector = NDArray[np.float64]
 
 ALL_PARAMETERS = (*PARAMETERS, "offset", "rate", "sine", "cosine", "line_frequency")
 _INDEX = {name: i for i, name in enumerate(ALL_PARAMETERS)}
@@ -86,20 +85,20 @@ class Problem:
         When the true motion ends.
     """
 
-    times: Vector
-    signal: Vector
-    used: NDArray[np.bool_]
+    times: Array
+    signal: Array
+    used: Mask
     noise_sd: float
     weight: float
     end: float
     order: int
     rest_time: float = math.inf
 
-    def residual(self, p: Vector) -> Vector:
+    def residual(self, p: Array) -> Array:
         """Weighted difference; its sum of squares is the chi-square loss."""
         return math.sqrt(self.weight) / self.noise_sd * np.where(self.used, self.signal - self.model(p), 0.0)
 
-    def model(self, p: Vector) -> Vector:
+    def model(self, p: Array) -> Array:
         """Signal of a full parameter vector (see ``ALL_PARAMETERS``)."""
         out = decay_signal(p[:_N_MOTION], self.times, self.end, self.order)
         offset, rate, sine, cosine, line = p[_N_MOTION:]
@@ -109,7 +108,7 @@ class Problem:
             out += sine * np.sin(line * self.times) + cosine * np.cos(line * self.times)
         return out
 
-    def jacobian(self, p: Vector, free: Vector, residual: Vector) -> Vector:
+    def jacobian(self, p: Array, free: Array, residual: Array) -> Array:
         """Derivatives of :meth:`residual`, motion by forward differences, sensor terms exactly."""
         scale = math.sqrt(self.weight) / self.noise_sd * self.used
         columns = np.empty((self.times.size, free.size))
@@ -123,7 +122,7 @@ class Problem:
                 columns[:, j] = -scale * self._sensor_column(p, int(i))
         return columns
 
-    def _sensor_column(self, p: Vector, i: int) -> Vector:
+    def _sensor_column(self, p: Array, i: int) -> Array:
         line = p[_INDEX["line_frequency"]]
         if i == _INDEX["offset"]:
             return np.ones(self.times.size)
@@ -137,7 +136,7 @@ class Problem:
         return self.times * (sine * np.cos(line * self.times) - cosine * np.sin(line * self.times))
 
 
-def physical_parameters(**known: float) -> Vector:
+def physical_parameters(**known: float) -> Array:
     """Full parameter vector with the given values and every other effect absent."""
     p = np.zeros(len(ALL_PARAMETERS))
     p[_INDEX["frequency"]] = 1.0
@@ -147,7 +146,7 @@ def physical_parameters(**known: float) -> Vector:
     return p
 
 
-def _minimise(problem: Problem, p: Vector, free: Vector) -> tuple[float, Vector]:
+def _minimise(problem: Problem, p: Array, free: Array) -> tuple[float, Array]:
     """Levenberg-Marquardt, projected on the bounds: a parameter pushed against its bound stands still."""
     low, high = _LOW.copy(), _HIGH
     low[_INDEX["line_frequency"]] = _SHORTEST_LINE / problem.times[-1]
@@ -187,7 +186,7 @@ def _minimise(problem: Problem, p: Vector, free: Vector) -> tuple[float, Vector]
     return loss, p
 
 
-def _entries(problem: Problem, p: Vector, free: Vector) -> Iterator[Vector]:
+def _entries(problem: Problem, p: Array, free: Array) -> Iterator[Array]:
     """Ways into the fit of a whole record.
 
     The turning point at which a mass stays is a discontinuous function of the parameters, and a descent
@@ -216,7 +215,7 @@ def _entries(problem: Problem, p: Vector, free: Vector) -> Iterator[Vector]:
         yield p
 
 
-def _line_starts(problem: Problem, p: Vector) -> Iterator[Vector]:
+def _line_starts(problem: Problem, p: Array) -> Iterator[Array]:
     """Start a line at the two highest peaks of the residual's spectrum, and unresolved beside the motion."""
     residual = problem.residual(p)
     spacing = problem.times[1] - problem.times[0]
@@ -240,7 +239,7 @@ def _line_starts(problem: Problem, p: Vector) -> Iterator[Vector]:
         yield start
 
 
-def _starts(problem: Problem, name: str, p: Vector) -> Iterator[Vector]:
+def _starts(problem: Problem, name: str, p: Array) -> Iterator[Array]:
     """Starts for adding one effect to a smaller model fitted at ``p``."""
     if name == "periodic_interference":
         yield from _line_starts(problem, p)
@@ -255,8 +254,8 @@ def _starts(problem: Problem, name: str, p: Vector) -> Iterator[Vector]:
 
 
 def fit_set(
-    problem: Problem, effects: frozenset[str], bases: dict[frozenset[str], Vector], guess: Vector
-) -> tuple[float, Vector]:
+    problem: Problem, effects: frozenset[str], bases: dict[frozenset[str], Array], guess: Array
+) -> tuple[float, Array]:
     """Lowest chi-square loss of a set of effects, and its parameters.
 
     Parameters

@@ -16,17 +16,16 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.special import gammaln, xlogy
 
 from friction_bayes.conjugate.credible import IntervalKind, credible_interval
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite_array, non_negative
 from friction_bayes.core.errors import InputError
 
 __all__ = ["GammaExponential", "negative_share"]
-
-Array = NDArray[np.float64]
 
 
 def negative_share(samples: ArrayLike) -> float:

@@ -12,8 +12,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite_array
 from friction_bayes.core.errors import InputError
 
@@ -29,7 +30,6 @@ __all__ = [
     "regression_pointwise",
 ]
 
-Array = NDArray[np.float64]
 
 _LOG_2PI = math.log(2.0 * math.pi)
 

@@ -8,14 +8,15 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.linalg import solve_triangular
 from scipy.special import gammaln
 
+from friction_bayes.core.arrays import Array
+
 __all__ = ["MultivariateT"]
 
-Array = NDArray[np.float64]
 
 # scipy's stubs know this class without its keywords
 _FROZEN: Any = stats.multivariate_t

@@ -7,18 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.special import gammaln, xlogy
 
 from friction_bayes.conjugate.credible import IntervalKind, credible_interval, normal_gamma_level
 from friction_bayes.conjugate.likelihood import NormalStatistics
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite, non_negative, positive
 from friction_bayes.core.errors import InputError
 
 __all__ = ["NormalGamma", "posterior_parameters"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

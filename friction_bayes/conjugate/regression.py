@@ -7,19 +7,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.linalg import qr, solve_triangular
 from scipy.special import gammaln
 
 from friction_bayes.conjugate.likelihood import RegressionStatistics
 from friction_bayes.conjugate.multivariate_t import MultivariateT
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite, finite_array, non_negative
 from friction_bayes.core.errors import InputError
 
 __all__ = ["NormalInverseGamma", "mean_error_sd"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from friction_bayes.conjugate.regression import NormalInverseGamma, mean_error_sd
+from friction_bayes.core.arrays import Array, Integers, Mask
 
 __all__ = ["RegressionPosteriors", "update_regressions"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +39,8 @@ def update_regressions(
     factor: Array,
     projected: Array,
     residual_sum: Array,
-    counts: NDArray[np.int64],
-    found: NDArray[np.bool_],
+    counts: Integers,
+    found: Mask,
 ) -> RegressionPosteriors:
     """Update one prior with the data of many records; the algorithm of a single update, row by row.
 

@@ -6,15 +6,15 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.special import expit, logsumexp
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import non_negative, positive, probability
 
 __all__ = ["ScaledDistribution", "scaled"]
 
-Array = NDArray[np.float64]
 
 _STEP = 0.25
 _LOGITS = np.arange(-36.0, 36.0 + 0.5 * _STEP, _STEP)

@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 from scipy.special import expit
 
+from friction_bayes.core.arrays import Array
+
 __all__ = ["product_moments", "product_quantiles"]
 
-Array = NDArray[np.float64]
 
 _STEP = 0.25
 _LOGITS = np.arange(-36.0, 36.0 + 0.5 * _STEP, _STEP)

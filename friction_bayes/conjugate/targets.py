@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.special import polygamma, psi
 
@@ -28,12 +28,12 @@ from friction_bayes.conjugate.likelihood import (
 )
 from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite_array, positive
 from friction_bayes.core.errors import InputError
 
 __all__ = ["gamma_exponential_target", "normal_gamma_target", "regression_target"]
 
-Array = NDArray[np.float64]
 
 _LOG_LIMIT = 300.0
 """Largest logarithm of a scale parameter that is looked at: beyond exp(300) squares overflow."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 
 __all__ = ["finite", "finite_array", "in_range", "non_negative", "positive", "probability"]
@@ -57,7 +58,7 @@ def probability(name: str, value: float) -> float:
     return number
 
 
-def finite_array(name: str, values: ArrayLike) -> NDArray[np.float64]:
+def finite_array(name: str, values: ArrayLike) -> Array:
     """Return ``values`` as an array of floats, refusing the first entry that is not a finite number."""
     try:
         array = np.asarray(values, dtype=np.float64)

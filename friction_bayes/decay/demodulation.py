@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.decay.linear_least_squares import add_sample, regression
 
 __all__ = ["EVIDENCE", "demodulate", "phase_of", "rate_of", "rough_phase"]
@@ -17,8 +17,6 @@ EVIDENCE = 30.0
 
 _WINDOW_SAMPLES = 7.0
 """A window of one period is lengthened to hold at least this many samples."""
-
-Array = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import Quantity
@@ -66,7 +66,7 @@ class FreeDecay:
     """
 
     name: str
-    values: NDArray[np.float64]
+    values: Array
     start_time: float
     step: float
     quantity: Quantity
@@ -79,7 +79,7 @@ class FreeDecay:
     rest_known: bool = False
 
     @property
-    def time(self) -> NDArray[np.float64]:
+    def time(self) -> Array:
         """Seconds since the first moving sample, shape (n,)."""
         return self.step * np.arange(self.values.size, dtype=np.float64)
 
@@ -172,7 +172,7 @@ def find_free_decay(
 
 
 def locate_free_decays(
-    values: NDArray[np.float64], step: float, natural_frequency: float, order: int, start: int = -1
+    values: Array, step: float, natural_frequency: float, order: int, start: int = -1
 ) -> Located:
     """Find the moving parts of many records.
 
@@ -208,7 +208,7 @@ def locate_free_decays(
     return located
 
 
-def _spectral_frequency(values: NDArray[np.float64], expected: float) -> NDArray[np.float64]:
+def _spectral_frequency(values: Array, expected: float) -> Array:
     """Angular frequency [rad/sample] of the spectral maximum near ``expected``, shape (records,).
 
     The spectrum is that of the derivative: a hold before release or an offset leaves only a step in it.
@@ -236,7 +236,7 @@ def _spectral_frequency(values: NDArray[np.float64], expected: float) -> NDArray
     return np.asarray((grid[band[peak]] + np.clip(shift, -1.0, 1.0) * grid[1]) / width)
 
 
-def _uniform_clock(name: str, record: xr.DataArray) -> tuple[NDArray[np.float64], float]:
+def _uniform_clock(name: str, record: xr.DataArray) -> tuple[Array, float]:
     clock = np.asarray(record["time"].values, dtype=float)
     if clock.size < 8:
         raise InputError(name, f"{clock.size} samples", "give a record of at least three half cycles")
@@ -252,9 +252,7 @@ def _uniform_clock(name: str, record: xr.DataArray) -> tuple[NDArray[np.float64]
     return clock, step
 
 
-def _refusal(
-    name: str, status: int, values: NDArray[np.float64], clock: NDArray[np.float64], expected: float
-) -> InputError:
+def _refusal(name: str, status: int, values: Array, clock: Array, expected: float) -> InputError:
     """The refusal that belongs to a status."""
     if status == NOT_FINITE:
         bad = np.flatnonzero(~np.isfinite(values))

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.calibrated import force_factor, swing_frequency
 from friction_bayes.decay.free_decay import FreeDecay
@@ -29,8 +29,6 @@ __all__ = [
 
 PEAKS = ("highest", "nominal")
 """Ways to pick the peak of a period: its highest sample, or the sample where the peak is due."""
-
-Array = NDArray[np.float64]
 
 
 def peak_amplitudes(decay: FreeDecay, peaks: str = "highest") -> tuple[Array, Array]:
@@ -196,12 +194,12 @@ def friction_sample_statistics(
     step: float,
     frequency: Array,
     phase: Array,
-    start: NDArray[np.int64],
-    stop: NDArray[np.int64],
+    start: Integers,
+    stop: Integers,
     order: int,
     swing_frequency: float,
     highest: bool,
-) -> tuple[NDArray[np.int64], Array, Array, Array]:
+) -> tuple[Integers, Array, Array, Array]:
     """Sufficient statistics of the paper's friction samples, in the signal's units, for many records at once.
 
     Parameters

@@ -10,6 +10,7 @@ import xarray as xr
 from numba import njit
 from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.calibrated import swing_frequency
 from friction_bayes.decay.free_decay import FreeDecay
@@ -24,13 +25,11 @@ __all__ = ["half_cycles", "turning_values"]
 _MIN_SAMPLES = 6.0
 """Samples that a window about a turning point holds at least."""
 
-Array = NDArray[np.float64]
-
 
 @njit(cache=True, nogil=True)
 def turning_values(
     values: Array, step: float, polynomial: Array, order: int, swing_frequency: float
-) -> tuple[NDArray[np.int64], Array, Array, float, float]:
+) -> tuple[Integers, Array, Array, float, float]:
     """Fit the signal about its turning points in disjoint windows, each with {1, cos, sin} of the phase.
 
     A window reaches half the distance to the next turning point used: a quarter period, or, where half a

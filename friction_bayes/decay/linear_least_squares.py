@@ -11,11 +11,10 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from friction_bayes.core.arrays import Array
 
 __all__ = ["add_sample", "regression", "restricted", "solve_spd"]
-
-Array = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)

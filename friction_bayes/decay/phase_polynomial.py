@@ -7,13 +7,11 @@ with the displacement's phase ``theta`` and the derivative order ``q``.
 
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from friction_bayes.core.arrays import Array
 
 __all__ = ["phase_at", "rises", "time_of_phase"]
-
-Array = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)

@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at, rises
@@ -28,8 +28,6 @@ _MIN_SAMPLES = 6.0
 _FREQUENCY_SD = 0.05
 _FREQUENCY_WANDER = 0.003
 _PHASE_SD = 0.5
-
-Array = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.decay.demodulation import (
     EVIDENCE,
     demodulate,
@@ -45,8 +45,6 @@ _LEAST_SHARE = 0.1
 _MISFIT = 0.05
 """Share of the amplitude that the smooth description may miss without that being evidence of a release."""
 
-Array = NDArray[np.float64]
-
 
 class Located(NamedTuple):
     """Where the free decay lies in each of many records, and a rough idea of its motion.
@@ -67,13 +65,13 @@ class Located(NamedTuple):
         Whether the motion ends within the record.
     """
 
-    status: NDArray[np.int64]
-    start: NDArray[np.int64]
-    stop: NDArray[np.int64]
+    status: Integers
+    start: Integers
+    stop: Integers
     frequency: Array
     phase: Array
     rest_position: Array
-    stops: NDArray[np.bool_]
+    stops: Mask
 
 
 @njit(cache=True, nogil=True)

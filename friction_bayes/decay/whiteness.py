@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
+
+from friction_bayes.core.arrays import Array
 
 __all__ = ["Whiteness", "residual_notes", "whiteness"]
 
@@ -41,7 +42,7 @@ class Whiteness:
         return float(stats.chi2.isf(_LEVEL, max(self.lags, 1)))
 
 
-def whiteness(residual: NDArray[np.float64]) -> Whiteness:
+def whiteness(residual: Array) -> Whiteness:
     """Test residuals, shape (n,), for correlation (Ljung & Box, Biometrika 65, 1978)."""
     n = residual.size
     lags = min(_LAGS, n // 5)
@@ -54,7 +55,7 @@ def whiteness(residual: NDArray[np.float64]) -> Whiteness:
     return Whiteness(float(rho[0]), statistic, lags, float(stats.chi2.sf(statistic, lags)))
 
 
-def residual_notes(residual: NDArray[np.float64], prediction: NDArray[np.float64]) -> tuple[str, ...]:
+def residual_notes(residual: Array, prediction: Array) -> tuple[str, ...]:
     """What the residuals say against the interval."""
     swing = float(np.std(prediction))
     if float(np.std(residual)) < 1e-9 * swing:

@@ -6,10 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.core.arrays import Array
 from friction_bayes.decay.free_decay import FreeDecay
 
 __all__ = ["ESTIMATORS", "Estimator", "Fit", "register"]
@@ -55,7 +53,7 @@ class Fit:
     frequency_sd: float
     rest_position: float
     noise_sd: float
-    prediction: NDArray[np.float64] | None
+    prediction: Array | None
     target: Target
     notes: tuple[str, ...] = field(default=())
 

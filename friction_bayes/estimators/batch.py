@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from friction_bayes.conjugate.scaled_batch import product_moments, product_quantiles
+from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
@@ -50,8 +51,6 @@ _COLUMNS = (
     "rest_position",
     "status",
 )
-
-Array = NDArray[np.float64]
 
 
 def estimate_batch(
@@ -205,7 +204,7 @@ def _finite(values: Array) -> Array:
     return np.where(np.isfinite(values), values, np.nan)
 
 
-def _clipped(values: Array, usable: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _clipped(values: Array, usable: Mask) -> Indices:
     """Rows cut off at the end of the sensor's range.
 
     Those with a flat run at an extreme, few among analogue signals, are judged as ``estimate`` judges them.
@@ -216,7 +215,7 @@ def _clipped(values: Array, usable: NDArray[np.bool_]) -> NDArray[np.intp]:
     return rows[[clipped_fraction(values[row])[1] is not None for row in rows]]
 
 
-def _flat_extreme(values: Array) -> NDArray[np.bool_]:
+def _flat_extreme(values: Array) -> Mask:
     """Whether as many equal neighbours as raise the question lie at an extreme."""
     low, high = values.min(axis=1, keepdims=True), values.max(axis=1, keepdims=True)
     rounding = 1e-12 * (high - low)

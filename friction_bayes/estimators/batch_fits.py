@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from friction_bayes.conjugate.gamma_exponential import GammaExponential
 from friction_bayes.conjugate.normal_gamma import NormalGamma, posterior_parameters
 from friction_bayes.conjugate.regression_batch import update_regressions
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.calibrated import force_factor, swing_frequency
@@ -25,8 +25,6 @@ from friction_bayes.estimators.waveform.least_squares import fit_waveforms
 from friction_bayes.estimators.waveform.posterior import waveform_posteriors
 
 __all__ = ["BATCH_FITS", "BatchFits", "BatchTask"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,12 +58,12 @@ class BatchTask:
     peaks: str
 
     @property
-    def usable(self) -> NDArray[np.bool_]:
+    def usable(self) -> Mask:
         """Rows in which a free decay was found."""
         return self.located.status == FOUND
 
     @property
-    def counts(self) -> NDArray[np.int64]:
+    def counts(self) -> Integers:
         """Samples in each moving part; none in a row that is left out."""
         return np.where(self.usable, self.located.stop - self.located.start, 0)
 
@@ -101,7 +99,7 @@ class BatchFits:
     noise_sd: Array
 
     @property
-    def found(self) -> NDArray[np.bool_]:
+    def found(self) -> Mask:
         """Which records have a posterior."""
         return np.logical_and.reduce([np.isfinite(parameter) for parameter in self.parameters])
 
@@ -170,7 +168,7 @@ def _gamma_exponential(task: BatchTask) -> BatchFits:
     return _of_amplitudes(task, frequency, stats.gamma, (alpha, np.zeros_like(alpha), 1.0 / (kappa * factor)))
 
 
-def _friction_samples(task: BatchTask) -> tuple[NDArray[np.int64], Array, Array, Array, float]:
+def _friction_samples(task: BatchTask) -> tuple[Integers, Array, Array, Array, float]:
     """Statistics of the signal's friction samples, frequencies, and the factor to forces."""
     arguments = (*task.decays, task.peaks == "highest")
     return *friction_sample_statistics(*arguments), force_factor(task.system, task.quantity, task.unit)

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.text import set_words
 from friction_bayes.loop.autoregression import correlation_length
 from friction_bayes.loop.fit import LoopFit
@@ -30,8 +30,6 @@ __all__ = ["SearchResult", "assemble_report"]
 _MOST_RIVALS = 3
 _FREQUENCY_TOLERANCE = 0.03
 """Relative difference of the found frequency and sqrt(k/m) above which both forces are told."""
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -231,9 +229,7 @@ def _trace(before: LoopFit, after: LoopFit, r: int, forces: tuple[Array, ...] | 
     )
 
 
-def _posterior(
-    best: LoopFit, draws: Array, after: Distribution, which: NDArray[np.int64], seed: int
-) -> xr.DataTree:
+def _posterior(best: LoopFit, draws: Array, after: Distribution, which: Integers, seed: int) -> xr.DataTree:
     """Draws in ArviZ's layout."""
     variables = {}
     several = len(best.model.segments) > 1

@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
+
+from friction_bayes.core.arrays import Array
 
 __all__ = ["correlation_length", "fit_autoregression", "is_coloured"]
 
@@ -23,8 +24,6 @@ _RATIO = 2.0
 _MOST_LAGS = 40
 _HANN_SPREAD = 1.5
 """Neighbouring ordinates of a Hann-windowed periodogram are correlated: so many count as one."""
-
-Array = NDArray[np.float64]
 
 
 def is_coloured(residual: Array, step: float, frequency: float) -> bool:

@@ -9,8 +9,9 @@ from dataclasses import asdict
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
@@ -31,8 +32,6 @@ from friction_bayes.mechanics.effects.outliers import OUTLIERS
 __all__ = ["close_loop"]
 
 NOISES = ("auto", "white", "ar")
-
-Array = NDArray[np.float64]
 
 
 def close_loop(

@@ -16,15 +16,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.truncated_normal import log_box_probability, truncated_draws
 
 __all__ = ["log_evidence", "posterior_draws", "posterior_probabilities"]
-
-Array = NDArray[np.float64]
 
 
 def log_evidence(fit: LoopFit) -> float:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from itertools import combinations, product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.noise import whiten
@@ -35,7 +35,6 @@ _LEAST_INFORMATION = 0.3
 _LEAST_SHARE = 1e-4
 """A residual is not promised to fall below this share of its sum of squares."""
 
-Array = NDArray[np.float64]
 Names = frozenset[str]
 
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.loop.model import LoopModel, Prediction
 from friction_bayes.loop.noise import NoiseFit, NoiseModel, fit_noise, whiten
 from friction_bayes.loop.segment import Segment
@@ -25,8 +25,6 @@ _STEP_SHARE = 0.2
 """Difference step in posterior standard deviations: far above rounding, far below curvature."""
 _FIRST_PERIODS = 3.0
 _GROWTH = 1.7
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import Summary
 from friction_bayes.loop.evidence import posterior_draws
@@ -20,8 +20,6 @@ __all__ = ["DRAWS", "Distribution", "friction_posterior", "friction_scale", "mix
 
 DRAWS = 4000
 _LEAST_SHARE = 1e-4
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +42,7 @@ class Distribution:
 
 def mixture_draws(
     fits: Sequence[LoopFit], probabilities: Array, rng: np.random.Generator, *, misfit: bool
-) -> tuple[NDArray[np.int64], list[Array]]:
+) -> tuple[Integers, list[Array]]:
     """Draw coordinates from each candidate in proportion to its probability.
 
     Parameters

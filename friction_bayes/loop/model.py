@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.parameters import (
     Coordinate,
@@ -36,8 +36,6 @@ _FIRST_STEP = 1e-3
 _SENSOR_STEP = 1e-7
 _SOFT_SHARE = 0.1
 """Share of the sampling interval over which the acceleration jumps."""
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

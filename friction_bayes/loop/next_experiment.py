@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.text import listed
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import whiten
@@ -25,8 +25,6 @@ _DECISIVE = math.log(20.0)
 _STEP = 1e-3
 _SAME_FRICTION = 0.01
 """Relative spread of friction over the candidates below which the choice among them does not matter."""
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

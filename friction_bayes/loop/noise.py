@@ -10,15 +10,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.special import log_ndtr
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.effects import EFFECTS, Scales
 
 __all__ = ["NoiseFit", "NoiseModel", "fit_noise", "log_densities", "whiten"]
 
-Array = NDArray[np.float64]
 
 LEAST_NOISE = 1e-6
 """Noise over signal amplitude that every record is taken to have: ten times the integrator's error."""

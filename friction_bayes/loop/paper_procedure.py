@@ -10,8 +10,8 @@ import warnings
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.summary import Summary
 from friction_bayes.estimators.estimate import estimate
@@ -28,8 +28,6 @@ _SHARE = 0.02
 """Relative difference of friction that is called a disagreement, besides an interval that excludes it."""
 _TOO_WIDE = 3.0
 """Ratio of interval widths beyond which successive drops that share a peak are named."""
-
-Array = NDArray[np.float64]
 
 
 def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...]) -> dict[str, Any]:

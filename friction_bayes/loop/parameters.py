@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects import (
@@ -30,8 +30,6 @@ FREQUENCY_SD = 0.2
 """Prior standard deviation of the logarithm of fitted over declared natural frequency."""
 STATE_SHARE = 2.0
 """Prior scale of the initial displacement and velocity over the largest in the record."""
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

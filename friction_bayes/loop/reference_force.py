@@ -6,8 +6,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite_array
 from friction_bayes.core.errors import InputError
 from friction_bayes.loop.fit import LoopFit
@@ -15,8 +16,6 @@ from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
 
 __all__ = ["compare_forces", "resisting_force", "validate_force"]
-
-Array = NDArray[np.float64]
 
 
 def resisting_force(fit: LoopFit) -> Array:

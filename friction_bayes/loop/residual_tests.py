@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 from scipy.linalg import cho_factor, cho_solve
 
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import whiten
@@ -38,8 +38,6 @@ _SILENT = 0.5
 """Root mean square of standardised residuals that are far below the least noise."""
 _CUT = 4.0
 """Standard deviations from an end of the range within which noise is cut off."""
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -96,7 +94,7 @@ class ResidualTests:
         }
 
 
-def standardised_residual(fit: LoopFit, r: int) -> tuple[Array, NDArray[np.bool_]]:
+def standardised_residual(fit: LoopFit, r: int) -> tuple[Array, Mask]:
     """Whitened residual over its standard deviation, and which samples are free of the sensor's ends.
 
     Near an end of the range the residuals are those of a cut distribution. Over the censored samples
@@ -149,7 +147,7 @@ def residual_tests(fit: LoopFit) -> ResidualTests:
     return ResidualTests(tuple(channels), float(np.sqrt(np.mean(everything**2))))
 
 
-def _template_channels(fit: LoopFit, residuals: list[tuple[Array, NDArray[np.bool_]]]) -> list[Channel]:
+def _template_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> list[Channel]:
     factor = cho_factor(fit.precision)
     sums: dict[str, tuple[float, int]] = {}
     # what a last step of the climb would still move: a template close to the fit's own space would show it

@@ -13,16 +13,14 @@ terms say the same and the variance would be told twice too large: for failed re
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.loop.fit import LoopFit
 
 __all__ = ["robust_covariance"]
 
 STRETCHES = 10
 """Stretches of a record: each several half cycles long, and enough of them to scatter."""
-
-Array = NDArray[np.float64]
 
 
 def robust_covariance(fit: LoopFit) -> Array:

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from friction_bayes.core.errors import InputError, NotConvergedWarning
 from friction_bayes.core.summary import Summary
@@ -26,8 +25,6 @@ _ESS = 400.0
 _MOST_STEPS = 2000
 _BLOCK_DRAWS = 500
 _CLOSED_FORM_DRAWS = 20_000
-
-Array = NDArray[np.float64]
 
 
 def sampler_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
@@ -29,8 +29,6 @@ _OVERSAMPLED = 400.0
 _KEPT_SAMPLES = 200.0
 _STRAY_SPIKES = 1e-3
 """Share of spikes that are no outliers: white noise has one sample in a million beyond six deviations."""
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -155,7 +153,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     )
 
 
-def _spikes(values: Array) -> tuple[Array, NDArray[np.bool_]]:
+def _spikes(values: Array) -> tuple[Array, Mask]:
     """The neighbours' median of each sample, and which samples lie far from it."""
     smooth = median_filter(values, _NEIGHBOURS, mode="nearest")
     away = np.abs(values - smooth)

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import whiten
 from friction_bayes.loop.parameters import Coordinate
@@ -20,8 +20,6 @@ _LEAST_PERIODS = 2
 """Periods of a line within the record; with fewer it is a drift."""
 _WIDTH = 8
 """Half width of a line [1/zero padding] that is taken out before the next one is looked for."""
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

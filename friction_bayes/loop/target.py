@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.evidence import posterior_draws
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import fit_noise, log_densities
 
 __all__ = ["block_log_likelihoods", "target_of"]
 
-Array = NDArray[np.float64]
 
 _DRAWS = 4000
 
@@ -37,7 +36,7 @@ def target_of(fit: LoopFit, seed: int) -> Target:
     support = np.array([c.support for c in model.coordinates])
     draws = posterior_draws(fit, np.random.default_rng(seed), _DRAWS)
 
-    def inside(z: Array) -> NDArray[np.bool_]:
+    def inside(z: Array) -> Mask:
         return np.asarray(np.all((z >= support[:, 0]) & (z <= support[:, 1]), axis=1))
 
     def log_prior(z: Array) -> Array:
@@ -125,7 +124,7 @@ def block_log_likelihoods(fit: LoopFit, draws: Array) -> Array:
     return np.array(out)
 
 
-def _blocks(fit: LoopFit, r: int) -> NDArray[np.int64]:
+def _blocks(fit: LoopFit, r: int) -> Integers:
     """First sample of each half cycle, from the frequency found when the record was cut."""
     segment = fit.model.segments[r]
     half = math.pi / (segment.decay.frequency * segment.decay.step)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import log_ndtr, logsumexp, ndtri_exp
+
+from friction_bayes.core.arrays import Array
 
 __all__ = ["log_box_probability", "log_interval_probability", "truncated_draws"]
 
-Array = NDArray[np.float64]
 
 _INSIDE = 1e-9
 """Log-probability of missing an end below which the end does not count."""

@@ -5,19 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+
+from friction_bayes.core.arrays import Array
 
 __all__ = ["HELD", "credible_count", "verdict"]
 
 HELD = 0.95
 
 
-def credible_count(probabilities: NDArray[np.float64]) -> int:
+def credible_count(probabilities: Array) -> int:
     """How many of the candidates, most probable first, hold 95 % together."""
     return int(np.searchsorted(np.cumsum(probabilities), HELD) + 1)
 
 
-def verdict(sets: Sequence[frozenset[str]], probabilities: NDArray[np.float64], is_noise: bool) -> str:
+def verdict(sets: Sequence[frozenset[str]], probabilities: Array, is_noise: bool) -> str:
     """Return the verdict.
 
     Parameters

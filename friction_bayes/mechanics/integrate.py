@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numba.extending import register_jitable
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite, in_range, non_negative, positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
@@ -203,5 +204,5 @@ def integrate(
     )
 
 
-def _all_finite(*arrays: NDArray[np.float64]) -> bool:
+def _all_finite(*arrays: Array) -> bool:
     return all(bool(np.all(np.isfinite(array))) for array in arrays)

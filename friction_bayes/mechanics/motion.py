@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 
 __all__ = ["Motion", "sample_times"]
@@ -31,25 +32,25 @@ class Motion:
         When the final rest begins [s]; infinite when the system still moves at ``time[-1]``.
     """
 
-    time: NDArray[np.float64]
-    displacement: NDArray[np.float64]
-    velocity: NDArray[np.float64]
-    acceleration: NDArray[np.float64]
-    turning_times: NDArray[np.float64]
-    turning_points: NDArray[np.float64]
+    time: Array
+    displacement: Array
+    velocity: Array
+    acceleration: Array
+    turning_times: Array
+    turning_points: Array
     stop_time: float = math.inf
 
-    def derivative(self, order: int) -> NDArray[np.float64]:
+    def derivative(self, order: int) -> Array:
         """Return displacement, velocity or acceleration for ``order`` 0, 1 or 2."""
         return (self.displacement, self.velocity, self.acceleration)[order]
 
     @property
-    def moving(self) -> NDArray[np.bool_]:
+    def moving(self) -> Mask:
         """Which samples lie before the final rest, shape (n,)."""
         return self.time < self.stop_time
 
 
-def sample_times(time: ArrayLike) -> NDArray[np.float64]:
+def sample_times(time: ArrayLike) -> Array:
     """Return ``time`` as a float array, refusing what is no ascending sequence of finite numbers."""
     # always a copy: a read-only array, as xarray hands out, is another type to numba and compiles all anew
     times = np.array(time, dtype=float)

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite, non_negative, positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES, STANDARD_GRAVITY, Quantity, quantity_named
@@ -32,7 +32,6 @@ __all__ = [
     "simulate",
 ]
 
-Array = NDArray[np.float64]
 
 _MOST_SAMPLES = 10**8
 """A longer record is a slip of the pen: it would not fit into memory."""

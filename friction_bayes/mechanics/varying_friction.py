@@ -6,16 +6,15 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite, finite_array
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.motion import Motion, sample_times
 
 __all__ = ["varying_friction_decay"]
-
-Array = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, quantity_named
@@ -26,7 +27,6 @@ STATUS = ("ok", "too_few_points")
 _BLOCK = 16
 """Machines estimated and followed by one task, at most."""
 
-Array = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
 
 _TRACKED = ("friction_mean", "friction_sd", "plain_mean", "plain_sd")

@@ -9,15 +9,14 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite
 from friction_bayes.core.errors import InputError
 from friction_bayes.records.record import record_name
 
 __all__ = ["DetectionPoints", "detection_times", "per"]
 
-Array = NDArray[np.float64]
 
 TIME_ATTRIBUTE = "detection_time"
 """Attribute of a record, or coordinate of a fleet: a number, or a date of ISO 8601."""

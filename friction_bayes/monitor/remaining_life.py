@@ -18,14 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtr
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.monitor.wear import WearPosterior
 
 __all__ = ["RemainingLife", "remaining_life"]
 
-Array = NDArray[np.float64]
 
 _SHORTEST, _LONGEST = 1e-7, 1e7
 """Ends of the time axis, in spans of the detection points."""

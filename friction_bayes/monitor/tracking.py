@@ -13,12 +13,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
+
+from friction_bayes.core.arrays import Array
 
 __all__ = ["DISCOUNTS", "Track", "choose_discount", "track"]
 
-Array = NDArray[np.float64]
 
 DISCOUNTS = np.logspace(-8.0, 0.0, 161)
 """Discounts to choose from. At the smallest the past weighs next to nothing: its standard deviation has

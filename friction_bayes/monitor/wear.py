@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from friction_bayes.core.arrays import Array, Mask
 
 __all__ = ["WearPosterior", "WearPrior", "default_wear_prior", "fit_wear"]
 
-Array = NDArray[np.float64]
 
 _NODES = 24
 """Grid nodes along each of the two standard deviations."""
@@ -198,7 +198,7 @@ def _half_cauchy_mass(axes: Array, scale: Array, blurred: Array) -> Array:
     return np.log(axes + blurred) - np.log1p((axes / scale) ** 2)
 
 
-def _around(kept: NDArray[np.bool_], low: float, high: float) -> tuple[float, float]:
+def _around(kept: Mask, low: float, high: float) -> tuple[float, float]:
     """Range of the cells that were kept."""
     cell = (high - low) / kept.size
     first, last = np.flatnonzero(kept)[[0, -1]]

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.loop.result import RecordTrace
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
@@ -18,14 +18,12 @@ _PHASE_BINS = 24
 _AMPLITUDE_BINS = 12
 _THIRDS = {"first": "#8ec1e8", "middle": "#3a87c4", "last": "#062d52"}
 
-Array = NDArray[np.float64]
-
 
 def _label(trace: RecordTrace) -> str:
     return f"{trace.quantity.replace('_', ' ')} [{trace.unit}]"
 
 
-def _draw_models(axes: Axes, trace: RecordTrace, chosen: NDArray[np.bool_], *, marker: str = "") -> None:
+def _draw_models(axes: Axes, trace: RecordTrace, chosen: Mask, *, marker: str = "") -> None:
     """Record in grey, the Coulomb model dashed, the final model as a line; clipped samples as crosses."""
     time = trace.time[chosen]
     style = {"ls": "", "marker": marker, "ms": 3.0, "mew": 0.0} if marker else {"lw": 0.8}
@@ -140,7 +138,7 @@ def _scatter(axes: Axes, x: Array, residual: Array) -> None:
     axes.plot(x, residual, ".", color=DATA, ms=1.6, mew=0.0, alpha=0.6, rasterized=True)
 
 
-def _bins(x: Array, edges: Array) -> tuple[NDArray[np.intp], Array]:
+def _bins(x: Array, edges: Array) -> tuple[Indices, Array]:
     """Bin of each value, and how many there are in each."""
     place = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, edges.size - 2)
     return place, np.bincount(place, minlength=edges.size - 1).astype(float)
@@ -225,7 +223,7 @@ def plot_turning_points(trace: RecordTrace) -> Figure:
     return figure
 
 
-def _measured_amplitudes(trace: RecordTrace) -> tuple[NDArray[np.intp], Array]:
+def _measured_amplitudes(trace: RecordTrace) -> tuple[Indices, Array]:
     """Turning points that have samples around them, and the record's amplitude there."""
     count = trace.turning_points.size
     if count == 0:

@@ -9,13 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, new_figure, note, styled
 
 __all__ = ["plot_friction", "plot_friction_panels", "plot_joint"]
-
-Array = NDArray[np.float64]
 
 
 def _draw_friction(axes: Axes, friction: Any, draws: Array | None, truth: float | None) -> None:

@@ -7,14 +7,12 @@ import math
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
 __all__ = ["plot_amplitudes", "plot_fit"]
-
-Array = NDArray[np.float64]
 
 
 def _signal_label(decay: FreeDecay) -> str:

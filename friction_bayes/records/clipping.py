@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from friction_bayes.core.arrays import Array, Indices, Mask
 
 __all__ = ["clipped_fraction"]
 
@@ -49,7 +51,7 @@ def clipped_fraction(values: ArrayLike) -> tuple[float, float | None]:
     return sum(count for count, _ in levels) / signal.size, max(levels)[1]
 
 
-def _clipped_at_top(signal: NDArray[np.float64], *, sign: float = 1.0) -> tuple[int, float]:
+def _clipped_at_top(signal: Array, *, sign: float = 1.0) -> tuple[int, float]:
     """Return how many samples are clipped at the largest value, and that value (times ``sign``)."""
     top, bottom = signal.max(), signal.min()
     rounding = 1e-12 * (top - bottom)
@@ -73,17 +75,17 @@ def _clipped_at_top(signal: NDArray[np.float64], *, sign: float = 1.0) -> tuple[
     return int(lengths[at_top].sum()), float(sign * top)
 
 
-def _runs(signal: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _runs(signal: Array) -> tuple[Indices, Indices]:
     """Return start and length of each run of equal samples."""
     starts = np.concatenate(([0], np.flatnonzero(np.diff(signal)) + 1))
     return starts, np.diff(np.append(starts, signal.size))
 
 
 def _resolution(
-    signal: NDArray[np.float64],
-    starts: NDArray[np.intp],
-    lengths: NDArray[np.intp],
-    inside: NDArray[np.bool_],
+    signal: Array,
+    starts: Indices,
+    lengths: Indices,
+    inside: Mask,
 ) -> float:
     """Return the step of a quantised signal, zero for a continuous one.
 

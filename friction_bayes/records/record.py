@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import make_interp_spline
 
+from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named, to_si
 
@@ -114,7 +115,7 @@ def sampling_interval(record: xr.DataArray) -> float:
 
 
 def validate_record(
-    record: xr.DataArray, *, rows: NDArray[np.intp] | None = None, evenly: bool = True
+    record: xr.DataArray, *, rows: Indices | None = None, evenly: bool = True
 ) -> xr.DataArray:
     """Return the record unchanged, refusing what no estimator could use.
 
@@ -221,7 +222,7 @@ def resample_record(record: xr.DataArray) -> xr.DataArray:
     )
 
 
-def _numbers(name: str, what: str, array: ArrayLike) -> NDArray[np.float64]:
+def _numbers(name: str, what: str, array: ArrayLike) -> Array:
     """Return a one-dimensional float array, refusing anything else."""
     raw = np.asarray(array)
     if raw.dtype.kind not in "fiu" or raw.ndim != 1:
@@ -233,13 +234,13 @@ def _numbers(name: str, what: str, array: ArrayLike) -> NDArray[np.float64]:
     return raw.astype(float, copy=False)
 
 
-def _where(index: int, time: NDArray[np.float64], rows: NDArray[np.intp] | None) -> str:
+def _where(index: int, time: Array, rows: Indices | None) -> str:
     """Return how a message points at a sample."""
     place = f"sample {index + 1}" if rows is None else f"row {rows[index]}"
     return f"{place} (t = {time[index]:.9g} s)"
 
 
-def _check_clock(name: str, time: NDArray[np.float64], rows: NDArray[np.intp] | None, evenly: bool) -> None:
+def _check_clock(name: str, time: Array, rows: Indices | None, evenly: bool) -> None:
     """Refuse time stamps that do not increase and, if asked, those that are not evenly spaced."""
     intervals = np.diff(time)
     wrong = np.flatnonzero(intervals <= 0.0)

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from friction_bayes.conjugate.scaled import ScaledDistribution
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
 from friction_bayes.estimators.estimate import estimator_named
 from friction_bayes.estimators.result import Estimate
@@ -37,7 +37,7 @@ class ReferenceRun:
     """
 
     tree: xr.DataTree
-    friction: NDArray[np.float64]
+    friction: Array
     summary: dict[str, Any]
 
 

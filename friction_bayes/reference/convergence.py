@@ -7,13 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from arviz_stats.base import array_stats
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.validation.mixing import bulk_ess, mixing, tail_ess
 
 __all__ = ["MAXIMUM_RHAT", "MINIMUM_LENGTH", "Convergence", "diagnose"]
 
-Array = NDArray[np.float64]
 
 MAXIMUM_RHAT = 1.01
 MINIMUM_LENGTH = 50

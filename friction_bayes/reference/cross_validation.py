@@ -8,11 +8,10 @@ from typing import Any
 import arviz_stats
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+
+from friction_bayes.core.arrays import Array
 
 __all__ = ["leave_one_out"]
-
-Array = NDArray[np.float64]
 
 
 def leave_one_out(log_likelihood: Array) -> dict[str, Any]:

@@ -8,15 +8,14 @@ from collections.abc import Callable
 
 import emcee
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cholesky
 
 from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 
 __all__ = ["OVERDISPERSION", "Ensembles"]
 
-Array = NDArray[np.float64]
 Progress = Callable[[int, int], None]
 
 OVERDISPERSION = 2.5

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError, NotConvergedWarning
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.estimate import estimate, estimator_named
@@ -25,7 +25,6 @@ from friction_bayes.validation.mixing import mixing
 
 __all__ = ["sample_reference", "sample_target"]
 
-Array = NDArray[np.float64]
 
 BURN_IN = 10
 """Steps thrown away, in integrated autocorrelation times, and never fewer than the first 50."""

@@ -9,15 +9,14 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import write_whole
 
 __all__ = ["THINNED_DRAWS", "load_tree", "make_tree", "save_tree"]
 
-Array = NDArray[np.float64]
 
 THINNED_DRAWS = 500
 """Most draws kept where each comes with numbers for all of the data, and draws of the prior."""
@@ -31,7 +30,7 @@ def make_tree(
     coordinates: Array,
     natural: Mapping[str, Array],
     log_prob: Array,
-    ensemble: NDArray[np.int64],
+    ensemble: Integers,
     *,
     rng: np.random.Generator,
     attrs: Mapping[str, Any],
@@ -106,7 +105,7 @@ def _parameters(natural: Mapping[str, Array], index: Mapping[str, Any]) -> xr.Da
 
 def _thin(
     index: Mapping[str, Any], chains: int, draws: int, most: int
-) -> tuple[tuple[NDArray[np.int64], ...], dict[str, Any]]:
+) -> tuple[tuple[Integers, ...], dict[str, Any]]:
     """Pick at most ``most`` draws, evenly over chains and time, with their own chain and draw numbers."""
     most = max(most, 1)
     kept = np.unique(np.linspace(0, chains - 1, min(chains, most)).round().astype(int))

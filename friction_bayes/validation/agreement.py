@@ -8,15 +8,15 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import stats
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.validation.expected import Expected, finite_numbers
 from friction_bayes.validation.mixing import Mixing, as_ensembles, bulk_ess, mixing, tail_ess
 
 __all__ = ["Agreement", "Check", "compare"]
 
-Array = NDArray[np.float64]
 
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 

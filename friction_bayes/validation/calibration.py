@@ -13,14 +13,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import stats
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.validation.agreement import Check
 
 __all__ = ["Calibration", "Coverage", "coverage", "rank_pit", "simulation_based_calibration", "uniformity"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

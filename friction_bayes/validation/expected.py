@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import stats
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.validation.mixing import Mixing
 
 __all__ = ["Expected", "finite_numbers"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

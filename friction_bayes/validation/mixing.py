@@ -12,13 +12,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtri
 from scipy.stats import rankdata
 
+from friction_bayes.core.arrays import Array
+
 __all__ = ["Mixing", "as_ensembles", "bulk_ess", "mixing", "rank_normalise", "tail_ess"]
 
-Array = NDArray[np.float64]
 
 _WINDOW = 5.0
 """Sokal's window: autocorrelations are summed up to the first lag beyond this many times their sum."""

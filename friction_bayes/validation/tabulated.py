@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.integrate import cumulative_simpson, simpson
 from scipy.interpolate import PchipInterpolator
 
+from friction_bayes.core.arrays import Array
+
 __all__ = ["Tabulated"]
 
-Array = NDArray[np.float64]
 
 _POINTS = 8193
 _NEGLIGIBLE = 1e-9

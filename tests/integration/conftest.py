@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-Signal = tuple[NDArray[np.float64], NDArray[np.float64]]
+from friction_bayes.core.arrays import Array
+
+Signal = tuple[Array, Array]
 
 
 @pytest.fixture
@@ -32,7 +33,7 @@ def decay(rng: np.random.Generator) -> Callable[..., Signal]:
 def write_csv(tmp_path: Path) -> Callable[..., Path]:
     """Write a record to a CSV file of the given name."""
 
-    def write(name: str, time: NDArray[np.float64], signal: NDArray[np.float64], column: str) -> Path:
+    def write(name: str, time: Array, signal: Array, column: str) -> Path:
         path = tmp_path / name
         rows = "\n".join(f"{t:.9g},{x:.9g}" for t, x in zip(time, signal, strict=True))
         path.write_text(f"time_s,{column}\n{rows}\n")

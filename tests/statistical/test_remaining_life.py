@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from friction_bayes import testing
+from friction_bayes.core.arrays import Array
 from friction_bayes.monitor.remaining_life import remaining_life
 from friction_bayes.monitor.wear import WearPosterior, WearPrior, fit_wear
 
@@ -23,8 +23,6 @@ SD = np.array([0.02, 0.05, 0.01, 0.03, 0.02, 0.04])
 THRESHOLD = 2.0
 # friction about 1, doubling in some 12 units of time, at times falling
 PRIOR = WearPrior(wander=0.15, scatter=0.03, drift_mean=0.08, drift_sd=0.1, level_mean=1.0, level_sd=0.3)
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.decay.linear_least_squares import solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at
 from friction_bayes.decay.phase_tracking import MAX_DEGREE, coulomb_fit, track_phase
@@ -31,8 +31,6 @@ __all__ = ["envelope_statistics", "half_cycle_rows", "least_squares"]
 
 _MIN_SAMPLES = 6.0
 _SMALLEST_SHARE = 1e-3
-
-Array = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)
@@ -182,11 +180,11 @@ def envelope_statistics(
     step: float,
     frequency: Array,
     phase: Array,
-    start: NDArray[np.int64],
-    stop: NDArray[np.int64],
+    start: Integers,
+    stop: Integers,
     order: int,
     swing_frequency: float,
-) -> tuple[Array, Array, Array, NDArray[np.int64], Array]:
+) -> tuple[Array, Array, Array, Integers, Array]:
     """Sufficient statistics of the envelope regression for many records at once.
 
     Parameters

@@ -6,15 +6,13 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.pendulum import frequency_ratio, linear_amplitude, third_harmonic
 
 __all__ = ["envelope_signal", "small_motion_frequency"]
 
 _GRID = 513
-
-Array = NDArray[np.float64]
 
 
 def small_motion_frequency(

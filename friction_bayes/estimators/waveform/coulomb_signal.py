@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.estimators.waveform.normal_equations import accumulate
 
 __all__ = [
@@ -23,8 +23,6 @@ __all__ = [
 
 CURVED_PAIRS = ((1, 3), (1, 4), (2, 3), (2, 4), (3, 3), (3, 4), (4, 4))
 """Pairs of coefficients whose second derivative is not zero."""
-
-Array = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)
@@ -64,7 +62,7 @@ def signals(n: int, order: int, p: Array, kappa: float, stop: int) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def turning_samples(n: int, p: Array, stop: int) -> NDArray[np.int64]:
+def turning_samples(n: int, p: Array, stop: int) -> Integers:
     """First sample of every half cycle of the record, zero first, and of the rest."""
     half = math.floor((p[4] - p[3]) / math.pi)
     count = 1

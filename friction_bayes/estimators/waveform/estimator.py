@@ -17,11 +17,11 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from friction_bayes.conjugate.likelihood import RegressionStatistics
 from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.decay.free_decay import FreeDecay
@@ -48,8 +48,6 @@ NAMES = ("offset", "amplitude", "friction_coefficient", "frequency", "phase")
 """Coefficients; amplitude and phase are those in the middle of the record."""
 
 _BAND = 3.0
-
-Array = NDArray[np.float64]
 
 
 class WaveformEstimator:

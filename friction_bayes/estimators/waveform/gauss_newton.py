@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.decay.linear_least_squares import solve_spd
 from friction_bayes.estimators.waveform.normal_equations import COEFFICIENTS, NEVER, accumulate, stopping_turn
 
@@ -24,8 +24,6 @@ _ROUNDING = 1e-28
 
 _MAX_DAMPING = 1e10
 _MAX_ROUNDS = 8
-
-Array = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.decay.release_and_rest import FOUND, Located
 from friction_bayes.estimators.waveform.gauss_newton import fit_waveform
 from friction_bayes.estimators.waveform.normal_equations import COEFFICIENTS
@@ -19,8 +19,6 @@ __all__ = ["WaveformFits", "fit_waveforms", "prior_of"]
 
 FLAT = 2
 """Frequency and phase, the last two coefficients, never have a prior precision."""
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,11 +46,11 @@ class WaveformFits:
 
     coefficients: Array
     kappa: Array
-    stop: NDArray[np.int64]
+    stop: Integers
     normal: Array
     gradient: Array
     misfit: Array
-    found: NDArray[np.bool_]
+    found: Mask
 
 
 def fit_waveforms(
@@ -110,11 +108,11 @@ def _fit_all(
     weight: Array,
     coefficients: Array,
     kappa: Array,
-    stop: NDArray[np.int64],
+    stop: Integers,
     normal: Array,
     gradient: Array,
     misfit: Array,
-    found: NDArray[np.bool_],
+    found: Mask,
 ) -> None:
     mean = np.zeros(COEFFICIENTS)
     for r in range(values.shape[0]):

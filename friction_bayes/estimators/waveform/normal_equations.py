@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+
+from friction_bayes.core.arrays import Array
 
 __all__ = ["COEFFICIENTS", "NEVER", "accumulate", "stopping_turn"]
 
@@ -25,8 +25,6 @@ COEFFICIENTS = 5
 
 NEVER = 1 << 40
 """Number of a turning point that no record reaches."""
-
-Array = NDArray[np.float64]
 
 
 @njit(cache=True, nogil=True)

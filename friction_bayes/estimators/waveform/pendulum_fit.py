@@ -11,8 +11,8 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.estimators.base import Fit
@@ -35,8 +35,6 @@ _MAX_STEPS = 40
 _CONVERGED = 1e-8
 _MAX_DAMPING = 1e8
 _BAND = 3.0
-
-Array = NDArray[np.float64]
 
 
 def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.mechanics.effects import force_vector
 from friction_bayes.mechanics.integrate import propagate
@@ -22,8 +22,6 @@ CURVED = tuple((i, j) for i in range(1, 5) for j in range(i, 5))
 _RTOL = 1e-11
 _DIFFERENCE = 1e-5
 """Step of a derivative, relative to what changes the signal by its own size."""
-
-Array = NDArray[np.float64]
 
 
 class PendulumSignal:
@@ -91,7 +89,7 @@ class PendulumSignal:
                     out[self._jumped(turns_above, turns_below, n), j] = 0.0
         return out
 
-    def _jumped(self, turns: Array, others: Array, n: int) -> NDArray[np.bool_]:
+    def _jumped(self, turns: Array, others: Array, n: int) -> Mask:
         """Samples that lie between the same turning point of two motions, where an acceleration jumps."""
         count = min(turns.size, others.size)
         first, last = np.sort([turns[:count], others[:count]], axis=0)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from friction_bayes.conjugate.regression_batch import RegressionPosteriors, update_regressions
+from friction_bayes.core.arrays import Integers
 from friction_bayes.estimators.waveform.least_squares import WaveformFits, prior_of
 from friction_bayes.estimators.waveform.normal_equations import COEFFICIENTS
 
@@ -15,7 +15,7 @@ __all__ = ["waveform_posteriors"]
 
 
 def waveform_posteriors(
-    fits: WaveformFits, counts: NDArray[np.int64], prior: Mapping[str, float]
+    fits: WaveformFits, counts: Integers, prior: Mapping[str, float]
 ) -> RegressionPosteriors:
     """Update the prior with every fit, linearised at its optimum.
 

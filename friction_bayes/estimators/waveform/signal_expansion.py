@@ -12,11 +12,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from friction_bayes.core.arrays import Array, Integers
 
 __all__ = ["SignalExpansion", "agrees_near", "signal_log_likelihood"]
 
-Array = NDArray[np.float64]
 
 TOLERANCE = 0.02
 """Largest error of a log-likelihood where a posterior of five or six coefficients has its bulk."""
@@ -42,12 +42,12 @@ class SignalExpansion:
     """
 
     centre: Array
-    pairs: NDArray[np.int64]
+    pairs: Integers
     gram: Array
 
     @classmethod
     def of(
-        cls, centre: Array, residual: Array, jacobian: Array, curvature: Array, pairs: NDArray[np.int64]
+        cls, centre: Array, residual: Array, jacobian: Array, curvature: Array, pairs: Integers
     ) -> SignalExpansion:
         """Reduce a residual (n,), first derivatives (n, p) and second derivatives (n, h)."""
         columns = np.column_stack([residual, jacobian, curvature])

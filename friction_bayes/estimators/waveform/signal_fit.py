@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from friction_bayes.conjugate.regression import NormalInverseGamma, mean_error_sd
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.quantities import inverse_square
 from friction_bayes.decay.calibrated import force_factor
 from friction_bayes.decay.free_decay import FreeDecay
@@ -31,9 +30,9 @@ def signal_fit(
     prior: NormalInverseGamma,
     posterior: NormalInverseGamma,
     *,
-    coefficients: NDArray[np.float64],
+    coefficients: Array,
     rest_position: float,
-    prediction: NDArray[np.float64],
+    prediction: Array,
     notes: tuple[str, ...] = (),
 ) -> Fit:
     """Put a fit together.

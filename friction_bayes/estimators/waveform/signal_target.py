@@ -10,18 +10,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 from scipy.special import polygamma, psi
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.waveform.signal_expansion import signal_log_likelihood
 
 __all__ = ["SignalModel", "signal_target"]
 
-Array = NDArray[np.float64]
 
 _LOG_LIMIT = 300.0
 _CHUNK_VALUES = 4_000_000
@@ -55,7 +54,7 @@ class SignalModel:
     bounds: Array
     signal: Callable[[Array], Array]
     misfit: Callable[[Array], Array]
-    blocks: NDArray[np.int64]
+    blocks: Integers
     observed: Array
 
 
@@ -82,7 +81,7 @@ def signal_target(
     friction = model.names.index("friction_coefficient")
     prior_density = prior.logpdf if prior.proper else prior.log_kernel
 
-    def split(theta: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    def split(theta: Array) -> tuple[Array, Array, Mask]:
         """Coefficients and log-variance, and where both lie within the support (else the centre's)."""
         inside = np.abs(theta[:, -1]) < _LOG_LIMIT
         coefficients = theta[:, :-1] / model.scale

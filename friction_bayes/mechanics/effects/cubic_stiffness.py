@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from numba import njit
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.effects.effect import ForceEffect, Parameter
 from friction_bayes.mechanics.effects.prior import normal
 
@@ -21,7 +21,7 @@ def _force(
     duration: float,
     mass: float,
     stiffness: float,
-    p: NDArray,
+    p: Array,
     i: int,
 ) -> float:
     return p[i] * x * x * x

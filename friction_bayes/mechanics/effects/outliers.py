@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.effects.effect import NoiseEffect, Parameter
 from friction_bayes.mechanics.effects.prior import half_normal, log_normal
 
 __all__ = ["OUTLIERS"]
 
 
-def _contaminate(
-    noise: NDArray[np.float64], rng: np.random.Generator, fraction: float, scale: float
-) -> NDArray[np.float64]:
+def _contaminate(noise: Array, rng: np.random.Generator, fraction: float, scale: float) -> Array:
     hit = rng.random(noise.size) < fraction
     return np.where(hit, rng.normal(0.0, scale, noise.size), noise)
 

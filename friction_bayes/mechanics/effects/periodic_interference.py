@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.effects.effect import Parameter, SensorEffect
 from friction_bayes.mechanics.effects.prior import half_normal, uniform
 
 __all__ = ["PERIODIC_INTERFERENCE"]
 
 
-def _distort(
-    signal: NDArray[np.float64], time: NDArray[np.float64], amplitude: float, frequency: float, phase: float
-) -> NDArray[np.float64]:
+def _distort(signal: Array, time: Array, amplitude: float, frequency: float, phase: float) -> Array:
     return signal + amplitude * np.sin(2.0 * math.pi * frequency * time + phase)
 
 

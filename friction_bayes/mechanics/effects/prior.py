@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import special, stats
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
 
@@ -71,7 +72,7 @@ class Prior:
     low: float = -math.inf
     high: float = math.inf
 
-    def log_density(self, value: ArrayLike) -> NDArray[np.float64]:
+    def log_density(self, value: ArrayLike) -> Array:
         """Log-density, normalised over the support; minus infinity outside it."""
         x = np.asarray(value, dtype=float)
         inside = (x >= self.low) & (x <= self.high)

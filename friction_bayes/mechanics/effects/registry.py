@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.mechanics.effects.effect import Effect, ForceEffect
 
@@ -102,7 +102,7 @@ def force_offsets() -> dict[str, int]:
     return offsets
 
 
-def force_vector(values: Mapping[str, tuple[float, ...]]) -> NDArray[np.float64]:
+def force_vector(values: Mapping[str, tuple[float, ...]]) -> Array:
     """Return the parameter vector over all force effects; zeros mean Coulomb friction alone.
 
     Parameters

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.effects.effect import Parameter, SensorEffect
 from friction_bayes.mechanics.effects.prior import log_normal
 
 __all__ = ["SENSOR_CLIPPING"]
 
 
-def _distort(signal: NDArray[np.float64], time: NDArray[np.float64], level: float) -> NDArray[np.float64]:
+def _distort(signal: Array, time: Array, level: float) -> Array:
     return np.clip(signal, -level, level)
 
 

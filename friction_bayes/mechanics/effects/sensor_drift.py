@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.effects.effect import Parameter, SensorEffect
 from friction_bayes.mechanics.effects.prior import normal
 
 __all__ = ["SENSOR_DRIFT"]
 
 
-def _distort(
-    signal: NDArray[np.float64], time: NDArray[np.float64], offset: float, rate: float
-) -> NDArray[np.float64]:
+def _distort(signal: Array, time: Array, offset: float, rate: float) -> Array:
     return signal + offset + rate * time
 
 

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.effects.effect import Parameter, SensorEffect
 from friction_bayes.mechanics.effects.prior import normal
 
 __all__ = ["SENSOR_OFFSET"]
 
 
-def _distort(signal: NDArray[np.float64], time: NDArray[np.float64], offset: float) -> NDArray[np.float64]:
+def _distort(signal: Array, time: Array, offset: float) -> Array:
     return signal + offset
 
 

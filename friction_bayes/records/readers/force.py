@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.records.readers import read_table
@@ -18,7 +18,7 @@ __all__ = ["read_force"]
 _COLUMNS = {False: "force_N", True: "torque_N_m"}
 
 
-def read_force(path: str | Path, record: xr.DataArray) -> NDArray[np.float64]:
+def read_force(path: str | Path, record: xr.DataArray) -> Array:
     """Read a measured friction force.
 
     Parameters

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Indices
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES, Quantity, known_units, quantity_named
@@ -57,7 +58,7 @@ class Table:
     """
 
     columns: Mapping[str, Column]
-    rows: NDArray[np.intp] | None = None
+    rows: Indices | None = None
 
 
 def record_from_table(

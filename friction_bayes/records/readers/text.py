@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 from friction_bayes.records.readers.table import Column, Table
 
@@ -109,7 +109,7 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def _numbers(path: Path, name: str, rows: NDArray[np.intp], cells: list[str]) -> NDArray[np.float64]:
+def _numbers(path: Path, name: str, rows: Indices, cells: list[str]) -> Array:
     """Convert one column, reading decimal commas as what they are."""
     commas = [("," in cell) for cell in cells]
     if any(commas):
