@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from friction_bayes import estimate, estimate_batch, sample_reference
-from friction_bayes.mechanics.testbed import PAPER_SYSTEM, paper_example, simulate
+from friction_bayes.mechanics.simulate import simulate
+from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM, paper_example
 
 METHODS = ["normal-gamma", "gamma-exponential", "envelope", "waveform"]
 SEEDS = range(20)
@@ -73,8 +74,8 @@ class Batch:
     def setup(self):
         self.record = simulate(
             PAPER_SYSTEM,
-            friction=0.07,
-            initial_displacement=0.0147,
+            friction=PAPER_FRICTION,
+            initial_displacement=PAPER_RELEASE,
             duration=10.0,
             sampling_rate=200.0,
             noise_sd=5e-4,

@@ -15,7 +15,7 @@ import xarray as xr
 import friction_bayes as fb
 from friction_bayes.conjugate.gamma_exponential import negative_share
 from friction_bayes.decay.friction_samples import peak_amplitudes
-from friction_bayes.mechanics.testbed import signal_to_noise_db
+from friction_bayes.mechanics.simulate import signal_to_noise_db
 from friction_bayes.reference.checking import ReferenceRun, check_estimate
 
 __all__ = ["METHODS", "VARIABLES", "beside_truth", "measure"]

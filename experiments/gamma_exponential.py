@@ -17,12 +17,12 @@ from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
 from experiments.tables import Row
 from friction_bayes.conjugate.gamma_exponential import negative_share
-from friction_bayes.mechanics.testbed import PAPER_SYSTEM
+from friction_bayes.mechanics.testbed import PAPER_RELEASE, PAPER_SYSTEM
 from friction_bayes.reference.checking import check_estimate
 
 __all__ = ["EXPERIMENT", "Config"]
 
-FRICTION, RELEASE = printed("example-friction"), 0.0147
+FRICTION = printed("example-friction")
 """Of the paper's example [N], [m]; other levels are the same decay, larger or smaller."""
 
 VARIABLES = {
@@ -71,7 +71,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     record = fb.simulate(
         PAPER_SYSTEM,
         friction=friction,
-        initial_displacement=scale * RELEASE,
+        initial_displacement=scale * PAPER_RELEASE,
         duration=printed("example-duration"),
         sampling_rate=printed("rig-sampling-rate"),
         noise_sd=scale * config.noise_sd,

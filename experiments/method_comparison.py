@@ -24,7 +24,7 @@ from experiments.method_tables import detail_lines, summarised, summary_rows
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import SweepConfig, lay_out, seeds_of, sweep_cells
 from friction_bayes.decay.free_decay import find_free_decay
-from friction_bayes.mechanics.testbed import PAPER_SYSTEM
+from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM
 from friction_bayes.reference import sample_target
 
 __all__ = ["EXPERIMENT", "LABELS", "Config", "conditions"]
@@ -56,8 +56,8 @@ class Config(SweepConfig):
 
     checked: int = 2
     checked_full: int = 20
-    friction: float = 0.07
-    initial_displacement: float = 0.0147
+    friction: float = PAPER_FRICTION
+    initial_displacement: float = PAPER_RELEASE
     duration: float = 33.0
     sampling_rate: float = 200.0
     noise_sd: float = 5e-4

@@ -20,7 +20,7 @@ from experiments.method_tables import share_error, size_of_error, with_error
 from experiments.runner import Cell, Experiment, Row, main
 from experiments.sweeps import lay_out
 from friction_bayes.core.arrays import Array
-from friction_bayes.mechanics.testbed import PAPER_SYSTEM
+from friction_bayes.mechanics.testbed import PAPER_RELEASE, PAPER_SYSTEM
 
 __all__ = ["EXPERIMENT", "LAWS", "Config", "Machine", "follow_machine"]
 
@@ -59,7 +59,7 @@ class Config:
     drift_spread: float = 0.3
     wander: float = 4e-4
     scatter: float = 3e-3
-    initial_displacement: float = 0.0147
+    initial_displacement: float = PAPER_RELEASE
     duration: float = 10.0
     sampling_rate: float = 100.0
     noise_sd: float = 5e-4

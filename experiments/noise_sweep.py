@@ -18,20 +18,13 @@ from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import SweepConfig, gather, seeds_of, sweep_cells
 from experiments.tables import Row
-from friction_bayes.mechanics.testbed import (
-    PAPER_SYSTEM,
-    noise_sd_for,
-    paper_example,
-    signal_to_noise_db,
-)
+from friction_bayes.mechanics.simulate import noise_sd_for, signal_to_noise_db
+from friction_bayes.mechanics.testbed import PAPER_RELEASE, PAPER_SYSTEM, paper_example
 
 __all__ = ["EXPERIMENT", "Config"]
 
 FRICTION = printed("example-friction")
 """True friction of the example [N]."""
-
-RELEASE = 0.0147
-"""Initial displacement of the example [m], see :func:`friction_bayes.mechanics.testbed.paper_example`."""
 
 LEVELS = {"snr_db": "dB"}
 
@@ -94,7 +87,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
     dataset = gather(cells, results, levels=LEVELS)
     noise = np.array([noise_sd_for(_clean(), level) for level in dataset["snr_db"].values.tolist()])
     # the error of the efficient estimator that is linear in the noise, all five parameters unknown
-    bound = PAPER_SYSTEM.stiffness * float(np.linalg.norm(bound_row(paper_decay(0), RELEASE)))
+    bound = PAPER_SYSTEM.stiffness * float(np.linalg.norm(bound_row(paper_decay(0), PAPER_RELEASE)))
     bounds = noise * bound / FRICTION
     return dataset.assign(
         level_noise_sd=("snr_db", noise, {"units": "m", "long_name": "noise of a sample"}),

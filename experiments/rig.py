@@ -14,10 +14,12 @@ import numpy as np
 import xarray as xr
 from scipy.signal import lfilter, savgol_filter
 
+from experiments.varying_friction import varying_friction_decay
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.quantities import STANDARD_GRAVITY
 from friction_bayes.core.system import Oscillator
-from friction_bayes.mechanics.varying_friction import varying_friction_decay
+from friction_bayes.mechanics.simulate import digitised
+from friction_bayes.mechanics.testbed import TESTBED, TESTBED_FREQUENCY, TESTBED_RELEASE, TESTBED_SPAN
 from friction_bayes.records.record import make_record
 
 __all__ = [
@@ -51,11 +53,8 @@ class Rig:
         Span [m], and largest deviation from a straight line over the span.
     burst_times : tuple of float
         When friction departs from Coulomb's law most, Fig. 6 [s].
-    mass : float
-        [kg]. With 5 kg the two friction levels end a 15 mm release after 21 and 34 periods, which is what a
-        record of some ten seconds holds (the paper's figures reach beyond 4.5 s).
-    release : float
-        Initial displacement [m]: a quarter of the accelerometer's range, so that it never clips.
+    mass, release : float
+        [kg], and initial displacement [m]; see :mod:`friction_bayes.mechanics.testbed`.
     roughness, roughness_time : float
         Standard deviation of the friction about its mean, relative, and its correlation time [s]: a scratched
         plate; "considerable" in the words of the paper.
@@ -69,19 +68,19 @@ class Rig:
         Length of a record [s], longer than the motion.
     """
 
-    natural_frequency: float = 2.9
+    natural_frequency: float = TESTBED_FREQUENCY
     sampling_rate: float = 1000.0
     bits: int = 16
     accelerometer_noise: float = 6.2e-3
     accelerometer_range: float = 2.0
     phase_error: float = 0.35
     load_cell_range: float = 1.0
-    displacement_range: float = 0.225
+    displacement_range: float = TESTBED_SPAN
     displacement_linearity: float = 0.004
     burst_times: tuple[float, ...] = (3.8, 4.0, 4.5)
 
-    mass: float = 5.0
-    release: float = 0.015
+    mass: float = TESTBED.moving
+    release: float = TESTBED_RELEASE
     roughness: float = 0.15
     roughness_time: float = 0.02
     burst_sizes: tuple[float, ...] = (0.5, -0.8, 0.3)
@@ -107,11 +106,6 @@ def _friction_level(rig: Rig, friction: float, time: Array, rng: np.random.Gener
     for at, size in zip(rig.burst_times, rig.burst_sizes, strict=True):
         relative += size * np.exp(-0.5 * ((time - at) / (0.5 * rig.burst_duration)) ** 2)
     return friction * np.maximum(relative, 0.0)
-
-
-def _acquired(signal: Array, full_scale: float, bits: int) -> Array:
-    codes = 2 ** (bits - 1)
-    return np.clip(np.rint(signal / full_scale * codes), -codes, codes - 1) * (full_scale / codes)
 
 
 def run_rig(rig: Rig, friction: float, *, seed: int) -> dict[str, xr.DataArray]:
@@ -157,18 +151,18 @@ def run_rig(rig: Rig, friction: float, *, seed: int) -> dict[str, xr.DataArray]:
     friction_force = force[now] + rng.normal(0.0, rig.load_cell_noise, time.size)
     moving = time < motion.stop_time
     settings = {"synthetic": True, "friction": friction, "seed": seed, "stop_time": motion.stop_time}
-    cell = _acquired(friction_force, rig.load_cell_range, rig.bits)
+    cell = digitised(friction_force, rig.load_cell_range, rig.bits)
     return {
         "acceleration": make_record(
             time,
-            _acquired(acceleration, rig.accelerometer_range * gravity, rig.bits),
+            digitised(acceleration, rig.accelerometer_range * gravity, rig.bits),
             "acceleration",
             name="testbed, acceleration (synthetic)",
             **settings,
         ),
         "displacement": make_record(
             time,
-            _acquired(displacement, 0.5 * span, rig.bits),
+            digitised(displacement, 0.5 * span, rig.bits),
             "displacement",
             name="testbed, displacement (synthetic)",
             **settings,

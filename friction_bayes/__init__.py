@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from friction_bayes.estimators.estimate import estimate
     from friction_bayes.estimators.result import Estimate
     from friction_bayes.loop import LoopReport, close_loop
-    from friction_bayes.mechanics.testbed import simulate
+    from friction_bayes.mechanics.simulate import simulate
     from friction_bayes.monitor import MonitorReport, monitor_fleet, monitor_records
     from friction_bayes.records.datasets import dataset_record, list_datasets
     from friction_bayes.records.readers import read_record
@@ -51,7 +51,7 @@ _HOME = {
     "monitor_records": "monitor",
     "read_record": "records.readers",
     "sample_reference": "reference",
-    "simulate": "mechanics.testbed",
+    "simulate": "mechanics.simulate",
     "write_record": "records.writers",
 }
 

@@ -20,15 +20,20 @@ from friction_bayes.cli.tables import comparison_table, disagreements
 from friction_bayes.core.files import output_folder, write_json, write_manifest
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.result import Estimate
-from friction_bayes.mechanics.testbed import PAPER_SYSTEM, TESTBED, TESTBED_FRICTION, paper_example
+from friction_bayes.mechanics.testbed import (
+    PAPER_FRICTION,
+    PAPER_SYSTEM,
+    TESTBED,
+    TESTBED_FRICTION,
+    TESTBED_RELEASE,
+    TESTBED_SPAN,
+    paper_example,
+)
 from friction_bayes.reference.checking import ReferenceRun, check_estimate
 
 __all__ = ["METHODS", "Case", "demonstrate"]
 
-_PAPER_FRICTION = 0.07
 _DAMPING_RATIO = 0.001
-_DISPLACEMENT_RANGE = 0.1125
-"""Half the 225 mm of the rig's displacement sensor [m]."""
 
 METHODS = ("waveform", "envelope", "normal-gamma", "gamma-exponential")
 
@@ -130,7 +135,7 @@ def _cases(seed: int) -> tuple[Case, Case]:
             title="The paper's numerical example",
             record=paper_example(seed),
             system=PAPER_SYSTEM,
-            friction=_PAPER_FRICTION,
+            friction=PAPER_FRICTION,
             remark="Every closed form is what its sampler finds, at a fraction of the time. The paper's "
             "normal-gamma is far less sure than it could be, since its friction samples share amplitudes; "
             "gamma-exponential estimates a rate, about 1 / friction, as the paper found when it dropped it.",
@@ -141,12 +146,12 @@ def _cases(seed: int) -> tuple[Case, Case]:
             record=fb.simulate(
                 TESTBED,
                 friction=TESTBED_FRICTION,
-                initial_displacement=0.015,
+                initial_displacement=TESTBED_RELEASE,
                 duration=12.0,
                 sampling_rate=1000.0,
                 noise_sd=1e-4,
                 bits=16,
-                sensor_range=_DISPLACEMENT_RANGE,
+                sensor_range=0.5 * TESTBED_SPAN,
                 effects={"viscous_damping.damping_ratio": _DAMPING_RATIO},
                 seed=seed,
                 name="testbed (synthetic)",

@@ -1,294 +1,79 @@
-"""Synthetic records: the exact or integrated motion seen through a sensor, and the paper's two examples."""
+"""The two set-ups of the paper: its numerical example and its testbed.
+
+What the paper does not state is chosen here, with the reason.
+"""
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Mapping
-from typing import Any
 
-import numpy as np
 import xarray as xr
 
-from friction_bayes.core.arrays import Array
-from friction_bayes.core.checks import finite, non_negative, positive
-from friction_bayes.core.errors import InputError
-from friction_bayes.core.quantities import QUANTITIES, STANDARD_GRAVITY, Quantity, quantity_named
 from friction_bayes.core.system import Oscillator
-from friction_bayes.mechanics.coulomb import coulomb_decay
-from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, NoiseEffect, SensorEffect, parse_effects
-from friction_bayes.mechanics.integrate import integrate
-from friction_bayes.mechanics.motion import Motion
-from friction_bayes.records.record import make_record
+from friction_bayes.mechanics.simulate import simulate
 
 __all__ = [
+    "PAPER_FRICTION",
+    "PAPER_RELEASE",
     "PAPER_SYSTEM",
     "TESTBED",
+    "TESTBED_FREQUENCY",
     "TESTBED_FRICTION",
-    "noise_sd_for",
+    "TESTBED_RELEASE",
+    "TESTBED_SPAN",
     "paper_example",
-    "paper_testbed",
-    "signal_to_noise_db",
-    "simulate",
 ]
-
-
-_MOST_SAMPLES = 10**8
-"""A longer record is a slip of the pen: it would not fit into memory."""
 
 PAPER_SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 """The system of the numerical example, section 3 of the paper."""
 
-TESTBED = Oscillator(mass=5.0, stiffness=5.0 * (2.0 * math.pi * 2.9) ** 2)
-"""Twin of the air-bearing rig of section 4. The paper states 2.9 Hz and neither mass nor stiffness: 5 kg is
-our choice, with which the two friction levels it reports end a 15 mm release after 21 and 34 periods."""
+PAPER_FRICTION = 0.07
+"""Its friction [N]."""
+
+PAPER_RELEASE = 0.0147
+"""Its initial displacement [m], which the paper does not state: 51 peaks need 0.0143 m, and this leaves the
+last one clear of rest."""
+
+TESTBED_FREQUENCY = 2.9
+"""Natural frequency of the air-bearing rig of section 4 [Hz]."""
+
+TESTBED = Oscillator(mass=5.0, stiffness=5.0 * (2.0 * math.pi * TESTBED_FREQUENCY) ** 2)
+"""Twin of that rig. The paper states neither mass nor stiffness: with 5 kg the two friction levels it
+reports end a 15 mm release after 21 and 34 periods, which is what a record of some ten seconds holds (the
+paper's figures reach beyond 4.5 s)."""
 
 TESTBED_FRICTION = 0.2933
 """Reference friction of data set 1 [N]."""
-TESTBED_NOISE_SD = 6.2e-3 * STANDARD_GRAVITY
-"""Noise of the ADXL322 in the paper's configuration [m/s2]."""
 
-TESTBED_RANGE = 2.0 * STANDARD_GRAVITY
-"""Its range to either side [m/s2]."""
+TESTBED_RELEASE = 0.015
+"""Initial displacement [m], our choice: a quarter of the accelerometer's range, so that it never clips."""
 
-
-def signal_to_noise_db(signal: Array, noise_sd: float) -> float:
-    """Signal-to-noise ratio: mean square of the moving noise-free signal over the noise variance [dB].
-
-    Parameters
-    ----------
-    signal : ndarray, shape (n,)
-        Noise-free signal while the system moves.
-    noise_sd : float
-        Standard deviation of the noise, same unit.
-
-    Raises
-    ------
-    InputError
-        If there is no noise, or no signal.
-    """
-    power = float(np.mean(np.square(signal))) if len(signal) else 0.0
-    if power == 0.0:
-        raise InputError("signal", "does not move", "give the samples before the stop")
-    return 10.0 * math.log10(power / positive("noise_sd", noise_sd) ** 2)
-
-
-def noise_sd_for(signal: Array, decibels: float) -> float:
-    """Standard deviation of the noise that gives :func:`signal_to_noise_db` a value."""
-    return float(
-        math.sqrt(float(np.mean(np.square(signal)))) * 10.0 ** (-finite("decibels", decibels) / 20.0)
-    )
-
-
-def simulate(
-    system: Oscillator,
-    *,
-    friction: float,
-    initial_displacement: float,
-    initial_velocity: float = 0.0,
-    duration: float,
-    sampling_rate: float,
-    quantity: str | None = None,
-    noise_sd: float = 0.0,
-    seed: int | None = None,
-    effects: Mapping[str, float] | None = None,
-    bits: int | None = None,
-    sensor_range: float | None = None,
-    name: str = "synthetic record",
-) -> xr.DataArray:
-    """Simulate the record of a free decay.
-
-    The motion is exact where Coulomb friction acts alone on a linear system and integrated otherwise. The
-    sensor adds its offset, drift and interference, then noise; then it clips, saturates at its range and is
-    digitised.
-
-    Parameters
-    ----------
-    system : Oscillator
-        A pendulum too.
-    friction : float
-        Friction force [N] or torque [N m], not negative.
-    initial_displacement, initial_velocity : float
-        State at the first sample; any, so that a record may begin in mid-motion.
-    duration : float
-        Length [s]; the record holds ``round(duration * sampling_rate)`` samples from time 0.
-    sampling_rate : float
-        Samples per second [Hz].
-    quantity : str, optional
-        What the sensor measures; displacement, or angle of a rotational system, when left out.
-    noise_sd : float
-        Standard deviation of independent normal noise, SI unit of the quantity.
-    seed : int, optional
-        Seed of the noise; required where there is any.
-    effects : mapping, optional
-        ``{"NAME.PARAMETER": value}`` of effects of the catalogue.
-    bits : int, optional
-        Resolution of the digitiser over ``-sensor_range .. sensor_range``.
-    sensor_range : float, optional
-        Where the sensor saturates, to either side, SI unit of the quantity.
-    name : str
-        What messages call the record.
-
-    Returns
-    -------
-    xarray.DataArray
-        A record; attributes ``synthetic`` (True) and every setting; ``effects`` as JSON;
-        ``stop_time`` [s] where the motion ends within the record; ``signal_to_noise_db`` where there is
-        noise.
-
-    Raises
-    ------
-    InputError
-        If an argument is out of its range, or noise is asked for without a seed.
-    """
-    kind = _sensed(system, quantity)
-    duration = positive("duration", duration)
-    sampling_rate = positive("sampling_rate", sampling_rate)
-    noise_sd = non_negative("noise_sd", noise_sd)
-    full_scale = None if sensor_range is None else positive("sensor_range", sensor_range)
-    values = parse_effects(effects)
-    contaminations = [name for name in values if isinstance(EFFECTS[name], NoiseEffect)]
-    if seed is None and (noise_sd > 0.0 or contaminations):
-        raise InputError("seed", "is missing although there is noise", "give an integer")
-    samples = round(duration * sampling_rate)
-    if samples < 1:
-        raise InputError("duration", f"{duration:g} s holds no sample at {sampling_rate:g} Hz", "lengthen it")
-    if samples > _MOST_SAMPLES:
-        raise InputError(
-            "duration",
-            f"{duration:g} s at {sampling_rate:g} Hz are {samples:.2g} samples",
-            f"give at most {_MOST_SAMPLES:.0e}: a shorter duration or a lower sampling rate",
-        )
-
-    time = np.arange(samples) / sampling_rate
-    motion = _motion(system, friction, initial_displacement, initial_velocity, time, effects, duration)
-    clean = motion.derivative(kind.order)
-    noise = np.zeros(samples)
-    if seed is not None:
-        rng = np.random.default_rng(seed)
-        noise = rng.normal(0.0, noise_sd, samples)
-        for effect, numbers in ((EFFECTS[name], values[name]) for name in contaminations):
-            assert isinstance(effect, NoiseEffect)
-            noise = effect.contaminate(noise, rng, *numbers)
-    signal = _distorted(clean, time, values, after_noise=False) + noise
-    signal = _distorted(signal, time, values, after_noise=True)
-    signal = _digitised(signal, full_scale, bits)
-
-    settings: dict[str, Any] = {
-        "synthetic": True,
-        "inertia" if system.angular else "mass": system.moving,
-        "stiffness": system.stiffness,
-        "pendulum": system.pendulum,
-        "friction": float(friction),
-        "initial_displacement": float(initial_displacement),
-        "initial_velocity": float(initial_velocity),
-        "duration": duration,
-        "sampling_rate": sampling_rate,
-        "noise_sd": noise_sd,
-        "effects": json.dumps({key: float(value) for key, value in (effects or {}).items()}),
-    }
-    optional = {"seed": seed, "bits": bits, "sensor_range": full_scale}
-    settings |= {key: value for key, value in optional.items() if value is not None}
-    if math.isfinite(motion.stop_time):
-        settings["stop_time"] = motion.stop_time
-    if noise_sd > 0.0 and np.any(clean[motion.moving]):
-        settings["signal_to_noise_db"] = signal_to_noise_db(clean[motion.moving], noise_sd)
-    return make_record(time, signal, kind.name, name=name, **settings)
-
-
-def _sensed(system: Oscillator, quantity: str | None) -> Quantity:
-    kind = quantity_named(quantity or ("angle" if system.angular else "displacement"))
-    if kind.angular != system.angular:
-        choices = ", ".join(q.name for q in QUANTITIES.values() if q.angular == system.angular)
-        raise InputError("quantity", f"{kind.name} does not belong to this system", f"give one of {choices}")
-    return kind
-
-
-def _motion(
-    system: Oscillator,
-    friction: float,
-    displacement: float,
-    velocity: float,
-    time: Array,
-    effects: Mapping[str, float] | None,
-    duration: float,
-) -> Motion:
-    forces = {
-        key: value
-        for key, value in (effects or {}).items()
-        if isinstance(EFFECTS[key.partition(".")[0]], ForceEffect)
-    }
-    if not forces and not system.pendulum:
-        return coulomb_decay(system, friction, displacement, velocity, time)
-    return integrate(system, friction, displacement, velocity, time, forces, duration=duration)
-
-
-def _distorted(
-    signal: Array, time: Array, values: Mapping[str, tuple[float, ...]], *, after_noise: bool
-) -> Array:
-    for effect, numbers in ((EFFECTS[name], numbers) for name, numbers in values.items()):
-        if isinstance(effect, SensorEffect) and effect.after_noise == after_noise:
-            signal = effect.distort(signal, time, *numbers)
-    return signal
-
-
-def _digitised(signal: Array, full_scale: float | None, bits: int | None) -> Array:
-    """Saturate and round to the ``2**bits`` codes of a two's complement digitiser."""
-    if full_scale is None:
-        if bits is not None:
-            raise InputError("bits", f"{bits} bits of no range", "give sensor_range too")
-        return signal
-    if bits is None:
-        return np.clip(signal, -full_scale, full_scale)
-    if not (isinstance(bits, int) and 2 <= bits <= 32):
-        raise InputError("bits", f"{bits!r} is no resolution", "give a whole number from 2 to 32")
-    codes = 2 ** (bits - 1)
-    return np.clip(np.rint(signal / full_scale * codes), -codes, codes - 1) * (full_scale / codes)
+TESTBED_SPAN = 0.225
+"""Range of the displacement sensor, from end to end [m]."""
 
 
 def paper_example(seed: int, *, noise_sd: float = 5e-4, sampling_rate: float = 1000.0) -> xr.DataArray:
     """The numerical example of section 3: 0.07 N, 10 kg, 1000 N/m, 33 s.
 
-    The paper does not state the initial amplitude: 51 peaks need 0.0143 m, and 0.0147 m leaves the last one
-    clear of rest. At the stated noise that is 21.6 dB by :func:`signal_to_noise_db`, not the 20 dB the paper
-    gives.
+    At the stated noise its signal-to-noise ratio is 21.6 dB by
+    :func:`friction_bayes.mechanics.simulate.signal_to_noise_db`, not the 20 dB the paper gives.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the noise.
+    noise_sd : float
+        Standard deviation of the noise [m].
+    sampling_rate : float
+        Samples per second [Hz].
     """
     return simulate(
         PAPER_SYSTEM,
-        friction=0.07,
-        initial_displacement=0.0147,
+        friction=PAPER_FRICTION,
+        initial_displacement=PAPER_RELEASE,
         duration=33.0,
         sampling_rate=sampling_rate,
         noise_sd=noise_sd,
         seed=seed,
         name="paper example (synthetic)",
-    )
-
-
-def paper_testbed(
-    friction: float = TESTBED_FRICTION,
-    *,
-    seed: int,
-    duration: float = 12.0,
-    sampling_rate: float = 1000.0,
-    effects: Mapping[str, float] | None = None,
-) -> xr.DataArray:
-    """A record as the rig of section 4 gives it: acceleration, 1 kHz, 16 bit, its sensor's noise and range.
-
-    Friction is that of data set 1 of the paper by default; data set 2 has 0.1834 N. The release at 15 mm is
-    our choice, a quarter of the accelerometer's range; its constant reading of gravity is taken as removed.
-    """
-    return simulate(
-        TESTBED,
-        friction=friction,
-        initial_displacement=0.015,
-        duration=duration,
-        sampling_rate=sampling_rate,
-        quantity="acceleration",
-        noise_sd=TESTBED_NOISE_SD,
-        seed=seed,
-        effects=effects,
-        bits=16,
-        sensor_range=TESTBED_RANGE,
-        name="testbed (synthetic)",
     )

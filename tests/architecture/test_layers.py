@@ -64,6 +64,7 @@ AT_HOME = {
     "core.files": "writes for everybody",
     "decay.friction_samples": "the paper's data of a decay",
     "decay.half_cycles": "the turning points of a decay",
+    "mechanics.testbed": "set-ups that experiments read too",
     "plotting.loop": "a figure",
     "plotting.monitor": "a figure",
     "records.readers.fleet": "a reader",
@@ -76,7 +77,6 @@ AT_HOME = {
 OUTSIDE = {
     "conjugate.sequential": "experiments",
     "mechanics.effects.presliding": "experiments",
-    "mechanics.varying_friction": "experiments",
 }
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from experiments.varying_friction import varying_friction_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator, Pendulum
 from friction_bayes.mechanics.coulomb import coulomb_decay
-from friction_bayes.mechanics.varying_friction import varying_friction_decay
 
 SYSTEM = Oscillator(mass=5.0, stiffness=1660.0)
 TIME = np.arange(9000) / 1000.0
