@@ -227,7 +227,7 @@ def test_a_defect_is_called_one(
     assert "ZeroDivisionError: on purpose" in line
 
     monkeypatch.setenv("FRICTION_BAYES_DEBUG", "1")
-    with pytest.raises(ZeroDivisionError):
+    with pytest.raises(ZeroDivisionError, match="on\npurpose"):
         main(["estimate", str(csv), *SYSTEM])
 
 

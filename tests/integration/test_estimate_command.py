@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -201,7 +202,7 @@ def test_results_folder(csv: Path, tmp_path: Path, capsys: pytest.CaptureFixture
     manifest = strict((out / "manifest.json").read_text())
     assert manifest["inputs"] == [{"record": str(csv), "sha256": sha256_of(csv)}]
     assert manifest["seed"] == 7
-    assert manifest["versions"]["emcee"]
+    assert manifest["versions"]["emcee"] == version("emcee")
     on_disk = {path.name for path in out.iterdir()}
     assert on_disk == {*manifest["files"], "manifest.json"}
     assert {"friction.png", "friction.pdf", "joint.png", "amplitudes.png", "reference.nc"} <= on_disk

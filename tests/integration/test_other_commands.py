@@ -50,7 +50,7 @@ def test_simulate_writes_what_python_simulates(suffix: str, tmp_path: Path) -> N
         seed=5,
         effects={"sensor_offset.offset": 1e-3},
     )
-    assert written.attrs["synthetic"]
+    assert written.attrs["synthetic"] is True
     assert written.attrs["quantity"] == "displacement"
     assert (written.values == expected.values).all()
 
@@ -67,7 +67,9 @@ def test_simulated_default_comes_to_rest(tmp_path: Path, capsys: pytest.CaptureF
 def test_datasets_list(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["datasets", "list"]) == 0
     shown = capsys.readouterr().out
-    for data_set in fb.list_datasets():
+    known = fb.list_datasets()
+    assert "map-single-pendulum" in {data_set.name for data_set in known}
+    for data_set in known:
         assert f"dataset:{data_set.name}" in shown
         assert data_set.licence in shown
     assert not any(line.endswith(" ") for line in shown.splitlines())

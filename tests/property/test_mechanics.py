@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -86,7 +87,7 @@ def test_the_integrator_is_the_exact_solution(system, amplitude, phase, count):
     motion = integrate(system, friction, x0, v0, time)
     np.testing.assert_allclose(motion.displacement, exact.displacement, atol=1e-9 * amplitude, rtol=0.0)
     assert motion.turning_points.size == exact.turning_points.size
-    assert motion.stop_time == exact.stop_time or abs(motion.stop_time / exact.stop_time - 1.0) < 1e-7
+    assert motion.stop_time == pytest.approx(exact.stop_time, rel=1e-7)
 
 
 @settings(deadline=None)

@@ -56,9 +56,9 @@ def test_nothing_remains_of_a_failure(tmp_path: Path) -> None:
     def fail() -> None:
         with output_folder(tmp_path / "a") as folder:
             (folder / "x").write_text("1")
-            raise RuntimeError
+            raise RuntimeError("half way")
 
-    with pytest.raises(RuntimeError):
+    with pytest.raises(RuntimeError, match="half way"):
         fail()
     assert list(tmp_path.iterdir()) == []
 

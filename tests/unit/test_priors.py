@@ -34,16 +34,27 @@ def test_scales_come_from_the_system() -> None:
     assert force_scale(TESTBED, DISPLACEMENT, "V") == signal_scale(TESTBED, ACCELERATION, "V") == 10.0
 
 
+# The unit each default carries: of the friction for the paper's two, of the signal for the others.
+POWERS = {
+    "normal-gamma": ("force", {"mu": 1, "lam": 0, "alpha": 0, "beta": 2}),
+    "gamma-exponential": ("force", {"alpha": 0, "kappa": 1}),
+    "envelope": ("signal", {"coefficient_precision": 0, "alpha": 0, "beta": 2}),
+    "waveform": ("signal", {"coefficient_precision": 0, "alpha": 0, "beta": 2}),
+}
+
+
 @pytest.mark.parametrize("method", PRIORS)
 def test_priors_do_not_depend_on_units(method: str) -> None:
-    """A system in other units of force and length gets the same prior in those units."""
-    metres = default_prior(method, TESTBED, DISPLACEMENT, "m")
+    """Twice the forces of the same motion, or its velocity, ten times as large a number: the same prior."""
+    unit, powers = POWERS[method]
+    base = default_prior(method, TESTBED, DISPLACEMENT, "m")
     heavier = default_prior(method, Oscillator(mass=20.0, stiffness=2000.0), DISPLACEMENT, "m")
-    ratio = 2.0 if "-" in method else 1.0
-    for parameter in PRIORS[method]:
-        assert heavier[parameter.key] == pytest.approx(metres[parameter.key] * ratio**parameter.power)
-        assert parameter.reason
-    assert prior_keys(method) == tuple(metres)
+    velocity = default_prior(method, TESTBED, QUANTITIES["velocity"], "m/s")
+    force, signal = (2.0, 1.0) if unit == "force" else (1.0, 10.0)
+    assert heavier == pytest.approx({key: base[key] * force**power for key, power in powers.items()})
+    assert velocity == pytest.approx({key: base[key] * signal**power for key, power in powers.items()})
+    assert prior_keys(method) == tuple(powers)
+    assert all(parameter.reason for parameter in PRIORS[method])
 
 
 def test_normal_gamma_default_is_weak() -> None:

@@ -8,9 +8,7 @@ import xarray as xr
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import STANDARD_GRAVITY
-from friction_bayes.records.clock import sampling_interval
-from friction_bayes.records.record import make_record, validate_record
-from friction_bayes.records.resampling import resample_record
+from friction_bayes.records.record import make_record, resample_record, sampling_interval, validate_record
 
 N, STEP = 400, 0.01
 TIME = np.arange(N) * STEP
@@ -102,12 +100,16 @@ def test_a_gap_is_refused_and_named() -> None:
 
 @pytest.mark.parametrize("jitter", [0.0, 1e-3, 5e-3])
 def test_jitter_within_tolerance_is_uniform(jitter, rng) -> None:
-    validate_record(record_over(TIME + jitter * STEP * rng.uniform(-1.0, 1.0, N)))
+    record = record_over(TIME + jitter * STEP * rng.uniform(-1.0, 1.0, N))
+    assert validate_record(record) is record
+    # the two ends are off by at most the jitter, over the whole record
+    assert sampling_interval(record) == pytest.approx(STEP, rel=2.0 * jitter / (N - 1) + 1e-12)
 
 
 def test_time_stamps_rounded_to_a_thousandth_of_a_step_are_uniform() -> None:
-    time = np.arange(N) / 300.0
-    validate_record(record_over(np.round(time, 6)))
+    record = record_over(np.round(np.arange(N) / 300.0, 6))
+    assert validate_record(record) is record
+    assert sampling_interval(record) == pytest.approx(1.0 / 300.0, rel=1e-6)
 
 
 @pytest.mark.parametrize("jitter", [0.03, 0.2])
