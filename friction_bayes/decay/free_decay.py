@@ -22,6 +22,7 @@ from friction_bayes.decay.release_and_rest import (
     Located,
     locate_moving_parts,
 )
+from friction_bayes.records.clock import sampling_interval
 from friction_bayes.records.record import record_name, record_quantity
 
 __all__ = ["FreeDecay", "find_free_decay", "locate_free_decays"]
@@ -30,8 +31,6 @@ _BAND = 3.0
 """The frequency is sought within this factor of the declared natural frequency."""
 _SAMPLES_PER_PERIOD = 8.0
 """Of the fastest oscillation looked for; faster sampling is averaged first."""
-_JITTER = 0.01
-"""Largest deviation of a sampling interval from their mean, relative."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,7 +112,7 @@ def find_free_decay(
     Parameters
     ----------
     record : xarray.DataArray
-        Signal over ``time`` [s], attributes ``quantity`` and ``units``; uniform sampling.
+        A record that :func:`~friction_bayes.records.record.validate_record` has passed.
     system : Oscillator
         The declared system.
     start : float, optional
@@ -128,8 +127,8 @@ def find_free_decay(
     Raises
     ------
     InputError
-        If the record is not uniform, holds NaN or infinities, is constant, shows no oscillation, or
-        holds fewer than three half cycles.
+        If the record holds NaN or infinities, is constant, shows no oscillation, or holds fewer than three
+        half cycles.
     """
     name = record_name(record)
     quantity = record_quantity(record)
@@ -141,7 +140,8 @@ def find_free_decay(
             "declare --inertia for angles, --mass otherwise",
         )
     values = np.ascontiguousarray(record.values, dtype=float)
-    clock, step = _uniform_clock(name, record)
+    clock = np.asarray(record["time"].values, dtype=float)
+    step = sampling_interval(record)
     first = -1
     if start is not None:
         first = int(np.searchsorted(clock, finite("start", start) - 1e-9 * step))
@@ -234,22 +234,6 @@ def _spectral_frequency(values: Array, expected: float) -> Array:
     bend = before - 2.0 * at + after
     shift = np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, 1.0), 0.0)
     return np.asarray((grid[band[peak]] + np.clip(shift, -1.0, 1.0) * grid[1]) / width)
-
-
-def _uniform_clock(name: str, record: xr.DataArray) -> tuple[Array, float]:
-    clock = np.asarray(record["time"].values, dtype=float)
-    if clock.size < 8:
-        raise InputError(name, f"{clock.size} samples", "give a record of at least three half cycles")
-    steps = np.diff(clock)
-    step = float((clock[-1] - clock[0]) / (clock.size - 1))
-    worst = int(np.argmax(np.abs(steps - step)))
-    if not np.abs(steps[worst] - step) <= _JITTER * step + 1e-9 * np.abs(clock).max():
-        raise InputError(
-            name,
-            f"sampling interval {steps[worst]:g} s after sample {worst} against {step:g} s on average",
-            "resample the record to uniform time",
-        )
-    return clock, step
 
 
 def _refusal(name: str, status: int, values: Array, clock: Array, expected: float) -> InputError:

@@ -22,7 +22,7 @@ from friction_bayes.decay.release_and_rest import FOUND
 from friction_bayes.estimators.batch_fits import BATCH_FITS, BatchTask
 from friction_bayes.estimators.priors import complete_prior, default_prior
 from friction_bayes.records.clipping import SHORTEST_RUN, clipped_fraction
-from friction_bayes.records.record import sampling_interval
+from friction_bayes.records.clock import sampling_interval
 
 __all__ = ["METHODS", "STATUS", "estimate_batch"]
 

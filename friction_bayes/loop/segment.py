@@ -15,6 +15,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.records.clipping import clipped_fraction
+from friction_bayes.records.clock import sampling_interval
 from friction_bayes.records.record import validate_record
 
 __all__ = ["Segment", "cut_records"]
@@ -169,10 +170,10 @@ def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, i
     """
     values = np.asarray(record.values, dtype=np.float64)
     clock = np.asarray(record["time"].values, dtype=np.float64)
-    step = float(clock[-1] - clock[0]) / max(clock.size - 1, 1)
-    samples = 2.0 * math.pi / (system.natural_frequency * step) if step > 0.0 else 0.0
+    samples = 2.0 * math.pi / (system.natural_frequency * sampling_interval(record))
     block = int(samples / _KEPT_SAMPLES)
-    if samples < _OVERSAMPLED or clipped_fraction(values)[1] is not None:
+    # less than a period is refused for what it is, not for what is left of it
+    if not _OVERSAMPLED <= samples <= values.size or clipped_fraction(values)[1] is not None:
         return record, 1
     if np.count_nonzero(_spikes(values)[1]) > _STRAY_SPIKES * values.size:
         return record, 1

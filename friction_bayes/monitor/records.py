@@ -15,7 +15,8 @@ from friction_bayes.estimators.estimate import estimate
 from friction_bayes.estimators.result import Estimate
 from friction_bayes.monitor.points import DetectionPoints, detection_times
 from friction_bayes.monitor.report import MonitorReport, follow
-from friction_bayes.records.record import record_name, sampling_interval
+from friction_bayes.records.clock import sampling_interval
+from friction_bayes.records.record import record_name
 
 __all__ = ["monitor_records"]
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from friction_bayes.records.clipping import clipped_fraction
-from friction_bayes.records.record import make_record, resample_record
+from friction_bayes.records.record import make_record
+from friction_bayes.records.resampling import resample_record
 
 AMPLITUDE, DROP = 0.0147, 7e-5
 

@@ -13,6 +13,7 @@ import pytest
 from friction_bayes.core.errors import InputError
 from friction_bayes.records import datasets
 from friction_bayes.records.clipping import clipped_fraction
+from friction_bayes.records.clock import sampling_interval
 from friction_bayes.records.datasets import (
     DATASETS,
     LOCAL_FOLDER,
@@ -20,7 +21,7 @@ from friction_bayes.records.datasets import (
     fetch_dataset,
     list_datasets,
 )
-from friction_bayes.records.record import sampling_interval, validate_record
+from friction_bayes.records.record import validate_record
 
 PARTS = [f"{entry.name}/{part}" for entry in list_datasets() for part in entry.parts]
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from friction_bayes import InputError, Oscillator, make_record
+from friction_bayes import InputError, Oscillator, estimate, make_record
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay, locate_free_decays
 from friction_bayes.mechanics.coulomb import coulomb_decay
 
@@ -131,3 +131,25 @@ def test_refusals(signal: np.ndarray, message: str) -> None:
 def test_quantity_of_the_other_kind_of_system() -> None:
     with pytest.raises(InputError, match="angle does not belong to a linear motion"):
         found(decay_signal("displacement", 1000.0, 4.0)[0], 1000.0, "angle")
+
+
+@pytest.mark.parametrize("late", [0.02, 0.045])
+def test_the_clock_of_a_valid_record_is_taken_as_even(late: float) -> None:
+    signal, _ = decay_signal("displacement", 200.0, 8.0)
+    even = np.arange(signal.size) / 200.0
+    jittered = even.copy()
+    jittered[300] += late / 200.0
+    from_even, from_jittered = (
+        estimate(make_record(time, signal, "displacement"), SYSTEM, method="envelope")
+        for time in (even, jittered)
+    )
+    assert from_jittered.friction.mean() == from_even.friction.mean()
+    assert from_jittered.friction.std() == from_even.friction.std()
+
+
+def test_an_uneven_clock_is_refused_whatever_the_estimator() -> None:
+    signal, _ = decay_signal("displacement", 200.0, 8.0)
+    time = np.arange(signal.size) / 200.0
+    time[300] += 0.06 / 200.0
+    with pytest.raises(InputError, match="not uniform"):
+        estimate(make_record(time, signal, "displacement"), SYSTEM, method="envelope")

@@ -8,7 +8,9 @@ import xarray as xr
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import STANDARD_GRAVITY
-from friction_bayes.records.record import make_record, resample_record, sampling_interval, validate_record
+from friction_bayes.records.clock import sampling_interval
+from friction_bayes.records.record import make_record, validate_record
+from friction_bayes.records.resampling import resample_record
 
 N, STEP = 400, 0.01
 TIME = np.arange(N) * STEP

@@ -15,7 +15,8 @@ from friction_bayes.core.arrays import Indices
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES, Quantity, known_units, quantity_named
-from friction_bayes.records.record import make_record, resample_record, validate_record
+from friction_bayes.records.record import make_record, validate_record
+from friction_bayes.records.resampling import resample_record
 
 __all__ = ["Column", "Table", "record_from_table"]
 
