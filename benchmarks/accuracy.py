@@ -11,14 +11,14 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from experiments.cramer_rao import Decay, bound_row, exact_decay, paper_decay, rest_position
 from friction_bayes import Oscillator, estimate_batch
 from friction_bayes.core.arrays import Array
-from friction_bayes.mechanics.coulomb import coulomb_decay
+from friction_bayes.mechanics.testbed import PAPER_RELEASE
 
 METHODS = ("waveform", "envelope", "normal-gamma")
 QUANTITIES = ("displacement", "velocity", "acceleration")
@@ -26,25 +26,6 @@ DECIBELS = (8.0, 12.0, 20.0, 30.0)
 NORMAL_WIDTH = 2.0 * 1.6448536269514722
 """Width of a 90 % interval in standard deviations."""
 BEGIN, END = "<!-- results: accuracy -->", "<!-- end -->"
-
-
-@dataclass(frozen=True)
-class Decay:
-    """One system and its noise-free record, in units of the initial amplitude."""
-
-    system: Oscillator
-    friction: float
-    time: Array
-    signal: Array
-    phase: float
-    moving: int
-    order: int
-
-
-def paper_decay(order: int) -> Decay:
-    """The paper's numerical example: 32 s at 1 kHz, released from rest."""
-    system = Oscillator(mass=10.0, stiffness=1000.0)
-    return _decay(system, 0.07 / 1000.0, 0.0147, 0.0, 0.0, np.arange(32000) / 1000.0, order)
 
 
 def random_decay(rng: np.random.Generator, order: int) -> Decay:
@@ -57,41 +38,7 @@ def random_decay(rng: np.random.Generator, order: int) -> Decay:
     step = 2.0 * np.pi / (frequency * per_period)
     time = np.arange(int(length * np.pi / frequency / step)) * step
     system = Oscillator(mass=1.0, stiffness=frequency**2)
-    return _decay(system, 0.5 / half_cycles, 1.0, phase, rng.uniform(-1.0, 1.0), time, order)
-
-
-def _decay(
-    system: Oscillator, d: float, amplitude: float, phase: float, offset: float, time: Array, order: int
-) -> Decay:
-    """Exact motion with ``amplitude`` at the turning point before its start, at ``phase`` when it starts."""
-    w = system.natural_frequency
-    half = np.floor(phase / np.pi)
-    sign = 1.0 if half % 2 == 0 else -1.0
-    swing = amplitude - (2.0 * half + 1.0) * d
-    x = sign * d + swing * np.cos(phase)
-    v = -w * swing * np.sin(phase)
-    motion = coulomb_decay(system, d * system.stiffness, x, v, time)
-    signal = (motion.displacement, motion.velocity, motion.acceleration)[order]
-    moving = int(np.count_nonzero(time < motion.stop_time))
-    scale = np.abs(signal).max()
-    return Decay(system, d * system.stiffness, time, signal + offset * scale, phase, moving, order)
-
-
-def bound_row(decay: Decay, amplitude: float) -> Array:
-    """Weights of the noise in the efficient linear estimator of the friction coefficient, shape (moving,)."""
-    w, t = decay.system.natural_frequency, decay.time[: decay.moving]
-    u = decay.friction / decay.system.stiffness * w**decay.order
-    theta = w * t + decay.phase
-    half = np.floor(theta / np.pi)
-    f = np.cos(theta + 0.5 * np.pi * decay.order)
-    g = -np.sin(theta + 0.5 * np.pi * decay.order)
-    swing = amplitude * w**decay.order - (2.0 * half + 1.0) * u
-    jump = (-1.0) ** half if decay.order == 0 else 0.0
-    design = np.column_stack(
-        [np.ones_like(t), f, jump - (2.0 * half + 1.0) * f, swing * g * w * (t - t.mean()), swing * g]
-    )
-    scale = np.linalg.norm(design, axis=0)
-    return np.linalg.pinv(design / scale)[2] / scale[2]
+    return exact_decay(system, 0.5 / half_cycles, 1.0, phase, rng.uniform(-1.0, 1.0), time, order)
 
 
 def measure(
@@ -111,7 +58,7 @@ def measure(
     rows: dict[str, list[Array]] = {method: [] for method in methods}
     for decay, amplitude in decays:
         weights = bound_row(decay, amplitude)
-        centred = decay.signal[: decay.moving] - _rest(decay)
+        centred = decay.signal[: decay.moving] - rest_position(decay)
         noise_sd = np.sqrt(np.mean(centred**2) / 10.0 ** (decibels / 10.0))
         noise = noise_sd * rng.standard_normal((repeats, decay.time.size))
         factor = decay.system.natural_frequency**-decay.order * decay.system.stiffness
@@ -150,17 +97,6 @@ def cell_text(linear: Array, figures: Array) -> tuple[str, str, str]:
     return ratio, f"{100.0 * coverage:.1f} ± {100.0 * deviation:.1f}{lost}", f"{np.median(width):.3g}"
 
 
-def _rest(decay: Decay) -> float:
-    """Offset of the noise-free signal: velocity and acceleration vanish at rest, displacement is known."""
-    w, t = decay.system.natural_frequency, decay.time[: decay.moving]
-    theta = w * t + decay.phase
-    half = np.floor(theta / np.pi)
-    f = np.cos(theta + 0.5 * np.pi * decay.order)
-    jump = (-1.0) ** half if decay.order == 0 else np.zeros_like(t)
-    design = np.column_stack([np.ones_like(t), f, jump - (2.0 * half + 1.0) * f])
-    return float(np.linalg.lstsq(design, decay.signal[: decay.moving], rcond=None)[0][0])
-
-
 def cells(options: argparse.Namespace) -> Iterator[tuple[str, ...]]:
     """Measure one cell after the other: the texts of a row."""
     for order, quantity in enumerate(QUANTITIES):
@@ -168,7 +104,7 @@ def cells(options: argparse.Namespace) -> Iterator[tuple[str, ...]]:
             for decibels in DECIBELS:
                 rng = np.random.default_rng([options.seed, order, kind == "paper", int(10 * decibels)])
                 if kind == "paper":
-                    decays, repeats = [(paper_decay(order), 0.0147)], 10 * options.repeats
+                    decays, repeats = [(paper_decay(order), PAPER_RELEASE)], 10 * options.repeats
                 else:
                     decays = [(random_decay(rng, order), 1.0) for _ in range(options.systems)]
                     repeats = options.repeats

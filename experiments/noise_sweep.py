@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from benchmarks.accuracy import bound_row, paper_decay
 from experiments.beside_paper import band, compared, detail_rows, sampler_word, verdict_rows
 from experiments.closed_forms import METHODS, measure
+from experiments.cramer_rao import bound_row, paper_decay
 from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import SweepConfig, gather, seeds_of, sweep_cells

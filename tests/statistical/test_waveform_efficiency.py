@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.accuracy import measure, paper_decay, random_decay
+from benchmarks.accuracy import measure, random_decay
+from experiments.cramer_rao import paper_decay
 
 SYSTEMS = 60
 REPEATS = 8
