@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import make_interp_spline
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.records.clock import LONGEST_RESAMPLED_GAP, place_of_sample
@@ -34,6 +33,8 @@ def resample_record(record: xr.DataArray) -> xr.DataArray:
     InputError
         As :func:`validate_record`, or if a gap is too long to bridge.
     """
+    from scipy.interpolate import make_interp_spline
+
     validate_record(record, evenly=False)
     time, values = np.asarray(record["time"].values, dtype=float), np.asarray(record.values, dtype=float)
     intervals = np.diff(time)

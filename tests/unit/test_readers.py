@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import inspect
+import json
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +14,7 @@ from scipy.io import savemat, wavfile
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import STANDARD_GRAVITY
-from friction_bayes.records.readers import READERS, optional, read_record
+from friction_bayes.records.readers import READERS, Column, Table, optional, read_record
 from friction_bayes.records.record import make_record
 from friction_bayes.records.writers import write_record
 
@@ -252,6 +255,28 @@ def test_mat_vectors_cells_and_structs(tmp_path) -> None:
         assert_is_the_signal(read_record(path, time_column="log.time", signal_column=column, **told))
     with pytest.raises(InputError, match=r"give one of .*Y\[0\]\[0\], Y\[0\]\[1\], Y\[1\], log.time"):
         read_record(path, signal_column="Z", **told)
+
+
+def test_a_reader_registered_from_outside_is_found_by_its_suffix(tmp_path, monkeypatch) -> None:
+    def read_columns(path: Path) -> Table:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        clock = partial(np.asarray, content["ms"])
+        signal = Column(partial(np.asarray, content["mm"]), unit="mm", attrs={"synthetic": True})
+        return Table({"time": Column(clock, unit="ms"), "displacement": signal})
+
+    path = tmp_path / "decay.JSON"
+    path.write_text(
+        json.dumps({"ms": (1e3 * TIME).tolist(), "mm": (1e3 * SIGNAL).tolist()}), encoding="utf-8"
+    )
+    with pytest.raises(InputError, match="unknown suffix"):
+        read_record(path)
+    monkeypatch.setitem(READERS, ".json", read_columns)
+    record = read_record(path)
+    assert_is_the_signal(record)
+    assert record.attrs["synthetic"] is True
+    path.write_text(json.dumps({"ms": [0.0], "mm": [1.0]}), encoding="utf-8")
+    with pytest.raises(InputError, match=r"decay\.JSON: 1 samples"):
+        read_record(path)
 
 
 @pytest.mark.parametrize("suffix", [".h5", ".mat"])

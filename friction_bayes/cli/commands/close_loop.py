@@ -24,7 +24,7 @@ from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 from friction_bayes.core.strict_json import strict_json
-from friction_bayes.records.readers.force import read_force
+from friction_bayes.records.force import read_force
 
 if TYPE_CHECKING:
     import xarray as xr

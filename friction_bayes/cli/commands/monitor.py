@@ -133,7 +133,7 @@ def _open_fleet(arguments: argparse.Namespace) -> xr.DataArray | None:
     ]
     if not folders:
         return None
-    from friction_bayes.records.readers.fleet import open_fleet
+    from friction_bayes.records.fleet import open_fleet
 
     fleets = [found for folder in folders if (found := open_fleet(folder)) is not None]
     if not fleets:

@@ -32,7 +32,7 @@ READERS: dict[str, Callable[[Path], Table]] = {
     ".uff": read_uff,
     ".mf4": read_mf4,
 }
-"""Suffix to reader; a new format is one function more that returns a :class:`Table`."""
+"""Suffix to reader. A new format is one function that returns a :class:`Table`, and one entry here."""
 
 
 def read_table(path: str | Path) -> Table:

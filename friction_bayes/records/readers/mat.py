@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.io import loadmat
-from scipy.io.matlab import MatReadError
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.records.readers.hdf5 import read_hdf5
@@ -30,6 +28,9 @@ def read_mat(path: Path) -> Table:
     path : Path
         The file.
     """
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
     try:
         content = loadmat(path)
     except NotImplementedError:

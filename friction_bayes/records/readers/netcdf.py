@@ -12,7 +12,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.records.readers.optional import optional_package
 from friction_bayes.records.readers.table import Column, Table
 
-__all__ = ["read_netcdf", "read_zarr"]
+__all__ = ["open_zarr_group", "read_netcdf", "read_zarr"]
 
 
 def read_netcdf(path: Path) -> Table:
@@ -43,13 +43,7 @@ def read_zarr(path: Path) -> Table:
     path : Path
         The folder.
     """
-    optional_package("zarr", path)
-    try:
-        dataset = xr.open_zarr(path, decode_times=False, consolidated=False).load()
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(
-            str(path), f"this is not a Zarr group ({error})", "give a folder written by Zarr"
-        ) from None
+    dataset = open_zarr_group(path, load=True)
     fleets = [str(name) for name, variable in dataset.data_vars.items() if variable.ndim > 1]
     if fleets and not any(variable.ndim == 1 for variable in dataset.data_vars.values()):
         raise InputError(
@@ -58,6 +52,24 @@ def read_zarr(path: Path) -> Table:
             "pass it to monitor or estimate_batch, or select one record",
         )
     return _table(dataset)
+
+
+def open_zarr_group(path: Path, *, load: bool = False) -> xr.Dataset:
+    """Open a Zarr group, its arrays left on disk or read at once.
+
+    Raises
+    ------
+    InputError
+        If it is not a Zarr group.
+    """
+    optional_package("zarr", path)
+    try:
+        dataset = xr.open_zarr(path, decode_times=False, consolidated=False)
+        return dataset.load() if load else dataset
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(
+            str(path), f"this is not a Zarr group ({error})", "give a folder written by Zarr"
+        ) from None
 
 
 def _table(dataset: xr.Dataset) -> Table:

@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from scipy.io import wavfile
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.records.readers.table import Column, Table
@@ -21,8 +20,10 @@ def read_wav(path: Path) -> Table:
     Parameters
     ----------
     path : Path
-        The file. It says neither quantity nor unit: both must be told.
+        The file. It says neither quantity nor unit: both must be given.
     """
+    from scipy.io import wavfile
+
     try:
         with warnings.catch_warnings():
             # chunks other than the samples, such as a recorder's notes, are none of our business

@@ -1,4 +1,4 @@
-"""A fleet from Zarr: the records of many machines at many detection points, left on disk."""
+"""The records of a fleet in Zarr: many machines at many detection points, left on disk."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import xarray as xr
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES, quantity_named, to_si
-from friction_bayes.records.readers.optional import optional_package
+from friction_bayes.records.readers.netcdf import open_zarr_group
 
 __all__ = ["open_fleet"]
 
@@ -34,13 +34,7 @@ def open_fleet(path: Path) -> xr.DataArray | None:
     InputError
         If it is not a Zarr group, holds several such variables, or one of unknown quantity or unit.
     """
-    optional_package("zarr", path)
-    try:
-        dataset = xr.open_zarr(path, decode_times=False, consolidated=False)
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(
-            str(path), f"this is not a Zarr group ({error})", "give a folder written by Zarr"
-        ) from None
+    dataset = open_zarr_group(path)
     arrays = {str(name): array for name, array in dataset.data_vars.items() if array.ndim > 1}
     if not arrays:
         return None
