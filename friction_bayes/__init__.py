@@ -7,10 +7,10 @@ nothing but a reference run or a figure ever loads emcee, ArviZ or matplotlib.
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    __version__: str
     from friction_bayes.conjugate.gamma_exponential import GammaExponential
     from friction_bayes.conjugate.normal_gamma import NormalGamma
     from friction_bayes.conjugate.regression import NormalInverseGamma
@@ -55,8 +55,6 @@ _HOME = {
     "write_record": "records.writers",
 }
 
-__version__ = version("friction-bayes")
-
 __all__ = [
     "Estimate",
     "FrictionBayesError",
@@ -87,9 +85,12 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    if name == "__version__":
+        value = import_module("importlib.metadata").version("friction-bayes")
+    elif name in _HOME:
+        value = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
     globals()[name] = value
     return value
 

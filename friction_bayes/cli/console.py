@@ -8,19 +8,14 @@ import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import IO, cast
-
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    SpinnerColumn,
-    TextColumn,
-    TimeElapsedColumn,
-)
+from typing import IO, TYPE_CHECKING, cast
 
 from friction_bayes.core.errors import NotConvergedWarning, RecordWarning
+
+# rich is loaded by what prints, so that help and refused options need not wait for it
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.progress import Progress
 
 __all__ = ["collected_warnings", "note", "output_console", "progress_bar"]
 
@@ -29,7 +24,7 @@ _PAPER_WIDTH = 120
 
 
 class _Paper(io.TextIOBase):
-    """Standard output that is no terminal, without the blanks that fill the cells of a table to its width."""
+    """Standard output that is not a terminal, without the blanks that pad the cells of a table."""
 
     @property
     def encoding(self) -> str:  # type: ignore[override]
@@ -44,7 +39,9 @@ class _Paper(io.TextIOBase):
 
 
 def output_console() -> Console:
-    """Return the console of standard output, wide enough for every table when that is no terminal."""
+    """Return the console of standard output, wide enough for every table when that is not a terminal."""
+    from rich.console import Console
+
     if isinstance(sys.stdout, io.TextIOWrapper):
         # a locale that cannot write the sign of plus or minus must not cost the result
         sys.stdout.reconfigure(errors="replace")
@@ -57,12 +54,24 @@ def output_console() -> Console:
 def note(text: str) -> None:
     """Say something on standard error, if that is a terminal."""
     if sys.stderr.isatty():
+        from rich.console import Console
+
         Console(stderr=True, highlight=False, markup=False).print(text, style="dim")
 
 
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
-    """Yield a progress bar on standard error, invisible where that is no terminal."""
+    """Yield a progress bar on standard error, invisible where that is not a terminal."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        SpinnerColumn,
+        TextColumn,
+        TimeElapsedColumn,
+    )
+
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),

@@ -14,10 +14,9 @@ from dask.callbacks import Callback
 
 import friction_bayes as fb
 from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
-from friction_bayes.cli.figures import draw_comparison, draw_joint, draw_signal
 from friction_bayes.cli.options import options_of
-from friction_bayes.cli.tables import comparison_table, disagreements
-from friction_bayes.core.files import output_folder, write_json, write_manifest
+from friction_bayes.cli.tables.estimate import comparison_table, disagreements
+from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.result import Estimate
 from friction_bayes.mechanics.testbed import (
@@ -29,6 +28,8 @@ from friction_bayes.mechanics.testbed import (
     TESTBED_SPAN,
     paper_example,
 )
+from friction_bayes.plotting import save_figure
+from friction_bayes.plotting.estimate import comparison_figures, joint_figure, signal_figures
 from friction_bayes.reference.checking import ReferenceRun, check_estimate
 
 __all__ = ["METHODS", "Case", "demonstrate"]
@@ -97,7 +98,7 @@ def demonstrate(arguments: argparse.Namespace) -> None:
                 console.print(line)
             console.print(f"{case.remark}\n", style="italic")
         write_json(folder / "demo.json", results)
-        write_manifest(folder, "demo", options=options_of(arguments), seed=arguments.seed)
+        write_manifest(folder, manifest("demo", options=options_of(arguments), seed=arguments.seed))
     for text in dict.fromkeys(text for own in outcomes.values() for each in own for text in each.warnings):
         note(text)
     console.print(f"{perf_counter() - started:.0f} s in all; figures and numbers are in {arguments.out}")
@@ -165,11 +166,10 @@ def _cases(seed: int) -> tuple[Case, Case]:
 
 
 def _draw(case: Case, outcomes: Sequence[Outcome], folder: Path) -> None:
-    prefix = f"{case.name}_"
     estimates = {outcome.estimate.method: outcome.estimate for outcome in outcomes}
-    draw_signal(estimates["waveform"], case.record, folder, prefix=prefix)
-    draw_joint(estimates["normal-gamma"], folder, f"{prefix}joint", truth=case.friction)
     checks = {outcome.estimate.method: outcome.check for outcome in outcomes}
-    draw_comparison(
-        list(estimates.values()), checks, folder, truth=case.friction, title=case.title, prefix=prefix
-    )
+    figures = signal_figures(estimates["waveform"], case.record)
+    figures["joint"] = joint_figure(estimates["normal-gamma"], truth=case.friction)
+    figures |= comparison_figures(list(estimates.values()), checks, truth=case.friction, title=case.title)
+    for name, figure in figures.items():
+        save_figure(figure, folder, f"{case.name}_{name}")

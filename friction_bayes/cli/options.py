@@ -26,6 +26,7 @@ __all__ = [
     "input_digests",
     "key_values",
     "load_record",
+    "load_records",
     "one_value_each",
     "options_of",
     "system_of",
@@ -145,16 +146,50 @@ def load_record(source: str, arguments: argparse.Namespace) -> tuple[xr.DataArra
     return fb.read_record(source, **{name: getattr(arguments, name) for name in _RECORD_FIELDS}), system
 
 
+def load_records(
+    sources: Sequence[str], arguments: argparse.Namespace
+) -> tuple[list[xr.DataArray], Oscillator]:
+    """Read several records of one system.
+
+    Parameters
+    ----------
+    sources : sequence of str
+        As for :func:`load_record`.
+    arguments : argparse.Namespace
+        Options of :func:`add_system` and :func:`add_record`.
+
+    Returns
+    -------
+    records : list of xarray.DataArray
+    system : Oscillator
+
+    Raises
+    ------
+    InputError
+        If a record is given twice, or two are of different systems.
+    """
+    for source in sources:
+        if sources.count(source) > 1:
+            raise InputError(source, "is given twice", "give each record once")
+    records, systems = zip(*(load_record(source, arguments) for source in sources), strict=True)
+    for source, system in zip(sources, systems, strict=True):
+        if system != systems[0]:
+            raise InputError(
+                source, f"is of another system than {sources[0]}", "give records of one system together"
+            )
+    return list(records), systems[0]
+
+
 def input_digests(*sources: str | None) -> dict[str, str]:
     """Return the sha256 digest of every record that was read, by its name."""
-    from friction_bayes.records import datasets
-
     digests = {}
     for source in sources:
         if source is None:
             continue
         name, _, part = source.removeprefix(_DATASET).partition("/")
         if source.startswith(_DATASET):
+            from friction_bayes.records import datasets
+
             data_set = datasets.DATASETS[name]
             digests[source] = data_set.files[data_set.parts[part or data_set.default].file].sha256
         else:

@@ -10,7 +10,6 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -70,6 +69,9 @@ def sha256_of(path: Path) -> str:
 
 
 def _version_of(distribution: str) -> str | None:
+    # takes as long to load as half of NumPy, and only a manifest needs it
+    from importlib.metadata import PackageNotFoundError, version
+
     try:
         return version(distribution)
     except PackageNotFoundError:
@@ -109,20 +111,12 @@ def manifest(
     }
 
 
-def write_manifest(
-    folder: Path,
-    command: str,
-    *,
-    options: Mapping[str, Any],
-    seed: int | None,
-    inputs: Mapping[str, str] | None = None,
-) -> None:
+def write_manifest(folder: Path, content: Mapping[str, Any]) -> None:
     """Write the :func:`manifest` of the results in ``folder``; call it last.
 
     Its files are listed, so that a later run knows which ones to replace.
     """
-    content = manifest(command, options=options, seed=seed, inputs=inputs)
-    write_json(folder / MANIFEST_NAME, content | {"files": _files_below(folder)})
+    write_json(folder / MANIFEST_NAME, {**content, "files": _files_below(folder)})
 
 
 def _files_below(folder: Path) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-__all__ = ["duration", "interval90", "listed", "number", "percent", "set_words", "with_interval"]
+__all__ = ["duration", "interval90", "listed", "number", "percent", "set_words", "with_interval", "words"]
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -39,9 +39,14 @@ def duration(seconds: float) -> str:
     return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.1f} s"
 
 
+def words(name: str) -> str:
+    """Write a name of the program, such as ``viscous_damping``, as words."""
+    return name.replace("_", " ")
+
+
 def set_words(effects: Sequence[str]) -> str:
     """Name a set of effects."""
-    return " + ".join(name.replace("_", " ") for name in effects) or "Coulomb friction alone"
+    return " + ".join(map(words, effects)) or "Coulomb friction alone"
 
 
 def listed(items: Sequence[str], last: str = "and") -> str:

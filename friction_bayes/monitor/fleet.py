@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import dask
@@ -17,6 +18,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, quantity_named
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.batch import estimate_batch
+from friction_bayes.monitor.parts import Columns, compute_parts
 from friction_bayes.monitor.points import COUNTED, TIME_ATTRIBUTE, DetectionPoints, per
 from friction_bayes.monitor.report import QUANTILES, follow
 
@@ -26,8 +28,6 @@ STATUS = ("ok", "too_few_points")
 """Meaning of a machine's ``status`` 0, 1."""
 _BLOCK = 16
 """Machines estimated and followed by one task, at most."""
-
-Columns = dict[str, NDArray[Any]]
 
 _TRACKED = ("friction_mean", "friction_sd", "plain_mean", "plain_sd")
 _SCALARS = (
@@ -58,6 +58,18 @@ class FleetWork:
     quantity: str
     known: dict[str, Any]
     threshold: float | None
+
+    def resume(self, folder: Path, *, note: Callable[[str], None]) -> xr.Dataset:
+        """Return the dataset of :func:`monitor_fleet`, each part kept in ``folder`` as soon as it is done.
+
+        Parameters
+        ----------
+        folder : Path
+            Of :func:`friction_bayes.monitor.parts.parts_folder`; parts that it holds are read back.
+        note : callable
+            Called with a sentence where parts are read back.
+        """
+        return self.assemble(compute_parts(self.tasks, folder, note=note))
 
     def assemble(self, parts: Sequence[Columns]) -> xr.Dataset:
         """Return the dataset of :func:`monitor_fleet` from what the tasks gave, in their order."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 from friction_bayes.plotting.comparison import Interval, plot_estimators
 from friction_bayes.plotting.posterior import plot_friction, plot_friction_panels, plot_joint
 from friction_bayes.plotting.signal import plot_amplitudes, plot_fit
-from friction_bayes.plotting.style import save_figure, styled
+from friction_bayes.plotting.style import figure_files, save_figure, styled
 
 __all__ = [
     "Interval",
+    "figure_files",
     "plot_amplitudes",
     "plot_estimators",
     "plot_fit",

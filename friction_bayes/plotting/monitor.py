@@ -13,7 +13,7 @@ from friction_bayes.monitor.points import per
 from friction_bayes.monitor.report import MonitorReport
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, caption, new_figure, styled
 
-__all__ = ["plot_detection_points", "plot_fleet", "plot_remaining_life", "plot_tracking"]
+__all__ = ["monitor_figures", "plot_detection_points", "plot_fleet", "plot_remaining_life", "plot_tracking"]
 
 _HORIZON = 2.5
 """Most that a time axis shows of the future, in median remaining lives; or in spans of the points."""
@@ -200,6 +200,19 @@ def plot_remaining_life(report: MonitorReport, *, title: str = "remaining life")
         lower.legend(loc="best")
         upper.set_title(title)
     return figure
+
+
+def monitor_figures(report: MonitorReport) -> dict[str, Figure]:
+    """Draw every figure of one machine, by name.
+
+    Parameters
+    ----------
+    report : MonitorReport
+    """
+    figures = {"detection_points": plot_detection_points(report), "tracking": plot_tracking(report)}
+    if report.life is not None:
+        figures["remaining_life"] = plot_remaining_life(report)
+    return figures
 
 
 def plot_fleet(fleet: xr.Dataset, *, most: int = 25, title: str = "fleet") -> Figure:

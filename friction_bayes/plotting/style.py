@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ __all__ = [
     "MODEL",
     "TRUTH",
     "caption",
+    "figure_files",
     "new_figure",
     "note",
     "save_figure",
@@ -98,16 +100,26 @@ def note(axes: Axes, text: str, *, place: str = "upper right") -> None:
     )
 
 
+def figure_files(figure: Figure, formats: tuple[str, ...]) -> dict[str, bytes]:
+    """Return what the file of a figure holds in each format."""
+    # A creation date would make equal runs differ.
+    dated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
+    files = {}
+    with styled():
+        for kind in formats:
+            file = BytesIO()
+            figure.savefig(file, format=kind, metadata=dated.get(kind))
+            files[kind] = file.getvalue()
+            # Laid out once for all formats, which takes as long as drawing.
+            figure.set_layout_engine("none")
+    return files
+
+
 def save_figure(
     figure: Figure, folder: Path, name: str, formats: tuple[str, ...] = ("png", "pdf")
 ) -> list[str]:
     """Write a figure into ``folder`` in every format and return the file names."""
-    names = [f"{name}.{kind}" for kind in formats]
-    with styled():
-        for item in names:
-            # A creation date would make equal runs differ.
-            dated = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
-            figure.savefig(folder / item, metadata=dated.get(Path(item).suffix))
-            # Laid out once for all formats, which takes as long as drawing.
-            figure.set_layout_engine("none")
-    return names
+    files = figure_files(figure, formats)
+    for kind, content in files.items():
+        (folder / f"{name}.{kind}").write_bytes(content)
+    return [f"{name}.{kind}" for kind in files]

@@ -65,6 +65,8 @@ AT_HOME = {
     "decay.friction_samples": "the paper's data of a decay",
     "decay.half_cycles": "the turning points of a decay",
     "mechanics.testbed": "set-ups that experiments read too",
+    "monitor.fleet_report": "what monitoring says of a fleet",
+    "plotting.estimate": "figures",
     "plotting.loop": "a figure",
     "plotting.monitor": "a figure",
     "records.fleet": "records of a fleet",

@@ -1,21 +1,59 @@
-"""What is loaded stays light: a sampler or a plot comes only when it is asked for."""
+"""What a command loads: help and refused options next to nothing, an estimate what it runs."""
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 
-HEAVY = ("emcee", "arviz_base", "arviz_stats", "arviz_plots", "matplotlib")
+import pytest
+
+from friction_bayes.cli.commands import COMMANDS
+
+COMPUTING = {"numba", "scipy", "xarray", "pandas", "dask", "distributed", "h5py", "h5netcdf", "pooch"}
+SHOWING = {"emcee", "arviz_base", "arviz_stats", "matplotlib", "rich"}
+ABOVE = {f"friction_bayes.{layer}" for layer in ("reference", "monitor", "loop", "plotting", "report", "cli")}
+NAMES = [command.__name__.rpartition(".")[2].replace("_", "-") for command in COMMANDS]
 
 
-def test_estimating_loads_no_sampler_and_no_plot() -> None:
-    script = (
-        "import sys, friction_bayes as fb\n"
+def loaded(script: str) -> set[str]:
+    """Run a script in a Python of its own and return the names of all modules that it has loaded."""
+    script += "\nimport json, sys\nprint()\nprint(json.dumps(sorted(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    return set(json.loads(done.stdout.splitlines()[-1]))
+
+
+def running(*arguments: str) -> str:
+    return (
+        "from friction_bayes.cli.program import main\n"
+        f"try:\n    main({list(arguments)!r})\nexcept SystemExit:\n    pass"
+    )
+
+
+def test_import_loads_no_package() -> None:
+    assert loaded("import friction_bayes") & {"numpy", *COMPUTING, *SHOWING} == set()
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("--help",), *((name, "--help") for name in NAMES), ("estimate", "--nonsense"), ("estimate",), ("x",)],
+    ids=" ".join,
+)
+def test_help_and_refused_options_load_no_numerical_package(arguments: tuple[str, ...]) -> None:
+    modules = loaded(running(*arguments))
+    assert "friction_bayes.cli.program" in modules
+    assert modules & {"jinja2", *COMPUTING, *SHOWING} == set()
+
+
+@pytest.mark.parametrize("method", ["waveform", "normal-gamma"])
+def test_an_estimate_loads_what_it_runs(method: str) -> None:
+    # dask and jinja2 are not in it: xarray loads them wherever they are installed
+    modules = loaded(
+        "import friction_bayes as fb\n"
         "system = fb.Oscillator(mass=10.0, stiffness=1000.0)\n"
         "record = fb.simulate(system, friction=0.5, initial_displacement=0.02, duration=5.0,"
         " sampling_rate=100.0, noise_sd=5e-4, seed=1)\n"
-        "fb.estimate(record, system)\n"
-        f"print([name for name in {HEAVY!r} if name in sys.modules])"
+        f"fb.estimate(record, system, method={method!r})"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    assert "friction_bayes.estimators.estimate" in modules
+    assert modules & {"distributed", "h5py", "h5netcdf", "pooch", "scipy.io", *SHOWING, *ABOVE} == set()

@@ -12,8 +12,8 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
-from friction_bayes.cli.monitor_tables import memory
 from friction_bayes.cli.program import main
+from friction_bayes.cli.tables.monitor import memory
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 ISO_13374 = [

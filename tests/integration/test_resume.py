@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
-from friction_bayes.cli import resume
 from friction_bayes.cli.program import main
+from friction_bayes.monitor import parts
 
 MACHINES = 5
 
@@ -59,7 +59,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., int]:
             done += 1
             write(file)
 
-        monkeypatch.setattr(resume, "write_whole", counted)
+        monkeypatch.setattr(parts, "write_whole", counted)
         argv = ["monitor", str(tmp_path / "fleet.zarr"), "--mass", "10", "--stiffness", "1000"]
         argv += ["--workers", "1", "--out", str(tmp_path / out), *options]
         assert main(argv) == (0 if stop_after is None else 130)
@@ -101,14 +101,15 @@ def test_a_changed_option_or_input_starts_anew_and_says_so(
     run: Callable[..., int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     said: list[str] = []
-    monkeypatch.setattr(resume, "note", said.append)
+    monkeypatch.setattr("friction_bayes.cli.commands.monitor.note", said.append)
     run("out", "--threshold", "0.6", stop_after=3)
     assert run("out", "--threshold", "0.7", "--resume", stop_after=3) == 3
     assert len(said) == 1
     assert "starting anew" in said[0]
     write_fleet(tmp_path / "fleet.zarr", friction=0.31)
     assert run("out", "--threshold", "0.7", "--resume") == MACHINES
-    assert len(said) == 2
+    assert ["starting anew" in text for text in said] == [True, True, False]
+    assert "report and figures" in said[-1]
     assert left_beside(tmp_path) == []
 
 

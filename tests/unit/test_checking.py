@@ -8,7 +8,7 @@ from functools import partial
 import pytest
 
 import friction_bayes as fb
-from friction_bayes.cli.tables import disagreements, estimate_table
+from friction_bayes.cli.tables.estimate import disagreements, estimate_table
 from friction_bayes.core.strict_json import strict_json
 from friction_bayes.reference import checking
 from friction_bayes.validation.agreement import compare

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.files import output_folder, sha256_of, write_manifest, write_whole
+from friction_bayes.core.files import manifest, output_folder, sha256_of, write_manifest, write_whole
 from friction_bayes.core.strict_json import strict_json
 
 
@@ -75,7 +75,7 @@ def test_force_replaces_own_files_only(tmp_path: Path) -> None:
     for name in ("first", "second"):
         with output_folder(target, force=name == "second") as folder:
             (folder / name).write_text("1")
-            write_manifest(folder, "test", options={}, seed=None)
+            write_manifest(folder, manifest("test", options={}, seed=None))
         (target / "mine").write_text("keep")
     assert sorted(path.name for path in target.iterdir()) == ["manifest.json", "mine", "second"]
 

@@ -17,7 +17,7 @@ import pytest
 
 from friction_bayes.core.files import manifest
 from friction_bayes.loop.result import LoopReport
-from friction_bayes.plotting import save_figure
+from friction_bayes.plotting import figure_files
 from friction_bayes.plotting.loop import loop_figures
 from friction_bayes.report.loop import loop_page
 from friction_bayes.report.story import loop_story, verdict_sentence
@@ -62,6 +62,10 @@ def made() -> dict[str, Any]:
     return manifest("close-loop", options=options, seed=3, inputs={"decay.csv": "a" * 64})
 
 
+def page_of(report: LoopReport, figures: Mapping[str, bytes]) -> str:
+    return loop_page(report.to_dict(), [trace.name for trace in report.traces], figures, made())
+
+
 def outline(html: str) -> Outline:
     found = Outline()
     found.feed(html)
@@ -71,7 +75,7 @@ def outline(html: str) -> Outline:
 
 
 def test_page(loop_report: LoopReport, drawn: Mapping[str, bytes]) -> None:
-    html = loop_page(loop_report, drawn, made())
+    html = page_of(loop_report, drawn)
     found = outline(html)
     assert found.tags.count("img") == 5
     assert all(target.startswith("data:image/svg+xml;base64,") for target in found.targets)
@@ -94,12 +98,12 @@ def test_page(loop_report: LoopReport, drawn: Mapping[str, bytes]) -> None:
         "numpy",
     ):
         assert word in said
-    assert html == loop_page(loop_report, drawn, made())
+    assert html == page_of(loop_report, drawn)
 
 
 def test_names_are_text_and_not_markup(loop_report: LoopReport, drawn: Mapping[str, bytes]) -> None:
     trace = replace(loop_report.traces[0], name='<script>alert("x")</script>')
-    html = loop_page(replace(loop_report, traces=(trace,)), drawn, made())
+    html = page_of(replace(loop_report, traces=(trace,)), drawn)
     assert "script" not in outline(html).tags
     assert "&lt;script&gt;" in html
 
@@ -108,7 +112,7 @@ def test_each_record_has_its_figures(loop_report: LoopReport, drawn: Mapping[str
     trace = loop_report.traces[0]
     several = {f"{name}_{i}": svg for name, svg in drawn.items() for i in (1, 2)} | dict(drawn)
     report = replace(loop_report, traces=(trace, replace(trace, name="another")))
-    found = outline(loop_page(report, several, made()))
+    found = outline(page_of(report, several))
     assert found.tags.count("img") == 8
     assert "Record another" in " ".join(found.words)
 
@@ -118,9 +122,8 @@ def test_page_in_a_browser(loop_report: LoopReport, tmp_path: Path) -> None:
     page, shot = tmp_path / "report.html", tmp_path / "shot.png"
     drawn = {}
     for name, figure in loop_figures(loop_report).items():
-        save_figure(figure, tmp_path, name, ("svg",))
-        drawn[name] = (tmp_path / f"{name}.svg").read_bytes()
-    page.write_text(loop_page(loop_report, drawn, made()), encoding="utf-8")
+        drawn[name] = figure_files(figure, ("svg",))["svg"]
+    page.write_text(page_of(loop_report, drawn), encoding="utf-8")
     command = [
         str(BROWSER),
         "--headless",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,15 +16,13 @@ from friction_bayes.cli.options import (
     add_seed,
     add_system,
     input_digests,
-    load_record,
+    load_records,
     options_of,
 )
-from friction_bayes.cli.tables import loop_table
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 from friction_bayes.core.strict_json import strict_json
-from friction_bayes.records.force import read_force
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -104,6 +102,8 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.json:
         sys.stdout.write(strict_json(result) + "\n")
     else:
+        from friction_bayes.cli.tables.loop import loop_table
+
         title = ", ".join(arguments.records)
         output_console().print(loop_table(title, result))
     note(f"report.html, figures and draws are in {arguments.out}")
@@ -115,14 +115,17 @@ def _close(arguments: argparse.Namespace, folder: Path) -> dict[str, Any]:
     effects = _names(arguments.effects, "--effects")
     exclude = _names(arguments.exclude, "--exclude") or ()
     with collected_warnings() as warned:
-        records, system = _load(arguments)
+        records, system = load_records(arguments.records, arguments)
         force = None
         if arguments.reference_force is not None:
+            from friction_bayes.records.force import read_force
+
             force = read_force(arguments.reference_force, records[0])
         report = _search(arguments, records, system, effects=effects, exclude=exclude, reference_force=force)
     result = report.to_dict() | {"notes": list(dict.fromkeys(warned))}
     inputs = input_digests(*arguments.records, arguments.reference_force)
-    _leave(report, result, folder, arguments, inputs)
+    made = manifest("close-loop", options=options_of(arguments), seed=arguments.seed, inputs=inputs)
+    _write(report, result, made, folder)
     return result
 
 
@@ -138,21 +141,6 @@ def _names(text: str | None, option: str) -> tuple[str, ...] | None:
     return names
 
 
-def _load(arguments: argparse.Namespace) -> tuple[list[xr.DataArray], Oscillator]:
-    """Read all records, refusing those that do not belong together."""
-    for source in arguments.records:
-        if arguments.records.count(source) > 1:
-            raise InputError(source, "is given twice", "give each record once")
-    loaded = [load_record(source, arguments) for source in arguments.records]
-    first = loaded[0][1]
-    for source, (_, system) in zip(arguments.records, loaded, strict=True):
-        if system != first:
-            raise InputError(
-                source, f"is of another system than {arguments.records[0]}", "close the loop on each alone"
-            )
-    return [record for record, _ in loaded], first
-
-
 def _search(
     arguments: argparse.Namespace, records: Sequence[xr.DataArray], system: Oscillator, **options: Any
 ) -> LoopReport:
@@ -160,7 +148,7 @@ def _search(
         task = bar.add_task("reading", total=None)
         fitted = 0
 
-        def tell(name: str) -> None:
+        def advance(name: str) -> None:
             nonlocal fitted
             fitted += 1
             bar.update(task, description=name.replace("_", " "), completed=fitted)
@@ -172,31 +160,25 @@ def _search(
             noise=arguments.noise,
             check=arguments.check,
             reference_friction=arguments.reference_friction,
-            progress=tell,
+            progress=advance,
             **options,
         )
 
 
-def _leave(
-    report: LoopReport,
-    result: dict[str, Any],
-    folder: Path,
-    arguments: argparse.Namespace,
-    inputs: dict[str, str],
-) -> None:
+def _write(report: LoopReport, result: Mapping[str, Any], made: Mapping[str, Any], folder: Path) -> None:
     """Write report, draws, figures and page."""
     # matplotlib takes a second to load, which bad input need not wait for
-    from friction_bayes.plotting import save_figure
+    from friction_bayes.plotting import figure_files
     from friction_bayes.plotting.loop import loop_figures
     from friction_bayes.report.loop import loop_page
 
-    made = {"options": options_of(arguments), "seed": arguments.seed, "inputs": inputs}
     write_json(folder / "report.json", result)
     report.posterior.to_netcdf(folder / "posterior.nc", engine="h5netcdf")
-    figures = {}
+    drawings = {}
     for name, figure in loop_figures(report).items():
-        save_figure(figure, folder, name, ("png", "svg"))
-        figures[name] = (folder / f"{name}.svg").read_bytes()
-    html = loop_page(report, figures, manifest("close-loop", **made))
-    (folder / "report.html").write_text(html, encoding="utf-8")
-    write_manifest(folder, "close-loop", **made)
+        for kind, content in figure_files(figure, ("png", "svg")).items():
+            (folder / f"{name}.{kind}").write_bytes(content)
+            drawings[name] = content
+    page = loop_page(result, [trace.name for trace in report.traces], drawings, made)
+    (folder / "report.html").write_text(page, encoding="utf-8")
+    write_manifest(folder, made)

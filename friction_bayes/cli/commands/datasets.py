@@ -5,8 +5,6 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from rich.table import Table
-
 from friction_bayes.cli.console import output_console
 
 __all__ = ["add_parser"]
@@ -25,6 +23,8 @@ def add_parser(commands: Any) -> None:
 
 def run_list(arguments: argparse.Namespace) -> None:
     """Print one row a data set."""
+    from rich.table import Table
+
     from friction_bayes.records.datasets import list_datasets
 
     table = Table(box=None, padding=(0, 2, 1, 0))

@@ -19,8 +19,7 @@ from friction_bayes.cli.options import (
     load_record,
     options_of,
 )
-from friction_bayes.cli.tables import estimate_table
-from friction_bayes.core.files import output_folder, write_json, write_manifest
+from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 from friction_bayes.core.strict_json import strict_json
 
 if TYPE_CHECKING:
@@ -98,12 +97,13 @@ def run(arguments: argparse.Namespace) -> None:
         with output_folder(arguments.out, force=arguments.force) as folder:
             result, inputs = _estimate(arguments, folder)
             write_json(folder / "estimate.json", result)
-            write_manifest(
-                folder, "estimate", options=options_of(arguments), seed=arguments.seed, inputs=inputs
-            )
+            made = manifest("estimate", options=options_of(arguments), seed=arguments.seed, inputs=inputs)
+            write_manifest(folder, made)
     if arguments.json:
         sys.stdout.write(strict_json(result) + "\n")
     else:
+        from friction_bayes.cli.tables.estimate import estimate_table
+
         output_console().print(estimate_table(result))
     if arguments.out is not None:
         note(f"results and figures are in {arguments.out}")
@@ -139,9 +139,11 @@ def _estimate(arguments: argparse.Namespace, folder: Path | None) -> tuple[dict[
 
 
 def _leave(estimate: Estimate, record: xr.DataArray, reference: ReferenceRun | None, folder: Path) -> None:
-    from friction_bayes.cli.figures import draw_estimate
+    from friction_bayes.plotting import save_figure
+    from friction_bayes.plotting.estimate import estimate_figures
 
-    draw_estimate(estimate, record, reference, folder)
+    for name, figure in estimate_figures(estimate, record, reference).items():
+        save_figure(figure, folder, name)
     if reference is not None:
         from friction_bayes.reference import save_tree
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,20 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import friction_bayes as fb
 from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
-from friction_bayes.cli.monitor_tables import fleet_table, monitor_table
 from friction_bayes.cli.options import (
     add_long_run,
     add_output_folder,
     add_record,
     add_system,
     input_digests,
-    load_record,
+    load_records,
     options_of,
     system_of,
 )
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.files import output_folder, write_json, write_manifest
+from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,7 +72,7 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.threshold is not None:
         positive("--threshold", arguments.threshold)
     if arguments.workers is not None and arguments.workers < 1:
-        raise InputError("--workers", f"{arguments.workers} is no number of threads", "give 1 or more")
+        raise InputError("--workers", f"{arguments.workers} is not a number of threads", "give 1 or more")
     fleet = _open_fleet(arguments)
     if fleet is None:
         for option in ("resume", "workers", "scheduler"):
@@ -86,43 +84,34 @@ def run(arguments: argparse.Namespace) -> None:
             inputs = input_digests(*arguments.records)
         else:
             inputs = input_digests(*arguments.records)
-            table = _many(arguments, fleet, inputs, folder)
-        write_manifest(folder, "monitor", options=options_of(arguments), seed=None, inputs=inputs)
+            table = _fleet(arguments, fleet, inputs, folder)
+        write_manifest(folder, manifest("monitor", options=options_of(arguments), seed=None, inputs=inputs))
     output_console().print(table)
     note(f"report and figures are in {arguments.out}")
 
 
 def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
+    from friction_bayes.cli.tables.monitor import monitor_table
     from friction_bayes.plotting import save_figure
-    from friction_bayes.plotting.monitor import plot_detection_points, plot_remaining_life, plot_tracking
+    from friction_bayes.plotting.monitor import monitor_figures
 
-    sources = arguments.records
-    if len(set(sources)) < len(sources):
-        twice = next(name for name in sources if sources.count(name) > 1)
-        raise InputError(twice, "is given twice", "give each detection point once")
     if arguments.time_unit is not None and arguments.times is None:
         raise InputError("--time-unit", "is given without --times", "give both")
     with collected_warnings() as warned:
-        loaded = [load_record(source, arguments) for source in sources]
-        systems = [system for _, system in loaded]
-        for source, system in zip(sources, systems, strict=True):
-            if system != systems[0]:
-                raise InputError(source, f"comes from another system than {sources[0]}", "give one machine")
+        records, system = load_records(arguments.records, arguments)
         report = fb.monitor_records(
-            [record for record, _ in loaded],
-            systems[0],
+            records,
+            system,
             threshold=arguments.threshold,
             times=arguments.times,
             time_unit=arguments.time_unit,
         )
-    told = [text for known in report.manipulation for text in known["notes"]]
-    result = report.to_dict() | {"notes": list(dict.fromkeys([*warned, *told]))}
+    notes = [text for known in report.manipulation for text in known["notes"]]
+    result = report.to_dict() | {"notes": list(dict.fromkeys([*warned, *notes]))}
     write_json(folder / "monitor.json", result)
     report.to_dataset().to_netcdf(folder / "monitor.nc", engine="h5netcdf")
-    save_figure(plot_detection_points(report), folder, "detection_points")
-    save_figure(plot_tracking(report), folder, "tracking")
-    if report.life is not None:
-        save_figure(plot_remaining_life(report), folder, "remaining_life")
+    for name, figure in monitor_figures(report).items():
+        save_figure(figure, folder, name)
     return monitor_table(result)
 
 
@@ -148,34 +137,36 @@ def _open_fleet(arguments: argparse.Namespace) -> xr.DataArray | None:
     return fleet
 
 
-def _many(
+def _fleet(
     arguments: argparse.Namespace, records: xr.DataArray, inputs: Mapping[str, str], folder: Path
 ) -> Any:
-    from friction_bayes.cli.resume import compute_parts, parts_folder, run_key
     from friction_bayes.monitor.fleet import fleet_work
+    from friction_bayes.monitor.parts import parts_folder, run_key
 
     work = fleet_work(records, system_of(arguments), threshold=arguments.threshold)
     key = run_key("monitor", options_of(arguments), inputs)
-    with parts_folder(arguments.out, key, resume=arguments.resume) as parts:
-        with _working(arguments.scheduler, arguments.workers):
-            columns = compute_parts(work.tasks, parts)
-        return _leave_fleet(work.assemble(columns), folder)
+    with parts_folder(arguments.out, key, resume=arguments.resume, note=note) as parts:
+        with _dask_workers(arguments.scheduler, arguments.workers):
+            fleet = work.resume(parts, note=note)
+        return _write_fleet(fleet, folder)
 
 
-def _leave_fleet(fleet: xr.Dataset, folder: Path) -> Any:
+def _write_fleet(fleet: xr.Dataset, folder: Path) -> Any:
     """Write files and figure; return the table."""
+    from friction_bayes.cli.tables.monitor import fleet_table
+    from friction_bayes.monitor.fleet_report import fleet_report
     from friction_bayes.plotting import save_figure
     from friction_bayes.plotting.monitor import plot_fleet
 
     fleet.to_netcdf(folder / "monitor.nc", engine="h5netcdf")
     save_figure(plot_fleet(fleet), folder, "fleet")
-    result = _fleet_result(fleet)
+    result = fleet_report(fleet)
     write_json(folder / "monitor.json", result)
     return fleet_table(result)
 
 
 @contextmanager
-def _working(scheduler: str | None, workers: int | None) -> Iterator[None]:
+def _dask_workers(scheduler: str | None, workers: int | None) -> Iterator[None]:
     """Let Dask work on a cluster, or in threads with a progress bar."""
     import dask
     from dask.callbacks import Callback
@@ -195,62 +186,3 @@ def _working(scheduler: str | None, workers: int | None) -> Iterator[None]:
         task = bar.add_task("fleet", total=None)
         with Callback(posttask=lambda *_: bar.advance(task)):
             yield
-
-
-def _fleet_result(fleet: xr.Dataset) -> dict[str, Any]:
-    """Return the fleet as plain numbers by the blocks of ISO 13374, the most urgent machine first."""
-    columns: Mapping[str, list[Any]] = {
-        str(name): variable.values.tolist()
-        for name, variable in fleet.data_vars.items()
-        if variable.dims[0] == "machine"
-    }
-    machines = [str(name) for name in fleet["machine"].values.tolist()]
-    statuses = fleet["status"].attrs["flag_meanings"].split()
-    life = columns.get("remaining_life", [[math.inf] * 3] * len(machines))
-    order = sorted(range(len(machines)), key=lambda k: (math.isnan(life[k][1]), life[k][1]))
-    last = [
-        next((value for value in reversed(row) if not math.isnan(value)), None)
-        for row in columns["friction_mean"]
-    ]
-
-    def prognosis(k: int) -> dict[str, Any]:
-        low, middle, high = life[k]
-        return {
-            "remaining_life": {"median": middle, "interval90": [low, high]},
-            "probability_reached_already": columns["probability_above_threshold"][k],
-            "probability_never_reached": columns["probability_never_reached"][k],
-        }
-
-    return {
-        "data_acquisition": {
-            "machines": len(machines),
-            "detection_points": fleet.sizes["point"],
-            "quantity": fleet.attrs["quantity"],
-            "time_unit": fleet["detection_time"].attrs["units"],
-        },
-        "data_manipulation": {
-            "method": "waveform",
-            "records_not_usable": int((fleet["record_status"] != 0).sum()),
-        },
-        "state_detection": [
-            {"machine": machines[k], "friction": last[k], "discount": columns["discount"][k]} for k in order
-        ],
-        "health_assessment": {
-            "threshold": fleet.attrs.get("threshold"),
-            "unit": fleet["friction_mean"].attrs["units"],
-            "machines": [
-                {
-                    "machine": machines[k],
-                    "status": statuses[columns["status"][k]],
-                    "points_used": columns["points_used"][k],
-                    "friction": {"mean": columns["level_mean"][k], "sd": columns["level_sd"][k]},
-                    "drift": {"mean": columns["drift_mean"][k], "sd": columns["drift_sd"][k]},
-                }
-                for k in order
-            ],
-        },
-        "prognostic_assessment": [{"machine": machines[k]} | prognosis(k) for k in order]
-        if "threshold" in fleet.attrs
-        else None,
-        "advisory_generation": {"most_urgent_first": [machines[k] for k in order]},
-    }

@@ -1,4 +1,4 @@
-"""Results as tables to read."""
+"""Estimates as tables: one, or several of one record side by side."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
+from friction_bayes.cli.tables.layout import two_columns
 from friction_bayes.core.text import duration, interval90, number, with_interval
-from friction_bayes.report.story import loop_story
 
-__all__ = ["comparison_table", "disagreements", "estimate_table", "loop_table"]
+__all__ = ["comparison_table", "disagreements", "estimate_table"]
 
 _VERDICTS = {
     True: "agrees with the closed form",
@@ -60,7 +60,7 @@ def estimate_table(result: Mapping[str, Any]) -> Table:
     result : mapping
         The estimate, its ``reference`` included where one was sampled.
     """
-    table = _two_columns(f"{result['record']}, {result['method']}")
+    table = two_columns(f"{result['record']}, {result['method']}")
     table.add_row("friction", Text(with_interval(result["friction"]), style="bold"))
     table.add_row("friction / stiffness", with_interval(result["friction_over_stiffness"]))
     table.add_row("P(friction < 0)", number(result["probability_negative"], 2))
@@ -154,32 +154,3 @@ def disagreements(rows: Sequence[Mapping[str, Any]]) -> list[Text]:
 
 def _percent(share: float) -> str:
     return f"{share:+.2%}" if abs(share) < 1.0 else f"x {1.0 + share:.0f}"
-
-
-def loop_table(title: str, result: Mapping[str, Any]) -> Table:
-    """Lay out what closing the loop found.
-
-    Parameters
-    ----------
-    title : str
-        The records.
-    result : mapping
-        Fields of ``report.json`` and ``notes``.
-    """
-    table = _two_columns(title)
-    for label, text in loop_story(result):
-        bold = label in {"verdict", "friction after"}
-        table.add_row(label, Text(text, style="bold" if bold else ""))
-    for text in result["notes"]:
-        table.add_row("note", Text(text))
-    return table
-
-
-def _two_columns(title: str) -> Table:
-    """Labels and what they stand for."""
-    table = Table.grid(padding=(0, 3))
-    table.title = Text(title, style="bold")
-    table.title_justify = "left"
-    table.add_column(style="dim", no_wrap=True)
-    table.add_column(overflow="fold")
-    return table

@@ -10,6 +10,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from friction_bayes.cli.tables.layout import two_columns
 from friction_bayes.core.text import interval90, number
 from friction_bayes.monitor.points import COUNTED, per
 
@@ -82,9 +83,7 @@ def monitor_table(result: Mapping[str, Any]) -> Group:
             interval90(tracked),
             number(late["mean"]),
         )
-    below = Table.grid(padding=(0, 3))
-    below.add_column(style="dim", no_wrap=True)
-    below.add_column(overflow="fold")
+    below = two_columns()
     below.add_row("forgets", memory(forgetting, plain))
     health = result["health_assessment"]
     for name in ("drift", "diffusion", "scatter"):

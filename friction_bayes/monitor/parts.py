@@ -1,4 +1,4 @@
-"""Long runs that can be interrupted: parts that are done wait beside the output folder for ``--resume``."""
+"""Long runs that can be interrupted: finished parts are kept beside the output folder until all are."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import glob
 import hashlib
 import json
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -15,16 +15,16 @@ import dask
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_bayes.cli.console import note
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import nearest_existing, versions, write_whole
 
-__all__ = ["compute_parts", "parts_folder", "run_key"]
+__all__ = ["Columns", "compute_parts", "parts_folder", "run_key"]
 
 _NOT_OF_THE_RESULT = {"out", "force", "resume", "workers", "scheduler"}
 """Options that change no number."""
 
 Columns = dict[str, NDArray[Any]]
+"""Arrays by name."""
 
 
 def run_key(command: str, options: Mapping[str, Any], inputs: Mapping[str, str]) -> str:
@@ -38,13 +38,15 @@ def run_key(command: str, options: Mapping[str, Any], inputs: Mapping[str, str])
     inputs : mapping of str to str
         Digests of the records by name.
     """
-    told = {name: value for name, value in options.items() if name not in _NOT_OF_THE_RESULT}
-    settings = [command, told, dict(inputs), versions()]
+    relevant = {name: value for name, value in options.items() if name not in _NOT_OF_THE_RESULT}
+    settings = [command, relevant, dict(inputs), versions()]
     return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:20]
 
 
 @contextmanager
-def parts_folder(target: str | Path, key: str, *, resume: bool) -> Iterator[Path]:
+def parts_folder(
+    target: str | Path, key: str, *, resume: bool, note: Callable[[str], None]
+) -> Iterator[Path]:
     """Yield the folder beside ``target`` for the parts of a run; it goes when the run is whole.
 
     Parameters
@@ -55,13 +57,15 @@ def parts_folder(target: str | Path, key: str, *, resume: bool) -> Iterator[Path
         Of :func:`run_key`: parts of a run with another key are never used, and removed.
     resume : bool
         Keep the parts of an interrupted run with the same key.
+    note : callable
+        Called with a sentence where parts were kept that cannot be used.
 
     Raises
     ------
     InputError
         If the folder cannot be made.
     KeyboardInterrupt
-        Of the run, told what was kept.
+        Of the run, with what was kept as its message.
     """
     out = Path(target).absolute()
     beside, name = nearest_existing(out.parent), f".{out.name}.parts-"
@@ -89,7 +93,7 @@ def parts_folder(target: str | Path, key: str, *, resume: bool) -> Iterator[Path
     shutil.rmtree(folder, ignore_errors=True)
 
 
-def compute_parts(tasks: Sequence[Any], folder: Path) -> list[Columns]:
+def compute_parts(tasks: Sequence[Any], folder: Path, *, note: Callable[[str], None]) -> list[Columns]:
     """Compute with Dask what is not there yet, keeping every part as soon as it is done.
 
     Parameters
@@ -98,6 +102,8 @@ def compute_parts(tasks: Sequence[Any], folder: Path) -> list[Columns]:
         Each gives named arrays.
     folder : Path
         Of :func:`parts_folder`; workers of a cluster see it as they see the input.
+    note : callable
+        Called with a sentence where parts are read back.
 
     Returns
     -------
@@ -107,7 +113,7 @@ def compute_parts(tasks: Sequence[Any], folder: Path) -> list[Columns]:
     files = [folder / f"{k}.npz" for k in range(len(tasks))]
     missing = [k for k, file in enumerate(files) if not file.exists()]
     if len(missing) < len(tasks):
-        note(f"resuming: {len(tasks) - len(missing)} of {len(tasks)} parts are there")
+        note(f"resuming: {len(tasks) - len(missing)} of {len(tasks)} parts are done")
     dask.compute(*(dask.delayed(_keep)(tasks[k], files[k]) for k in missing))
     return [_read(file) for file in files]
 

@@ -1,0 +1,1 @@
+"""Results as tables to read, one module a command."""

@@ -1,0 +1,33 @@
+"""What closing the loop found, as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+from friction_bayes.cli.tables.layout import two_columns
+from friction_bayes.report.story import loop_story
+
+__all__ = ["loop_table"]
+
+
+def loop_table(title: str, result: Mapping[str, Any]) -> Table:
+    """Lay out what closing the loop found.
+
+    Parameters
+    ----------
+    title : str
+        The records.
+    result : mapping
+        Fields of ``report.json`` and ``notes``.
+    """
+    table = two_columns(title)
+    for label, text in loop_story(result):
+        bold = label in {"verdict", "friction after"}
+        table.add_row(label, Text(text, style="bold" if bold else ""))
+    for text in result["notes"]:
+        table.add_row("note", Text(text))
+    return table

@@ -1,0 +1,147 @@
+"""Every figure of an estimate, and of several estimators of one record, by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from friction_bayes.conjugate.normal_gamma import NormalGamma
+from friction_bayes.core.errors import InputError
+from friction_bayes.decay.half_cycles import half_cycles
+from friction_bayes.estimators.result import Estimate
+from friction_bayes.plotting.comparison import Interval, plot_estimators
+from friction_bayes.plotting.posterior import plot_friction, plot_friction_panels, plot_joint
+from friction_bayes.plotting.signal import plot_amplitudes, plot_fit
+
+if TYPE_CHECKING:
+    from friction_bayes.reference.checking import ReferenceRun
+
+__all__ = ["comparison_figures", "estimate_figures", "joint_figure", "signal_figures"]
+
+_GRID_POINTS = 240
+_GRID_TAILS = (5e-5, 1.0 - 5e-5)
+
+
+def estimate_figures(
+    estimate: Estimate, record: xr.DataArray, check: ReferenceRun | None = None
+) -> dict[str, Figure]:
+    """Draw every figure of one estimate.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    record : xarray.DataArray
+        The whole record.
+    check : ReferenceRun, optional
+        Its reference run.
+    """
+    figures = signal_figures(estimate, record)
+    figures["friction"] = plot_friction(
+        estimate.friction,
+        unit=estimate.friction_unit,
+        draws=None if check is None else check.friction,
+        title=f"{estimate.decay.name}, {estimate.method}",
+    )
+    if isinstance(estimate.fit.posterior, NormalGamma):
+        figures["joint"] = joint_figure(estimate)
+    return figures
+
+
+def signal_figures(estimate: Estimate, record: xr.DataArray) -> dict[str, Figure]:
+    """Draw the signal under its fit, where the method has one, and the turning points under the envelope.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    record : xarray.DataArray
+        The whole record.
+    """
+    fit, decay = estimate.fit, estimate.decay
+    figures = {}
+    if fit.prediction is not None and math.isfinite(fit.noise_sd):
+        figures["fit"] = plot_fit(decay, fit.prediction, noise_sd=fit.noise_sd, record=record)
+    try:
+        cycles = half_cycles(decay)
+    except InputError:
+        # A record may be long enough for the estimator and too short for turning points of its own.
+        return figures
+    low, high = (float(fit.coefficient.ppf(q)) for q in (0.05, 0.95))
+    figures["amplitudes"] = plot_amplitudes(decay, cycles, float(fit.coefficient.mean()), (low, high))
+    return figures
+
+
+def joint_figure(estimate: Estimate, *, truth: float | None = None) -> Figure:
+    """Draw the joint normal-gamma density of friction and precision with its 90 % region.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        By ``normal-gamma``.
+    truth : float, optional
+        True friction of a synthetic record.
+    """
+    posterior = estimate.fit.posterior
+    friction, precision = posterior.friction, posterior.precision
+    r, s = (_grid(marginal) for marginal in (friction, precision))
+    return plot_joint(
+        r,
+        s,
+        np.exp(posterior.logpdf(r[None, :], s[:, None])),
+        math.exp(posterior.credible_level(0.9)),
+        friction_unit=estimate.friction_unit,
+        precision_unit=estimate.precision_unit,
+        friction=friction,
+        precision=precision,
+        truth=truth,
+        title=f"{estimate.decay.name}: joint posterior",
+    )
+
+
+def _grid(marginal: Any) -> np.ndarray:
+    low, high = (float(marginal.ppf(q)) for q in _GRID_TAILS)
+    return np.linspace(low, high, _GRID_POINTS)
+
+
+def comparison_figures(
+    estimates: Sequence[Estimate], checks: Mapping[str, ReferenceRun], *, truth: float, title: str
+) -> dict[str, Figure]:
+    """Draw several estimators of one record side by side: intervals, and densities.
+
+    Parameters
+    ----------
+    estimates : sequence of Estimate
+    checks : mapping of str to ReferenceRun
+        Reference runs by method.
+    truth : float
+        True friction.
+    title : str
+        What the record is.
+    """
+    unit = estimates[0].friction_unit
+    rows = [_interval(each, checks.get(each.method)) for each in estimates]
+    return {
+        "estimators": plot_estimators(rows, unit=unit, truth=truth, title=title),
+        "posteriors": plot_friction_panels(
+            {each.method: each.friction for each in estimates},
+            unit=unit,
+            draws={method: check.friction for method, check in checks.items()},
+            truth=truth,
+            title=title,
+        ),
+    }
+
+
+def _interval(estimate: Estimate, check: ReferenceRun | None) -> Interval:
+    sampled = None if check is None else check.summary["friction"]
+    return Interval(
+        label=estimate.method,
+        mean=float(estimate.friction.mean()),
+        low=float(estimate.friction.ppf(0.05)),
+        high=float(estimate.friction.ppf(0.95)),
+        reference=None if sampled is None else (sampled["mean"], *sampled["interval90"]),
+    )
