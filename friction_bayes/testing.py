@@ -15,14 +15,15 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from friction_bayes.core.checks import finite_array
 from friction_bayes.validation.agreement import Agreement, compare
 from friction_bayes.validation.calibration import (
     Calibration,
     Coverage,
     coverage,
+    rank_pit,
     simulation_based_calibration,
 )
-from friction_bayes.validation.expected import finite_numbers
 from friction_bayes.validation.mixing import as_ensembles
 from friction_bayes.validation.tabulated import Tabulated
 
@@ -32,6 +33,7 @@ __all__ = [
     "assert_coverage",
     "assert_prior_recovered",
     "base_seed",
+    "rank_pit",
 ]
 
 
@@ -94,7 +96,7 @@ def assert_agreement(
     """
     reference = expected
     if callable(expected) and not hasattr(expected, "cdf"):
-        values = as_ensembles(finite_numbers("draws", draws, "give finite numbers only"))
+        values = as_ensembles(finite_array("draws", draws))
         around = float(values.min()), float(values.max())
         reference = Tabulated.of(expected, around=around, support=support, kind=kind)
     verdict = compare(reference, draws, ess=ess, minimum_ess=minimum_ess, false_alarm_rate=false_alarm_rate)
@@ -123,7 +125,7 @@ def assert_calibrated(
         One data set for each.
     posterior_cdf : callable, (data, parameters) -> (replications,) or (replications, p)
         Posterior distribution function of each parameter at its true value. For a sampler give the rank of
-        the truth among near-independent draws, :func:`friction_bayes.validation.calibration.rank_pit`.
+        the truth among near-independent draws, :func:`rank_pit`.
     replications : int
         About 10,000 find a posterior whose location is 5 % of its sd off, 200 one that is a third off.
     seed : int, optional

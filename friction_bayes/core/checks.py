@@ -58,15 +58,14 @@ def probability(name: str, value: float) -> float:
     return number
 
 
-def finite_array(name: str, values: ArrayLike) -> Array:
+def finite_array(name: str, values: ArrayLike, remedy: str = "give finite real numbers") -> Array:
     """Return ``values`` as an array of floats, refusing the first entry that is not a finite number."""
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
-        raise InputError(name, "not an array of real numbers", "give real numbers") from None
+        raise InputError(name, f"{str(values)[:40]!r} is not an array of real numbers", remedy) from None
     bad = np.flatnonzero(~np.isfinite(array))
     if bad.size:
-        raise InputError(
-            name, f"entry {bad[0]} is {array.flat[bad[0]]}", "remove or repair what is not finite"
-        )
+        others = f" and {bad.size - 1} more are not finite" if bad.size > 1 else ""
+        raise InputError(name, f"entry {bad[0]} is {array.flat[bad[0]]}{others}", remedy)
     return array

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.checks import finite_array
 from friction_bayes.core.errors import InputError
 
 __all__ = ["Motion", "sample_times"]
@@ -53,12 +54,9 @@ class Motion:
 def sample_times(time: ArrayLike) -> Array:
     """Return ``time`` as a float array, refusing what is no ascending sequence of finite numbers."""
     # always a copy: a read-only array, as xarray hands out, is another type to numba and compiles all anew
-    times = np.array(time, dtype=float)
+    times = np.array(finite_array("time", time))
     if times.ndim != 1 or times.size == 0:
         raise InputError("time", f"has shape {times.shape}", "give a one-dimensional, non-empty array")
-    if not np.all(np.isfinite(times)):
-        where = int(np.flatnonzero(~np.isfinite(times))[0])
-        raise InputError("time", f"sample {where} is {times[where]}", "give finite times")
     backwards = np.flatnonzero(np.diff(times) < 0.0)
     if backwards.size:
         raise InputError("time", f"runs backwards after sample {int(backwards[0])}", "sort the times")

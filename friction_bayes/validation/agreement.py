@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.validation.expected import Expected, finite_numbers
+from friction_bayes.core.checks import finite_array
+from friction_bayes.validation.expected import Expected
 from friction_bayes.validation.mixing import Mixing, as_ensembles, bulk_ess, mixing, tail_ess
 
 __all__ = ["Agreement", "Check", "compare"]
@@ -56,6 +57,31 @@ class Check:
     z: float
     p_value: float
     level: float
+
+    @classmethod
+    def of_difference(
+        cls, name: str, expected: float, sampled: float, mcse: float, *, level: float, dof: float = math.inf
+    ) -> Check:
+        """Compare two numbers: their difference over its standard error is a Student t of ``dof``."""
+        z = (sampled - expected) / mcse
+        p_value = 2.0 * float(stats.t.sf(abs(z), dof))
+        return cls(
+            name=name, expected=expected, sampled=sampled, mcse=mcse, z=z, p_value=p_value, level=level
+        )
+
+    @classmethod
+    def of_distance(cls, name: str, distance: float, size: float, *, p_value: float, level: float) -> Check:
+        """Compare two distribution functions by their largest distance, over ``size`` independent draws."""
+        root = math.sqrt(size)
+        return cls(
+            name=name,
+            expected=0.0,
+            sampled=distance,
+            mcse=_ratio(1.0, root),
+            z=distance * root,
+            p_value=p_value,
+            level=level,
+        )
 
     @property
     def passed(self) -> bool:
@@ -175,7 +201,7 @@ def compare(
     5 % off (of a normal) 7; at a false-alarm rate of 1 % they are found from 2.9 and 3.0 on.
     """
     reference = Expected.of(expected)
-    values = as_ensembles(finite_numbers("draws", draws, "give finite numbers only"))
+    values = as_ensembles(finite_array("draws", draws))
     known = None if ess is None else Mixing(float(ess), values.size / float(ess), math.inf)
     reach = known.ess if known else min(bulk_ess(values).ess, tail_ess(values).ess)
     verdict = Agreement(
@@ -197,13 +223,15 @@ def _moment_checks(reference: Expected, values: Array, known: Mixing | None) -> 
     if math.isfinite(reference.mean) and math.isfinite(reference.sd):
         found = known or mixing(values)
         error = _ratio(sd, math.sqrt(reference.joint(found)))
-        checks.append(_check("mean", reference.mean, mean, error, found.dof, _SHARES["mean"]))
+        share = _SHARES["mean"]
+        checks.append(Check.of_difference("mean", reference.mean, mean, error, level=share, dof=found.dof))
         if reference.excess_kurtosis <= _HEAVY_TAILS:
             squares = (values - mean) ** 2
             found = known or mixing(squares)
             # delta method: sd(s) = sd(s**2) / (2 s)
             error = _ratio(float(squares.std()), 2.0 * sd * math.sqrt(reference.joint(found)))
-            checks.append(_check("sd", reference.sd, sd, error, found.dof, _SHARES["sd"]))
+            share = _SHARES["sd"]
+            checks.append(Check.of_difference("sd", reference.sd, sd, error, level=share, dof=found.dof))
     return checks
 
 
@@ -220,7 +248,7 @@ def _distribution_checks(
         error = _ratio(math.sqrt(p * (1.0 - p)), math.sqrt(size))
         share = _SHARES["quantiles"] / len(quantiles)
         name = f"P(below {100 * p:g} % quantile)"
-        checks.append(_check(name, p, float(below.mean()), error, found.dof, share))
+        checks.append(Check.of_difference(name, p, float(below.mean()), error, level=share, dof=found.dof))
     ordered = np.sort(values, axis=None)
     steps = np.arange(ordered.size + 1) / ordered.size
     curve = reference.distribution.cdf(ordered)
@@ -228,26 +256,10 @@ def _distribution_checks(
     # correlated draws do not follow the Kolmogorov distribution; with the worst effective sample size of the
     # indicators in place of n the test is conservative
     p_value = float(stats.kstwo.sf(distance, max(int(reach), 1)))
-    root = math.sqrt(reach)
-    checks.append(
-        Check(
-            name="distribution",
-            expected=0.0,
-            sampled=distance,
-            mcse=_ratio(1.0, root),
-            z=distance * root,
-            p_value=p_value,
-            level=_SHARES["distribution"],
-        )
-    )
+    share = _SHARES["distribution"]
+    checks.append(Check.of_distance("distribution", distance, reach, p_value=p_value, level=share))
     return checks
 
 
 def _ratio(a: float, b: float) -> float:
     return a / b if b > 0.0 else math.inf
-
-
-def _check(name: str, expected: float, sampled: float, mcse: float, dof: float, level: float) -> Check:
-    z = (sampled - expected) / mcse
-    p_value = 2.0 * float(stats.t.sf(abs(z), dof))
-    return Check(name=name, expected=expected, sampled=sampled, mcse=mcse, z=z, p_value=p_value, level=level)

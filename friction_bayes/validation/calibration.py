@@ -152,22 +152,14 @@ def uniformity(pit: ArrayLike, *, false_alarm_rate: float = 0.01, seed: int | No
     for i, u in enumerate(values.T):
         tag = f" of parameter {i}" if parameters > 1 else ""
         # moments of a uniform variable: var(u) = 1/12, mean and variance of (u - 1/2)**2: 1/12 and 1/180
-        checks.append(_moment(f"mean{tag}", 0.5, float(u.mean()), math.sqrt(1.0 / 12.0 / n), level))
-        spread = float(((u - 0.5) ** 2).mean())
-        checks.append(_moment(f"spread{tag}", 1.0 / 12.0, spread, math.sqrt(1.0 / 180.0 / n), level))
+        mean, spread = float(u.mean()), float(((u - 0.5) ** 2).mean())
         test = stats.kstest(u, "uniform")
-        distance, root = float(test.statistic), math.sqrt(n)
-        checks.append(
-            Check(
-                name=f"distribution{tag}",
-                expected=0.0,
-                sampled=distance,
-                mcse=1.0 / root,
-                z=distance * root,
-                p_value=float(test.pvalue),
-                level=level,
-            )
-        )
+        distance, p_value = float(test.statistic), float(test.pvalue)
+        checks += [
+            Check.of_difference(f"mean{tag}", 0.5, mean, math.sqrt(1.0 / 12.0 / n), level=level),
+            Check.of_difference(f"spread{tag}", 1.0 / 12.0, spread, math.sqrt(1.0 / 180.0 / n), level=level),
+            Check.of_distance(f"distribution{tag}", distance, n, p_value=p_value, level=level),
+        ]
     return Calibration(
         calibrated=all(check.passed for check in checks),
         pit=values,
@@ -175,12 +167,6 @@ def uniformity(pit: ArrayLike, *, false_alarm_rate: float = 0.01, seed: int | No
         false_alarm_rate=false_alarm_rate,
         seed=seed,
     )
-
-
-def _moment(name: str, expected: float, found: float, error: float, level: float) -> Check:
-    z = (found - expected) / error
-    p_value = 2.0 * float(stats.norm.sf(abs(z)))
-    return Check(name=name, expected=expected, sampled=found, mcse=error, z=z, p_value=p_value, level=level)
 
 
 def rank_pit(draws: ArrayLike, truth: ArrayLike, rng: np.random.Generator) -> Array:

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.checks import finite_array
 from friction_bayes.core.errors import InputError
 from friction_bayes.validation.mixing import Mixing
 
-__all__ = ["Expected", "finite_numbers"]
+__all__ = ["Expected"]
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class Expected:
         """
         if not hasattr(expected, "cdf"):
             remedy = "give a frozen scipy distribution, such as stats.norm(0, 1), or independent draws"
-            sample = np.sort(finite_numbers("expected", expected, remedy).ravel())
+            sample = np.sort(finite_array("expected", expected, remedy).ravel())
             kurtosis = float(stats.kurtosis(sample))
             return cls(_Empirical(sample), float(sample.mean()), float(sample.std()), kurtosis, sample.size)
         _refuse_unusable(expected)
@@ -70,18 +71,6 @@ class _Empirical:
 
     def ppf(self, p: float) -> float:
         return float(np.quantile(self.sample, p))
-
-
-def finite_numbers(place: str, values: Any, remedy: str) -> Array:
-    """Return ``values`` as an array of finite numbers, or raise :class:`InputError` naming ``place``."""
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(place, f"{str(values)[:40]!r} is not numbers", remedy) from None
-    lost = np.count_nonzero(~np.isfinite(array))
-    if lost:
-        raise InputError(place, f"{lost} of {array.size} numbers are not finite", remedy)
-    return array
 
 
 def _refuse_unusable(distribution: Any) -> None:

@@ -72,12 +72,16 @@ def test_agreement_is_two_sided(rng: np.random.Generator) -> None:
 @pytest.mark.parametrize(
     ("expected", "draws", "said"),
     [
-        ("beta", np.ones(9), "expected: 'beta' is not numbers; give a frozen scipy distribution"),
+        (
+            "beta",
+            np.ones(9),
+            "expected: 'beta' is not an array of real numbers; give a frozen scipy distribution",
+        ),
         (None, np.ones(9), "expected: .* independent draws"),
         (stats.beta, np.ones(9), r"expected: beta has no parameters; freeze it: stats.beta\(a, b\)"),
         (stats.poisson(3.0), np.ones(9), "expected: poisson is discrete"),
-        (stats.norm(), "draws", "draws: 'draws' is not numbers"),
-        (stats.norm(), [1.0, np.nan], "draws: 1 of 2 numbers are not finite"),
+        (stats.norm(), "draws", "draws: 'draws' is not an array of real numbers"),
+        (stats.norm(), [1.0, np.nan], "draws: entry 1 is nan"),
     ],
 )
 def test_what_cannot_be_compared_is_refused_by_name(expected, draws, said: str) -> None:
