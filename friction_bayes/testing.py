@@ -1,8 +1,8 @@
 """Statistical unit tests for other people's suites.
 
-Nothing here knows of friction. Every test is two-sided, states how often it fails what is right, looks at
-the effective sample size before anything else, and raises ``AssertionError`` with the figures in it. Seeds
-come from one place, :func:`base_seed`.
+Nothing here is special to friction. Every test is two-sided, has a stated false-alarm rate, looks at the
+effective sample size before anything else, and raises ``AssertionError`` with the figures in it. Seeds come
+from one place, :func:`base_seed`.
 """
 
 from __future__ import annotations
@@ -245,7 +245,7 @@ def assert_prior_recovered(
     Raises
     ------
     AssertionError
-        If names differ, or a parameter's draws do not come from its prior; its name is told.
+        If names differ, or a parameter's draws do not come from its prior; the message names it.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What may go wrong, in words: every message names the place, the value and the remedy."""
+"""Errors and warnings; every message names the place, the value and the remedy."""
 
 from __future__ import annotations
 

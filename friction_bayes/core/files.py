@@ -17,6 +17,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.strict_json import strict_json
 
 __all__ = [
+    "cannot_be_written",
     "check_file_target",
     "manifest",
     "nearest_existing",
@@ -51,7 +52,7 @@ def write_whole(target: Path, write: Callable[[Path], object]) -> None:
             write(written)
             written.replace(target)
     except OSError as error:
-        raise _cannot_be_written(str(target), error) from None
+        raise cannot_be_written(str(target), error) from None
 
 
 def sha256_of(path: Path) -> str:
@@ -128,7 +129,7 @@ def _files_of_earlier_run(folder: Path) -> list[str]:
         listed = json.loads((folder / MANIFEST_NAME).read_text(encoding="utf-8"))["files"]
     except (OSError, ValueError, KeyError, TypeError):
         return []
-    # A manifest is a file like any other: what it names outside of its folder is not ours to remove.
+    # A manifest is a file like any other: what it names outside of its folder must not be removed.
     inside = folder.resolve()
     return [name for name in listed if (folder / name).resolve().is_relative_to(inside)]
 
@@ -157,7 +158,8 @@ def _aside(target: Path) -> Iterator[Path]:
         shutil.rmtree(aside, ignore_errors=True)
 
 
-def _cannot_be_written(place: str, error: OSError) -> InputError:
+def cannot_be_written(place: str, error: OSError) -> InputError:
+    """Return the refusal of a place that the operating system does not let us write to."""
     return InputError(place, f"cannot be written ({error.strerror or error})", "choose another")
 
 
@@ -168,7 +170,7 @@ def output_folder(target: str | Path, *, force: bool = False) -> Iterator[Path]:
     Parameters
     ----------
     target : path
-        The folder that shall exist afterwards; its parents are made when needed.
+        The folder to make, and its parents where they are missing.
     force : bool
         Write into a folder that already holds files: those of an earlier run go, all others stay.
 
@@ -183,7 +185,7 @@ def output_folder(target: str | Path, *, force: bool = False) -> Iterator[Path]:
         try:
             aside = stack.enter_context(_aside(folder))
         except OSError as error:
-            raise _cannot_be_written(f"--out {target}", error) from None
+            raise cannot_be_written(f"--out {target}", error) from None
         yield aside
         aside.chmod(0o755)
         if not folder.exists():

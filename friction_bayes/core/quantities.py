@@ -1,4 +1,4 @@
-"""What a sensor may measure: the one table of quantities, SI units and accepted other units."""
+"""The quantities a sensor measures, their SI units, and the other units that are accepted."""
 
 from __future__ import annotations
 

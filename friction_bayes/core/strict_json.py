@@ -18,7 +18,7 @@ def plain(value: Mapping[str, Any]) -> dict[str, Any]: ...
 @overload
 def plain(value: Any) -> Any: ...
 def plain(value: Any) -> Any:
-    """Turn NumPy values, tuples, sets and paths into what JSON knows, and non-finite numbers into None."""
+    """Turn NumPy values, tuples, sets and paths into what JSON can hold, non-finite numbers into None."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray):

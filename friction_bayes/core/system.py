@@ -28,7 +28,7 @@ class Oscillator:
     stiffness : float
         Spring stiffness [N/m, or N m/rad].
     mass_sd, inertia_sd, stiffness_sd : float
-        Standard deviations, same units; zero means taken as exact (and said so in results).
+        Standard deviations, same units; zero means taken as exact, and results say so.
 
     Raises
     ------

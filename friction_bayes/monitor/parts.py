@@ -15,8 +15,7 @@ import dask
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_bayes.core.errors import InputError
-from friction_bayes.core.files import nearest_existing, versions, write_whole
+from friction_bayes.core.files import cannot_be_written, nearest_existing, versions, write_whole
 
 __all__ = ["Columns", "compute_parts", "parts_folder", "run_key"]
 
@@ -79,9 +78,7 @@ def parts_folder(
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
-        raise InputError(
-            f"--out {target}", f"cannot be written ({error.strerror})", "choose another"
-        ) from None
+        raise cannot_be_written(f"--out {target}", error) from None
     try:
         yield folder
     except BaseException as error:

@@ -15,7 +15,7 @@ JITTER_RMS = 0.01
 
 A sample taken ``e`` intervals late is wrong by ``2 pi e / s`` of the amplitude at ``s`` samples per period:
 one per cent is 47 dB below the signal even at ten samples per period, far under any sensor noise that
-matters here. Rounded time stamps (1e-3 of an interval) pass by far.
+matters here. Rounded time stamps (1e-3 of an interval) pass easily.
 """
 
 JITTER_PEAK = 0.05
@@ -41,7 +41,7 @@ def place_of_sample(index: int, time: Array, rows: Indices | None = None) -> str
 
 
 def check_clock(name: str, time: Array, rows: Indices | None = None, *, evenly: bool = True) -> None:
-    """Refuse time stamps that do not increase and, unless told otherwise, those that are not evenly spaced.
+    """Refuse time stamps that do not increase, and those not evenly spaced unless they may be.
 
     Parameters
     ----------

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import tomllib
 from collections.abc import Mapping
@@ -13,6 +12,7 @@ from typing import Any
 import xarray as xr
 
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.files import sha256_of
 from friction_bayes.core.system import Oscillator, Pendulum
 from friction_bayes.records.readers import read_table
 from friction_bayes.records.readers.table import record_from_table
@@ -159,7 +159,7 @@ def _data_set(name: str, entry: dict[str, Any]) -> DataSet:
 
 
 DATASETS: dict[str, DataSet] = load_registry(Path(__file__).with_name("dataset_registry.toml"))
-"""The measured sets this package knows."""
+"""The registered data sets by name."""
 
 
 def list_datasets() -> tuple[DataSet, ...]:
@@ -199,7 +199,7 @@ def dataset_record(name: str) -> tuple[xr.DataArray, Oscillator]:
     Raises
     ------
     InputError
-        If name or part is unknown, a file cannot be had, or its digest is wrong.
+        If name or part is unknown, a file can be neither found nor downloaded, or its digest is wrong.
     """
     data_set, part = _look_up(name)
     path = _fetch(data_set, data_set.files[part.file])
@@ -246,7 +246,7 @@ def _fetch(data_set: DataSet, file: DataFile) -> Path:
             )
         local = Path(folder) / data_set.name / file.name
         if local.is_file():
-            digest = hashlib.sha256(local.read_bytes()).hexdigest()
+            digest = sha256_of(local)
             if digest != file.sha256:
                 raise InputError(
                     str(local),

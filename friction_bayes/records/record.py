@@ -21,7 +21,7 @@ __all__ = [
 ]
 
 MINIMUM_SAMPLES = 8
-"""One more than the whole-signal model has unknowns: amplitude, friction, rest, frequency, phase, noise."""
+"""Two more than the unknowns of a whole signal: amplitude, friction, rest, frequency, phase and noise."""
 
 
 def make_record(

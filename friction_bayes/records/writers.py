@@ -70,7 +70,7 @@ def _write_netcdf(record: xr.DataArray, path: Path) -> None:
 
 
 def _scalars(record: xr.DataArray) -> dict[str, Any]:
-    """Return the attributes as text and numbers, the rest as JSON; NetCDF knows no truth values."""
+    """Return the attributes as text and numbers, the rest as JSON; NetCDF has no booleans."""
     attrs = {key: int(v) if isinstance(v, bool) else v for key, v in record.attrs.items()}
     return {
         key: v if isinstance(v, str | int | float) else json.dumps(plain(v), default=str)

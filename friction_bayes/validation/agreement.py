@@ -112,7 +112,7 @@ class Agreement:
     minimum_ess : float
         Below this no verdict is given.
     false_alarm_rate : float
-        Probability, at most, that a correct closed form is said to disagree, over all checks together.
+        Probability, at most, that a correct closed form is found to disagree, over all checks together.
     closed_form_wall_time_s, wall_time_s : float or None
         Time the closed form and the sampler took [s], where they were timed.
     """

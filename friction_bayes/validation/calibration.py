@@ -36,7 +36,7 @@ class Calibration:
         For each parameter the mean (a bias), the spread about 1/2 (an interval too wide or too narrow) and
         the largest difference of distribution functions, each two-sided.
     false_alarm_rate : float
-        Probability, at most, that a calibrated posterior is said not to be.
+        Probability, at most, that a calibrated posterior is found not to be.
     seed : int or None
         Of the simulation; None where the transforms were given.
     """

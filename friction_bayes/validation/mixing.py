@@ -1,4 +1,4 @@
-"""How much a set of correlated draws knows: integrated autocorrelation time and effective sample size.
+"""How precise a mean of correlated draws is: integrated autocorrelation time, effective sample size.
 
 Walkers of one emcee ensemble move by looking at each other, so they are not independent chains. What is
 independent is one ensemble and another; and what estimates an expectation is the mean over the walkers of

@@ -85,7 +85,7 @@ def read_record(
 ) -> xr.DataArray:
     """Read one record from a file.
 
-    Column names such as ``time_s`` and ``displacement_mm`` carry quantity and unit; the options tell what
+    Column names such as ``time_s`` and ``displacement_mm`` carry quantity and unit; the options give what
     they do not.
 
     Parameters

@@ -16,7 +16,7 @@ __all__ = ["read_hdf5"]
 
 
 def read_hdf5(path: Path) -> Table:
-    """Read the vectors of an HDF5 file; attributes ``quantity`` and ``units`` of a data set are heeded.
+    """Read the vectors of an HDF5 file; attributes ``quantity`` and ``units`` of a data set are used.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""NetCDF and Zarr through xarray: our own saved records, and others' variables over one dimension."""
+"""NetCDF and Zarr through xarray: records that were saved, and any variable over one dimension."""
 
 from __future__ import annotations
 

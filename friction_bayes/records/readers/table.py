@@ -145,8 +145,8 @@ def _signal_name(
     if wanted is not None:
         return _named(table, place, "--signal-column", wanted)
     others = [name for name in table.columns if name != clock]
-    telling = {name: _spoken(name, table.columns[name])[0] for name in others}
-    found = [name for name, said in telling.items() if said and quantity in (None, said.name)]
+    stated = {name: _stated(name, table.columns[name])[0] for name in others}
+    found = [name for name, kind in stated.items() if kind and quantity in (None, kind.name)]
     if not found and quantity is not None and len(others) == 1:
         found = others
     if len(found) == 1:
@@ -168,7 +168,7 @@ def _signal_name(
     )
 
 
-def _spoken(name: str, column: Column) -> tuple[Quantity | None, str | None]:
+def _stated(name: str, column: Column) -> tuple[Quantity | None, str | None]:
     """Return quantity and unit that a column's name or the file itself states."""
     kind = QUANTITIES.get(column.quantity or "")
     unit = column.unit or None
@@ -188,7 +188,7 @@ def _meaning(
     place: str, name: str, column: Column, quantity: str | None, unit: str | None
 ) -> tuple[Quantity, str]:
     """Return quantity and unit of a column, refusing options that contradict the file."""
-    kind, spoken_unit = _spoken(name, column)
+    kind, stated_unit = _stated(name, column)
     if quantity is not None:
         given = quantity_named(quantity, place="--quantity")
         if kind is not None and given is not kind:
@@ -200,9 +200,9 @@ def _meaning(
         raise InputError(
             place, f"column {name!r} does not say what was measured", "give --quantity and --unit"
         )
-    if unit is not None and spoken_unit is not None and unit != spoken_unit:
-        raise InputError(place, f"column {name} is in {spoken_unit}, --unit says {unit}", "give one of them")
-    chosen = unit or spoken_unit or (kind.unit if quantity is not None else None)
+    if unit is not None and stated_unit is not None and unit != stated_unit:
+        raise InputError(place, f"column {name} is in {stated_unit}, --unit says {unit}", "give one of them")
+    chosen = unit or stated_unit or (kind.unit if quantity is not None else None)
     if chosen is None:
         raise InputError(
             place,
@@ -219,7 +219,7 @@ def _meaning(
 
 
 def _seconds(place: str, name: str, clock: Column) -> float:
-    """Return the factor that brings a time column to seconds; seconds where nothing is said."""
+    """Return the factor that brings a time column to seconds; seconds where no unit is stated."""
     token = name.split("/")[-1].partition("_")[2] if _is_time(name, clock) else ""
     unit = clock.unit or token or "s"
     if unit not in TIME_UNITS:

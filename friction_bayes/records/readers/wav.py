@@ -26,7 +26,7 @@ def read_wav(path: Path) -> Table:
 
     try:
         with warnings.catch_warnings():
-            # chunks other than the samples, such as a recorder's notes, are none of our business
+            # chunks other than the samples, such as a recorder's notes, are passed over
             warnings.simplefilter("ignore", wavfile.WavFileWarning)
             rate, samples = wavfile.read(path)
     except (ValueError, OSError) as error:
