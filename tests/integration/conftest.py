@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from decays import written_decay
 from friction_bayes.core.arrays import Array
 
 Signal = tuple[Array, Array]
@@ -21,10 +22,7 @@ def decay(rng: np.random.Generator) -> Callable[..., Signal]:
         *, amplitude: float = 0.02, duration: float = 5.0, noise_sd: float = 1e-4, rate: float = 100.0
     ) -> Signal:
         time = np.arange(round(duration * rate)) / rate
-        phase, shift = 10.0 * time, 5e-4
-        half_cycle = np.floor(phase / np.pi)
-        signal = (amplitude - (2.0 * half_cycle + 1.0) * shift) * np.cos(phase) + shift * (-1.0) ** half_cycle
-        return time, signal + rng.normal(0.0, noise_sd, time.size)
+        return time, written_decay(time, amplitude, 5e-4) + rng.normal(0.0, noise_sd, time.size)
 
     return make
 

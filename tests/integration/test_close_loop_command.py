@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
+from decays import short_decay
 from friction_bayes.cli.program import main
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
@@ -52,12 +53,10 @@ def strict(text: str) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def dragged(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A synthetic record with quadratic drag that nothing else can imitate: 0.5 N, 18 half cycles, 100 Hz."""
-    record = fb.simulate(
-        fb.Oscillator(mass=10.0, stiffness=1000.0),
+    record = short_decay(
         friction=FRICTION,
         initial_displacement=0.04,
         duration=6.0,
-        sampling_rate=100.0,
         noise_sd=2e-5,
         effects={"quadratic_drag.drag_coefficient": 6.0},
         seed=11,

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
+from decays import SYSTEM as OSCILLATOR
 from friction_bayes.cli.program import main
 from friction_bayes.core.files import sha256_of
 
@@ -90,8 +91,7 @@ def test_friction_is_found(method: str, csv: Path, capsys: pytest.CaptureFixture
 
 def test_command_and_python_say_the_same(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
     printed = run_json(capsys, "estimate", str(csv), *SYSTEM, "--method", "envelope")
-    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
-    estimate = fb.estimate(fb.read_record(csv), system, method="envelope")
+    estimate = fb.estimate(fb.read_record(csv), OSCILLATOR, method="envelope")
     assert printed == strict(json.dumps(estimate.to_dict(), allow_nan=False))
     assert printed["friction"]["mean"] == estimate.friction.mean()
     assert estimate.friction_over_stiffness.mean() * 1000.0 == pytest.approx(estimate.friction.mean())
@@ -112,9 +112,8 @@ def test_the_papers_prior(csv: Path, capsys: pytest.CaptureFixture[str]) -> None
     options = ("--method", "normal-gamma", "--prior", "mu=0.1", "lam=0.01", "--prior", "alpha=1", "beta=0.02")
     result = run_json(capsys, "estimate", str(csv), *SYSTEM, *options)
     assert result["prior"] == {"mu": 0.1, "lam": 0.01, "alpha": 1.0, "beta": 0.02}
-    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
     prior = fb.NormalGamma(mu=0.1, lam=0.01, alpha=1.0, beta=0.02)
-    estimate = fb.estimate(fb.read_record(csv), system, method="normal-gamma", prior=prior)
+    estimate = fb.estimate(fb.read_record(csv), OSCILLATOR, method="normal-gamma", prior=prior)
     assert estimate.friction.mean() == result["friction"]["mean"]
 
 

@@ -11,26 +11,15 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
+from decays import SYSTEM, short_decay
 from experiments import measured_estimates, measured_figures
 from experiments.runner import main
-
-SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 
 
 def record_of(name: str) -> tuple[xr.DataArray, fb.Oscillator]:
     if name == "made-up/lost":
         raise fb.InputError("dataset:made-up", "cannot download", "name a folder")
-    record = fb.simulate(
-        SYSTEM,
-        friction=0.5,
-        initial_displacement=0.02,
-        duration=6.0,
-        sampling_rate=100.0,
-        noise_sd=1e-4,
-        seed=1,
-        effects={"viscous_damping.damping_ratio": 0.01},
-    )
-    return record, SYSTEM
+    return short_decay(duration=6.0, effects={"viscous_damping.damping_ratio": 0.01}), SYSTEM
 
 
 def test_tables_and_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

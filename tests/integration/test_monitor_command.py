@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
+from decays import short_decay
 from friction_bayes.cli.program import main
 from friction_bayes.cli.tables.monitor import memory
 
@@ -28,15 +29,7 @@ FRICTIONS = (0.30, 0.33, 0.37, 0.40)
 
 
 def record_of(friction: float, seed: int) -> xr.DataArray:
-    return fb.simulate(
-        fb.Oscillator(mass=10.0, stiffness=1000.0),
-        friction=friction,
-        initial_displacement=0.02,
-        duration=4.0,
-        sampling_rate=100.0,
-        noise_sd=1e-4,
-        seed=seed,
-    )
+    return short_decay(friction=friction, duration=4.0, seed=seed)
 
 
 @pytest.fixture

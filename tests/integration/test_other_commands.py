@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import friction_bayes as fb
+from decays import short_decay
 from friction_bayes.cli import demonstration
 from friction_bayes.cli.console import output_console
 from friction_bayes.cli.demonstration import Case
@@ -40,16 +41,7 @@ def test_simulate_writes_what_python_simulates(suffix: str, tmp_path: Path) -> N
     )
     assert main(["simulate", *SYSTEM, *options, "--out", str(target)]) == 0
     written = fb.read_record(target)
-    expected = fb.simulate(
-        fb.Oscillator(mass=10.0, stiffness=1000.0),
-        friction=0.5,
-        initial_displacement=0.02,
-        duration=4.0,
-        sampling_rate=100.0,
-        noise_sd=1e-4,
-        seed=5,
-        effects={"sensor_offset.offset": 1e-3},
-    )
+    expected = short_decay(duration=4.0, seed=5, effects={"sensor_offset.offset": 1e-3})
     assert written.attrs["synthetic"] is True
     assert written.attrs["quantity"] == "displacement"
     assert (written.values == expected.values).all()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-import friction_bayes as fb
+from decays import short_decay
 from friction_bayes.cli.program import main
 from friction_bayes.monitor import parts
 
@@ -20,18 +20,7 @@ MACHINES = 5
 def write_fleet(path: Path, friction: float = 0.3) -> None:
     """Write a fleet of small machines, one a chunk."""
     rows = [
-        [
-            fb.simulate(
-                fb.Oscillator(mass=10.0, stiffness=1000.0),
-                friction=friction + 0.02 * (m + 1) * i,
-                initial_displacement=0.02,
-                duration=4.0,
-                sampling_rate=100.0,
-                noise_sd=1e-4,
-                seed=10 * m + i,
-            )
-            for i in range(3)
-        ]
+        [short_decay(friction=friction + 0.02 * (m + 1) * i, duration=4.0, seed=10 * m + i) for i in range(3)]
         for m in range(MACHINES)
     ]
     array = xr.DataArray(

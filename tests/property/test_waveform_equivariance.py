@@ -7,13 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from friction_bayes import Oscillator, estimate_batch, simulate
+from decays import SYSTEM, short_decay
+from friction_bayes import Oscillator, estimate_batch
 
-SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 RATE = 50.0
-RECORD = simulate(
-    SYSTEM, friction=0.2, initial_displacement=0.02, duration=12.0, sampling_rate=RATE, noise_sd=4e-4, seed=5
-).values
+RECORD = short_decay(friction=0.2, duration=12.0, sampling_rate=RATE, noise_sd=4e-4, seed=5).values
 FLAT = {"coefficient_precision": 0.0, "alpha": 0.5, "beta": 0.0}  # the default prior has a scale of its own
 BASE = estimate_batch(RECORD[None], SYSTEM, sampling_rate=RATE, prior=FLAT)
 

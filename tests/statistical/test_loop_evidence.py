@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 import friction_bayes as fb
+from decays import SYSTEM, long_decay
 from experiments.bridge import bridged_log_evidence
 from experiments.loop_evidence import Config, fit_of_case
 from friction_bayes.loop.evidence import log_evidence
@@ -25,17 +24,9 @@ def test_laplace_agrees_with_bridge_sampling(case: str, seed: int) -> None:
 
 
 def test_sampled_posterior_agrees_with_the_normal_approximation() -> None:
-    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
-    settings: dict[str, Any] = {"friction": 0.25, "initial_displacement": 0.04, "duration": 5.0}
-    record = fb.simulate(
-        system,
-        sampling_rate=60.0,
-        noise_sd=5e-4,
-        seed=11,
-        effects={"cubic_stiffness.cubic_stiffness": 6e4},
-        **settings,
-    )
-    report = fb.close_loop([record], system, seed=2, effects=["cubic_stiffness"], check=True)
+    effects = {"cubic_stiffness.cubic_stiffness": 6e4}
+    record = long_decay(initial_displacement=0.04, duration=5.0, seed=11, effects=effects)
+    report = fb.close_loop([record], SYSTEM, seed=2, effects=["cubic_stiffness"], check=True)
     assert report.reference_check is not None
     check = report.reference_check["sampler"]
     assert check["converged"]

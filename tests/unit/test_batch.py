@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from scipy import stats
 
+from decays import SYSTEM
 from friction_bayes import (
     Estimate,
     InputError,
@@ -23,7 +24,6 @@ from friction_bayes.conjugate.scaled_batch import product_moments, product_quant
 from friction_bayes.estimators.batch import METHODS, STATUS
 
 RATE = 200.0
-SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 
 
 def records(quantity: str, count: int, system: Oscillator = SYSTEM) -> np.ndarray:

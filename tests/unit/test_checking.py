@@ -8,26 +8,16 @@ from functools import partial
 import pytest
 
 import friction_bayes as fb
+from decays import SYSTEM, short_decay
 from friction_bayes.cli.tables.estimate import disagreements, estimate_table
 from friction_bayes.core.strict_json import strict_json
 from friction_bayes.reference import checking
 from friction_bayes.validation.agreement import compare
 
-SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
-
 
 @pytest.fixture(scope="module")
 def estimate() -> fb.Estimate:
-    record = fb.simulate(
-        SYSTEM,
-        friction=0.5,
-        initial_displacement=0.02,
-        duration=6.0,
-        sampling_rate=100.0,
-        noise_sd=1e-4,
-        seed=5,
-    )
-    return fb.estimate(record, SYSTEM, method="normal-gamma")
+    return fb.estimate(short_decay(duration=6.0, seed=5), SYSTEM, method="normal-gamma")
 
 
 def test_no_verdict_is_null_and_said_so(estimate: fb.Estimate, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,10 +11,10 @@ import xarray as xr
 from scipy.integrate import solve_ivp
 
 import friction_bayes as fb
+from decays import SYSTEM
 from experiments.classical import CLASSICAL, coulomb_signal, feeny_liang, log_decrement
 from friction_bayes.decay.free_decay import find_free_decay
 
-SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = 0.07
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from decays import written_decay
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.record import make_record
 from friction_bayes.records.resampling import resample_record
@@ -14,13 +15,10 @@ AMPLITUDE, DROP = 0.0147, 7e-5
 
 def decay(rate, duration=20.0, frequency=10.0, drop=DROP):
     """A Coulomb decay from rest, coming to rest when its amplitude is used up."""
-    angle = frequency * np.arange(0.0, duration, 1.0 / rate)
-    half = np.floor(angle / np.pi)
-    amplitude = AMPLITUDE - (2.0 * half + 1.0) * drop
-    stop = np.argmax(amplitude <= 0.0) if (amplitude <= 0.0).any() else angle.size
-    signal = amplitude * np.cos(angle) + drop * (-1.0) ** half
-    signal[stop:] = signal[stop - 1]
-    return signal
+    time = np.arange(0.0, duration, 1.0 / rate)
+    signal = written_decay(time, AMPLITUDE, drop, frequency)
+    stop = np.pi / frequency * np.ceil((AMPLITUDE / drop - 1.0) / 2.0)
+    return np.where(time < stop, signal, signal[time < stop][-1])
 
 
 def quantised(signal, step):

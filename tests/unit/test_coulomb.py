@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from decays import SYSTEM
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator, Pendulum
 from friction_bayes.mechanics.coulomb import coulomb_decay
 
-SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = 0.07
 DEADBAND = FRICTION / SYSTEM.stiffness
 TIME = np.linspace(0.0, 36.0, 20_001)

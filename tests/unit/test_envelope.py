@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from decays import SYSTEM
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES, inverse_square
-from friction_bayes.core.system import Oscillator, Pendulum
+from friction_bayes.core.system import Pendulum
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_tracking import track_phase
 from friction_bayes.estimators.envelope.estimator import COEFFICIENTS, ENVELOPE
 from friction_bayes.estimators.envelope.half_cycle_rows import envelope_statistics, half_cycle_rows
 from friction_bayes.mechanics.coulomb import coulomb_decay
 
-SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = 0.07
 NAMES = ("displacement", "velocity", "acceleration")
 

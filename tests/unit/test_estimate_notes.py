@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
+from decays import SYSTEM
 
 
 @pytest.mark.parametrize(
@@ -35,6 +36,6 @@ def test_what_is_taken_as_exact_is_named(quantity: str, said: str, seed: int) ->
 def test_a_growing_oscillation_is_told(method: str) -> None:
     time = np.arange(0.0, 12.0, 0.01)
     record = fb.make_record(time, (0.01 + 0.002 * time) * np.cos(10.0 * time), "displacement")
-    estimate = fb.estimate(record, fb.Oscillator(mass=10.0, stiffness=1000.0), method=method)
+    estimate = fb.estimate(record, SYSTEM, method=method)
     assert estimate.friction.mean() < 0.0
     assert any(note.startswith("friction is negative") for note in estimate.notes)

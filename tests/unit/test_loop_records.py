@@ -7,25 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 from numba import njit
 
 import friction_bayes as fb
+from decays import SYSTEM, long_decay
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Parameter, SensorEffect, register
 from friction_bayes.mechanics.effects.prior import half_normal, normal
-
-SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
-
-
-def decay(seed: int, **settings: Any) -> xr.DataArray:
-    options: dict[str, Any] = {
-        "friction": 0.25,
-        "initial_displacement": 0.05,
-        "duration": 12.0,
-        "sampling_rate": 60.0,
-        "noise_sd": 5e-4,
-    }
-    return fb.simulate(SYSTEM, seed=seed, **options | settings)
 
 
 def probability(report: Any, *names: str) -> float:
@@ -36,8 +23,8 @@ def test_a_second_release_amplitude_breaks_the_tie_of_viscous_damping_and_drift(
     """Damping that is taken for a falling friction at one amplitude is not at half of it."""
     effects = {"viscous_damping.damping_ratio": 0.003}
     rivals = ["viscous_damping", "friction_drift"]
-    high = decay(seed, effects=effects)
-    low = decay(seed + 1, initial_displacement=0.03, effects=effects)
+    high = long_decay(seed=seed, effects=effects)
+    low = long_decay(seed=seed + 1, initial_displacement=0.03, effects=effects)
     alone = fb.close_loop([high], SYSTEM, seed=1, effects=rivals)
     together = fb.close_loop([high, low], SYSTEM, seed=1, effects=rivals)
     assert together.candidates[0]["effects"] == ["viscous_damping"]
@@ -53,8 +40,8 @@ def test_a_second_release_amplitude_breaks_the_tie_of_viscous_damping_and_drift(
 
 
 def test_each_record_has_its_own_sensor_and_noise(seed: int) -> None:
-    first = decay(seed)
-    second = decay(seed + 1, noise_sd=1.5e-3, effects={"sensor_offset.offset": 0.004})
+    first = long_decay(seed=seed)
+    second = long_decay(seed=seed + 1, noise_sd=1.5e-3, effects={"sensor_offset.offset": 0.004})
     report = fb.close_loop([first, second], SYSTEM, seed=1, effects=["sensor_offset"])
     assert report.candidates[0]["effects"] == ["sensor_offset"]
     offsets = report.effects[0]["parameters"]
@@ -63,8 +50,8 @@ def test_each_record_has_its_own_sensor_and_noise(seed: int) -> None:
 
 
 def test_records_that_disagree_are_refused_by_name() -> None:
-    displacement = decay(1).assign_attrs(name="first.csv")
-    acceleration = decay(2, quantity="acceleration", noise_sd=0.05).assign_attrs(name="second.csv")
+    displacement = long_decay(seed=1).assign_attrs(name="first.csv")
+    acceleration = long_decay(seed=2, quantity="acceleration", noise_sd=0.05).assign_attrs(name="second.csv")
     with pytest.raises(fb.InputError, match=r"second\.csv.*acceleration.*first\.csv.*displacement"):
         fb.close_loop([displacement, acceleration], SYSTEM, seed=1)
     with pytest.raises(fb.InputError, match="none given"):
@@ -113,7 +100,7 @@ def own_effects() -> Iterator[None]:
 @pytest.mark.usefixtures("own_effects")
 def test_a_users_effects_are_traced(seed: int) -> None:
     settings = {"eddy_brake.coefficient": 0.6, "eddy_brake.length": 0.02, "warming_up.error": 0.006}
-    record = decay(seed, effects=settings)
+    record = long_decay(seed=seed, effects=settings)
     effects = ["viscous_damping", "sensor_offset", "eddy_brake", "warming_up"]
     report = fb.close_loop([record], SYSTEM, seed=1, effects=effects)
     assert set(report.candidates[0]["effects"]) == {"eddy_brake", "warming_up"}

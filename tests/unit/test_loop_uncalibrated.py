@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
+from decays import written_decay
 from friction_bayes.loop import close_loop
 
 FRICTION, STIFFNESS, GAIN = 0.5, 1000.0, 40.0
@@ -15,9 +16,7 @@ FRICTION, STIFFNESS, GAIN = 0.5, 1000.0, 40.0
 def test_friction_in_the_unit_of_the_signal(kind: type[fb.Oscillator], rng: np.random.Generator) -> None:
     shift = FRICTION / STIFFNESS
     time = np.arange(500) / 100.0
-    half = np.floor(10.0 * time / np.pi)
-    signal = (0.02 - (2.0 * half + 1.0) * shift) * np.cos(10.0 * time) + shift * (-1.0) ** half
-    volts = GAIN * (signal + rng.normal(0.0, 1e-5, time.size))
+    volts = GAIN * (written_decay(time, 0.02, shift) + rng.normal(0.0, 1e-5, time.size))
     record = fb.make_record(time, volts, "angle", unit="V", name="volts")
     system = kind(inertia=10.0, stiffness=STIFFNESS)
     report = close_loop([record], system, seed=1, effects=("cubic_stiffness",))

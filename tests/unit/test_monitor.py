@@ -13,6 +13,7 @@ import xarray as xr
 from scipy import integrate, stats
 
 import friction_bayes as fb
+from decays import SYSTEM, short_decay
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.core.strict_json import strict_json
 from friction_bayes.monitor.points import DetectionPoints, detection_times
@@ -21,23 +22,13 @@ from friction_bayes.monitor.report import follow
 from friction_bayes.monitor.tracking import choose_discount, track
 from friction_bayes.monitor.wear import WearPosterior, WearPrior, fit_wear
 
-SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = np.array([0.30, 0.34, 0.41, 0.43, 0.52])
 SD = np.array([0.01, 0.02, 0.01, 0.03, 0.02])
 TIMES = np.array([0.0, 1.0, 2.0, 4.0, 5.0])
 
 
 def decay(friction: float, seed: int, **attributes: Any) -> xr.DataArray:
-    record = fb.simulate(
-        SYSTEM,
-        friction=friction,
-        initial_displacement=0.02,
-        duration=4.0,
-        sampling_rate=100.0,
-        noise_sd=1e-4,
-        seed=seed,
-        name=f"run{seed}",
-    )
+    record = short_decay(friction=friction, duration=4.0, seed=seed, name=f"run{seed}")
     return record.assign_attrs(attributes)
 
 

@@ -7,18 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from decays import SYSTEM
 from friction_bayes import Pendulum, estimate, simulate
 from friction_bayes.conjugate.gamma_exponential import GammaExponential
 from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
-from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.friction_samples import friction_samples
 from friction_bayes.estimators.base import ESTIMATORS
 from friction_bayes.estimators.peaks import GammaExponentialEstimator, NormalGammaEstimator
 
-SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = 0.07
 
 

@@ -11,8 +11,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from scipy import stats
 
+from decays import SYSTEM
 from friction_bayes.core.quantities import QUANTITIES
-from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.plotting import (
     Interval,
@@ -36,7 +36,7 @@ def decay(rng: np.random.Generator) -> FreeDecay:
         step=0.01,
         quantity=QUANTITIES["displacement"],
         unit="m",
-        system=Oscillator(mass=10.0, stiffness=1000.0),
+        system=SYSTEM,
         frequency=10.0,
         phase=0.0,
         rest_position=0.0,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from decays import SYSTEM
 from friction_bayes.conjugate.gamma_exponential import GammaExponential
 from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.conjugate.regression import NormalInverseGamma
@@ -20,18 +21,17 @@ from friction_bayes.estimators.priors import (
     signal_scale,
 )
 
-TESTBED = Oscillator(mass=10.0, stiffness=1000.0)
 DISPLACEMENT, ACCELERATION, ANGLE = (QUANTITIES[q] for q in ("displacement", "acceleration", "angle"))
 
 
 def test_scales_come_from_the_system() -> None:
-    assert force_scale(TESTBED, DISPLACEMENT, "m") == pytest.approx(98.0665)
-    assert signal_scale(TESTBED, DISPLACEMENT, "m") == pytest.approx(0.0980665)
-    assert signal_scale(TESTBED, ACCELERATION, "m/s2") == pytest.approx(9.80665)
+    assert force_scale(SYSTEM, DISPLACEMENT, "m") == pytest.approx(98.0665)
+    assert signal_scale(SYSTEM, DISPLACEMENT, "m") == pytest.approx(0.0980665)
+    assert signal_scale(SYSTEM, ACCELERATION, "m/s2") == pytest.approx(9.80665)
     pendulum = Pendulum(inertia=0.01, stiffness=0.3)
     assert force_scale(pendulum, ANGLE, "rad") == 0.3
     assert signal_scale(pendulum, ANGLE, "rad") == 1.0
-    assert force_scale(TESTBED, DISPLACEMENT, "V") == signal_scale(TESTBED, ACCELERATION, "V") == 10.0
+    assert force_scale(SYSTEM, DISPLACEMENT, "V") == signal_scale(SYSTEM, ACCELERATION, "V") == 10.0
 
 
 # The unit each default carries: of the friction for the paper's two, of the signal for the others.
@@ -47,9 +47,9 @@ POWERS = {
 def test_priors_do_not_depend_on_units(method: str) -> None:
     """Twice the forces of the same motion, or its velocity, ten times as large a number: the same prior."""
     unit, powers = POWERS[method]
-    base = default_prior(method, TESTBED, DISPLACEMENT, "m")
+    base = default_prior(method, SYSTEM, DISPLACEMENT, "m")
     heavier = default_prior(method, Oscillator(mass=20.0, stiffness=2000.0), DISPLACEMENT, "m")
-    velocity = default_prior(method, TESTBED, QUANTITIES["velocity"], "m/s")
+    velocity = default_prior(method, SYSTEM, QUANTITIES["velocity"], "m/s")
     force, signal = (2.0, 1.0) if unit == "force" else (1.0, 10.0)
     assert heavier == pytest.approx({key: base[key] * force**power for key, power in powers.items()})
     assert velocity == pytest.approx({key: base[key] * signal**power for key, power in powers.items()})
@@ -58,7 +58,7 @@ def test_priors_do_not_depend_on_units(method: str) -> None:
 
 
 def test_normal_gamma_default_is_weak() -> None:
-    prior = NormalGamma(**default_prior("normal-gamma", TESTBED, DISPLACEMENT, "m"))
+    prior = NormalGamma(**default_prior("normal-gamma", SYSTEM, DISPLACEMENT, "m"))
     samples = np.array([0.071, 0.069, 0.072, 0.068])
     after = prior.update(samples)
     assert after.mu == pytest.approx(samples.mean(), rel=1e-11)
@@ -68,12 +68,12 @@ def test_normal_gamma_default_is_weak() -> None:
 
 
 def test_gamma_exponential_default_is_weak() -> None:
-    prior = GammaExponential(**default_prior("gamma-exponential", TESTBED, DISPLACEMENT, "m"))
+    prior = GammaExponential(**default_prior("gamma-exponential", SYSTEM, DISPLACEMENT, "m"))
     assert prior.update(np.full(50, 0.07)).friction.mean() == pytest.approx(1.0 / 0.07, rel=1e-3)
 
 
 def test_regression_default_is_weak(rng: np.random.Generator) -> None:
-    given = default_prior("waveform", TESTBED, DISPLACEMENT, "m")
+    given = default_prior("waveform", SYSTEM, DISPLACEMENT, "m")
     prior = NormalInverseGamma.from_prior(
         mean=np.zeros(2), precision=given["coefficient_precision"], alpha=given["alpha"], beta=given["beta"]
     )
@@ -86,7 +86,7 @@ def test_regression_default_is_weak(rng: np.random.Generator) -> None:
 
 
 def test_every_key_can_be_set_and_no_other() -> None:
-    default = default_prior("normal-gamma", TESTBED, DISPLACEMENT, "m")
+    default = default_prior("normal-gamma", SYSTEM, DISPLACEMENT, "m")
     assert complete_prior(default, None) == default
     assert complete_prior(default, {"mu": 0.1})["mu"] == 0.1
     assert default["mu"] == 0.0

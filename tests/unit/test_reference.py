@@ -11,6 +11,7 @@ import xarray as xr
 from arviz_stats import ess, loo, rhat_nested, summary
 
 import friction_bayes as fb
+from decays import SYSTEM, short_decay
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.targets import normal_gamma_target
 from friction_bayes.reference import load_tree, sample_reference, sample_target, save_tree
@@ -211,18 +212,9 @@ def test_progress_is_told(target: Target) -> None:
 
 
 def test_from_a_record() -> None:
-    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
-    record = fb.simulate(
-        system,
-        friction=0.5,
-        initial_displacement=0.02,
-        duration=5.0,
-        sampling_rate=200.0,
-        noise_sd=5e-4,
-        seed=1,
-    )
-    closed = fb.estimate(record, system)
-    tree = sample_reference(record, system, seed=4)
+    record = short_decay(sampling_rate=200.0, noise_sd=5e-4)
+    closed = fb.estimate(record, SYSTEM)
+    tree = sample_reference(record, SYSTEM, seed=4)
     friction = tree["posterior"]["friction"]
     error = friction.attrs["mcse_mean"]
     assert float(friction.mean()) == pytest.approx(closed.friction.mean(), abs=5.0 * error)

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from friction_bayes import Oscillator, Pendulum, simulate
+from decays import SYSTEM, short_decay
+from friction_bayes import Pendulum, simulate
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import quantity_named
 from friction_bayes.decay.free_decay import find_free_decay
@@ -25,7 +26,6 @@ from friction_bayes.estimators.waveform.estimator import WAVEFORM
 from friction_bayes.estimators.waveform.normal_equations import accumulate
 from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion
 
-SYSTEM = Oscillator(mass=10.0, stiffness=1000.0)
 QUANTITIES = ("displacement", "velocity", "acceleration")
 FRICTION = 0.3
 COEFFICIENTS = np.array([0.2, 5.0, 0.21, 40.3, 45.1])
@@ -180,16 +180,8 @@ def test_coloured_residuals_are_told(rng: np.random.Generator) -> None:
     assert whiteness(smooth).p_value < 1e-12
     assert whiteness(smooth).lag1 == pytest.approx(5.0 / 6.0, abs=0.1)
     assert whiteness(rng.standard_normal(2000)).p_value > 1e-4
-    viscous = simulate(
-        SYSTEM,
-        friction=FRICTION,
-        initial_displacement=0.02,
-        duration=10.0,
-        sampling_rate=100.0,
-        noise_sd=1e-4,
-        seed=1,
-        effects={"viscous_damping.damping_ratio": 0.01},
-    )
+    effects = {"viscous_damping.damping_ratio": 0.01}
+    viscous = short_decay(friction=FRICTION, duration=10.0, effects=effects)
     decay = find_free_decay(viscous, SYSTEM)
     notes = WAVEFORM.fit(decay, WAVEFORM.default_prior(decay), peaks="highest").notes
     assert any("close-loop" in note for note in notes)
@@ -225,16 +217,7 @@ def test_pendulum(quantity: str, amplitude: float, rng: np.random.Generator) -> 
 
 
 def test_improper_prior_has_no_draws(rng: np.random.Generator) -> None:
-    record = simulate(
-        SYSTEM,
-        friction=FRICTION,
-        initial_displacement=0.02,
-        duration=5.0,
-        sampling_rate=100.0,
-        noise_sd=1e-4,
-        seed=1,
-    )
-    decay = find_free_decay(record, SYSTEM)
+    decay = find_free_decay(short_decay(friction=FRICTION), SYSTEM)
     prior = {"coefficient_precision": 0.0, "alpha": 0.0, "beta": 0.0}
     result = WAVEFORM.fit(decay, prior, peaks="highest")
     assert math.isfinite(result.coefficient.std())
@@ -244,16 +227,6 @@ def test_improper_prior_has_no_draws(rng: np.random.Generator) -> None:
 
 @pytest.mark.parametrize(("quantity", "told"), [("velocity", False), ("acceleration", True)])
 def test_says_where_the_signal_jumps(quantity: str, told: bool) -> None:
-    record = simulate(
-        SYSTEM,
-        friction=FRICTION,
-        initial_displacement=0.02,
-        duration=5.0,
-        sampling_rate=100.0,
-        noise_sd=1e-3,
-        quantity=quantity,
-        seed=1,
-    )
-    decay = find_free_decay(record, SYSTEM)
+    decay = find_free_decay(short_decay(friction=FRICTION, noise_sd=1e-3, quantity=quantity), SYSTEM)
     notes = WAVEFORM.fit(decay, WAVEFORM.default_prior(decay), peaks="highest").notes
     assert any("jumps at its turning points" in note for note in notes) is told
