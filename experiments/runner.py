@@ -28,7 +28,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 import friction_bayes
 from experiments.tables import Row, closing_table, page
-from friction_bayes.core.files import manifest, write_json, write_whole
+from friction_bayes.core.files import manifest, settings_key, write_json, write_whole
 
 __all__ = ["Cell", "Experiment", "Row", "main", "parser_for", "run_experiment", "settings_digest"]
 
@@ -78,7 +78,7 @@ class Experiment:
 def _key(experiment: Experiment, cell: Cell, seed: int) -> str:
     """Digest of everything a cell's numbers depend on."""
     settings = [experiment.name, asdict(experiment.config), dict(cell), seed, friction_bayes.__version__]
-    return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:20]
+    return settings_key(settings)
 
 
 def _cell_seed(experiment: Experiment, cell: Cell, seed: int) -> np.random.SeedSequence:

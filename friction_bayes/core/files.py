@@ -7,7 +7,7 @@ import json
 import platform
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
@@ -22,6 +22,7 @@ __all__ = [
     "manifest",
     "nearest_existing",
     "output_folder",
+    "settings_key",
     "sha256_of",
     "versions",
     "write_json",
@@ -67,6 +68,11 @@ def sha256_of(path: Path) -> str:
         while block := stream.read(1 << 20):
             digest.update(block)
     return digest.hexdigest()
+
+
+def settings_key(settings: Sequence[Any]) -> str:
+    """Return a key of the settings of a computation, 20 hexadecimal digits: equal settings, equal key."""
+    return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:20]
 
 
 def _version_of(distribution: str) -> str | None:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import glob
-import hashlib
-import json
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -15,7 +13,7 @@ import dask
 import numpy as np
 from numpy.typing import NDArray
 
-from friction_bayes.core.files import cannot_be_written, nearest_existing, versions, write_whole
+from friction_bayes.core.files import cannot_be_written, nearest_existing, settings_key, versions, write_whole
 
 __all__ = ["Columns", "compute_parts", "parts_folder", "run_key"]
 
@@ -39,7 +37,7 @@ def run_key(command: str, options: Mapping[str, Any], inputs: Mapping[str, str])
     """
     relevant = {name: value for name, value in options.items() if name not in _NOT_OF_THE_RESULT}
     settings = [command, relevant, dict(inputs), versions()]
-    return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:20]
+    return settings_key(settings)
 
 
 @contextmanager
