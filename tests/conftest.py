@@ -33,8 +33,10 @@ from friction_bayes.testing import base_seed  # noqa: E402
 
 @pytest.fixture
 def seed(request: pytest.FixtureRequest) -> int:
-    """A seed of this test's own, derived from the one base seed and the name of the test."""
-    own = zlib.crc32(request.node.nodeid.encode())
+    """A seed of this test's own, derived from the one base seed and the kind, file and name of the test."""
+    path = request.node.path
+    kind = path.relative_to(_ROOT / "tests").parts[0]
+    own = zlib.crc32(f"tests/{kind}/{path.name}::{request.node.name}".encode())
     return int(np.random.SeedSequence([base_seed(), own]).generate_state(1)[0])
 
 
