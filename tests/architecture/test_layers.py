@@ -291,6 +291,13 @@ def test_a_cycle_of_folders_is_found_where_no_module_is_in_one() -> None:
     assert cycles(read_tree(SOUND | crossed)) == ["estimators.peaks -> estimators.signal -> estimators.peaks"]
 
 
+def test_contributing_has_each_folders_own_sentence() -> None:
+    text = (PACKAGE.parent / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (\d) \| `(\w+)` \| (.*) \|$", text, re.MULTILINE)
+    own = {name: MODULES[name].docstring.replace("``", "`") for name in RANK}
+    assert rows == [(str(rank + 1), name, own[name]) for name, rank in RANK.items()]
+
+
 def test_no_relative_imports_and_no_global_random_state() -> None:
     for path, source in FILES.items():
         for node in ast.walk(ast.parse(source)):
