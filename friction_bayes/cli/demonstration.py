@@ -137,9 +137,9 @@ def _cases(seed: int) -> tuple[Case, Case]:
             record=paper_example(seed),
             system=PAPER_SYSTEM,
             friction=PAPER_FRICTION,
-            remark="Every closed form is what its sampler finds, at a fraction of the time. The paper's "
-            "normal-gamma is far less sure than it could be, since its friction samples share amplitudes; "
-            "gamma-exponential estimates a rate, about 1 / friction, as the paper found when it dropped it.",
+            remark="Every closed form agrees with its sampler, at a fraction of the time. The interval of "
+            "the paper's normal-gamma is far too wide: successive friction samples share an amplitude; "
+            "gamma-exponential estimates a rate, about 1 / friction, and the paper rejects it.",
         ),
         Case(
             name="testbed",
@@ -159,8 +159,8 @@ def _cases(seed: int) -> tuple[Case, Case]:
             ),
             system=TESTBED,
             friction=TESTBED_FRICTION,
-            remark="All four know dry friction alone and take what viscous damping costs for friction: "
-            "closed form and sampler agree on a wrong model. A narrow interval is no proof of the model.",
+            remark="All four models contain dry friction only and attribute the loss by viscous damping to "
+            "it: closed form and sampler agree on a wrong model. A narrow interval does not prove the model.",
         ),
     )
 

@@ -60,8 +60,10 @@ def add_record(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--signal-column", metavar="NAME", help="column of the signal")
     group.add_argument("--quantity", metavar="NAME", help="displacement, velocity, acceleration, angle, ...")
     group.add_argument("--unit", metavar="UNIT", help="unit of the signal; V when it is not calibrated")
-    group.add_argument("--sampling-rate", type=float, metavar="HZ", help="of a record without a time column")
-    group.add_argument("--resample", action="store_true", help="bring a non-uniform record to a uniform rate")
+    group.add_argument("--sampling-rate", type=float, metavar="HZ", help="for a record without a time column")
+    group.add_argument(
+        "--resample", action="store_true", help="interpolate a non-uniform record to a uniform rate"
+    )
 
 
 def add_output_folder(
@@ -70,14 +72,16 @@ def add_output_folder(
     """Add ``--out`` and ``--force``."""
     text = "folder for results and figures" + (f" (default: {default})" if default else "")
     parser.add_argument("--out", metavar="DIR", default=default, required=required, help=text)
-    parser.add_argument("--force", action="store_true", help="replace the folder of an earlier run")
+    parser.add_argument("--force", action="store_true", help="replace the files of an earlier run")
 
 
 def add_long_run(parser: argparse._ActionsContainer) -> None:
     """Add ``--resume``, ``--workers`` and ``--scheduler``."""
-    parser.add_argument("--resume", action="store_true", help="go on with an interrupted run of the same")
-    parser.add_argument("--workers", type=int, metavar="N", help="threads (default: one a core)")
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="of a dask.distributed cluster, tcp://...")
+    parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
+    parser.add_argument("--workers", type=int, metavar="N", help="threads (default: one per core)")
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="address of a dask.distributed cluster, tcp://..."
+    )
 
 
 def add_seed(parser: argparse.ArgumentParser) -> None:
@@ -223,7 +227,7 @@ def key_values(entries: Sequence[str] | None, option: str) -> dict[str, float]:
 
 
 def one_value_each(arguments: Sequence[str], option: str) -> list[str]:
-    """Write an option before each of its ``KEY=VALUE`` entries: what follows them then is no entry of it."""
+    """Write an option before each of its ``KEY=VALUE`` entries: what follows is then not one of them."""
     result: list[str] = []
     within = False
     for argument in arguments:

@@ -1,4 +1,4 @@
-"""The command line: parser, dispatch, and how errors are said."""
+"""The command line: parser, dispatch, and how errors are reported."""
 
 from __future__ import annotations
 

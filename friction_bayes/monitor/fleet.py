@@ -38,7 +38,7 @@ _SCALARS = (
 
 @dataclass(frozen=True, eq=False)
 class FleetWork:
-    """Monitoring of a fleet cut into tasks that know nothing of each other.
+    """Monitoring of a fleet, cut into independent tasks.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float
         Dimensions machine, point and ``time``, the first two of any name and in this order; attributes
         ``quantity`` and ``units``; coordinate ``time`` [s]. A coordinate ``detection_time`` over points, or
         over machines and points, says when records were taken (attribute ``units``); without it points are
-        taken as evenly spaced and counted. A lazy array stays on disk till its turn.
+        taken as evenly spaced and counted. A lazy array stays on disk until it is needed.
     system : Oscillator
         Mass or inertia, and stiffness, of each machine.
     threshold : float, optional

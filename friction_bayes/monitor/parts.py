@@ -72,7 +72,7 @@ def parts_folder(
         if other != folder or not resume:
             shutil.rmtree(other, ignore_errors=True)
     if resume and earlier and folder not in earlier:
-        note("the input, an option or a version changed since the interrupted run: starting anew")
+        note("the input, an option or a version has changed since the interrupted run: starting anew")
     try:
         folder.mkdir(exist_ok=True)
     except OSError as error:
@@ -83,7 +83,7 @@ def parts_folder(
         if not any(folder.glob("*.npz")):
             shutil.rmtree(folder, ignore_errors=True)
         elif isinstance(error, KeyboardInterrupt):
-            raise KeyboardInterrupt("what is done is kept, and --resume goes on with it") from None
+            raise KeyboardInterrupt("finished parts are kept, and --resume continues from them") from None
         raise
     shutil.rmtree(folder, ignore_errors=True)
 

@@ -85,7 +85,7 @@ def detection_times(
         if len(times) != len(records):
             raise InputError("times", f"{len(times)} for {len(records)} records", "give one for each record")
         found, dated = _numbers(times, ["times"] * len(names))
-        source, told = "given", unit or "unit of the given times"
+        source, name_of_unit = "given", unit or "unit of the given times"
     else:
         attributes = [record.attrs.get(TIME_ATTRIBUTE) for record in records]
         if all(each is None for each in attributes):
@@ -101,9 +101,9 @@ def detection_times(
             raise InputError(
                 f"{TIME_ATTRIBUTE}_units", f"differ: {', '.join(sorted(units))}", "use one unit of time"
             )
-        source, told = f"attribute {TIME_ATTRIBUTE}", units.pop() or f"unit of {TIME_ATTRIBUTE}"
+        source, name_of_unit = f"attribute {TIME_ATTRIBUTE}", units.pop() or f"unit of {TIME_ATTRIBUTE}"
     _refuse_wrong_order(found, names)
-    return found, "d" if dated else told, source
+    return found, "d" if dated else name_of_unit, source
 
 
 def per(unit: str, time_unit: str) -> str:
@@ -131,13 +131,13 @@ def _numbers(values: Sequence[Any], places: Sequence[str]) -> tuple[Array, bool]
             days = [(date - first).total_seconds() / 86400.0 for date in dates]  # type: ignore[operator]
         except TypeError:
             raise InputError(
-                places[0], "some dates have a time zone, some none", "give all of them alike"
+                places[0], "some dates have a time zone, others do not", "give all of them alike"
             ) from None
         return np.array(days), True
-    told = list(zip(values, dates, places, strict=True))
-    # first what is neither: a mistyped date is not to be taken for a number among dates
-    numbers = [finite(place, value) for value, date, place in told if date is None]
-    for value, date, place in told:
+    entries = list(zip(values, dates, places, strict=True))
+    # first what is neither: a mistyped date must not be taken for a number among dates
+    numbers = [finite(place, value) for value, date, place in entries if date is None]
+    for value, date, place in entries:
         if date is not None:
             raise InputError(place, f"{value!r} is a date among numbers", "give all times alike")
     return np.array(numbers), False

@@ -42,7 +42,7 @@ def monitor_records(
     system : Oscillator
         Mass or inertia, and stiffness.
     threshold : float, optional
-        Friction at which the machine fails; without one nothing is said of the remaining life.
+        Friction at which the machine fails; without one there is no remaining life in the report.
     times : sequence, optional
         When the records were taken, in place of their attributes: numbers, or dates of ISO 8601. With
         neither the points are taken as evenly spaced and counted.
@@ -114,5 +114,5 @@ def _acquired(record: xr.DataArray) -> dict[str, Any]:
 
 
 def _manipulated(found: Estimate) -> dict[str, Any]:
-    told = found.to_dict()
-    return {key: told[key] for key in ("friction", "frequency", "noise_sd", "amplitudes", "notes")}
+    fields = found.to_dict()
+    return {key: fields[key] for key in ("friction", "frequency", "noise_sd", "amplitudes", "notes")}

@@ -143,7 +143,7 @@ class MonitorReport:
     def advice(self) -> dict[str, str]:
         """Say in one sentence what follows, and in one word which case it is."""
         if self.life is None or self.threshold is None:
-            return {"case": "no_threshold", "text": "no threshold was given: nothing is said of what remains"}
+            return {"case": "no_threshold", "text": "no threshold was given, so there is no remaining life"}
         unit, what = self.points.time_unit, f"{self.threshold:g} {self.points.unit}"
         low, middle, high = (self.life.ppf(q) for q in QUANTILES)
         if self.life.already >= 0.5:
@@ -151,7 +151,7 @@ class MonitorReport:
             return {"case": "threshold_passed", "text": text}
         if not math.isfinite(middle):
             text = (
-                f"friction is not on its way to {what}: it never reaches it with probability "
+                f"friction is not approaching {what}: the probability that it never reaches it is "
                 f"{self.life.never:.2g}"
             )
             return {"case": "not_approaching", "text": text}
@@ -160,18 +160,18 @@ class MonitorReport:
         if low > 0.0:
             text += f"; up to {low:.4g} {unit} from now the probability is below 5 %"
         if middle > _FAR * self.points.span:
-            text += f"; this is {middle / self.points.span:.2g} times as long as was observed"
+            text += f"; this is {middle / self.points.span:.2g} times the time observed so far"
         return {"case": "approaching", "text": text}
 
     def to_dataset(self) -> xr.Dataset:
         """Return estimates, tracks and, with a threshold, the remaining life as arrays with units."""
         points, unit = self.points, self.points.unit
         columns = {
-            "estimate_mean": (points.friction, "estimate of the record alone"),
+            "estimate_mean": (points.friction, "estimate from the record alone"),
             "estimate_sd": (points.sd, "its standard deviation, mass and stiffness exact"),
             "friction_mean": (self.forgetting.mean, "f(r|Ti) with forgetting"),
             "friction_sd": (self.forgetting.sd, "its standard deviation, mass and stiffness exact"),
-            "plain_mean": (self.plain.mean, "f(r|Ti), nothing forgotten"),
+            "plain_mean": (self.plain.mean, "f(r|Ti) without forgetting"),
             "plain_sd": (self.plain.sd, "its standard deviation, mass and stiffness exact"),
         }
         dataset = xr.Dataset(

@@ -27,7 +27,7 @@ _PASSES = 3
 _REACH = 30.0
 """End of the first grid, in scales of the prior: 2 % of it lie beyond."""
 _BLURRED = 0.3
-"""Share of the smallest error of an estimate below which the grid need not tell standard deviations apart."""
+"""Share of the smallest error of an estimate below which the grid need not resolve standard deviations."""
 _WANDER, _SCATTER = 0.3, 0.03
 """Default scales of the two standard deviations, as shares of the largest friction."""
 _KEPT = 1e-4
@@ -95,9 +95,9 @@ class WearPosterior:
 def default_wear_prior(times: Array, friction: Array) -> WearPrior:
     """Return the weak prior: flat in friction and drift, half-Cauchy in the two standard deviations.
 
-    Half-Cauchy priors are the usual weak ones of standard deviations that few data tell (Gelman 2006). As
-    likely as not, over the span of the points diffusion makes friction wander by less than 0.3 of its size,
-    and conditions scatter it by less than 0.03.
+    Half-Cauchy priors are the usual weak ones of standard deviations that few data determine (Gelman 2006).
+    With probability one half, diffusion makes friction wander by less than 0.3 of its size over the span of
+    the points, and conditions scatter it by less than 0.03.
     """
     size = float(np.abs(friction).max())
     span = math.sqrt(float(times[-1] - times[0]))

@@ -72,7 +72,7 @@ def plot_estimators(
     truth : float, optional
         True value of a synthetic record; a second panel then shows the errors of the best estimate closely.
     reach : float
-        Half width of the first panel as a share of the true value; what lies outside is told by an arrow.
+        Half width of the first panel as a share of the true value; an arrow points to what lies outside.
     title : str
         Title of the figure.
 

@@ -65,7 +65,9 @@ def plot_detection_points(report: MonitorReport, *, title: str = "detection poin
             _sideways(axes, report, i, width, top)
         axes.plot(points.times, report.forgetting.mean, ".", ms=4.0, color=MODEL)
         axes.plot([], [], color=MODEL, lw=5.0, alpha=0.5, label="$f(r|T_i)$, with forgetting")
-        axes.plot(points.times, report.plain.mean, "--", lw=1.1, color=TRUTH, label="mean, nothing forgotten")
+        axes.plot(
+            points.times, report.plain.mean, "--", lw=1.1, color=TRUTH, label="mean, without forgetting"
+        )
         if report.threshold is not None and life is not None:
             axes.axhline(report.threshold, color=ACCENT, lw=1.2, ls=":", label="threshold")
             later = np.linspace(0.0, end - points.times[-1], 400)[1:]
@@ -80,7 +82,7 @@ def plot_detection_points(report: MonitorReport, *, title: str = "detection poin
                     scaled,
                     color=ACCENT,
                     lw=1.1,
-                    label=r"$f(\Delta t|T_n)$, its shape",
+                    label=r"$f(\Delta t|T_n)$, not to scale",
                 )
             drift, level = report.wear.moments("drift")[0], report.wear.moments("level")[0]
             path = level + drift * (later - later[0])
@@ -132,7 +134,7 @@ def plot_tracking(report: MonitorReport, *, title: str = "posterior becomes prio
         )
         for followed, colour, marker, label in (
             (report.forgetting, MODEL, "-", f"forgetting, discount {report.forgetting.discount:.2g}"),
-            (report.plain, ACCENT, "--", "nothing forgotten"),
+            (report.plain, ACCENT, "--", "without forgetting"),
         ):
             band = 1.645 * followed.sd
             upper.plot(points.times, followed.mean, marker, color=colour, label=label)
@@ -192,7 +194,7 @@ def plot_remaining_life(report: MonitorReport, *, title: str = "remaining life")
             lower.axhline(ever, color=ACCENT, lw=1.1, ls="--", label=f"ever reached: {ever:.2g}")
         if life.already > 5e-4:
             lower.axhline(
-                life.already, color=TRUTH, lw=1.1, ls=":", label=f"reached already: {life.already:.2g}"
+                life.already, color=TRUTH, lw=1.1, ls=":", label=f"already reached: {life.already:.2g}"
             )
         lower.set_ylim(0.0, 1.02)
         lower.set_ylabel("probability")

@@ -14,12 +14,12 @@ __all__ = ["loop_page"]
 _MOST_CANDIDATES = 12
 _CAPTIONS = {
     "signal": "The record with the Coulomb model alone (before) and the final model (after); below, the "
-    "shaded parts.",
+    "shaded parts enlarged.",
     "residual": "Residual before and after, each on its own scale, against time, phase and amplitude. What "
     "follows the motion is a missing effect; noise does not.",
-    "turning_points": "Amplitude at the turning points, and what each half cycle takes from it: a constant "
-    "is dry friction, a slope viscous damping, a parabola drag.",
-    "force": "The friction force that was measured, and what both models make of it.",
+    "turning_points": "Amplitude at the turning points, and its loss in each half cycle: constant for dry "
+    "friction, a straight line for viscous damping, a parabola for drag.",
+    "force": "The measured friction force, and that of both models.",
 }
 """Figures of a record, in the order of the page."""
 
@@ -91,7 +91,7 @@ def _tiles(report: Mapping[str, Any]) -> list[tuple[str, str, str]]:
 def _made(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Label and text of what is needed to make the result again."""
     options = {
-        name: value
+        name: ", ".join(value) if isinstance(value, list) else value
         for name, value in manifest["options"].items()
         if value not in (None, False, []) and name not in ("out", "force", "json")
     }

@@ -1,4 +1,4 @@
-"""What closing the loop found, line by line: the one story of the terminal's table and of the page."""
+"""What closing the loop found, line by line: one text for the table of the terminal and for the page."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ CHANNELS = {
     "direction": "difference between the two directions",
     "rest": "level at rest",
     "whiteness": "correlation between samples",
-    "spectrum": "a line in the spectrum",
-    "tails": "samples far out",
-    "saturation": "flat samples at an end of the sensor's range",
+    "spectrum": "lines in the spectrum",
+    "tails": "outliers",
+    "saturation": "flat stretches at an end of the sensor's range",
 }
-"""What each test of the residual looks at."""
+"""What each test of the residual examines."""
 
 _FAULTS = {
-    "coarse_sampling": "few samples a period",
-    "noise_lifts_maxima": "noise lifts the highest samples",
-    "telescoping_drops": "successive drops share a peak, which makes its interval too wide",
+    "coarse_sampling": "few samples per period",
+    "noise_lifts_maxima": "noise that raises the highest samples",
+    "telescoping_drops": "successive drops that share a peak (its interval is too wide)",
 }
 _HELD = 0.95
 _MOST_NAMED = 3
@@ -45,18 +45,18 @@ def verdict_sentence(report: Report) -> str:
     best = report["candidates"][0]
     name, share = set_words(best["effects"]), percent(best["probability"])
     if report["verdict"] == "adequate":
-        return "Coulomb friction alone explains the record: what it leaves is noise."
+        return "Coulomb friction alone explains the record: what is left is noise."
     if report["verdict"] == "explained":
         return f"Coulomb friction with {name} explains the record ({share}): what is left is noise."
     if report["verdict"] == "ambiguous":
         tied = [f"{set_words(c['effects'])} ({percent(c['probability'])})" for c in _credible(report)]
         if len(tied) > _MOST_NAMED:
             tied = [*tied[:_MOST_NAMED], f"{len(tied) - _MOST_NAMED} more"]
-        return f"The record does not tell {listed(tied)} apart; friction is averaged over them."
+        return f"The record cannot tell {listed(tied)} apart; friction is averaged over them."
     failed = [name.replace("_", " ") for name in report["residual"]["after"]["failed"]]
-    tests = f" (it fails: {', '.join(failed)})" if failed else ""
+    tests = f" (failed tests: {', '.join(failed)})" if failed else ""
     return (
-        f"Something in the record is neither noise nor an effect of the catalogue{tests}; "
+        f"What is left of the record is neither noise nor an effect of the catalogue{tests}; "
         f"the closest candidate is {name}, which is not an explanation."
     )
 
@@ -88,7 +88,7 @@ def loop_story(report: Report) -> list[tuple[str, str]]:
     if report["effects"]:
         rows.append(("effects", "\n".join(effect_lines(report["effects"]))))
     rows.append(("candidates", "\n".join(_candidate_lines(report))))
-    rows.append(("error held out", _held_out(report["held_out_error"])))
+    rows.append(("held-out error", _held_out(report["held_out_error"])))
     for when in ("before", "after"):
         rows.append((f"residual {when}", _tests(report["residual"][when], report["held_out_error"]["unit"])))
     rows.append(("frequency", _frequency(report)))
@@ -110,13 +110,13 @@ def effect_lines(effects: Sequence[Mapping[str, Any]]) -> list[str]:
     """One line an effect: its probability and its parameters."""
     lines = []
     for effect in effects:
-        told = [
+        parameters = [
             f"{name.replace('_', ' ')} {number(p['mean'])} ± {number(p['sd'], 2)}"
             + ("" if p["unit"] == "1" else f" {p['unit']}")
             for name, p in effect["parameters"].items()
         ]
         lines.append(
-            f"{effect['name'].replace('_', ' ')}   {percent(effect['probability'])}   {', '.join(told)}"
+            f"{effect['name'].replace('_', ' ')}   {percent(effect['probability'])}   {', '.join(parameters)}"
         )
     return lines
 
@@ -136,17 +136,17 @@ def _held_out(error: Mapping[str, Any]) -> str:
     unit, before, after = error["unit"], error["before"], error["after"]
     text = f"{number(before, 3)} {unit} before, {number(after, 3)} {unit} after"
     if before and after is not None:
-        text += f" ({number(after / before, 2)} of it)"
+        text += f", ratio {number(after / before, 2)}"
     return f"{text}; noise floor {number(error['noise_floor'], 3)} {unit}"
 
 
 def _tests(tests: Mapping[str, Any], unit: str) -> str:
     count = len(tests["channels"])
     failed = [name.replace("_", " ") for name in tests["failed"]]
-    said = (
-        f"passes all {count} tests" if not failed else f"fails {len(failed)} of {count}: {', '.join(failed)}"
-    )
-    return f"RMS {number(tests['rms'], 3)} {unit}; {said}"
+    outcome = f"fails {len(failed)} of {count} tests: {', '.join(failed)}"
+    if not failed:
+        outcome = f"passes all {count} tests"
+    return f"RMS {number(tests['rms'], 3)} {unit}; {outcome}"
 
 
 def _frequency(report: Report) -> str:
@@ -172,21 +172,21 @@ def _noise(noise: Mapping[str, Any], unit: str) -> str:
 
 
 def paper_words(procedure: Mapping[str, Any]) -> str:
-    """What the paper's own procedure says, and why it differs."""
+    """What the paper's own procedure gives, and why it differs."""
     if procedure["friction"] is None:
-        return f"gives nothing: {procedure.get('why') or 'refused'}"
+        return f"no result: {procedure.get('why') or 'refused'}"
     text = with_interval(procedure["friction"])
     reasons = [_FAULTS.get(name, name.replace("_", " ")) for name in procedure["because"]]
     if not procedure["disagrees"]:
-        return text + "\nagrees" + (f"; but {listed(reasons)}" if reasons else "")
-    return text + "\ndisagrees" + (f": {listed(reasons)}" if reasons else "")
+        return text + "\nagrees" + (f", in spite of {listed(reasons)}" if reasons else "")
+    return text + "\ndisagrees" + (f", because of {listed(reasons)}" if reasons else "")
 
 
 def _reference(check: Mapping[str, Any], unit: str) -> str:
-    inside = "holds it" if check["within_interval90"] else "does not hold it"
+    inside = "inside" if check["within_interval90"] else "outside"
     return (
-        f"{number(check['friction'])} {unit}: off by {100.0 * check['error_before']:+.2g} % before, "
-        f"{100.0 * check['error_after']:+.2g} % after; the 90 % interval {inside}"
+        f"{number(check['friction'])} {unit}, {inside} the 90 % interval; "
+        f"error {100.0 * check['error_before']:+.2g} % before, {100.0 * check['error_after']:+.2g} % after"
     )
 
 
@@ -194,14 +194,18 @@ def _force(report: Report) -> str:
     force = report["residual"]["force"]
     before, after, level = (number(force[name], 3) for name in ("before", "after", "level"))
     unit = force["unit"]
-    return f"RMS difference {before} {unit} before, {after} {unit} after; mean while moving {level} {unit}"
+    return (
+        f"RMS difference {before} {unit} before, {after} {unit} after; mean during the motion {level} {unit}"
+    )
 
 
 def sampler_lines(sampler: Mapping[str, Any]) -> list[str]:
-    """What the sampler found and whether it bears the closed form out."""
+    """What the sampler found, and whether it agrees with the closed form."""
     if "friction" not in sampler:
         return [sampler["because"]]
-    word = {True: "agrees with", False: "DOES NOT AGREE with", None: "does not judge"}[sampler["agrees"]]
+    word = {True: "agrees with", False: "DOES NOT AGREE with", None: "CANNOT BE COMPARED with"}[
+        sampler["agrees"]
+    ]
     lines = [
         with_interval(sampler["friction"]),
         f"R-hat {number(sampler['rhat'], 5)}, effective sample size {number(sampler['ess_bulk'], 5)}; "
@@ -214,7 +218,7 @@ def sampler_lines(sampler: Mapping[str, Any]) -> list[str]:
     loo = sampler.get("leave_one_out")
     if loo:
         lines.append(
-            f"leave-one-out over half cycles: after better by {number(loo['gain'], 3)} ± "
-            f"{number(loo['gain_se'], 2)} in log density"
+            f"leave-one-out over half cycles: log density higher by {number(loo['gain'], 3)} ± "
+            f"{number(loo['gain_se'], 2)} after"
         )
     return lines

@@ -142,7 +142,7 @@ def test_table_of_a_clipped_and_offset_record(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     # figures are drawn by the other runs
-    monkeypatch.setattr("friction_bayes.cli.commands.close_loop._leave", lambda *_: None)
+    monkeypatch.setattr("friction_bayes.cli.commands.close_loop._write", lambda *_: None)
     time, signal = decay(duration=4.0)
     record = write_csv("clipped.csv", time, np.clip(signal + 2e-3, -0.02, 0.018), "displacement_m")
     argv = ("close-loop", str(record), *SYSTEM, "--noise", "white", "--exclude", "asymmetric_friction")
@@ -156,11 +156,11 @@ def test_table_of_a_clipped_and_offset_record(
         r"friction after +0\.[45]\d* N ",
         r"effects +sensor offset .* offset 0\.00[12]",
         r" +sensor clipping +> 99\.\d % +level 0\.018 ",
-        r"error held out +0\.00\d+ m before, ",
-        r"residual before +RMS 0\.00\d+ m; fails \d of 9: ",
+        r"held-out error +0\.00\d+ m before, ",
+        r"residual before +RMS 0\.00\d+ m; fails \d of 9 tests: ",
         r"residual after +RMS [\d.e-]+ m; ",
         r"noise +sd [\d.e-]+ m, white\n",
-        r"paper's procedure +gives nothing: clipped: ",
+        r"paper's procedure +no result: clipped: ",
     ):
         assert re.search(f"^{row}", shown.out, re.MULTILINE), row
 

@@ -81,7 +81,7 @@ def test_records_to_report(runs: list[str], tmp_path: Path, capsys: pytest.Captu
     shown = capsys.readouterr()
     assert shown.err == ""
     for words in ("remaining life", "record alone", "with forgetting", "nearly all", "far better"):
-        assert words in shown.out
+        assert words in " ".join(shown.out.split())
     figures = {
         f"{name}.{end}"
         for name in ("detection_points", "tracking", "remaining_life")

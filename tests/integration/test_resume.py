@@ -66,7 +66,7 @@ def test_an_interrupted_run_goes_on(
 ) -> None:
     assert run("whole", "--threshold", "0.6") == MACHINES
     assert run("broken", "--threshold", "0.6", stop_after=2) == 2
-    assert "--resume goes on" in capsys.readouterr().err
+    assert "--resume continues" in capsys.readouterr().err
     assert not (tmp_path / "broken").exists()
     assert len(left_beside(tmp_path)) == 1
     assert run("broken", "--threshold", "0.6", "--resume") == MACHINES - 2

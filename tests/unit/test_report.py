@@ -169,13 +169,13 @@ def test_story_has_every_line(loop_report: LoopReport) -> None:
     told = dict(loop_story(loop_report.to_dict()))
     assert told["friction after"].startswith("0.53 N   sd 0.05   90 %: 0.447")
     assert told["effects"] == "viscous damping   71.0 %   damping ratio 0.002 ± 5e-05"
-    assert "4e-04 m before" in told["error held out"] or "0.0004 m before" in told["error held out"]
-    assert "0.25 of it" in told["error held out"]
-    assert told["residual before"].endswith("fails 1 of 2: phase")
+    assert "4e-04 m before" in told["held-out error"] or "0.0004 m before" in told["held-out error"]
+    assert "ratio 0.25" in told["held-out error"]
+    assert told["residual before"].endswith("fails 1 of 2 tests: phase")
     assert told["residual after"].endswith("passes all 1 tests")
     assert told["noise"] == "sd 0.0001 m, autoregressive of order 3, correlated over 0.02 s"
-    assert "disagrees: viscous damping and successive drops" in told["paper's procedure"]
-    assert "off by +30 % before, +6 % after; the 90 % interval holds it" in told["reference"]
+    assert "disagrees, because of viscous damping and successive drops" in told["paper's procedure"]
+    assert "inside the 90 % interval; error +30 % before, +6 % after" in told["reference"]
     assert "next experiment" in told
 
 
@@ -189,8 +189,8 @@ def test_story_of_what_could_not_be_had(loop_report: LoopReport) -> None:
         held_out_error=loop_report.held_out_error | {"before": float("nan"), "after": float("nan")},
     )
     told = dict(loop_story(report.to_dict()))
-    assert told["paper's procedure"] == "gives nothing: it is clipped"
-    assert told["error held out"].startswith("– m before, – m after;")
+    assert told["paper's procedure"] == "no result: it is clipped"
+    assert told["held-out error"].startswith("– m before, – m after;")
     assert {"effects", "next experiment", "reference", "emcee"}.isdisjoint(told)
 
 
@@ -205,7 +205,7 @@ def test_story_of_another_frequency(loop_report: LoopReport) -> None:
 def test_story_of_a_measured_force(loop_report: LoopReport) -> None:
     force = {"before": 0.1, "after": 0.02, "level": 0.5, "unit": "N"}
     told = dict(loop_story(replace(loop_report, residual=loop_report.residual | {"force": force}).to_dict()))
-    assert told["measured force"] == "RMS difference 0.1 N before, 0.02 N after; mean while moving 0.5 N"
+    assert told["measured force"] == "RMS difference 0.1 N before, 0.02 N after; mean during the motion 0.5 N"
 
 
 def test_story_of_the_sampler(loop_report: LoopReport) -> None:

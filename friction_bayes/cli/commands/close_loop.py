@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 __all__ = ["add_parser"]
 
 _EPILOG = """verdicts:
-  adequate     Coulomb friction alone leaves nothing but noise
+  adequate     Coulomb friction alone leaves only noise
   explained    one set of effects holds at least 95 % of the probability
-  ambiguous    several sets do together; the next experiment would tell them apart
+  ambiguous    several sets hold it together; the next experiment would tell them apart
   unexplained  what is left is not noise, and nothing in the catalogue explains it
 
 examples:
@@ -49,8 +49,8 @@ def add_parser(commands: Any) -> None:
     """Add ``close-loop RECORD [RECORD ...] SYSTEM --out DIR``."""
     parser = commands.add_parser(
         "close-loop",
-        help="find what a Coulomb model lacks, and what it costs",
-        description="Fit the Coulomb model to the whole signal, trace what is left of it to effects with "
+        help="find the effects that the Coulomb model lacks",
+        description="Fit the Coulomb model to the whole signal, trace the residual to effects with "
         "probabilities, and report error and friction before and after. Several records of one system "
         "are fitted together.",
         epilog=_EPILOG,
@@ -81,10 +81,10 @@ def add_parser(commands: Any) -> None:
     )
     reference = model.add_mutually_exclusive_group()
     reference.add_argument(
-        "--reference-friction", type=float, metavar="F", help="friction known otherwise [N or N m]"
+        "--reference-friction", type=float, metavar="F", help="friction known from another source [N or N m]"
     )
     reference.add_argument(
-        "--reference-force", metavar="FILE", help="friction force measured along with the first record"
+        "--reference-force", metavar="FILE", help="friction force measured with the first record"
     )
     add_seed(model)
     add_system(parser)

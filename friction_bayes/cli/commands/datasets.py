@@ -1,4 +1,4 @@
-"""``friction-bayes datasets``: the measured sets one can ask for by name."""
+"""``friction-bayes datasets``: the measured data sets that have a name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``friction-bayes demo``: the main job on two synthetic records, by every estimator, each beside emcee."""
+"""``friction-bayes demo``: every estimator on two synthetic records, each checked by emcee."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def add_parser(commands: Any) -> None:
     """Add ``demo``."""
     parser = commands.add_parser(
         "demo",
-        help="the main job on two synthetic records, in under a minute",
+        help="every estimator on two synthetic records, in under a minute",
         description="Estimate friction on the paper's numerical example and on a synthetic testbed record "
         "with viscous damping in it, by every estimator, each checked by emcee.",
         allow_abbrev=False,

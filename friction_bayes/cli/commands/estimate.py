@@ -62,23 +62,27 @@ def add_parser(commands: Any) -> None:
         "--prior",
         action="append",
         metavar="KEY=VALUE",
-        help="instead of the default; several, or repeated",
+        help="instead of the default; several values, or repeated",
     )
     model.add_argument(
         "--peaks",
         default="highest",
         metavar="highest|nominal",
-        help="sample taken as peak by the paper's two methods (default: highest)",
+        help="sample that the paper's two methods take as the peak (default: highest)",
     )
-    model.add_argument("--start", type=float, metavar="S", help="when the free decay begins (default: found)")
-    model.add_argument("--rest-position", type=float, metavar="X", help="signal at rest (default: found)")
+    model.add_argument(
+        "--start", type=float, metavar="S", help="when the free decay begins (default: found in the record)"
+    )
+    model.add_argument(
+        "--rest-position", type=float, metavar="X", help="signal at rest (default: found in the record)"
+    )
     model.add_argument(
         "--check", action="store_true", help="sample the same posterior with emcee and compare"
     )
     add_seed(model)
     acceptance = model.add_mutually_exclusive_group()
     acceptance.add_argument(
-        "--setup", metavar="RECORD", help="long set-up record whose precision sets the bar"
+        "--setup", metavar="RECORD", help="long set-up record whose precision sets the least accepted"
     )
     acceptance.add_argument("--accept-precision", type=float, metavar="S", help="least precision accepted")
     add_system(parser)

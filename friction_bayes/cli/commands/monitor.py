@@ -1,4 +1,4 @@
-"""``friction-bayes monitor``: friction over detection points T1..Tn, and the life that remains."""
+"""``friction-bayes monitor``: friction over detection points T1..Tn, and the remaining life."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["add_parser"]
 
 _EPILOG = """when the records were taken:
-  --times, or the attribute detection_time of each record (a coordinate of a fleet), or else their order
+  --times, or the attribute detection_time of each record (a coordinate of a fleet), or their order
 
 examples:
   friction-bayes monitor run1.csv run2.csv run3.csv --mass 10 --stiffness 1000 \\
@@ -55,7 +55,9 @@ def add_parser(commands: Any) -> None:
     )
     points = parser.add_argument_group("monitor")
     points.add_argument("--threshold", type=float, metavar="F", help="friction at which the machine fails")
-    points.add_argument("--times", nargs="+", metavar="T", help="one a record: numbers, or dates (ISO 8601)")
+    points.add_argument(
+        "--times", nargs="+", metavar="T", help="one per record: numbers, or dates (ISO 8601)"
+    )
     points.add_argument("--time-unit", metavar="UNIT", help="unit of the numbers of --times, such as h")
     add_system(parser)
     add_record(parser)

@@ -55,7 +55,7 @@ def add_parser(commands: Any) -> None:
     )
     motion.add_argument("--initial-velocity", type=float, default=0.0, metavar="M_PER_S", help="(default: 0)")
     motion.add_argument(
-        "--duration", type=float, metavar="S", help="(default: till rest under friction alone)"
+        "--duration", type=float, metavar="S", help="(default: until rest under friction alone)"
     )
     sensor = parser.add_argument_group("sensor")
     sensor.add_argument("--quantity", metavar="NAME", help="(default: displacement, or angle)")

@@ -47,7 +47,7 @@ def _reference(reference: Mapping[str, Any]) -> str:
 
 
 def _apart(reference: Mapping[str, Any]) -> str:
-    """Distance of the two means in posterior sd, which tells whether a disagreement matters."""
+    """Distance of the two means in posterior sd, which shows whether a disagreement matters."""
     difference = reference["difference_in_sd"]
     return "–" if difference is None else f"{abs(difference):.2f}"
 
@@ -72,7 +72,7 @@ def estimate_table(result: Mapping[str, Any]) -> Table:
     table.add_row("frequency", _frequency(result))
     if result["noise_sd"]["mean"] is not None:
         noise = result["noise_sd"]
-        table.add_row("noise of a sample", f"sd {number(noise['mean'])} {noise['unit']}")
+        table.add_row("noise per sample", f"sd {number(noise['mean'])} {noise['unit']}")
     rest = result["rest_position"]
     table.add_row("rest position", f"{number(rest['mean'])} {rest['unit']}")
     table.add_row("amplitudes", str(result["amplitudes"]))
@@ -135,7 +135,7 @@ def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]
 
 
 def disagreements(rows: Sequence[Mapping[str, Any]]) -> list[Text]:
-    """Say of each estimate that its reference run does not bear out, or cannot judge, why.
+    """Give the reason for each estimate that its reference run contradicts or cannot judge.
 
     Parameters
     ----------

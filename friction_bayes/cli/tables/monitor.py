@@ -19,9 +19,9 @@ __all__ = ["fleet_table", "memory", "monitor_table"]
 _MOST = 20
 """Machines shown of a fleet; the files hold all."""
 _ALL, _NEARLY_NOTHING = 0.995, 0.05
-"""Shares of what was known that, kept from point to point, are told as all and as nearly nothing."""
+"""Shares of what was known, kept from point to point, that are written as all and as nearly nothing."""
 _BETTER, _FAR_BETTER = 1.0, 5.0
-"""Gains in log-density of all forecasts together that are told in these words."""
+"""Gains in log-density of all forecasts together that are written in these words."""
 
 
 def _life(low: float | None, middle: float | None, high: float | None, unit: str = "") -> str:
@@ -33,12 +33,12 @@ def _time(value: float | None, unit: str = "") -> str:
 
 
 def memory(forgetting: Mapping[str, Any], plain: Mapping[str, Any]) -> str:
-    """Say how much of the past counts, and what the forecasts say for it."""
+    """Say how much of the past counts, and what the forecasts gain by it."""
     kept = forgetting["discount"]
     if kept >= _ALL:
-        return "nothing from point to point: all points so far count alike"
+        return "none: all points so far count alike"
     if kept < _NEARLY_NOTHING:
-        text = "nearly all from point to point: the friction is what the record alone says"
+        text = "nearly all from point to point: the latest record alone counts"
     else:
         lost = 1.0 - kept
         text = f"{lost:.0%} of what was known from point to point: about {1.0 / lost:.2g} points count"
@@ -61,11 +61,11 @@ def monitor_table(result: Mapping[str, Any]) -> Group:
     table = Table(box=SIMPLE_HEAD, pad_edge=False)
     table.add_column("point")
     table.add_column("record", overflow="fold")
-    # counted points are told by their names already
+    # the names of counted points are their times
     counted = time_unit == COUNTED
     headings = [] if counted else [f"time\n[{time_unit}]"]
     headings += [f"record alone\n[{unit}]", f"with forgetting\n[{unit}]", "90 % interval"]
-    for heading in (*headings, f"nothing forgotten\n[{unit}]"):
+    for heading in (*headings, f"without forgetting\n[{unit}]"):
         table.add_column(heading, justify="right")
     for acquired, found, tracked, late in zip(
         result["data_acquisition"]["points"],
@@ -84,7 +84,7 @@ def monitor_table(result: Mapping[str, Any]) -> Group:
             number(late["mean"]),
         )
     below = two_columns()
-    below.add_row("forgets", memory(forgetting, plain))
+    below.add_row("forgetting", memory(forgetting, plain))
     health = result["health_assessment"]
     for name in ("drift", "diffusion", "scatter"):
         value = health[name]
@@ -97,7 +97,7 @@ def monitor_table(result: Mapping[str, Any]) -> Group:
         below.add_row("remaining life", _life(ends[0], life["median"], ends[1], f" {time_unit}"))
         below.add_row(
             "probabilities",
-            f"reached already {prognosis['probability_reached_already']:.2g}, "
+            f"already reached {prognosis['probability_reached_already']:.2g}, "
             f"never reached {prognosis['probability_never_reached']:.2g}",
         )
     below.add_row("advice", Text(result["advisory_generation"]["text"], style="bold"))
