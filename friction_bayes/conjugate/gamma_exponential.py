@@ -84,7 +84,7 @@ class GammaExponential:
         x = finite_array("samples", samples)
         if x.size == 0:
             return self
-        kappa = self.kappa + float(x.sum())
+        alpha, kappa = self.parameters_after(x.size, float(x.sum()))
         if kappa <= 0.0:
             negative = 100.0 * negative_share(x)
             raise InputError(
@@ -92,12 +92,16 @@ class GammaExponential:
                 f"kappa + sum = {kappa:g} is not positive, {negative:.0f} % of the samples being negative",
                 "use normal-gamma, which takes samples of either sign",
             )
-        return GammaExponential(self.alpha + x.size, kappa)
+        return GammaExponential(alpha, kappa)
+
+    def parameters_after(self, n: Any, total: Any) -> tuple[Any, Any]:
+        """Return ``alpha`` and ``kappa`` after ``n`` samples, Eqs. (10) and (11); arrays broadcast."""
+        return self.alpha + n, self.kappa + total
 
     @property
     def friction(self) -> Any:
         """Frozen gamma distribution of ``r``, mean ``alpha/kappa``: see the module on what that tends to."""
-        self._require_proper("a marginal")
+        self._require_proper("marginal")
         return stats.gamma(self.alpha, scale=1.0 / self.kappa)
 
     def log_kernel(self, r: ArrayLike) -> Array:
@@ -109,7 +113,7 @@ class GammaExponential:
 
     def logpdf(self, r: ArrayLike) -> Array:
         """Log-density of ``r``, Eq. (9)."""
-        self._require_proper("a density")
+        self._require_proper("density")
         return self.log_kernel(r) + (self.alpha * math.log(self.kappa) - float(gammaln(self.alpha)))
 
     def friction_interval(self, p: float = 0.9, kind: IntervalKind = "equal-tailed") -> tuple[float, float]:
@@ -118,7 +122,7 @@ class GammaExponential:
 
     def log_evidence(self, samples: ArrayLike) -> float:
         """Log of the formal likelihood integrated over this prior; proper priors only."""
-        self._require_proper("an evidence")
+        self._require_proper("evidence")
         after = self.update(samples)
         return float(
             gammaln(after.alpha)
@@ -136,6 +140,6 @@ class GammaExponential:
         if not self.proper:
             raise InputError(
                 "GammaExponential",
-                f"alpha={self.alpha:g}, kappa={self.kappa:g} is improper and has not {what}",
+                f"alpha={self.alpha:g}, kappa={self.kappa:g} is improper and has no {what}",
                 "update it with samples, or give alpha and kappa above zero",
             )

@@ -14,13 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from friction_bayes.conjugate.sufficient_statistics import NormalStatistics, RegressionStatistics
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.checks import finite_array
-from friction_bayes.core.errors import InputError
 
 __all__ = [
-    "NormalStatistics",
-    "RegressionStatistics",
     "Target",
     "exponential_log_likelihood",
     "exponential_pointwise",
@@ -28,89 +25,10 @@ __all__ = [
     "normal_pointwise",
     "regression_log_likelihood",
     "regression_pointwise",
+    "signal_log_likelihood",
 ]
 
-
 _LOG_2PI = math.log(2.0 * math.pi)
-
-
-@dataclass(frozen=True)
-class NormalStatistics:
-    """Sufficient statistics of a normal sample: count, mean and centred sum of squares.
-
-    Attributes
-    ----------
-    n : int
-        Number of samples.
-    mean : float
-        Their mean; 0 for an empty sample.
-    sum_of_squares : float
-        ``sum((x - mean)**2)``.
-    """
-
-    n: int
-    mean: float
-    sum_of_squares: float
-
-    @classmethod
-    def of(cls, samples: ArrayLike, *, place: str = "samples") -> NormalStatistics:
-        """Reduce samples of any shape; refuses what is not finite.
-
-        The sums are taken about the first sample and then about the mean, so that an offset far larger
-        than the scatter costs no digits.
-        """
-        x = finite_array(place, samples).ravel()
-        if x.size == 0:
-            return cls(0, 0.0, 0.0)
-        shifted = x - x[0]
-        shift_mean = float(shifted.mean())
-        centred = shifted - shift_mean
-        # what rounding left of the mean of the centred samples is taken out of the squares
-        squares = float(centred @ centred) - float(centred.sum()) ** 2 / x.size
-        return cls(x.size, float(x[0]) + shift_mean, max(squares, 0.0))
-
-
-@dataclass(frozen=True, eq=False)
-class RegressionStatistics:
-    """Sufficient statistics of a Gaussian linear regression in QR form, ``design = Q R``.
-
-    Attributes
-    ----------
-    n : int
-        Number of responses.
-    r : ndarray, shape (min(n, p), p)
-        Triangular factor ``R``.
-    projected : ndarray, shape (min(n, p),)
-        ``Q' y``.
-    residual_sum : float
-        Residual sum of squares of ordinary least squares, ``|y - Q Q' y|**2``.
-    """
-
-    n: int
-    r: Array
-    projected: Array
-    residual_sum: float
-
-    @classmethod
-    def of(cls, design: ArrayLike, response: ArrayLike) -> RegressionStatistics:
-        """Reduce a design of shape (n, p) and a response of shape (n,).
-
-        Raises
-        ------
-        InputError
-            If the shapes do not belong together or a value is not finite.
-        """
-        x, y = finite_array("design", design), finite_array("response", response)
-        if x.ndim != 2:
-            raise InputError("design", f"has shape {x.shape}", "give a matrix of n rows and p columns")
-        if y.shape != (x.shape[0],):
-            raise InputError(
-                "response", f"has shape {y.shape}", f"give {x.shape[0]} values, one per row of design"
-            )
-        q, r = np.linalg.qr(x)
-        projected = q.T @ y
-        residual = y - q @ projected
-        return cls(y.size, r, projected, float(residual @ residual))
 
 
 def normal_log_likelihood(mean: ArrayLike, precision: ArrayLike, data: NormalStatistics) -> Array:
@@ -182,6 +100,11 @@ def regression_pointwise(coefficients: Array, variance: Array, design: Array, re
     """Log-likelihood of each response, shape (draws, n)."""
     v = variance[:, None]
     return -0.5 * (np.log(v) + _LOG_2PI) - 0.5 * (response[None, :] - coefficients @ design.T) ** 2 / v
+
+
+def signal_log_likelihood(misfit: Array, log_variance: Array, n: int) -> Array:
+    """Log-likelihood of ``n`` samples with independent normal errors, from their squared residuals."""
+    return -0.5 * n * (_LOG_2PI + log_variance) - 0.5 * misfit * np.exp(-log_variance)
 
 
 @dataclass(frozen=True, kw_only=True)

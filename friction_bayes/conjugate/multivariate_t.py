@@ -14,9 +14,9 @@ from scipy.linalg import solve_triangular
 from scipy.special import gammaln
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.errors import InputError
 
-__all__ = ["MultivariateT"]
-
+__all__ = ["MultivariateT", "component_scales", "triangular_root"]
 
 # scipy's stubs know this class without its keywords
 _FROZEN: Any = stats.multivariate_t
@@ -115,3 +115,35 @@ class MultivariateT:
         p = self.dim
         halves = float(gammaln(0.5 * (self.df + p)) - gammaln(0.5 * self.df))
         return halves - 0.5 * p * math.log(self.df * math.pi) + self._log_root
+
+
+def component_scales(root: Array) -> Array:
+    """Scales of the components' Student t of many distributions: roots (records, p, p) to (records, p)."""
+    inverse = np.linalg.solve(root, np.broadcast_to(np.eye(root.shape[-1]), root.shape))
+    return np.sqrt((inverse**2).sum(axis=-1))
+
+
+def triangular_root(precision: Array, size: int) -> Array:
+    """Return an upper triangular root of a scalar, diagonal or matrix precision."""
+    if precision.ndim < 2:
+        if precision.shape not in ((), (1,), (size,)):
+            raise InputError(
+                "precision", f"has shape {precision.shape}", f"give 1, {size} or {size} x {size} numbers"
+            )
+        if np.any(precision < 0.0):
+            raise InputError(
+                "precision", f"{precision.min():g} is negative", "give zero or a positive number"
+            )
+        return np.diag(np.broadcast_to(np.sqrt(precision), size))
+    if precision.shape != (size, size) or not np.allclose(precision, precision.T, rtol=1e-10, atol=0.0):
+        raise InputError(
+            "precision",
+            f"of shape {precision.shape} is not symmetric",
+            f"give a symmetric {size} x {size} matrix",
+        )
+    scale = np.sqrt(np.abs(np.diag(precision)))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(precision / np.outer(scale, scale))
+    if values[0] < -1e-12 * size:
+        raise InputError("precision", "has a negative eigenvalue", "give a positive semidefinite matrix")
+    return np.linalg.qr(np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T)[1] * scale

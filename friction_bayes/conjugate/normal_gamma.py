@@ -12,12 +12,12 @@ from scipy import stats
 from scipy.special import gammaln, xlogy
 
 from friction_bayes.conjugate.credible import IntervalKind, credible_interval, normal_gamma_level
-from friction_bayes.conjugate.likelihood import NormalStatistics
+from friction_bayes.conjugate.sufficient_statistics import NormalStatistics
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite, non_negative, positive
 from friction_bayes.core.errors import InputError
 
-__all__ = ["NormalGamma", "posterior_parameters"]
+__all__ = ["NormalGamma"]
 
 
 @dataclass(frozen=True)
@@ -86,19 +86,33 @@ class NormalGamma:
     def _after(self, data: NormalStatistics) -> NormalGamma:
         if data.n == 0:
             return self
-        return NormalGamma(*posterior_parameters(self, data.n, data.mean, data.sum_of_squares))
+        return NormalGamma(*self.parameters_after(data.n, data.mean, data.sum_of_squares))
+
+    def parameters_after(self, n: Any, mean: Any, sum_of_squares: Any) -> tuple[Any, Any, Any, Any]:
+        """Return ``mu``, ``lam``, ``alpha`` and ``beta`` after samples, Eqs. (5)-(8); arrays broadcast.
+
+        Parameters
+        ----------
+        n, mean, sum_of_squares : float or ndarray
+            Number of samples (at least one), their mean, and their centred sum of squares.
+        """
+        lam = self.lam + n
+        step = mean - self.mu
+        # the centred form of Eq. (8): differences are squared, squares never subtracted
+        beta = self.beta + 0.5 * sum_of_squares + 0.5 * self.lam * n / lam * step**2
+        return self.mu + n / lam * step, lam, self.alpha + 0.5 * n, beta
 
     @property
     def friction(self) -> Any:
         """Marginal of ``r``: frozen Student t with ``2 alpha`` degrees of freedom."""
-        self._require_proper("a friction marginal")
+        self._require_proper("friction marginal")
         scale = math.sqrt(self.beta / self.alpha / self.lam)
         return stats.t(df=2.0 * self.alpha, loc=self.mu, scale=scale)
 
     @property
     def precision(self) -> Any:
         """Marginal of ``s``: frozen gamma with mean ``alpha/beta`` and variance ``alpha/beta**2``."""
-        self._require_proper("a precision marginal")
+        self._require_proper("precision marginal")
         return stats.gamma(self.alpha, scale=1.0 / self.beta)
 
     def log_kernel(self, r: ArrayLike, s: ArrayLike) -> Array:
@@ -111,7 +125,7 @@ class NormalGamma:
 
     def logpdf(self, r: ArrayLike, s: ArrayLike) -> Array:
         """Joint log-density of ``r`` and ``s``, Eq. (4); arguments broadcast."""
-        self._require_proper("a density")
+        self._require_proper("density")
         constant = self.alpha * math.log(self.beta) + 0.5 * math.log(self.lam / (2.0 * math.pi))
         return self.log_kernel(r, s) + (constant - float(gammaln(self.alpha)))
 
@@ -130,18 +144,18 @@ class NormalGamma:
         point is a member. Its mass is ``p`` to 1e-8 (see
         :func:`~friction_bayes.conjugate.credible.normal_gamma_level`).
         """
-        self._require_proper("a credible region")
+        self._require_proper("credible region")
         return normal_gamma_level(self.alpha, p) + 0.5 * (math.log(self.lam) + math.log(self.beta))
 
     def predictive(self, n: int = 1) -> Any:
         """Posterior predictive of the mean of ``n`` further samples, frozen Student t; of one by default."""
-        self._require_proper("a predictive distribution")
+        self._require_proper("predictive distribution")
         spread = self.beta / self.alpha * (1.0 / positive("n", n) + 1.0 / self.lam)
         return stats.t(df=2.0 * self.alpha, loc=self.mu, scale=math.sqrt(spread))
 
     def log_evidence(self, samples: ArrayLike) -> float:
         """Log marginal likelihood of samples of any shape under this prior; proper priors only."""
-        self._require_proper("an evidence")
+        self._require_proper("evidence")
         data = NormalStatistics.of(samples)
         after = self._after(data)
         return float(
@@ -164,24 +178,6 @@ class NormalGamma:
             values = f"lam={self.lam:g}, alpha={self.alpha:g}, beta={self.beta:g}"
             raise InputError(
                 "NormalGamma",
-                f"{values} is improper and has not {what}",
+                f"{values} is improper and has no {what}",
                 "update it with more samples that are not all equal, or give lam, alpha and beta above zero",
             )
-
-
-def posterior_parameters(
-    prior: NormalGamma, n: Any, mean: Any, sum_of_squares: Any
-) -> tuple[Any, Any, Any, Any]:
-    """Return ``mu``, ``lam``, ``alpha`` and ``beta`` after samples, Eqs. (5)-(8); arrays broadcast.
-
-    Parameters
-    ----------
-    prior : NormalGamma
-    n, mean, sum_of_squares : float or ndarray
-        Number of samples (at least one), their mean, and their centred sum of squares.
-    """
-    lam = prior.lam + n
-    step = mean - prior.mu
-    # the centred form of Eq. (8): differences are squared, squares never subtracted
-    beta = prior.beta + 0.5 * sum_of_squares + 0.5 * prior.lam * n / lam * step**2
-    return prior.mu + n / lam * step, lam, prior.alpha + 0.5 * n, beta

@@ -12,13 +12,17 @@ from scipy import stats
 from scipy.linalg import qr, solve_triangular
 from scipy.special import gammaln
 
-from friction_bayes.conjugate.likelihood import RegressionStatistics
-from friction_bayes.conjugate.multivariate_t import MultivariateT
-from friction_bayes.core.arrays import Array
+from friction_bayes.conjugate.multivariate_t import MultivariateT, component_scales, triangular_root
+from friction_bayes.conjugate.sufficient_statistics import (
+    RegressionStatistics,
+    solve_each,
+    squared_lengths,
+)
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.checks import finite, finite_array, non_negative
 from friction_bayes.core.errors import InputError
 
-__all__ = ["NormalInverseGamma", "mean_error_sd"]
+__all__ = ["CoefficientMarginals", "NormalInverseGamma", "mean_error_sd"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +82,7 @@ class NormalInverseGamma:
         centre = np.atleast_1d(finite_array("mean", mean))
         if centre.ndim != 1:
             raise InputError("mean", f"has shape {centre.shape}", "give one number per coefficient")
-        root = _root(finite_array("precision", precision), centre.size)
+        root = triangular_root(finite_array("precision", precision), centre.size)
         return cls(centre, root, finite("alpha", alpha), non_negative("beta", beta))
 
     @property
@@ -117,25 +121,30 @@ class NormalInverseGamma:
             )
         if data.n == 0:
             return self
-        stacked = np.vstack([self.factor, data.r])
-        misfit = np.concatenate([np.zeros(self.size), data.projected - data.r @ self.mean])
-        scale = np.linalg.norm(stacked, axis=0)
-        scaled = stacked / np.where(scale > 0.0, scale, 1.0)
-        _require_full_rank(scaled)
+        _require_full_rank(np.vstack([self.factor, data.r]))
+        (mean,), (factor,), (alpha,), (beta,) = self.parameters_after(data.as_batch())
+        return NormalInverseGamma(mean, factor, float(alpha), float(beta))
+
+    def parameters_after(self, data: RegressionStatistics) -> tuple[Array, Array, Array, Array]:
+        """Return ``mean``, ``factor``, ``alpha`` and ``beta`` after the data of many records, each by itself.
+
+        They have a leading axis of records. Design and prior together must determine all coefficients.
+        """
+        records, p = len(data.r), self.size
+        stacked = np.concatenate([np.broadcast_to(self.factor, (records, p, p)), data.r], axis=1)
+        misfit = np.concatenate([np.zeros((records, p)), data.projected - data.r @ self.mean], axis=1)
+        scale = np.linalg.norm(stacked, axis=1)
+        scaled = stacked / scale[:, None, :]
         q, r = np.linalg.qr(scaled)
-        solution = solve_triangular(r, q.T @ misfit)
-        residual = misfit - scaled @ solution
-        return NormalInverseGamma(
-            self.mean + solution / scale,
-            r * scale,
-            self.alpha + 0.5 * data.n,
-            self.beta + 0.5 * (data.residual_sum + float(residual @ residual)),
-        )
+        solution = solve_each(r, np.matmul(q.swapaxes(-1, -2), misfit[..., None])[..., 0])
+        residual = misfit - np.matmul(scaled, solution[..., None])[..., 0]
+        beta = self.beta + 0.5 * (data.residual_sum + squared_lengths(residual))
+        return self.mean + solution / scale, r * scale[:, None, :], self.alpha + 0.5 * data.n, beta
 
     @property
     def coefficients(self) -> MultivariateT:
         """Marginal of the coefficients: frozen multivariate t with ``2 alpha`` degrees of freedom."""
-        self._require_proper("a marginal of the coefficients")
+        self._require_proper("marginal of the coefficients")
         return MultivariateT(self.mean, self.factor * math.sqrt(self.alpha / self.beta), 2.0 * self.alpha)
 
     def linear(self, weights: ArrayLike) -> Any:
@@ -154,7 +163,7 @@ class NormalInverseGamma:
     @property
     def variance(self) -> Any:
         """Marginal of the error variance: frozen inverse gamma."""
-        self._require_proper("a marginal of the variance")
+        self._require_proper("marginal of the variance")
         return stats.invgamma(self.alpha, scale=self.beta)
 
     def log_kernel(self, coefficients: ArrayLike, variance: ArrayLike) -> Array:
@@ -169,7 +178,7 @@ class NormalInverseGamma:
 
     def logpdf(self, coefficients: ArrayLike, variance: ArrayLike) -> Array:
         """Joint log-density of coefficients, shape (..., p), and variance, shape (...)."""
-        self._require_proper("a density")
+        self._require_proper("density")
         constant = self.alpha * math.log(self.beta) - float(gammaln(self.alpha)) + self._log_factor
         return self.log_kernel(coefficients, variance) + (
             constant - 0.5 * self.size * math.log(2.0 * math.pi)
@@ -177,7 +186,7 @@ class NormalInverseGamma:
 
     def log_evidence(self, design: ArrayLike, response: ArrayLike) -> float:
         """Log marginal likelihood of the response under this prior; proper priors only."""
-        self._require_proper("an evidence")
+        self._require_proper("evidence")
         data = RegressionStatistics.of(design, response)
         after = self.update_statistics(data)
         return float(
@@ -195,7 +204,7 @@ class NormalInverseGamma:
 
         It holds an (n, n) matrix: give the rows of interest, not a whole record.
         """
-        self._require_proper("a predictive distribution")
+        self._require_proper("predictive distribution")
         x = np.atleast_2d(finite_array("design", design))
         if x.shape[1] != self.size:
             raise InputError("design", f"has {x.shape[1]} columns", f"give {self.size}, one per coefficient")
@@ -222,9 +231,38 @@ class NormalInverseGamma:
             raise InputError(
                 "NormalInverseGamma",
                 f"alpha={self.alpha:g}, beta={self.beta:g}, precision of rank "
-                f"{np.linalg.matrix_rank(self.factor)} of {self.size} is improper and has not {what}",
+                f"{np.linalg.matrix_rank(self.factor)} of {self.size} is improper and has no {what}",
                 "update it with more data than coefficients, or give a proper prior",
             )
+
+
+@dataclass(frozen=True, eq=False)
+class CoefficientMarginals:
+    """Student t marginals of the coefficients of many posteriors; nan where there is none.
+
+    Attributes
+    ----------
+    mean, scale : ndarray, shape (records, p)
+        Location and scale of the coefficients.
+    degrees : ndarray, shape (records,)
+        Degrees of freedom.
+    noise_sd : ndarray, shape (records,)
+        Posterior mean standard deviation of an error.
+    """
+
+    mean: Array
+    scale: Array
+    degrees: Array
+    noise_sd: Array
+
+    @classmethod
+    def of(cls, prior: NormalInverseGamma, data: RegressionStatistics, found: Mask) -> CoefficientMarginals:
+        """After the data of many records; where not ``found`` they may be anything of full rank."""
+        mean, factor, alpha, beta = prior.parameters_after(data)
+        usable = found & (alpha > 0.5) & (beta > 0.0)
+        alpha, beta = np.where(usable, alpha, np.nan), np.where(usable, beta, np.nan)
+        scale = component_scales(factor * np.sqrt(alpha / beta)[:, None, None])
+        return cls(np.where(usable[:, None], mean, np.nan), scale, 2.0 * alpha, mean_error_sd(alpha, beta))
 
 
 def mean_error_sd(alpha: Any, beta: Any) -> Any:
@@ -232,41 +270,16 @@ def mean_error_sd(alpha: Any, beta: Any) -> Any:
     return np.sqrt(beta) * np.exp(gammaln(alpha - 0.5) - gammaln(alpha))
 
 
-def _root(precision: Array, size: int) -> Array:
-    """Return an upper triangular root of a scalar, diagonal or matrix precision."""
-    if precision.ndim < 2:
-        if precision.shape not in ((), (1,), (size,)):
-            raise InputError(
-                "precision", f"has shape {precision.shape}", f"give 1, {size} or {size} x {size} numbers"
-            )
-        if np.any(precision < 0.0):
-            raise InputError(
-                "precision", f"{precision.min():g} is negative", "give zero or a positive number"
-            )
-        return np.diag(np.broadcast_to(np.sqrt(precision), size))
-    if precision.shape != (size, size) or not np.allclose(precision, precision.T, rtol=1e-10, atol=0.0):
-        raise InputError(
-            "precision",
-            f"of shape {precision.shape} is not symmetric",
-            f"give a symmetric {size} x {size} matrix",
-        )
-    scale = np.sqrt(np.abs(np.diag(precision)))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    values, vectors = np.linalg.eigh(precision / np.outer(scale, scale))
-    if values[0] < -1e-12 * size:
-        raise InputError("precision", "has a negative eigenvalue", "give a positive semidefinite matrix")
-    return np.linalg.qr(np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T)[1] * scale
-
-
-def _require_full_rank(scaled: Array) -> None:
+def _require_full_rank(stacked: Array) -> None:
     """Refuse a design whose columns, scaled to length one, are linearly dependent to rounding."""
-    _, r, order = qr(scaled, mode="economic", pivoting=True)
+    length = np.linalg.norm(stacked, axis=0)
+    _, r, order = qr(stacked / np.where(length > 0.0, length, 1.0), mode="economic", pivoting=True)
     size = np.abs(np.diag(r))
-    rank = int(np.count_nonzero(size > max(scaled.shape) * np.finfo(float).eps * max(size[0], 1.0)))
-    if rank < scaled.shape[1]:
+    rank = int(np.count_nonzero(size > max(stacked.shape) * np.finfo(float).eps * max(size[0], 1.0)))
+    if rank < stacked.shape[1]:
         columns = ", ".join(str(i) for i in sorted(order[rank:]))
         raise InputError(
             "design",
-            f"rank {rank} with {scaled.shape[1]} columns: column {columns} depends linearly on the others",
+            f"rank {rank} with {stacked.shape[1]} columns: column {columns} depends linearly on the others",
             "leave it out, add data, or give the coefficients a prior precision above zero",
         )

@@ -16,8 +16,6 @@ from scipy.special import polygamma, psi
 
 from friction_bayes.conjugate.gamma_exponential import GammaExponential
 from friction_bayes.conjugate.likelihood import (
-    NormalStatistics,
-    RegressionStatistics,
     Target,
     exponential_log_likelihood,
     exponential_pointwise,
@@ -28,12 +26,12 @@ from friction_bayes.conjugate.likelihood import (
 )
 from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.conjugate.sufficient_statistics import NormalStatistics, RegressionStatistics
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite_array, positive
 from friction_bayes.core.errors import InputError
 
 __all__ = ["gamma_exponential_target", "normal_gamma_target", "regression_target"]
-
 
 _LOG_LIMIT = 300.0
 """Largest logarithm of a scale parameter that is looked at: beyond exp(300) squares overflow."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity
 from friction_bayes.core.system import Oscillator
 
-__all__ = ["force_factor", "swing_frequency"]
+__all__ = ["force_factor", "force_factor_relative_sd", "swing_frequency"]
 
 
 def swing_frequency(system: Oscillator, unit: str) -> float:
@@ -20,3 +20,8 @@ def swing_frequency(system: Oscillator, unit: str) -> float:
 def force_factor(system: Oscillator, quantity: Quantity, unit: str) -> float:
     """Factor from the signal's friction coefficient to the friction force; 1 where it was not calibrated."""
     return 1.0 if unit in UNCALIBRATED_UNITS else system.force_factor(quantity)
+
+
+def force_factor_relative_sd(system: Oscillator, quantity: Quantity, unit: str) -> float:
+    """Relative standard deviation of :func:`force_factor` from that of mass and stiffness."""
+    return 0.0 if unit in UNCALIBRATED_UNITS else system.force_factor_relative_sd(quantity)

@@ -1,16 +1,24 @@
-"""What an estimator is, and the one registry of them."""
+"""What an estimator is, what it is given, and what it gives."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol
 
-from friction_bayes.conjugate.likelihood import Target
-from friction_bayes.core.arrays import Array
-from friction_bayes.decay.free_decay import FreeDecay
+import numpy as np
 
-__all__ = ["ESTIMATORS", "Estimator", "Fit", "register"]
+from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.quantities import Quantity
+from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.calibrated import swing_frequency
+from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.decay.release_and_rest import FOUND, Located
+from friction_bayes.estimators.priors import DeclaredSignal
+
+__all__ = ["Estimator", "Fit", "Fits", "FreeDecays"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,8 +46,8 @@ class Fit:
         Posterior mean standard deviation of a signal sample (nan where the model has none).
     prediction : ndarray or None, shape (n,)
         Fitted signal over ``decay.time``.
-    target : Target
-        The same posterior for the sampler.
+    build_target : callable, () -> Target
+        Makes :attr:`target`.
     notes : tuple of str
         What a reader must know: assumptions, negative samples, residuals that are not noise.
     """
@@ -54,18 +62,101 @@ class Fit:
     rest_position: float
     noise_sd: float
     prediction: Array | None
-    target: Target
-    notes: tuple[str, ...] = field(default=())
+    build_target: Callable[[], Target] = field(repr=False)
+    notes: tuple[str, ...] = ()
+
+    @cached_property
+    def target(self) -> Target:
+        """The same posterior for the sampler, built when it is first asked for."""
+        return self.build_target()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FreeDecays:
+    """Many records of one system and sensor, and where in each the free decay lies; possibly no record.
+
+    Attributes
+    ----------
+    values : ndarray, shape (records, n)
+        Samples.
+    located : Located
+        From :func:`friction_bayes.decay.free_decay.locate_free_decays`; rows where nothing was found are left
+        out.
+    step : float
+        Sampling interval [s].
+    system, quantity, unit
+        What was measured, of what, and in which unit.
+    """
+
+    values: Array
+    located: Located
+    step: float
+    system: Oscillator
+    quantity: Quantity
+    unit: str
+
+    @property
+    def usable(self) -> Mask:
+        """Rows in which a free decay was found."""
+        return self.located.status == FOUND
+
+    @property
+    def counts(self) -> Integers:
+        """Samples in each moving part; none in a row that is left out."""
+        return np.where(self.usable, self.located.stop - self.located.start, 0)
+
+    @property
+    def kernel_arguments(self) -> tuple[Any, ...]:
+        """Arguments that say to a half-cycle kernel where each decay lies, and what is known of it."""
+        start, phase = self.located.start, self.located.phase
+        frequency = self.located.frequency / self.step
+        swing = swing_frequency(self.system, self.unit)
+        order = self.quantity.order
+        return self.values, self.step, frequency, phase, start, start + self.counts, order, swing
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fits:
+    """What an estimator makes of many free decays, in the units of the signal; nan where it finds nothing.
+
+    Attributes
+    ----------
+    family : scipy.stats continuous distribution
+        Of the posterior of the signal's friction coefficient.
+    parameters : tuple of ndarray, shape (records,)
+        Its shapes, location and scale.
+    frequency, frequency_sd, rest_position, noise_sd : ndarray, shape (records,)
+        As in :class:`Fit`.
+    """
+
+    family: Any
+    parameters: tuple[Array, ...]
+    frequency: Array
+    frequency_sd: Array
+    rest_position: Array
+    noise_sd: Array
+
+    @property
+    def found(self) -> Mask:
+        """Which records have a posterior."""
+        finite = [np.isfinite(parameter) for parameter in (*self.parameters, self.frequency)]
+        return np.logical_and.reduce(finite)
 
 
 class Estimator(Protocol):
     """One closed-form estimator; see CONTRIBUTING for how to add one."""
 
-    name: str
-    prior_keys: tuple[str, ...]
-    """What ``--prior KEY=VALUE`` and ``prior={...}`` may set."""
+    @property
+    def name(self) -> str:
+        """What ``--method`` calls it."""
+        ...
 
-    def default_prior(self, decay: FreeDecay) -> dict[str, float]:
+    @property
+    def prior_keys(self) -> tuple[str, ...]:
+        """What ``--prior KEY=VALUE`` and ``prior={...}`` may set."""
+        ...
+
+    def default_prior(self, signal: DeclaredSignal) -> dict[str, float]:
         """Weak prior derived from the declared system, not from the data; keys are ``prior_keys``."""
         ...
 
@@ -73,11 +164,10 @@ class Estimator(Protocol):
         """Closed-form posterior of one free decay."""
         ...
 
+    def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
+        """Closed-form posteriors of many free decays, equal to those of :meth:`fit` up to rounding.
 
-ESTIMATORS: dict[str, Estimator] = {}
-
-
-def register(estimator: Estimator) -> Estimator:
-    """Add an estimator under its name."""
-    ESTIMATORS[estimator.name] = estimator
-    return estimator
+        A record that :meth:`fit` would refuse has none. What no record can be fitted with (this prior, this
+        system) is refused, of no records too.
+        """
+        ...

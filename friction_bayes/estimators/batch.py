@@ -3,31 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from friction_bayes.conjugate.scaled_batch import product_moments, product_quantiles
+from friction_bayes.conjugate.scaled import scaled_moments, scaled_quantiles
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.calibrated import force_factor, swing_frequency
+from friction_bayes.decay.calibrated import force_factor, force_factor_relative_sd
 from friction_bayes.decay.free_decay import locate_free_decays
 from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.decay.release_and_rest import FOUND
-from friction_bayes.estimators.batch_fits import BATCH_FITS, BatchTask
-from friction_bayes.estimators.priors import complete_prior, default_prior
+from friction_bayes.estimators.base import Estimator, FreeDecays
+from friction_bayes.estimators.priors import complete_prior
+from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.records.clipping import SHORTEST_RUN, clipped_fraction
 from friction_bayes.records.clock import sampling_interval
 
-__all__ = ["METHODS", "STATUS", "estimate_batch"]
-
-METHODS = tuple(BATCH_FITS)
-"""Methods that take batches."""
+__all__ = ["STATUS", "estimate_batch"]
 
 STATUS = ("ok", "not_finite", "constant", "no_oscillation", "too_short", "no_fit", "clipped")
 """Meaning of ``status`` 0, 1, 2, ..."""
@@ -78,7 +77,7 @@ def estimate_batch(
     sampling_rate : float, optional
         Samples a second, where ``records`` does not say.
     method : str
-        ``waveform``, ``envelope``, ``normal-gamma`` or ``gamma-exponential``.
+        ``waveform``, ``envelope``, ``normal-gamma`` or ``gamma-exponential``, or one registered from outside.
     quantity : str
         What was measured, where ``records`` does not say.
     prior : mapping, optional
@@ -99,36 +98,31 @@ def estimate_batch(
     InputError
         If the array is not two-dimensional, its sampling rate is missing, or an argument is wrong.
     """
-    if method not in METHODS:
-        raise InputError(
-            "method", f"{method!r} takes no batches", f"give one of {', '.join(METHODS)}, or use estimate"
-        )
+    estimator = estimator_named(method)
     if peaks not in PEAKS:
         raise InputError("peaks", f"unknown choice {peaks!r}", f"give one of {', '.join(PEAKS)}")
     stack, kind, unit, step = _as_stack(records, sampling_rate, quantity)
-    if method == "waveform" and swing_frequency(system, unit) > 0.0:
-        raise InputError(
-            "system",
-            "waveform integrates a pendulum's large swings one record at a time",
-            "give method envelope, use estimate, or declare a rotational Oscillator for small swings",
-        )
     if kind.angular != system.angular:
         expected = "inertia" if kind.angular else "mass"
         raise InputError(
             "quantity", f"{kind.name} of the other kind of system", f"declare the system by {expected}"
         )
-    common = {
-        "system": system,
-        "quantity": kind,
-        "unit": unit,
-        "step": step,
-        "prior": complete_prior(default_prior(method, system, kind, unit), prior),
-        "peaks": peaks,
-    }
+    empty = np.empty((0, stack.sizes["time"]))
+    none = FreeDecays(
+        values=empty,
+        located=locate_free_decays(empty, step, system.natural_frequency, kind.order),
+        step=step,
+        system=system,
+        quantity=kind,
+        unit=unit,
+    )
+    chosen = complete_prior(estimator.default_prior(none), prior)
+    # what is refused of every record is refused now, and not when a Dask array is computed
+    estimator.fit_many(none, chosen, peaks=peaks)
     table = xr.apply_ufunc(
         _estimate_rows,
         stack,
-        kwargs={"common": common, "method": method},
+        kwargs={"estimator": estimator, "like": none, "prior": chosen, "peaks": peaks},
         input_core_dims=[["time"]],
         output_core_dims=[["column"]],
         dask="parallelized",
@@ -166,32 +160,35 @@ def _as_stack(
     return stack, kind, str(stack.attrs.get("units", kind.unit)), step
 
 
-def _estimate_rows(values: NDArray[Any], *, common: Mapping[str, Any], method: str) -> Array:
+def _estimate_rows(
+    values: NDArray[Any], *, estimator: Estimator, like: FreeDecays, prior: Mapping[str, float], peaks: str
+) -> Array:
     """Estimate every row of an array, shape (records, n) to (records, columns)."""
     rows = max(_CHUNK_VALUES // max(values.shape[1], 1), 1)
     parts = [
         # writeable as those of a single record are: kernels are compiled for one kind of array
-        _estimate_chunk(np.require(part, np.float64, ["C", "W"]), common, method)
+        _estimate_chunk(np.require(part, np.float64, ["C", "W"]), estimator, like, prior, peaks)
         for part in np.split(values, range(rows, len(values), rows))
     ]
     return np.concatenate(parts)
 
 
-def _estimate_chunk(values: Array, common: Mapping[str, Any], method: str) -> Array:
-    system, kind, step, unit = (common[key] for key in ("system", "quantity", "step", "unit"))
-    located = locate_free_decays(values, step, system.natural_frequency, kind.order)
+def _estimate_chunk(
+    values: Array, estimator: Estimator, like: FreeDecays, prior: Mapping[str, float], peaks: str
+) -> Array:
+    """Estimate rows of the system and sensor that ``like`` declares."""
+    system, kind, unit = like.system, like.quantity, like.unit
+    located = locate_free_decays(values, like.step, system.natural_frequency, kind.order)
     located.status[_clipped(values, located.status == FOUND)] = _CLIPPED
-    fits = BATCH_FITS[method](BatchTask(values=values, located=located, **common))
-    found = fits.found & np.isfinite(fits.frequency)
+    fits = estimator.fit_many(replace(like, values=values, located=located), prior, peaks=peaks)
+    found, family = fits.found, fits.family
     status = np.where((located.status == FOUND) & ~found, _NO_FIT, located.status)
-    family = fits.family
     coefficient = tuple(np.where(found, parameter, np.nan) for parameter in fits.parameters)
     location, spread = (_finite(moment(*coefficient)) for moment in (family.mean, family.std))
-    factor, relative_sd = force_factor(system, kind, unit), 0.0
-    if unit not in UNCALIBRATED_UNITS:
-        relative_sd = system.force_factor_relative_sd(kind)
-    mean, sd = product_moments(location, spread, factor, relative_sd)
-    low, high = (product_quantiles(family, coefficient, factor, relative_sd, q) for q in (0.05, 0.95))
+    factor = force_factor(system, kind, unit)
+    relative_sd = force_factor_relative_sd(system, kind, unit)
+    mean, sd = scaled_moments(location, spread, factor, relative_sd)
+    low, high = (scaled_quantiles(family, coefficient, factor, relative_sd, q) for q in (0.05, 0.95))
     length = fits.frequency**-kind.order
     over_low, over_high = (family.ppf(q, *coefficient) * length for q in (0.05, 0.95))
     columns = (mean, sd, low, high, location * length, spread * length, over_low, over_high)

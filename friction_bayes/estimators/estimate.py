@@ -13,20 +13,15 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import PEAKS
-from friction_bayes.estimators import peaks as peaks_module
 from friction_bayes.estimators.acceptance import accept_by_set_up, accept_by_threshold
-from friction_bayes.estimators.base import ESTIMATORS, Estimator, Fit
-from friction_bayes.estimators.envelope import estimator as envelope
+from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.priors import complete_prior
-from friction_bayes.estimators.result import Estimate, in_forces
-from friction_bayes.estimators.waveform import estimator as waveform
+from friction_bayes.estimators.registry import estimator_named
+from friction_bayes.estimators.result import Estimate, force_notes
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.record import record_name, validate_record
 
-__all__ = ["Estimate", "estimate", "estimator_named", "prior_mapping", "refuse_clipped"]
-
-BUILT_IN = (waveform, envelope, peaks_module)
-"""The modules whose import registers this package's own estimators."""
+__all__ = ["estimate", "prior_mapping", "refuse_clipped"]
 
 
 def refuse_clipped(record: xr.DataArray) -> None:
@@ -67,7 +62,7 @@ def estimate(
     system : Oscillator
         Mass or inertia, and stiffness.
     method : str
-        ``waveform``, ``envelope``, ``normal-gamma`` or ``gamma-exponential``.
+        ``waveform``, ``envelope``, ``normal-gamma`` or ``gamma-exponential``, or one registered from outside.
     prior : mapping or conjugate prior, optional
         Prior parameters by key, or the prior object itself; what is not given is the method's
         default, which comes from the declared system and never from the data.
@@ -117,28 +112,15 @@ def estimate(
         acceptance = accept_by_set_up(
             _precision_of(fit, method), _precision_of(reference.fit, method), unit=fit.precision_unit
         )
-    return in_forces(
-        method,
-        decay,
-        fit,
+    return Estimate(
+        method=method,
+        decay=decay,
+        fit=fit,
         prior=chosen,
         peaks=peaks,
         acceptance=acceptance,
-        provenance=_provenance(record),
+        notes=(*fit.notes, *force_notes(decay, fit), *_provenance(record)),
     )
-
-
-def estimator_named(method: str) -> Estimator:
-    """Look an estimator up by name.
-
-    Raises
-    ------
-    InputError
-        If there is none of that name.
-    """
-    if method not in ESTIMATORS:
-        raise InputError("method", f"unknown method {method!r}", f"give one of {', '.join(ESTIMATORS)}")
-    return ESTIMATORS[method]
 
 
 def prior_mapping(prior: Any) -> Mapping[str, float] | None:
@@ -147,7 +129,7 @@ def prior_mapping(prior: Any) -> Mapping[str, float] | None:
         return prior
     if is_dataclass(prior) and not isinstance(prior, type):
         return asdict(prior)
-    raise InputError("prior", f"{prior!r} is no prior", "give a mapping of numbers or a conjugate prior")
+    raise InputError("prior", f"{prior!r} is not a prior", "give a mapping of numbers or a conjugate prior")
 
 
 def _precision_of(fit: Fit, method: str) -> Any:

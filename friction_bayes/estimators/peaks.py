@@ -3,26 +3,34 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
+
+import numpy as np
+from scipy import stats
 
 from friction_bayes.conjugate.gamma_exponential import GammaExponential, negative_share
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.conjugate.scaled import scaled
 from friction_bayes.conjugate.targets import gamma_exponential_target, normal_gamma_target
+from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, inverse_square
 from friction_bayes.decay.calibrated import force_factor
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.friction_samples import friction_samples, natural_frequency_found
-from friction_bayes.estimators.base import Fit, register
-from friction_bayes.estimators.priors import complete_prior, default_prior, prior_keys
+from friction_bayes.decay.friction_samples import (
+    friction_sample_statistics,
+    friction_samples,
+    natural_frequency_found,
+)
+from friction_bayes.estimators.base import Fit, Fits, FreeDecays
+from friction_bayes.estimators.priors import TabulatedPrior, complete_prior
 
 __all__ = ["GammaExponentialEstimator", "NormalGammaEstimator"]
 
 _TELESCOPING = (
     "successive friction samples share an amplitude, so their errors are correlated at -1/2 and their mean "
-    "hangs on the first and the last amplitude alone; the model takes them as independent, which makes the "
+    "depends on the first and the last amplitude alone; the model takes them as independent, which makes the "
     "friction interval far too wide"
 )
 _RATE = (
@@ -30,20 +38,15 @@ _RATE = (
     "sample and not to the friction; kept as the paper's comparison"
 )
 _PRIOR_WIDTH = (
-    "one friction sample has no scatter: the width of the interval is the prior's and no measure of the "
-    "error; record more periods, or use waveform"
+    "one friction sample has no scatter: the width of the interval is the prior's and does not measure "
+    "the error; record more periods, or use waveform"
 )
 
 
-class NormalGammaEstimator:
+class NormalGammaEstimator(TabulatedPrior):
     """Eqs. (4)-(8) on the samples of :func:`~friction_bayes.decay.friction_samples.friction_samples`."""
 
     name = "normal-gamma"
-    prior_keys = prior_keys("normal-gamma")
-
-    def default_prior(self, decay: FreeDecay) -> dict[str, float]:
-        """Weak prior from the declared system, see :mod:`friction_bayes.estimators.priors`."""
-        return default_prior(self.name, decay.system, decay.quantity, decay.unit)
 
     def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
         """Closed-form posterior; what ``prior`` leaves out is the default."""
@@ -53,22 +56,31 @@ class NormalGammaEstimator:
         return _fit(
             decay,
             posterior,
-            normal_gamma_target(before, samples),
+            samples,
             peaks,
+            build_target=lambda: normal_gamma_target(before, samples),
             precision=posterior.precision,
             notes=(_TELESCOPING,) if samples.size > 1 else (_PRIOR_WIDTH,),
         )
 
+    def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
+        """Closed-form posteriors of many free decays; what ``prior`` leaves out is the default."""
+        before = NormalGamma(**complete_prior(self.default_prior(decays), prior))
+        count, mean, squares, frequency = _sample_statistics(decays, peaks)
+        factor = force_factor(decays.system, decays.quantity, decays.unit)
+        mu, lam, alpha, beta = before.parameters_after(
+            np.maximum(count, 1), mean * factor, squares * factor**2
+        )
+        proper = (count > 0) & (lam > 0.0) & (alpha > 0.0) & (beta > 0.0)
+        alpha, beta = np.where(proper, alpha, np.nan), np.where(proper, beta, np.nan)
+        parameters = (2.0 * alpha, mu / factor, np.sqrt(beta / alpha / lam) / factor)
+        return _fits(decays, stats.t, parameters, frequency)
 
-class GammaExponentialEstimator:
+
+class GammaExponentialEstimator(TabulatedPrior):
     """Eqs. (9)-(11) on the samples of :func:`~friction_bayes.decay.friction_samples.friction_samples`."""
 
     name = "gamma-exponential"
-    prior_keys = prior_keys("gamma-exponential")
-
-    def default_prior(self, decay: FreeDecay) -> dict[str, float]:
-        """Weak prior from the declared system, see :mod:`friction_bayes.estimators.priors`."""
-        return default_prior(self.name, decay.system, decay.quantity, decay.unit)
 
     def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
         """Closed-form posterior; what ``prior`` leaves out is the default."""
@@ -82,16 +94,34 @@ class GammaExponentialEstimator:
                 "likelihood is zero: the formal likelihood in the sum of samples is used",
             )
         return _fit(
-            decay, posterior, gamma_exponential_target(before, samples), peaks, precision=None, notes=notes
+            decay,
+            posterior,
+            samples,
+            peaks,
+            build_target=lambda: gamma_exponential_target(before, samples),
+            precision=None,
+            notes=notes,
         )
+
+    def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
+        """Closed-form posteriors of many free decays; what ``prior`` leaves out is the default."""
+        before = GammaExponential(**complete_prior(self.default_prior(decays), prior))
+        count, mean, _, frequency = _sample_statistics(decays, peaks)
+        factor = force_factor(decays.system, decays.quantity, decays.unit)
+        alpha, kappa = before.parameters_after(count, count * mean * factor)
+        proper = (count > 0) & (alpha > 0.0) & (kappa > 0.0)
+        alpha, kappa = np.where(proper, alpha, np.nan), np.where(proper, kappa, np.nan)
+        parameters = (alpha, np.zeros_like(alpha), 1.0 / (kappa * factor))
+        return _fits(decays, stats.gamma, parameters, frequency)
 
 
 def _fit(
     decay: FreeDecay,
     posterior: NormalGamma | GammaExponential,
-    target: Target,
+    samples: Array,
     peaks: str,
     *,
+    build_target: Callable[[], Target],
     precision: Any,
     notes: tuple[str, ...],
 ) -> Fit:
@@ -104,16 +134,32 @@ def _fit(
         precision=precision,
         precision_unit="" if precision is None else inverse_square(force_unit),
         posterior=posterior,
-        amplitudes=target.observed.size + 1,
+        amplitudes=samples.size + 1,
         frequency=natural_frequency_found(decay, peaks),
         frequency_sd=math.nan,
         rest_position=decay.rest_position,
         noise_sd=math.nan,
         prediction=None,
-        target=target,
+        build_target=build_target,
         notes=notes,
     )
 
 
-register(NormalGammaEstimator())
-register(GammaExponentialEstimator())
+def _sample_statistics(decays: FreeDecays, peaks: str) -> tuple[Integers, Array, Array, Array]:
+    """Counts, means and squared deviations of the signal's friction samples, and frequencies [rad/s]."""
+    arguments = (*decays.kernel_arguments, peaks == "highest")
+    count, mean, squares, frequency = friction_sample_statistics(*arguments)
+    return count, mean, squares, frequency
+
+
+def _fits(decays: FreeDecays, family: Any, parameters: tuple[Array, ...], frequency: Array) -> Fits:
+    """Posteriors of the signal's friction coefficient; frequency and rest position are as they were found."""
+    none = np.full(len(decays.values), np.nan)
+    return Fits(
+        family=family,
+        parameters=parameters,
+        frequency=np.where(decays.usable, frequency, np.nan),
+        frequency_sd=none,
+        rest_position=np.where(decays.usable, decays.located.rest_position, np.nan),
+        noise_sd=none,
+    )

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 from friction_bayes.core.checks import finite
 from friction_bayes.core.errors import InputError
@@ -21,7 +22,9 @@ from friction_bayes.core.system import Oscillator
 
 __all__ = [
     "PRIORS",
+    "DeclaredSignal",
     "PriorParameter",
+    "TabulatedPrior",
     "coefficient_bounds",
     "complete_prior",
     "default_prior",
@@ -35,6 +38,25 @@ WIDEST = 1e6
 
 UNCALIBRATED_SCALE = 10.0
 """Scale of a signal that was never calibrated, in its own unit: the range of a common acquisition card."""
+
+
+class DeclaredSignal(Protocol):
+    """What is declared of a signal, and all that a default prior may depend on; a FreeDecay is one."""
+
+    @property
+    def system(self) -> Oscillator:
+        """The oscillator that was measured."""
+        ...
+
+    @property
+    def quantity(self) -> Quantity:
+        """What was measured of it."""
+        ...
+
+    @property
+    def unit(self) -> str:
+        """In which unit."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -145,6 +167,21 @@ def default_prior(method: str, system: Oscillator, quantity: Quantity, unit: str
     scale_of = force_scale if method in ("normal-gamma", "gamma-exponential") else signal_scale
     scale = scale_of(system, quantity, unit)
     return {p.key: p.factor * scale**p.power for p in PRIORS[method]}
+
+
+class TabulatedPrior:
+    """Part of an estimator whose default prior stands in :data:`PRIORS` under its name."""
+
+    name: str
+
+    @property
+    def prior_keys(self) -> tuple[str, ...]:
+        """What ``--prior KEY=VALUE`` may set."""
+        return prior_keys(self.name)
+
+    def default_prior(self, signal: DeclaredSignal) -> dict[str, float]:
+        """Weak prior derived from the declared system."""
+        return default_prior(self.name, signal.system, signal.quantity, signal.unit)
 
 
 def complete_prior(default: Mapping[str, float], given: Mapping[str, float] | None) -> dict[str, float]:

@@ -1,10 +1,11 @@
-"""A fit in the unit of its signal turned into forces: what an estimate is."""
+"""What an estimate is: a fit in the unit of its signal, read as a force."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 from friction_bayes.conjugate.scaled import scaled
@@ -13,16 +14,17 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.strict_json import plain
 from friction_bayes.core.summary import Summary
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.calibrated import force_factor, force_factor_relative_sd
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.estimators.acceptance import Acceptance
 from friction_bayes.estimators.base import Fit
 
-__all__ = ["Estimate", "in_forces"]
+__all__ = ["Estimate", "force_notes"]
 
 _SURELY = 0.99
 """Probability of a negative friction above which a note says what that means."""
 _FREQUENCY_TOLERANCE = 0.03
-"""Relative difference of the found frequency and sqrt(k/m) above which both forces are told."""
+"""Relative difference of the found frequency and sqrt(k/m) above which both forces are reported."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +35,18 @@ class Estimate:
     ----------
     method : str
         Name of the estimator.
+    decay : FreeDecay
+        The moving part of the record.
+    fit : Fit
+        The estimator's own result, in the unit of the signal.
+    prior : dict
+        The prior used, by key.
+    peaks : str
+        How the paper's two methods picked amplitudes.
+    acceptance : Acceptance or None
+        Judgement by the precision parameter; None when neither threshold nor set-up record was given.
+    notes : tuple of str
+        What a reader of the numbers must know.
     friction : frozen scipy.stats distribution
         Posterior of the friction force, carrying the standard deviation of mass and stiffness.
     friction_unit : str
@@ -49,8 +63,6 @@ class Estimate:
         Posterior of the precision parameter of the model.
     precision_unit : str
         Its unit.
-    acceptance : Acceptance or None
-        Judgement by the precision parameter; None when neither threshold nor set-up record was given.
     amplitudes : int
         How many amplitudes were used, or lie in the moving record.
     frequency, frequency_sd : float
@@ -59,47 +71,82 @@ class Estimate:
         Standard deviation of a sample of the signal; nan where the method has none.
     rest_position : float
         In the unit of the signal.
-    prior : dict
-        The prior used, by key.
-    peaks : str
-        How the paper's two methods picked amplitudes.
-    notes : tuple of str
-        What a reader of the numbers must know.
-    fit : Fit
-        The estimator's own result, in the unit of the signal.
-    decay : FreeDecay
-        The moving part of the record.
+    accepted : bool or None
+        Whether the precision parameter says so; None when it was given nothing to compare with.
+    probability_negative : float
+        ``P(friction < 0)``: what the model gives to the physically impossible.
     """
 
     method: str
-    friction: Any
-    friction_unit: str
-    friction_as_declared: Any
-    force_factor: float
-    friction_over_stiffness: Any
-    friction_over_stiffness_unit: str
-    precision: Any | None
-    precision_unit: str
-    acceptance: Acceptance | None
-    amplitudes: int
-    frequency: float
-    frequency_sd: float
-    noise_sd: float
-    rest_position: float
+    decay: FreeDecay
+    fit: Fit
     prior: dict[str, float]
     peaks: str
+    acceptance: Acceptance | None
     notes: tuple[str, ...]
-    fit: Fit
-    decay: FreeDecay
+
+    @cached_property
+    def friction(self) -> Any:
+        decay = self.decay
+        relative_sd = force_factor_relative_sd(decay.system, decay.quantity, decay.unit)
+        return scaled(self.fit.coefficient, self.force_factor, relative_sd=relative_sd)
+
+    @property
+    def friction_unit(self) -> str:
+        return self.decay.system.friction_unit if _calibrated(self.decay) else self.decay.unit
+
+    @cached_property
+    def friction_as_declared(self) -> Any:
+        return scaled(self.fit.coefficient, self.force_factor)
+
+    @property
+    def force_factor(self) -> float:
+        return force_factor(self.decay.system, self.decay.quantity, self.decay.unit)
+
+    @cached_property
+    def friction_over_stiffness(self) -> Any:
+        return scaled(self.fit.coefficient, self.fit.frequency**-self.decay.quantity.order)
+
+    @property
+    def friction_over_stiffness_unit(self) -> str:
+        if _calibrated(self.decay):
+            return self.decay.system.length_unit
+        return self.decay.unit + ("", " s", " s2")[self.decay.quantity.order]
+
+    @property
+    def precision(self) -> Any | None:
+        return self.fit.precision
+
+    @property
+    def precision_unit(self) -> str:
+        return self.fit.precision_unit
+
+    @property
+    def amplitudes(self) -> int:
+        return self.fit.amplitudes
+
+    @property
+    def frequency(self) -> float:
+        return self.fit.frequency
+
+    @property
+    def frequency_sd(self) -> float:
+        return self.fit.frequency_sd
+
+    @property
+    def noise_sd(self) -> float:
+        return self.fit.noise_sd
+
+    @property
+    def rest_position(self) -> float:
+        return self.fit.rest_position
 
     @property
     def accepted(self) -> bool | None:
-        """Whether the precision parameter says so; None when it was given nothing to compare with."""
         return None if self.acceptance is None else self.acceptance.accepted
 
     @property
     def probability_negative(self) -> float:
-        """``P(friction < 0)``: what the model gives to the physically impossible."""
         return float(self.friction.cdf(0.0))
 
     def to_dict(self, reference: Mapping[str, Any] | None = None) -> dict[str, Any]:
@@ -108,7 +155,7 @@ class Estimate:
         Parameters
         ----------
         reference : mapping, optional
-            What a sampler said of the same posterior.
+            What a sampler made of the same posterior.
         """
         system = self.decay.system
         friction = Summary.of_distribution(self.friction, self.friction_unit)
@@ -140,86 +187,36 @@ class Estimate:
                 "rest_position": {"mean": self.rest_position, "unit": self.decay.unit},
                 "prior": self.prior,
                 "peaks": self.peaks,
-                "includes_system_uncertainty": _system_is_uncertain(self.decay),
+                "includes_system_uncertainty": system.force_factor_relative_sd(self.decay.quantity) > 0.0,
                 "notes": self.notes,
             }
         )
 
 
-def _system_is_uncertain(decay: FreeDecay) -> bool:
-    return decay.system.force_factor_relative_sd(decay.quantity) > 0.0
+def _calibrated(decay: FreeDecay) -> bool:
+    return decay.unit not in UNCALIBRATED_UNITS
 
 
-def in_forces(
-    method: str,
-    decay: FreeDecay,
-    fit: Fit,
-    *,
-    prior: dict[str, float],
-    peaks: str,
-    acceptance: Acceptance | None,
-    provenance: Sequence[str],
-) -> Estimate:
-    """Turn a fit of the signal's friction coefficient ``u = w**q r/k`` into ``r`` and ``r/k``.
-
-    Parameters
-    ----------
-    method : str
-        Name of the estimator.
-    decay : FreeDecay
-        What was fitted.
-    fit : Fit
-        Its result.
-    prior, peaks, acceptance
-        As in :class:`Estimate`.
-    provenance : sequence of str
-        Notes on where the record and its system come from.
+def force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
+    """Notes on the friction force that follows from a fit of the signal.
 
     Warns
     -----
     RecordWarning
-        If the record does not swing at the frequency that mass and stiffness mean.
+        If the record does not swing at the frequency that mass and stiffness imply.
     """
     system, order = decay.system, decay.quantity.order
-    notes = [*fit.notes]
-    if decay.unit in UNCALIBRATED_UNITS:
-        factor, relative_sd, friction_unit = 1.0, 0.0, decay.unit
-        length_unit = decay.unit + ("", " s", " s2")[order]
+    notes = []
+    if not _calibrated(decay):
         notes.append(
             "the sensor is not calibrated: friction is the friction force over "
             f"{_factor_symbol(system, order)}, in the signal's own unit, {decay.unit}"
         )
-    else:
-        factor = system.force_factor(decay.quantity)
-        relative_sd = system.force_factor_relative_sd(decay.quantity)
-        friction_unit, length_unit = system.friction_unit, system.length_unit
-        if relative_sd == 0.0:
-            notes.append(f"{_exact(system, order)} uncertainty is not in the friction interval")
+    elif system.force_factor_relative_sd(decay.quantity) == 0.0:
+        notes.append(f"{_exact(system, order)} uncertainty is not in the friction interval")
     if float(fit.coefficient.cdf(0.0)) > _SURELY:
-        notes.append("friction is negative: the oscillation grows, and this is no free decay")
-    notes.extend(_frequency_note(decay, fit))
-    return Estimate(
-        method=method,
-        friction=scaled(fit.coefficient, factor, relative_sd=relative_sd),
-        friction_unit=friction_unit,
-        friction_as_declared=scaled(fit.coefficient, factor),
-        force_factor=factor,
-        friction_over_stiffness=scaled(fit.coefficient, fit.frequency**-order),
-        friction_over_stiffness_unit=length_unit,
-        precision=fit.precision,
-        precision_unit=fit.precision_unit,
-        acceptance=acceptance,
-        amplitudes=fit.amplitudes,
-        frequency=fit.frequency,
-        frequency_sd=fit.frequency_sd,
-        noise_sd=fit.noise_sd,
-        rest_position=fit.rest_position,
-        prior=prior,
-        peaks=peaks,
-        notes=(*notes, *provenance),
-        fit=fit,
-        decay=decay,
-    )
+        notes.append("friction is negative: the oscillation grows, so this is not a free decay")
+    return notes + _frequency_note(decay, fit)
 
 
 def _factor_symbol(system: Oscillator, order: int) -> str:
@@ -228,7 +225,7 @@ def _factor_symbol(system: Oscillator, order: int) -> str:
 
 
 def _exact(system: Oscillator, order: int) -> str:
-    """Say which of mass and stiffness the force came from without a spread."""
+    """Which of mass and stiffness the force was computed with, as if it were exact."""
     moving = "inertia" if system.angular else "mass"
     return (
         "the stiffness is taken as exact: its",
@@ -238,13 +235,13 @@ def _exact(system: Oscillator, order: int) -> str:
 
 
 def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
-    """Tell both frequencies and both forces where the declared system does not swing as the record does."""
+    """Give both frequencies and both forces where the declared system does not swing as the record does."""
     system, order = decay.system, decay.quantity.order
     declared, found = system.natural_frequency, fit.frequency
     if abs(found / declared - 1.0) <= _FREQUENCY_TOLERANCE:
         return []
-    text = f"the record swings at {found:.5g} rad/s, declared mass and stiffness mean {declared:.5g} rad/s"
-    if decay.unit not in UNCALIBRATED_UNITS:
+    text = f"the record swings at {found:.5g} rad/s, declared mass and stiffness imply {declared:.5g} rad/s"
+    if _calibrated(decay):
         coefficient, unit = float(fit.coefficient.mean()), system.friction_unit
         from_stiffness = system.stiffness * coefficient / found**order
         from_mass = system.moving * coefficient * found ** (2 - order)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -14,9 +13,8 @@ import xarray as xr
 from friction_bayes.conjugate.scaled import ScaledDistribution
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
-from friction_bayes.estimators.estimate import estimator_named
 from friction_bayes.estimators.result import Estimate
-from friction_bayes.reference import sample_target
+from friction_bayes.reference.sampling import closed_form_seconds, sample_target
 from friction_bayes.validation.agreement import compare
 
 __all__ = ["ReferenceRun", "check_estimate"]
@@ -24,7 +22,7 @@ __all__ = ["ReferenceRun", "check_estimate"]
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceRun:
-    """A sampler's word on an estimate.
+    """What a sampler makes of the posterior of an estimate.
 
     Attributes
     ----------
@@ -57,11 +55,7 @@ def check_estimate(
     progress : callable, optional
         Called with steps done and steps due at present.
     """
-    began = perf_counter()
-    # The estimate itself may have waited for the compiler; this second run is the closed form's own time.
-    estimator_named(estimate.method).fit(estimate.decay, estimate.prior, peaks=estimate.peaks)
-    closed_form_s = perf_counter() - began
-
+    closed_form_s = closed_form_seconds(estimate)
     tree = sample_target(estimate.fit.target, seed=seed, progress=progress)
     attrs = tree.attrs
     posterior = tree["posterior"].dataset["friction"]

@@ -1,4 +1,4 @@
-"""Whether ensembles may be believed: nested R-hat, effective sample sizes, length."""
+"""Whether ensembles have converged: nested R-hat, effective sample sizes, length."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Convergence:
         )
 
     def describe(self, *, ess: float, steps: int) -> str:
-        """Say the figures beside their thresholds."""
+        """Give the figures beside their thresholds."""
         return (
             f"nested R-hat {self.nested_rhat:.4f} (below {MAXIMUM_RHAT}), "
             f"bulk and tail effective sample size {self.ess_bulk:.0f} and {self.ess_tail:.0f} "

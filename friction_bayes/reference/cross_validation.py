@@ -32,7 +32,7 @@ def leave_one_out(log_likelihood: Array) -> dict[str, Any]:
     values = xr.Dataset({"signal": (("chain", "draw", "block"), log_likelihood[None])})
     tree = xr.DataTree.from_dict({"log_likelihood": values})
     with warnings.catch_warnings():
-        # a large k is told by the result
+        # the result reports a large k
         warnings.simplefilter("ignore", UserWarning)
         found = arviz_stats.loo(tree, reff=1.0, pointwise=True)
     largest = float(found.pareto_k.max())

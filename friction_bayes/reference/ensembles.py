@@ -122,7 +122,7 @@ class Ensembles:
         return float(np.mean([sampler.acceptance_fraction for sampler in self._samplers]))
 
     def advance(self, steps: int, progress: Progress | None = None) -> None:
-        """Run every ensemble on by ``steps``, telling ``progress`` the walks done and due in this advance."""
+        """Run every ensemble on by ``steps``, calling ``progress`` with the walks done and due here."""
         for i, sampler in enumerate(self._samplers):
             # emcee has no seed argument: the state carries the generator's
             self._states[i] = sampler.run_mcmc(self._states[i], steps)

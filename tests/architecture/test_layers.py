@@ -58,8 +58,6 @@ ROOMS: dict[str, set[str]] = {
 
 # Modules that one folder above uses alone, and why they do not lie there.
 AT_HOME = {
-    "conjugate.regression_batch": "a conjugate pair",
-    "conjugate.scaled_batch": "a conjugate pair",
     "conjugate.targets": "a conjugate pair as a sampler sees it",
     "core.files": "writes for everybody",
     "decay.friction_samples": "the paper's data of a decay",
@@ -77,7 +75,6 @@ AT_HOME = {
 }
 
 OUTSIDE = {
-    "conjugate.sequential": "experiments",
     "mechanics.effects.presliding": "experiments",
 }
 

@@ -19,10 +19,11 @@ from friction_bayes import (
     make_record,
     simulate,
 )
-from friction_bayes.conjugate.scaled import scaled
-from friction_bayes.conjugate.scaled_batch import product_moments, product_quantiles
-from friction_bayes.estimators.batch import METHODS, STATUS
+from friction_bayes.conjugate.scaled import scaled, scaled_moments, scaled_quantiles
+from friction_bayes.estimators.batch import STATUS
+from friction_bayes.estimators.registry import ESTIMATORS
 
+METHODS = tuple(ESTIMATORS)
 RATE = 200.0
 
 
@@ -204,11 +205,11 @@ def test_product_with_uncertain_factor(relative_sd: float, location: float) -> N
     one = scaled(stats.t(degrees, location, scale), factor, relative_sd=relative_sd)
     arrays = [np.array([value, np.nan]) for value in (location, scale, degrees)]
     for q in (0.05, 0.95):
-        quantile = product_quantiles(stats.t, (arrays[2], *arrays[:2]), factor, relative_sd, q)
+        quantile = scaled_quantiles(stats.t, (arrays[2], *arrays[:2]), factor, relative_sd, q)
         assert quantile[0] == pytest.approx(float(one.ppf(q)), rel=1e-9)
         assert np.isnan(quantile[1])
     sd = np.array([stats.t(degrees, location, scale).std()])
-    mean, spread = product_moments(np.array([location]), sd, factor, relative_sd)
+    mean, spread = scaled_moments(np.array([location]), sd, factor, relative_sd)
     assert mean[0] == pytest.approx(one.mean(), rel=1e-12)
     assert spread[0] == pytest.approx(one.std(), rel=1e-12)
 
@@ -216,7 +217,7 @@ def test_product_with_uncertain_factor(relative_sd: float, location: float) -> N
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"method": "gibbs"}, "method: 'gibbs' takes no batches; give one of waveform, envelope"),
+        ({"method": "gibbs"}, "method: unknown method 'gibbs'; give one of waveform, envelope"),
         ({"peaks": "lowest"}, "peaks: unknown choice 'lowest'"),
         ({"prior": {"coefficient_precision": -1.0}}, "precision: -1 is negative"),
         ({"sampling_rate": None}, "sampling_rate: missing"),

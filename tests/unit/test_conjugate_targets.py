@@ -173,7 +173,7 @@ def test_prior_draws_follow_the_prior(name: str, rng: np.random.Generator) -> No
 
 @pytest.mark.parametrize("name", FLAT)
 def test_flat_priors_have_no_draws(name: str, rng: np.random.Generator) -> None:
-    with pytest.raises(InputError, match="is improper and has not draws"):
+    with pytest.raises(InputError, match="is improper and has no draws"):
         FLAT[name]().prior_draws(rng, 3)
 
 

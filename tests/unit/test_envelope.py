@@ -10,10 +10,11 @@ from friction_bayes.core.quantities import QUANTITIES, inverse_square
 from friction_bayes.core.system import Pendulum
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_tracking import track_phase
-from friction_bayes.estimators.envelope.estimator import COEFFICIENTS, ENVELOPE
+from friction_bayes.estimators.envelope.estimator import COEFFICIENTS, EnvelopeEstimator
 from friction_bayes.estimators.envelope.half_cycle_rows import envelope_statistics, half_cycle_rows
 from friction_bayes.mechanics.coulomb import coulomb_decay
 
+ENVELOPE = EnvelopeEstimator()
 FRICTION = 0.07
 NAMES = ("displacement", "velocity", "acceleration")
 
@@ -176,7 +177,7 @@ def test_refusals() -> None:
         "quantity": QUANTITIES["angular_acceleration"],
         "unit": "rad/s2",
     }
-    with pytest.raises(InputError, match="does not tell the amplitude of swings this large"):
+    with pytest.raises(InputError, match="does not give the amplitude of swings this large"):
         ENVELOPE.fit(FreeDecay(**fields, values=decay.values * 2000.0), {}, peaks="highest")
 
 

@@ -70,7 +70,7 @@ def test_flat_prior_updates_but_is_no_distribution(rng: np.random.Generator) -> 
         lambda: flat.log_evidence(SAMPLES),
         lambda: flat.rvs(2, rng),
     ):
-        with pytest.raises(InputError, match="is improper and has not"):
+        with pytest.raises(InputError, match="is improper and has no"):
             refused()
     with pytest.raises(InputError, match="kappa: -1 is negative"):
         GammaExponential(1.0, -1.0)

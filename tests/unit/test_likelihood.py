@@ -7,8 +7,6 @@ import pytest
 from scipy import stats
 
 from friction_bayes.conjugate.likelihood import (
-    NormalStatistics,
-    RegressionStatistics,
     exponential_log_likelihood,
     exponential_pointwise,
     normal_log_likelihood,
@@ -16,6 +14,7 @@ from friction_bayes.conjugate.likelihood import (
     regression_log_likelihood,
     regression_pointwise,
 )
+from friction_bayes.conjugate.sufficient_statistics import NormalStatistics, RegressionStatistics
 from friction_bayes.core.errors import InputError
 
 

@@ -168,7 +168,7 @@ def test_flat_prior_updates_but_is_no_distribution(rng: np.random.Generator) -> 
         lambda: flat.predictive(),
         lambda: flat.update([0.1, 0.1]).friction,
     ):
-        with pytest.raises(InputError, match="is improper and has not"):
+        with pytest.raises(InputError, match="is improper and has no"):
             refused()
 
 

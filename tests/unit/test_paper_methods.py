@@ -15,8 +15,8 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.friction_samples import friction_samples
-from friction_bayes.estimators.base import ESTIMATORS
 from friction_bayes.estimators.peaks import GammaExponentialEstimator, NormalGammaEstimator
+from friction_bayes.estimators.registry import ESTIMATORS
 
 FRICTION = 0.07
 

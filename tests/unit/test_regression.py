@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.conjugate.likelihood import RegressionStatistics
 from friction_bayes.conjugate.multivariate_t import MultivariateT
 from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.conjugate.sufficient_statistics import RegressionStatistics
 from friction_bayes.core.errors import InputError
 
 # NIST Statistical Reference Datasets, linear regression: y and x of Norris (lower difficulty)

@@ -22,10 +22,11 @@ from friction_bayes.estimators.waveform.coulomb_signal import (
     signals,
     turning_samples,
 )
-from friction_bayes.estimators.waveform.estimator import WAVEFORM
+from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.estimators.waveform.normal_equations import accumulate
 from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion
 
+WAVEFORM = WaveformEstimator()
 QUANTITIES = ("displacement", "velocity", "acceleration")
 FRICTION = 0.3
 COEFFICIENTS = np.array([0.2, 5.0, 0.21, 40.3, 45.1])

@@ -16,36 +16,35 @@ from collections.abc import Mapping
 import numpy as np
 from scipy import stats
 
-from friction_bayes.conjugate.regression import NormalInverseGamma, mean_error_sd
+from friction_bayes.conjugate.regression import CoefficientMarginals, NormalInverseGamma, mean_error_sd
+from friction_bayes.conjugate.sufficient_statistics import RegressionStatistics
 from friction_bayes.conjugate.targets import regression_target
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import inverse_square
 from friction_bayes.decay.calibrated import force_factor, swing_frequency
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_tracking import tracked_phase
-from friction_bayes.estimators.base import Fit, register
-from friction_bayes.estimators.envelope.half_cycle_rows import half_cycle_rows
+from friction_bayes.estimators.base import Fit, Fits, FreeDecays
+from friction_bayes.estimators.envelope.half_cycle_rows import envelope_statistics, half_cycle_rows
 from friction_bayes.estimators.envelope.signal import envelope_signal, small_motion_frequency
-from friction_bayes.estimators.priors import complete_prior, default_prior, prior_keys
+from friction_bayes.estimators.priors import TabulatedPrior, complete_prior
 
-__all__ = ["COEFFICIENTS", "ENVELOPE", "MIN_ROWS", "EnvelopeEstimator", "envelope_prior"]
+__all__ = ["COEFFICIENTS", "EnvelopeEstimator"]
 
 COEFFICIENTS = ("initial_amplitude", "friction_coefficient", "rest_position")
 """Columns of the regression: ``a``, ``u`` and ``c``, all in the unit of the signal."""
 
-MIN_ROWS = 4
+INITIAL_AMPLITUDE, FRICTION, REST_POSITION = range(3)
+"""Their places."""
+
+_MIN_ROWS = 4
 """Fewest data for the three coefficients and a scatter."""
 
 
-class EnvelopeEstimator:
+class EnvelopeEstimator(TabulatedPrior):
     """Conjugate regression on half cycles; ``peaks`` plays no part, since none is picked."""
 
     name = "envelope"
-    prior_keys = prior_keys("envelope")
-
-    def default_prior(self, decay: FreeDecay) -> dict[str, float]:
-        """Weak prior derived from the declared system, see :mod:`friction_bayes.estimators.priors`."""
-        return default_prior(self.name, decay.system, decay.quantity, decay.unit)
 
     def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
         """Closed-form posterior of one free decay; what ``prior`` leaves out is the default.
@@ -62,21 +61,21 @@ class EnvelopeEstimator:
         if not np.all(np.isfinite(response)):
             raise InputError(
                 decay.name,
-                f"{decay.quantity.name} does not tell the amplitude of swings this large",
+                f"{decay.quantity.name} does not give the amplitude of swings this large",
                 "start later in the record, or check inertia, stiffness and unit",
             )
-        if response.size < MIN_ROWS:
+        if response.size < _MIN_ROWS:
             raise InputError(
                 decay.name,
                 f"{half_cycles} half cycles could be fitted, with {response.size} data for three unknowns",
                 "give a longer record or one sampled faster",
             )
-        response = response + reference * design[:, 2]
-        before = envelope_prior(prior)
+        response = response + reference * design[:, REST_POSITION]
+        before = _prior_of(prior)
         after = before.update(design, response)
         duration = np.array([(values.size - 1) * decay.step])
         return Fit(
-            coefficient=after.marginal(1),
+            coefficient=after.marginal(FRICTION),
             precision=stats.gamma(after.alpha, scale=1.0 / after.beta),
             precision_unit=inverse_square(decay.unit),
             posterior=after,
@@ -85,23 +84,54 @@ class EnvelopeEstimator:
                 small_motion_frequency(polynomial[None], duration, order, after.mean[None], swing)[0]
             ),
             frequency_sd=math.nan,
-            rest_position=float(after.mean[2]),
+            rest_position=float(after.mean[REST_POSITION]),
             noise_sd=float(mean_error_sd(after.alpha, after.beta)),
             prediction=envelope_signal(polynomial, values.size, order, after.mean, swing),
-            target=regression_target(
+            build_target=lambda: regression_target(
                 before,
                 design,
                 response,
                 names=COEFFICIENTS,
-                friction="friction_coefficient",
+                friction=COEFFICIENTS[FRICTION],
                 force_factor=force_factor(decay.system, decay.quantity, decay.unit),
                 observed_name="half_cycle_projection",
             ),
             notes=_notes(decay, swing),
         )
 
+    def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
+        """Closed-form posteriors of many free decays; what ``prior`` leaves out is the default."""
+        before = _prior_of(complete_prior(self.default_prior(decays), prior))
+        many = envelope_statistics(*decays.kernel_arguments)
+        found = np.isfinite(many.residual) & (many.rows >= _MIN_ROWS)
+        data = RegressionStatistics.of_normal_equations(
+            many.rows,
+            np.where(found[:, None, None], many.gram, np.eye(len(COEFFICIENTS))),
+            np.zeros_like(many.coefficients),
+            np.where(found[:, None], many.coefficients, 0.0),
+            np.where(found, many.residual, 0.0),
+        )
+        posterior = CoefficientMarginals.of(before, data, found)
+        fitted = np.isfinite(posterior.degrees)
+        frequency = np.full(len(found), np.nan)
+        frequency[fitted] = small_motion_frequency(
+            many.polynomial[fitted],
+            np.asarray((decays.counts[fitted] - 1) * decays.step, dtype=np.float64),
+            decays.quantity.order,
+            posterior.mean[fitted],
+            swing_frequency(decays.system, decays.unit),
+        )
+        return Fits(
+            family=stats.t,
+            parameters=(posterior.degrees, posterior.mean[:, FRICTION], posterior.scale[:, FRICTION]),
+            frequency=frequency,
+            frequency_sd=np.full(len(found), np.nan),
+            rest_position=posterior.mean[:, REST_POSITION],
+            noise_sd=posterior.noise_sd,
+        )
 
-def envelope_prior(prior: Mapping[str, float]) -> NormalInverseGamma:
+
+def _prior_of(prior: Mapping[str, float]) -> NormalInverseGamma:
     """Prior of the three coefficients and the error variance."""
     return NormalInverseGamma.from_prior(
         mean=np.zeros(3), precision=prior["coefficient_precision"], alpha=prior["alpha"], beta=prior["beta"]
@@ -116,6 +146,3 @@ def _notes(decay: FreeDecay, swing: float) -> tuple[str, ...]:
     if decay.system.pendulum and swing == 0.0:
         notes.append("the sensor is not calibrated: swings of the pendulum are taken as small")
     return tuple(notes)
-
-
-ENVELOPE = register(EnvelopeEstimator())

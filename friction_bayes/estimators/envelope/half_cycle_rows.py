@@ -9,13 +9,14 @@ exact projections of ``f``, ``g`` and 1 at whatever instants were sampled. No pe
 telescopes.
 
 What is left of the constant, orthogonal to both, is summed over the half cycles to one datum of the rest
-position. Kept apart it would tell of friction about ``1/N^2`` of what ``N`` amplitudes tell, and it would mix
-the slow noise of a drifting centre with that of the amplitudes.
+position. Kept apart it would hold about ``1/N^2`` of the information on friction that ``N`` amplitudes hold,
+and it would mix the slow noise of a drifting centre with that of the amplitudes.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -27,7 +28,13 @@ from friction_bayes.decay.phase_tracking import MAX_DEGREE, coulomb_fit, track_p
 from friction_bayes.mechanics.coulomb import coulomb_shapes
 from friction_bayes.mechanics.pendulum import linear_amplitude, third_harmonic
 
-__all__ = ["envelope_statistics", "half_cycle_rows", "least_squares"]
+__all__ = ["EnvelopeStatistics", "envelope_statistics", "half_cycle_rows", "least_squares"]
+
+_SLOPE, _F, _G, _ONE, _SIGNAL = range(5)
+"""Functions of a half cycle: ``df/dtheta``, ``f``, ``g``, 1, and the samples themselves."""
+_FUNCTIONS = 5
+_A, _U, _C = range(3)
+"""Columns of the regression: initial amplitude, friction coefficient, rest position."""
 
 _MIN_SAMPLES = 6.0
 _SMALLEST_SHARE = 1e-3
@@ -71,9 +78,13 @@ def half_cycle_rows(
     stride = math.ceil(_MIN_SAMPLES / per_half_cycle)
     first_block = math.floor((first - shift) / (math.pi * stride))
     blocks = math.floor((last - shift) / (math.pi * stride)) - first_block + 1
-    # Sums of products of (slope, f, 1) with (slope, f, g, 1, y), one set a block.
-    sums = np.zeros((blocks, 3, 5))
-    basis = np.ones(5)
+    # Inner products of slope, f and 1 over each block with every function.
+    with_slope, with_f, with_one = (
+        np.zeros((blocks, _FUNCTIONS)),
+        np.zeros((blocks, _FUNCTIONS)),
+        np.zeros((blocks, _FUNCTIONS)),
+    )
+    functions = np.ones(_FUNCTIONS)
     amplitude, friction, third, previous_half = 0.0, 0.0, 0.0, 0
     if swing_frequency > 0.0:
         _, amplitude, friction = coulomb_fit(values, order, polynomial)
@@ -81,40 +92,41 @@ def half_cycle_rows(
         chi, _ = phase_at(polynomial, 2.0 * i / (n - 1) - 1.0)
         f, g, slope, half = coulomb_shapes(chi - shift, order)
         block = min(max(math.floor(half / stride) - first_block, 0), blocks - 1)
-        basis[0], basis[1], basis[2], basis[4] = slope, f, g, values[i]
+        functions[_SLOPE], functions[_F], functions[_G], functions[_SIGNAL] = slope, f, g, values[i]
         if swing_frequency > 0.0:
             if i == 0 or half != previous_half:
                 swing = amplitude - (2 * half + 1) * friction
                 third = swing * third_harmonic(swing / swing_frequency**order, order)
                 previous_half = half
-            basis[4] -= third * math.cos(3.0 * chi)
-        for b in range(5):
-            sums[block, 0, b] += slope * basis[b]
-            sums[block, 1, b] += f * basis[b]
-            sums[block, 2, b] += basis[b]
+            functions[_SIGNAL] -= third * math.cos(3.0 * chi)
+        for b in range(_FUNCTIONS):
+            with_slope[block, b] += slope * functions[b]
+            with_f[block, b] += f * functions[b]
+            with_one[block, b] += functions[b]
 
     response = np.zeros(blocks + 1)
     design = np.zeros((blocks + 1, 3))
-    rest = np.zeros(5)
+    rest = np.zeros(_FUNCTIONS)
     used = 0
     for block in range(blocks):
-        s = sums[block]
-        count = s[2, 3]
+        slope_products, f_products, one_products = with_slope[block], with_f[block], with_one[block]
+        count = one_products[_ONE]
         whole = 0 < block < blocks - 1 or count > per_half_cycle * stride - 1.5
-        if count < 2 or s[0, 0] <= _SMALLEST_SHARE * count or (swing_frequency > 0.0 and not whole):
+        flat = slope_products[_SLOPE] <= _SMALLEST_SHARE * count
+        if count < 2 or flat or (swing_frequency > 0.0 and not whole):
             continue
-        _remove(s, 1, 0, 0)
-        _remove(s, 2, 0, 0)
-        if s[1, 1] <= _SMALLEST_SHARE * count:
+        _remove(f_products, slope_products, _SLOPE)
+        _remove(one_products, slope_products, _SLOPE)
+        if f_products[_F] <= _SMALLEST_SHARE * count:
             continue
-        _remove(s, 2, 1, 1)
-        for b in range(5):
-            rest[b] += s[2, b]
-        _put(response, design, used, s[1], s[1, 1])
+        _remove(one_products, f_products, _F)
+        for b in range(_FUNCTIONS):
+            rest[b] += one_products[b]
+        _put(response, design, used, f_products, f_products[_F])
         used += 1
     rows = used
-    if rest[3] > _SMALLEST_SHARE * n:
-        _put(response, design, rows, rest, rest[3])
+    if rest[_ONE] > _SMALLEST_SHARE * n:
+        _put(response, design, rows, rest, rest[_ONE])
         rows += 1
     response = response[:rows].copy()
     design = design[:rows].copy()
@@ -124,33 +136,34 @@ def half_cycle_rows(
 
 
 @njit(cache=True, nogil=True)
-def _remove(sums: Array, row: int, other: int, column: int) -> None:
-    """Make the function of one row orthogonal to that of another, which stands in ``column``."""
-    share = sums[row, column] / sums[other, column]
-    for b in range(5):
-        sums[row, b] -= share * sums[other, b]
+def _remove(products: Array, others: Array, other: int) -> None:
+    """Make one function orthogonal to another, given the inner products of each with all functions."""
+    share = products[other] / others[other]
+    for b in range(_FUNCTIONS):
+        products[b] -= share * others[b]
 
 
 @njit(cache=True, nogil=True)
 def _put(response: Array, design: Array, at: int, products: Array, square: float) -> None:
     """Enter one projection, scaled to unit norm."""
     norm = math.sqrt(square)
-    for column in range(3):
-        design[at, column] = products[1 + column] / norm
-    response[at] = products[4] / norm
+    design[at, _A] = products[_F] / norm
+    design[at, _U] = products[_G] / norm
+    design[at, _C] = products[_ONE] / norm
+    response[at] = products[_SIGNAL] / norm
 
 
 @njit(cache=True, nogil=True)
 def _straighten(response: Array, design: Array, amplitudes: int, order: int, swing_frequency: float) -> None:
     """Replace a pendulum's Fourier amplitudes, in place, by ones linear in friction; same noise variance."""
     found, ok, _, _ = least_squares(design, response)
-    centre = found[2] if ok else 0.0
+    centre = found[_C] if ok else 0.0
     for i in range(amplitudes):
-        norm, leak = design[i, 0], centre * design[i, 2]
+        norm, leak = design[i, _A], centre * design[i, _C]
         amplitude, slope = linear_amplitude((response[i] - leak) / norm, order, swing_frequency)
         response[i] = amplitude * norm / slope + leak
-        design[i, 0] /= slope
-        design[i, 1] /= slope
+        design[i, _A] /= slope
+        design[i, _U] /= slope
 
 
 @njit(cache=True, nogil=True)
@@ -174,6 +187,30 @@ def least_squares(design: Array, response: Array) -> tuple[Array, bool, float, A
     return found, ok, squares, gram
 
 
+class EnvelopeStatistics(NamedTuple):
+    """The envelope regressions of many records, reduced.
+
+    Attributes
+    ----------
+    gram : ndarray, shape (r, 3, 3)
+        ``X'X`` over ``(a, u, c)``.
+    coefficients : ndarray, shape (r, 3)
+        Least-squares coefficients, NaN where they are not determined.
+    residual : ndarray, shape (r,)
+        Residual sum of squares.
+    rows : ndarray of int, shape (r,)
+        Data of the regression.
+    polynomial : ndarray, shape (r, MAX_DEGREE + 1)
+        Phase, from :func:`friction_bayes.decay.phase_tracking.track_phase`.
+    """
+
+    gram: Array
+    coefficients: Array
+    residual: Array
+    rows: Integers
+    polynomial: Array
+
+
 @njit(cache=True, nogil=True)
 def envelope_statistics(
     records: Array,
@@ -184,7 +221,7 @@ def envelope_statistics(
     stop: Integers,
     order: int,
     swing_frequency: float,
-) -> tuple[Array, Array, Array, Integers, Array]:
+) -> EnvelopeStatistics:
     """Sufficient statistics of the envelope regression for many records at once.
 
     Parameters
@@ -203,16 +240,7 @@ def envelope_statistics(
 
     Returns
     -------
-    gram : ndarray, shape (r, 3, 3)
-        ``X'X`` over ``(a, u, c)``.
-    coefficients : ndarray, shape (r, 3)
-        Least-squares coefficients, NaN where they are not determined.
-    residual : ndarray, shape (r,)
-        Residual sum of squares.
-    rows : ndarray of int, shape (r,)
-        Data of the regression.
-    polynomial : ndarray, shape (r, MAX_DEGREE + 1)
-        Phase, from :func:`friction_bayes.decay.phase_tracking.track_phase`.
+    EnvelopeStatistics
     """
     r = records.shape[0]
     gram = np.zeros((r, 3, 3))
@@ -237,6 +265,6 @@ def envelope_statistics(
                 coefficients[k, a] = found[a]
                 for b in range(3):
                     gram[k, a, b] = moments[a, b]
-            coefficients[k, 2] += reference
+            coefficients[k, _C] += reference
             residual[k] = left
-    return gram, coefficients, residual, rows, polynomials
+    return EnvelopeStatistics(gram, coefficients, residual, rows, polynomials)

@@ -10,7 +10,15 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers
-from friction_bayes.estimators.waveform.normal_equations import accumulate
+from friction_bayes.estimators.waveform.normal_equations import (
+    ADVANCE,
+    AMPLITUDE,
+    COEFFICIENTS,
+    FRICTION,
+    OFFSET,
+    PHASE,
+    accumulate,
+)
 
 __all__ = [
     "CURVED_PAIRS",
@@ -21,7 +29,15 @@ __all__ = [
     "turning_samples",
 ]
 
-CURVED_PAIRS = ((1, 3), (1, 4), (2, 3), (2, 4), (3, 3), (3, 4), (4, 4))
+CURVED_PAIRS = (
+    (AMPLITUDE, ADVANCE),
+    (AMPLITUDE, PHASE),
+    (FRICTION, ADVANCE),
+    (FRICTION, PHASE),
+    (ADVANCE, ADVANCE),
+    (ADVANCE, PHASE),
+    (PHASE, PHASE),
+)
 """Pairs of coefficients whose second derivative is not zero."""
 
 
@@ -30,10 +46,10 @@ def _value(s: float, order: int, half: int, stop: int, p: Array, kappa: float) -
     """Signal at ``s``, taken to lie in half cycle ``half`` (at rest from ``stop`` on) wherever that is."""
     sign = 1.0 if min(half, stop) % 2 == 0 else -1.0
     if half >= stop:
-        return p[0] + (sign * (p[1] + (kappa - 2.0 * stop) * p[2]) if order == 0 else 0.0)
-    swing = p[1] + (kappa - 2.0 * half - 1.0) * p[2]
-    value = p[0] + swing * math.cos(p[3] * s + p[4] + 0.5 * math.pi * order)
-    return value + sign * p[2] if order == 0 else value
+        return p[OFFSET] + (sign * (p[AMPLITUDE] + (kappa - 2.0 * stop) * p[FRICTION]) if order == 0 else 0.0)
+    swing = p[AMPLITUDE] + (kappa - 2.0 * half - 1.0) * p[FRICTION]
+    value = p[OFFSET] + swing * math.cos(p[ADVANCE] * s + p[PHASE] + 0.5 * math.pi * order)
+    return value + sign * p[FRICTION] if order == 0 else value
 
 
 @njit(cache=True, nogil=True)
@@ -42,7 +58,7 @@ def _half_cycle_end(half: int, stop: int, p: Array, n: int) -> int:
     if half >= stop:
         return n
     middle = 0.5 * (n - 1)
-    return min(max(math.ceil(middle * (1.0 + ((half + 1) * math.pi - p[4]) / p[3])), 0), n)
+    return min(max(math.ceil(middle * (1.0 + ((half + 1) * math.pi - p[PHASE]) / p[ADVANCE])), 0), n)
 
 
 @njit(cache=True, nogil=True)
@@ -51,7 +67,7 @@ def signals(n: int, order: int, p: Array, kappa: float, stop: int) -> Array:
     out = np.empty((p.shape[0], n))
     middle = 0.5 * (n - 1)
     for row in range(p.shape[0]):
-        half = math.floor((p[row, 4] - p[row, 3]) / math.pi)
+        half = math.floor((p[row, PHASE] - p[row, ADVANCE]) / math.pi)
         end = _half_cycle_end(half, stop, p[row], n)
         for i in range(n):
             while i >= end and end < n:
@@ -64,7 +80,7 @@ def signals(n: int, order: int, p: Array, kappa: float, stop: int) -> Array:
 @njit(cache=True, nogil=True)
 def turning_samples(n: int, p: Array, stop: int) -> Integers:
     """First sample of every half cycle of the record, zero first, and of the rest."""
-    half = math.floor((p[4] - p[3]) / math.pi)
+    half = math.floor((p[PHASE] - p[ADVANCE]) / math.pi)
     count = 1
     while half < stop and _half_cycle_end(half + count - 1, stop, p, n) < n:
         count += 1
@@ -80,10 +96,10 @@ def signal_derivatives(n: int, order: int, p: Array, kappa: float, stop: int) ->
 
     The second ones are those of :data:`CURVED_PAIRS`.
     """
-    jacobian = np.zeros((n, 5))
-    curvature = np.zeros((n, 7))
+    jacobian = np.zeros((n, COEFFICIENTS))
+    curvature = np.zeros((n, len(CURVED_PAIRS)))
     middle = 0.5 * (n - 1)
-    half = math.floor((p[4] - p[3]) / math.pi)
+    half = math.floor((p[PHASE] - p[ADVANCE]) / math.pi)
     end = _half_cycle_end(half, stop, p, n)
     for i in range(n):
         while i >= end and end < n:
@@ -93,19 +109,19 @@ def signal_derivatives(n: int, order: int, p: Array, kappa: float, stop: int) ->
         sign = 0.0
         if order == 0:
             sign = 1.0 if min(half, stop) % 2 == 0 else -1.0
-        jacobian[i, 0] = 1.0
+        jacobian[i, OFFSET] = 1.0
         if half >= stop:
-            jacobian[i, 1] = sign
-            jacobian[i, 2] = sign * (kappa - 2.0 * stop)
+            jacobian[i, AMPLITUDE] = sign
+            jacobian[i, FRICTION] = sign * (kappa - 2.0 * stop)
             continue
         k = kappa - 2.0 * half - 1.0
-        swing = p[1] + k * p[2]
-        angle = p[3] * s + p[4] + 0.5 * math.pi * order
+        swing = p[AMPLITUDE] + k * p[FRICTION]
+        angle = p[ADVANCE] * s + p[PHASE] + 0.5 * math.pi * order
         f, g = math.cos(angle), -math.sin(angle)
-        jacobian[i, 1] = f
-        jacobian[i, 2] = sign + k * f
-        jacobian[i, 3] = swing * g * s
-        jacobian[i, 4] = swing * g
+        jacobian[i, AMPLITUDE] = f
+        jacobian[i, FRICTION] = sign + k * f
+        jacobian[i, ADVANCE] = swing * g * s
+        jacobian[i, PHASE] = swing * g
         curvature[i, 0], curvature[i, 1] = g * s, g
         curvature[i, 2], curvature[i, 3] = k * g * s, k * g
         curvature[i, 4], curvature[i, 5], curvature[i, 6] = -swing * f * s * s, -swing * f * s, -swing * f
@@ -116,7 +132,7 @@ def signal_derivatives(n: int, order: int, p: Array, kappa: float, stop: int) ->
 def exact_misfit(y: Array, order: int, p: Array, kappa: float, stop: int) -> Array:
     """Sum of squared residuals of many coefficients, shape (m, 5) to (m,)."""
     out = np.empty(p.shape[0])
-    matrix, gradient = np.zeros((5, 5)), np.zeros(5)
+    matrix, gradient = np.zeros((COEFFICIENTS, COEFFICIENTS)), np.zeros(COEFFICIENTS)
     for row in range(p.shape[0]):
         out[row] = accumulate(y, order, p[row], p[row], kappa, stop, matrix, gradient)
     return out
@@ -131,9 +147,9 @@ def crossing_misfit(y: Array, order: int, centre: Array, p: Array, kappa: float,
     n = y.size
     middle = 0.5 * (n - 1)
     out = np.zeros(p.shape[0])
-    first_held = math.floor((centre[4] - centre[3]) / math.pi)
+    first_held = math.floor((centre[PHASE] - centre[ADVANCE]) / math.pi)
     for row in range(p.shape[0]):
-        half, held = math.floor((p[row, 4] - p[row, 3]) / math.pi), first_held
+        half, held = math.floor((p[row, PHASE] - p[row, ADVANCE]) / math.pi), first_held
         end, end_held = _half_cycle_end(half, stop, p[row], n), _half_cycle_end(held, stop, centre, n)
         i = 0
         while i < n:

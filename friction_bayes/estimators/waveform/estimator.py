@@ -17,16 +17,15 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy import stats
 
-from friction_bayes.conjugate.likelihood import RegressionStatistics
-from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.conjugate.regression import CoefficientMarginals, NormalInverseGamma
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS
+from friction_bayes.decay.calibrated import swing_frequency
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.estimators.base import Fit, register
-from friction_bayes.estimators.priors import coefficient_bounds, default_prior, prior_keys
+from friction_bayes.estimators.base import Fit, Fits, FreeDecays
+from friction_bayes.estimators.priors import TabulatedPrior, coefficient_bounds
 from friction_bayes.estimators.waveform.coulomb_signal import (
     CURVED_PAIRS,
     crossing_misfit,
@@ -35,14 +34,20 @@ from friction_bayes.estimators.waveform.coulomb_signal import (
     signals,
     turning_samples,
 )
-from friction_bayes.estimators.waveform.least_squares import WaveformFits, fit_waveforms, prior_of
-from friction_bayes.estimators.waveform.normal_equations import COEFFICIENTS
+from friction_bayes.estimators.waveform.least_squares import fit_waveforms, prior_of
+from friction_bayes.estimators.waveform.normal_equations import (
+    ADVANCE,
+    COEFFICIENTS,
+    FRICTION,
+    OFFSET,
+    PHASE,
+)
 from friction_bayes.estimators.waveform.pendulum_fit import fit_pendulum
 from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion, agrees_near
 from friction_bayes.estimators.waveform.signal_fit import signal_fit
 from friction_bayes.estimators.waveform.signal_target import SignalModel
 
-__all__ = ["NAMES", "WAVEFORM", "WaveformEstimator"]
+__all__ = ["NAMES", "WaveformEstimator"]
 
 NAMES = ("offset", "amplitude", "friction_coefficient", "frequency", "phase")
 """Coefficients; amplitude and phase are those in the middle of the record."""
@@ -50,15 +55,10 @@ NAMES = ("offset", "amplitude", "friction_coefficient", "frequency", "phase")
 _BAND = 3.0
 
 
-class WaveformEstimator:
+class WaveformEstimator(TabulatedPrior):
     """Conjugate regression on the whole signal; ``peaks`` plays no part, since none is picked."""
 
     name = "waveform"
-    prior_keys = prior_keys("waveform")
-
-    def default_prior(self, decay: FreeDecay) -> dict[str, float]:
-        """Weak prior derived from the declared system, see :mod:`friction_bayes.estimators.priors`."""
-        return default_prior(self.name, decay.system, decay.quantity, decay.unit)
 
     def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
         """Closed-form posterior of one free decay.
@@ -68,7 +68,7 @@ class WaveformEstimator:
         InputError
             If no Coulomb decay fits the record.
         """
-        if decay.system.pendulum and decay.unit not in UNCALIBRATED_UNITS:
+        if swing_frequency(decay.system, decay.unit) > 0.0:
             return fit_pendulum(decay, prior)
         n = decay.values.size
         fits = fit_waveforms(
@@ -85,27 +85,50 @@ class WaveformEstimator:
                 "give start or a longer record, or use envelope",
             )
         p, kappa, stop = fits.coefficients[0], float(fits.kappa[0]), int(fits.stop[0])
-        free = slice(1 if decay.rest_known else 0, COEFFICIENTS)
-        data = _linearised(fits, n, free)
+        free = slice(OFFSET + 1 if decay.rest_known else OFFSET, COEFFICIENTS)
         before = prior_of(prior, p[free].size)
-        after = before.update_statistics(data)
+        after = before.update_statistics(fits.linearised([n], free).record(0))
         return signal_fit(
             decay,
-            _model(decay, p, kappa, stop, after, prior["coefficient_precision"]),
+            lambda: _model(decay, p, kappa, stop, after, prior["coefficient_precision"]),
             before,
             after,
-            coefficients=p[free],
-            rest_position=float(p[0]),
+            coefficients=dict(zip(NAMES[free], p[free], strict=True)),
+            frequency_scale=2.0 / ((n - 1) * decay.step),
+            half_cycles=turning_samples(n, p, stop).size - 1,
+            rest_position=float(p[OFFSET]),
             prediction=signals(n, decay.quantity.order, p[None], kappa, stop)[0],
         )
 
+    def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
+        """Closed-form posteriors of many free decays of a linear system.
 
-def _linearised(fits: WaveformFits, n: int, free: slice) -> RegressionStatistics:
-    """Reduce the signal linearised at the optimum of the first record, in the coefficients that are free."""
-    factor = np.asarray(np.linalg.cholesky(fits.normal[0, free, free]).T, dtype=np.float64)
-    step = solve_triangular(factor, fits.gradient[0, free], trans="T")
-    projected = factor @ fits.coefficients[0, free] + step
-    return RegressionStatistics(n, factor, projected, max(float(fits.misfit[0] - step @ step), 0.0))
+        Raises
+        ------
+        InputError
+            If the system is a pendulum.
+        """
+        if swing_frequency(decays.system, decays.unit) > 0.0:
+            raise InputError(
+                "system",
+                "waveform integrates a pendulum's large swings one record at a time",
+                "give method envelope, use estimate, or declare a rotational Oscillator for small swings",
+            )
+        counts = decays.counts
+        fits = fit_waveforms(
+            decays.values, decays.located, decays.quantity.order, prior["coefficient_precision"]
+        )
+        data = fits.linearised(counts, slice(OFFSET, COEFFICIENTS))
+        posterior = CoefficientMarginals.of(prior_of(prior, COEFFICIENTS), data, fits.found)
+        half_duration = np.where(counts > 1, 0.5 * (counts - 1) * decays.step, np.nan)
+        return Fits(
+            family=stats.t,
+            parameters=(posterior.degrees, posterior.mean[:, FRICTION], posterior.scale[:, FRICTION]),
+            frequency=fits.coefficients[:, ADVANCE] / half_duration,
+            frequency_sd=posterior.scale[:, ADVANCE] / half_duration,
+            rest_position=fits.coefficients[:, OFFSET],
+            noise_sd=posterior.noise_sd,
+        )
 
 
 def _model(
@@ -121,7 +144,7 @@ def _model(
     expansion = SignalExpansion.of(p[skip:], residual, jacobian[:, skip:], curvature, pairs)
 
     def whole(q: Array) -> Array:
-        return np.ascontiguousarray(np.column_stack([np.full((len(q), skip), p[0]), q]))
+        return np.ascontiguousarray(np.column_stack([np.full((len(q), skip), p[OFFSET]), q]))
 
     def exact(q: Array) -> Array:
         return np.asarray(exact_misfit(values, order, whole(q), kappa, stop))
@@ -133,8 +156,8 @@ def _model(
     fast = agrees_near(expanded, exact, p[skip:], covariance, after.beta / after.alpha)
     advance = decay.system.natural_frequency * half_duration
     free = coefficient_bounds(precision, decay.system, decay.quantity, decay.unit)
-    bounds = np.array([free] * 3 + [(advance / _BAND, advance * _BAND), (p[4] - math.pi, p[4] + math.pi)])
-    bounds[3] = min(bounds[3, 0], 0.5 * p[3]), max(bounds[3, 1], 2.0 * p[3])
+    slowest, fastest = min(advance / _BAND, 0.5 * p[ADVANCE]), max(advance * _BAND, 2.0 * p[ADVANCE])
+    bounds = np.array([free, free, free, (slowest, fastest), (p[PHASE] - math.pi, p[PHASE] + math.pi)])
     return SignalModel(
         names=NAMES[skip:],
         scale=np.array([1.0, 1.0, 1.0, 1.0 / half_duration, 1.0])[skip:],
@@ -144,6 +167,3 @@ def _model(
         blocks=turning_samples(n, p, stop),
         observed=values,
     )
-
-
-WAVEFORM = register(WaveformEstimator())

@@ -6,16 +6,28 @@ Coefficients and ``kappa`` are those of :mod:`friction_bayes.estimators.waveform
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.linear_least_squares import solve_spd
-from friction_bayes.estimators.waveform.normal_equations import COEFFICIENTS, NEVER, accumulate, stopping_turn
+from friction_bayes.estimators.waveform.normal_equations import (
+    ADVANCE,
+    AMPLITUDE,
+    COEFFICIENTS,
+    FRICTION,
+    NEVER,
+    PHASE,
+    accumulate,
+    stopping_turn,
+)
 
-__all__ = ["fit_waveform"]
+__all__ = ["Optimum", "Penalty", "Signal", "fit_waveform"]
 
+_LINEAR = 3
+"""The first coefficients, in which the signal is linear once frequency and phase are given."""
 _MAX_STEPS = 60
 _CONVERGED = 1e-10
 """Gauss-Newton stops when a step, in squared standard deviations, is below this."""
@@ -24,99 +36,121 @@ _ROUNDING = 1e-28
 
 _MAX_DAMPING = 1e10
 _MAX_ROUNDS = 8
+_SHIFTS = (-3.0, -1.0, -0.4, 0.4, 1.0, 3.0)
+"""Samples by which the turning points of an acceleration are tried elsewhere."""
+
+
+class Signal(NamedTuple):
+    """What is fitted: moving samples less a constant near their rest, derivative order, and ``kappa``."""
+
+    y: Array
+    order: int
+    kappa: float
+
+
+class Penalty(NamedTuple):
+    """Prior of the coefficients, shape (5,) each: ``weight (p - mean)**2``; infinite weight holds one."""
+
+    weight: Array
+    mean: Array
+
+
+class Optimum(NamedTuple):
+    """Coefficients ``p``, shape (5,), with ``J'J`` (lower triangle) and ``J'r`` there; all overwritten."""
+
+    p: Array
+    matrix: Array
+    gradient: Array
 
 
 @njit(cache=True, nogil=True)
-def _solve_step(
-    matrix: Array, gradient: Array, weight: Array, misfit: Array, damping: float, size: int
-) -> tuple[Array, bool]:
+def _blank() -> Optimum:
+    return Optimum(np.zeros(COEFFICIENTS), np.zeros((COEFFICIENTS, COEFFICIENTS)), np.zeros(COEFFICIENTS))
+
+
+@njit(cache=True, nogil=True)
+def _keep(at: Optimum, trial: Optimum) -> None:
+    """Take a trial over, by loops: slice assignment costs the compiler seconds."""
+    for a in range(COEFFICIENTS):
+        at.p[a], at.gradient[a] = trial.p[a], trial.gradient[a]
+        for b in range(COEFFICIENTS):
+            at.matrix[a, b] = trial.matrix[a, b]
+
+
+@njit(cache=True, nogil=True)
+def _misfit(signal: Signal, at: Optimum, held: Array, stop: int) -> float:
+    """Sum of squared residuals at ``at.p``, with the half cycles of ``held``; fills the normal equations."""
+    return accumulate(signal.y, signal.order, at.p, held, signal.kappa, stop, at.matrix, at.gradient)
+
+
+@njit(cache=True, nogil=True)
+def _step(at: Optimum, prior: Penalty, damping: float, size: int) -> tuple[Array, bool]:
     """Levenberg-Marquardt step of the first ``size`` coefficients; infinite weight holds a coefficient."""
     normal = np.zeros((size, size))
     right = np.zeros(size)
     for a in range(size):
-        held_a = weight[a] == math.inf
+        held = prior.weight[a] == math.inf
         for b in range(a):
-            if not held_a and weight[b] != math.inf:
-                normal[a, b] = matrix[a, b]
-        normal[a, a] = 1.0 if held_a else (matrix[a, a] + weight[a]) * (1.0 + damping)
-        right[a] = 0.0 if held_a else gradient[a] + weight[a] * misfit[a]
+            if not held and prior.weight[b] != math.inf:
+                normal[a, b] = at.matrix[a, b]
+        normal[a, a] = 1.0 if held else (at.matrix[a, a] + prior.weight[a]) * (1.0 + damping)
+        right[a] = 0.0 if held else at.gradient[a] + prior.weight[a] * (prior.mean[a] - at.p[a])
     return solve_spd(normal, right)
 
 
 @njit(cache=True, nogil=True)
-def _penalty(p: Array, weight: Array, mean: Array) -> float:
+def _penalty(p: Array, prior: Penalty) -> float:
     total = 0.0
     for a in range(p.size):
-        if weight[a] != math.inf and weight[a] > 0.0:
-            total += weight[a] * (p[a] - mean[a]) ** 2
+        if prior.weight[a] != math.inf and prior.weight[a] > 0.0:
+            total += prior.weight[a] * (p[a] - prior.mean[a]) ** 2
     return total
 
 
 @njit(cache=True, nogil=True)
-def _keep(
-    p: Array, matrix: Array, gradient: Array, trial: Array, trial_matrix: Array, trial_gradient: Array
-) -> None:
-    """Take a trial over, by loops: slice assignment costs the compiler seconds."""
+def _promised_fall(at: Optimum, step: Array, prior: Penalty) -> float:
+    """By how much the linearised cost falls with a step."""
+    fall = 0.0
     for a in range(COEFFICIENTS):
-        p[a], gradient[a] = trial[a], trial_gradient[a]
-        for b in range(COEFFICIENTS):
-            matrix[a, b] = trial_matrix[a, b]
+        if prior.weight[a] != math.inf:
+            fall += step[a] * (at.gradient[a] + prior.weight[a] * (prior.mean[a] - at.p[a]))
+    return fall
 
 
 @njit(cache=True, nogil=True)
-def _minimise(
-    y: Array,
-    order: int,
-    p: Array,
-    held: Array,
-    kappa: float,
-    stop: int,
-    weight: Array,
-    mean: Array,
-    matrix: Array,
-    gradient: Array,
-) -> tuple[float, bool]:
-    """Gauss-Newton, damped where a step does not descend; see :func:`fit_waveform`.
+def _minimise(signal: Signal, at: Optimum, held: Array, stop: int, prior: Penalty) -> tuple[float, bool]:
+    """Gauss-Newton from ``at``, damped where a step does not descend; see :func:`fit_waveform`.
 
     An acceleration jumps where a sample changes its half cycle: there the half cycles of ``held`` are kept.
     """
-    trial, trial_gradient = np.zeros(COEFFICIENTS), np.zeros(COEFFICIENTS)
-    trial_matrix = np.zeros((COEFFICIENTS, COEFFICIENTS))
-    missing = np.zeros(COEFFICIENTS)
-    signal = 0.0
-    for i in range(y.size):
-        signal += y[i] * y[i]
-    jumps = order == 2
-    misfit = accumulate(y, order, p, held if jumps else p, kappa, stop, matrix, gradient)
-    cost = misfit + _penalty(p, weight, mean)
+    trial = _blank()
+    squares = 0.0
+    for i in range(signal.y.size):
+        squares += signal.y[i] * signal.y[i]
+    jumps = signal.order == 2
+    misfit = _misfit(signal, at, held if jumps else at.p, stop)
+    cost = misfit + _penalty(at.p, prior)
     damping = 0.0
     for _ in range(_MAX_STEPS):
-        for a in range(COEFFICIENTS):
-            missing[a] = mean[a] - p[a]
-        step, ok = _solve_step(matrix, gradient, weight, missing, damping, COEFFICIENTS)
+        step, ok = _step(at, prior, damping, COEFFICIENTS)
         if not ok:
             if damping > _MAX_DAMPING:
                 return misfit, False
             damping = max(10.0 * damping, 1e-6)
             continue
-        fall = 0.0
-        for a in range(COEFFICIENTS):
-            if weight[a] != math.inf:
-                fall += step[a] * (gradient[a] + weight[a] * (mean[a] - p[a]))
-        if fall <= _CONVERGED * misfit / y.size or fall <= _ROUNDING * signal:
+        fall = _promised_fall(at, step, prior)
+        if fall <= _CONVERGED * misfit / signal.y.size or fall <= _ROUNDING * squares:
             return misfit, True
         # a quarter turn at most, so that no step leaves the basin of its phase
-        scale = min(1.0, 0.8 / max(abs(step[3]) + abs(step[4]), 1e-300))
+        scale = min(1.0, 0.8 / max(abs(step[ADVANCE]) + abs(step[PHASE]), 1e-300))
         for a in range(COEFFICIENTS):
-            trial[a] = p[a] + scale * step[a]
-        trial_cost = math.inf
-        if trial[3] > 0.0:
-            trial_misfit = accumulate(
-                y, order, trial, held if jumps else trial, kappa, stop, trial_matrix, trial_gradient
-            )
-            trial_cost = trial_misfit + _penalty(trial, weight, mean)
+            trial.p[a] = at.p[a] + scale * step[a]
+        trial_misfit, trial_cost = math.inf, math.inf
+        if trial.p[ADVANCE] > 0.0:
+            trial_misfit = _misfit(signal, trial, held if jumps else trial.p, stop)
+            trial_cost = trial_misfit + _penalty(trial.p, prior)
         if trial_cost <= cost:
-            _keep(p, matrix, gradient, trial, trial_matrix, trial_gradient)
+            _keep(at, trial)
             misfit, cost = trial_misfit, trial_cost
             damping = 0.0 if damping < 1e-3 else 0.1 * damping
         elif damping < _MAX_DAMPING:
@@ -127,35 +161,24 @@ def _minimise(
 
 
 @njit(cache=True, nogil=True)
-def _settle_jumps(
-    y: Array,
-    p: Array,
-    kappa: float,
-    stop: int,
-    misfit: float,
-    weight: Array,
-    mean: Array,
-    matrix: Array,
-    gradient: Array,
-) -> float:
+def _settle_jumps(signal: Signal, at: Optimum, stop: int, misfit: float, prior: Penalty) -> float:
     """Move an acceleration's turning points by a few samples, all alike or at the ends, while that helps.
 
     Where a jump stands out of the noise, every sample in the wrong half cycle makes a minimum of its own.
     """
-    held, trial, trial_gradient = np.zeros(COEFFICIENTS), np.zeros(COEFFICIENTS), np.zeros(COEFFICIENTS)
-    trial_matrix = np.zeros((COEFFICIENTS, COEFFICIENTS))
+    held, trial = np.zeros(COEFFICIENTS), _blank()
     for _ in range(_MAX_ROUNDS):
         before = misfit
-        sample = p[3] / (0.5 * (y.size - 1))
-        for which in (4, 3):
-            for shift in (-3.0, -1.0, -0.4, 0.4, 1.0, 3.0):
+        sample = at.p[ADVANCE] / (0.5 * (signal.y.size - 1))
+        for which in (PHASE, ADVANCE):
+            for shift in _SHIFTS:
                 for a in range(COEFFICIENTS):
-                    held[a] = trial[a] = p[a]
+                    held[a] = trial.p[a] = at.p[a]
                 held[which] += shift * sample
-                _minimise(y, 2, trial, held, kappa, stop, weight, mean, trial_matrix, trial_gradient)
-                trial_misfit = accumulate(y, 2, trial, trial, kappa, stop, trial_matrix, trial_gradient)
+                _minimise(signal, trial, held, stop, prior)
+                trial_misfit = _misfit(signal, trial, trial.p, stop)
                 if trial_misfit < misfit:
-                    _keep(p, matrix, gradient, trial, trial_matrix, trial_gradient)
+                    _keep(at, trial)
                     misfit = trial_misfit
         if misfit >= before:
             break
@@ -163,28 +186,21 @@ def _settle_jumps(
 
 
 @njit(cache=True, nogil=True)
-def fit_waveform(
-    y: Array, order: int, p: Array, kappa: float, weight: Array, mean: Array, matrix: Array, gradient: Array
-) -> tuple[float, int, bool]:
-    """Minimise squared residuals plus ``weight (p - mean)**2``, from phase and frequency in ``p``.
+def fit_waveform(signal: Signal, at: Optimum, prior: Penalty) -> tuple[float, int, bool]:
+    """Minimise squared residuals plus ``weight (p - mean)**2``, from phase and frequency in ``at.p``.
 
     The turning point where the motion ends is held within a minimisation, where the signal is then smooth,
     and is put right between them; so are the half cycles of an acceleration.
 
     Parameters
     ----------
-    y : ndarray, shape (n,)
-        Moving samples, less a constant near their rest position.
-    order : int
-        Derivative order of the signal.
-    p : ndarray, shape (5,)
-        ``p[3]``, ``p[4]`` hold the rough phase; ``p[0]`` the offset if its weight is infinite. Overwritten.
-    kappa : float
-        See the module.
-    weight, mean : ndarray, shape (5,)
+    signal : Signal
+        What is fitted.
+    at : Optimum
+        Its ``p`` holds the rough phase advance and phase, and the offset if its weight is infinite. Receives
+        the optimum.
+    prior : Penalty
         Prior precisions relative to that of a sample (infinite: held) and prior means.
-    matrix, gradient : ndarray, shapes (5, 5) and (5,)
-        Receive ``J'J`` (lower triangle) and ``J'r`` at the optimum.
 
     Returns
     -------
@@ -192,37 +208,31 @@ def fit_waveform(
         Sum of squared residuals, number of the turning point where the motion ends (:data:`NEVER` for none in
         sight), and whether a minimum was reached.
     """
-    trial, trial_gradient = np.zeros(COEFFICIENTS), np.zeros(COEFFICIENTS)
-    trial_matrix = np.zeros((COEFFICIENTS, COEFFICIENTS))
-    missing = np.zeros(COEFFICIENTS)
-    p[1], p[2] = 0.0, 0.0
-    for a in range(3):
-        missing[a] = mean[a] - p[a]
-    accumulate(y, order, p, p, kappa, NEVER, matrix, gradient)
-    step, ok = _solve_step(matrix, gradient, weight, missing, 0.0, 3)
+    trial = _blank()
+    at.p[AMPLITUDE], at.p[FRICTION] = 0.0, 0.0
+    _misfit(signal, at, at.p, NEVER)
+    step, ok = _step(at, prior, 0.0, _LINEAR)
     if not ok:
         return math.inf, NEVER, False
-    for a in range(3):
-        p[a] += step[a]
+    for a in range(_LINEAR):
+        at.p[a] += step[a]
     stop, misfit, found = NEVER, math.inf, False
     for turn in range(_MAX_ROUNDS):
-        proposed = NEVER if turn == 0 else stopping_turn(p, kappa)
-        if min(proposed, stop) > (p[4] + p[3]) / math.pi:
+        proposed = NEVER if turn == 0 else stopping_turn(at.p, signal.kappa)
+        if min(proposed, stop) > (at.p[PHASE] + at.p[ADVANCE]) / math.pi:
             proposed = stop
-        if turn > 0 and proposed == stop and order < 2:
+        if turn > 0 and proposed == stop and signal.order < 2:
             break
         for a in range(COEFFICIENTS):
-            trial[a] = p[a]
-        _, trial_found = _minimise(
-            y, order, trial, p, kappa, proposed, weight, mean, trial_matrix, trial_gradient
-        )
-        trial_misfit = accumulate(y, order, trial, trial, kappa, proposed, trial_matrix, trial_gradient)
+            trial.p[a] = at.p[a]
+        _, trial_found = _minimise(signal, trial, at.p, proposed, prior)
+        trial_misfit = _misfit(signal, trial, trial.p, proposed)
         if turn > 1 and trial_misfit >= misfit:
             break
-        _keep(p, matrix, gradient, trial, trial_matrix, trial_gradient)
+        _keep(at, trial)
         misfit, found, stop = trial_misfit, trial_found, proposed
         if not found:
             break
-    if order == 2 and found and (2.0 * p[2]) ** 2 > misfit / y.size:
-        misfit = _settle_jumps(y, p, kappa, stop, misfit, weight, mean, matrix, gradient)
+    if signal.order == 2 and found and (2.0 * at.p[FRICTION]) ** 2 > misfit / signal.y.size:
+        misfit = _settle_jumps(signal, at, stop, misfit, prior)
     return misfit, stop, found

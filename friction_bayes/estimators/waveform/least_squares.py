@@ -8,12 +8,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from numpy.typing import ArrayLike
 
 from friction_bayes.conjugate.regression import NormalInverseGamma
+from friction_bayes.conjugate.sufficient_statistics import RegressionStatistics
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.decay.release_and_rest import FOUND, Located
-from friction_bayes.estimators.waveform.gauss_newton import fit_waveform
-from friction_bayes.estimators.waveform.normal_equations import COEFFICIENTS
+from friction_bayes.estimators.waveform.gauss_newton import Optimum, Penalty, Signal, fit_waveform
+from friction_bayes.estimators.waveform.normal_equations import (
+    ADVANCE,
+    COEFFICIENTS,
+    OFFSET,
+    PHASE,
+)
 
 __all__ = ["WaveformFits", "fit_waveforms", "prior_of"]
 
@@ -51,6 +58,26 @@ class WaveformFits:
     gradient: Array
     misfit: Array
     found: Mask
+
+    def linearised(self, counts: ArrayLike, free: slice) -> RegressionStatistics:
+        """Regressions on the signals linearised at their optima; what was not found is any regular one.
+
+        Parameters
+        ----------
+        counts : array_like of int, shape (records,)
+            Samples in each moving part.
+        free : slice
+            The coefficients that are not held.
+        """
+        found = self.found
+        size = len(range(COEFFICIENTS)[free])
+        return RegressionStatistics.of_normal_equations(
+            counts,
+            np.where(found[:, None, None], self.normal[:, free, free], np.eye(size)),
+            np.where(found[:, None], self.gradient[:, free], 0.0),
+            np.where(found[:, None], self.coefficients[:, free], 0.0),
+            np.where(found, self.misfit, 0.0),
+        )
 
 
 def fit_waveforms(
@@ -114,21 +141,21 @@ def _fit_all(
     misfit: Array,
     found: Mask,
 ) -> None:
-    mean = np.zeros(COEFFICIENTS)
+    prior = Penalty(weight, np.zeros(COEFFICIENTS))
     for r in range(values.shape[0]):
         if located.status[r] != FOUND:
             continue
         reference = located.rest_position[r]
         y = values[r, located.start[r] : located.stop[r]] - reference
         p = np.zeros(COEFFICIENTS)
-        p[3] = located.frequency[r] * 0.5 * (y.size - 1)
-        p[4] = located.phase[r] + p[3]
-        kappa[r] = 2.0 * math.floor(p[4] / math.pi) + 1.0
-        mean[0] = -reference
+        p[ADVANCE] = located.frequency[r] * 0.5 * (y.size - 1)
+        p[PHASE] = located.phase[r] + p[ADVANCE]
+        kappa[r] = 2.0 * math.floor(p[PHASE] / math.pi) + 1.0
+        prior.mean[OFFSET] = -reference
         misfit[r], stop[r], found[r] = fit_waveform(
-            y, order, p, kappa[r], weight, mean, normal[r], gradient[r]
+            Signal(y, order, kappa[r]), Optimum(p, normal[r], gradient[r]), prior
         )
-        p[0] += reference
+        p[OFFSET] += reference
         for k in range(COEFFICIENTS):
             coefficients[r, k] = p[k]
 

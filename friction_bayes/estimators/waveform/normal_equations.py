@@ -1,4 +1,4 @@
-r"""Squared residuals of a Coulomb decay and their derivatives, in one streaming pass over the samples.
+r"""Normal equations of a Coulomb decay: squared residuals, ``J'J`` and ``J'r``, in one pass over the samples.
 
 Coefficients, in this order: offset ``c``; amplitude ``b`` in the middle of the record; friction coefficient
 ``u``; phase advance ``W`` over half the record; phase ``p`` in the middle. With ``s`` from -1 to 1 over the
@@ -9,32 +9,74 @@ record, ``theta = W s + p``, ``n = floor(theta/pi)`` and ``k = kappa - 2 n - 1``
 for displacement, velocity and acceleration, until the turning point where the motion sticks; there it stays.
 ``kappa`` is a constant near the middle's ``2 n + 1``, so that the columns are well conditioned; the amplitude
 at ``theta = 0`` is ``a = b + kappa u``.
+
+Within a half cycle ``k``, ``e`` and the swing ``w = b + k u`` are constants. With ``g = df/dtheta`` and
+``h = s g`` the derivatives by the five coefficients are
+
+.. math:: J = (1,\; f,\; e + k f,\; w h,\; w g),
+
+so that every entry of ``J'J`` and ``J'r`` is a combination, by these constants, of sums over the half cycle
+of products of (1, ``f``, ``g``, ``h``) with one another and with the residual: fourteen sums and the count.
+They need no sine or cosine per sample, since a step turns ``(f, g)`` by a fixed angle.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from numba import njit
 
 from friction_bayes.core.arrays import Array
 
-__all__ = ["COEFFICIENTS", "NEVER", "accumulate", "stopping_turn"]
+__all__ = [
+    "ADVANCE",
+    "AMPLITUDE",
+    "COEFFICIENTS",
+    "FRICTION",
+    "NEVER",
+    "OFFSET",
+    "PHASE",
+    "accumulate",
+    "stopping_turn",
+]
 
+OFFSET, AMPLITUDE, FRICTION, ADVANCE, PHASE = range(5)
+"""Places of the coefficients."""
 COEFFICIENTS = 5
 
 NEVER = 1 << 40
 """Number of a turning point that no record reaches."""
 
 
+class _Sums(NamedTuple):
+    """Sums over the samples of one half cycle; ``fg`` is that of ``f g``, ``r`` the residual."""
+
+    ones: int
+    f: float
+    g: float
+    h: float
+    ff: float
+    fg: float
+    gg: float
+    fh: float
+    gh: float
+    hh: float
+    r: float
+    rf: float
+    rg: float
+    rh: float
+    rr: float
+
+
 @njit(cache=True, nogil=True)
 def stopping_turn(p: Array, kappa: float) -> int:
     """Number of the turning point where the motion ends: the first with ``|a - 2 n u| <= u``."""
-    first = math.floor((p[4] - p[3]) / math.pi)
-    a = p[1] + kappa * p[2]
-    if p[2] <= 0.0 or a - p[2] > 2.0 * NEVER * p[2]:
+    first = math.floor((p[PHASE] - p[ADVANCE]) / math.pi)
+    a = p[AMPLITUDE] + kappa * p[FRICTION]
+    if p[FRICTION] <= 0.0 or a - p[FRICTION] > 2.0 * NEVER * p[FRICTION]:
         return NEVER
-    return max(math.ceil((a - p[2]) / (2.0 * p[2])), first + 1)
+    return max(math.ceil((a - p[FRICTION]) / (2.0 * p[FRICTION])), first + 1)
 
 
 @njit(cache=True, nogil=True)
@@ -44,93 +86,126 @@ def accumulate(
     """Sum of squared residuals, and ``J'J`` (lower triangle) and ``J'r`` in place.
 
     Samples lie in the half cycles that the phase of ``held`` puts them in, which may be ``p`` itself.
-    Within a half cycle every column is a combination of 1, ``f``, ``f'`` and ``s f'``: fifteen sums suffice.
     """
     n = y.size
     middle = 0.5 * (n - 1)
-    rate = p[3] / middle
     for a in range(COEFFICIENTS):
         gradient[a] = 0.0
         for b in range(COEFFICIENTS):
             matrix[a, b] = 0.0
     total = 0.0
-    half = math.floor((held[4] - held[3]) / math.pi)
+    half = math.floor((held[PHASE] - held[ADVANCE]) / math.pi)
     i = 0
-    turn_cos, turn_sin = math.cos(rate), math.sin(rate)
     while i < n and half < stop:
-        end = min(max(math.ceil(middle * (1.0 + ((half + 1) * math.pi - held[4]) / held[3])), i), n)
+        turn = middle * (1.0 + ((half + 1) * math.pi - held[PHASE]) / held[ADVANCE])
+        end = min(max(math.ceil(turn), i), n)
         k = kappa - 2.0 * half - 1.0
-        swing = p[1] + k * p[2]
+        swing = p[AMPLITUDE] + k * p[FRICTION]
         e = 0.0
         if order == 0:
             e = 1.0 if half % 2 == 0 else -1.0
-        constant = p[0] + e * p[2]
-        angle = p[4] + rate * (i - middle) + 0.5 * math.pi * order
-        f, g = math.cos(angle), -math.sin(angle)
-        count = end - i
-        sf = sg = sff = sfg = sgg = tg = tfg = tgg = ttgg = 0.0
-        r1 = rf = rg = rtg = rr = 0.0
-        for j in range(i, end):
-            s = (j - middle) / middle
-            r = y[j] - constant - swing * f
-            sgj = s * g
-            sf += f
-            sg += g
-            sff += f * f
-            sfg += f * g
-            sgg += g * g
-            tg += sgj
-            tfg += sgj * f
-            tgg += sgj * g
-            ttgg += sgj * sgj
-            r1 += r
-            rf += r * f
-            rg += r * g
-            rtg += r * sgj
-            rr += r * r
-            f, g = f * turn_cos + g * turn_sin, g * turn_cos - f * turn_sin
-        matrix[0, 0] += count
-        matrix[1, 0] += sf
-        matrix[1, 1] += sff
-        matrix[2, 0] += e * count + k * sf
-        matrix[2, 1] += e * sf + k * sff
-        matrix[2, 2] += e * e * count + 2.0 * e * k * sf + k * k * sff
-        matrix[3, 0] += swing * tg
-        matrix[3, 1] += swing * tfg
-        matrix[3, 2] += swing * (e * tg + k * tfg)
-        matrix[3, 3] += swing * swing * ttgg
-        matrix[4, 0] += swing * sg
-        matrix[4, 1] += swing * sfg
-        matrix[4, 2] += swing * (e * sg + k * sfg)
-        matrix[4, 3] += swing * swing * tgg
-        matrix[4, 4] += swing * swing * sgg
-        gradient[0] += r1
-        gradient[1] += rf
-        gradient[2] += e * r1 + k * rf
-        gradient[3] += swing * rtg
-        gradient[4] += swing * rg
-        total += rr
+        sums = _half_cycle_sums(y, i, end, order, p, p[OFFSET] + e * p[FRICTION], swing)
+        _add_half_cycle(matrix, gradient, sums, k, e, swing)
+        total += sums.rr
         i = end
         half += 1
     if i < n:
-        e = 0.0
-        if order == 0:
-            e = 1.0 if stop % 2 == 0 else -1.0
-        k = e * (kappa - 2.0 * stop)
-        rest = p[0] + e * p[1] + k * p[2]
-        count = n - i
-        r1 = 0.0
-        for j in range(i, n):
-            r = y[j] - rest
-            r1 += r
-            total += r * r
-        matrix[0, 0] += count
-        matrix[1, 0] += e * count
-        matrix[1, 1] += e * e * count
-        matrix[2, 0] += k * count
-        matrix[2, 1] += e * k * count
-        matrix[2, 2] += k * k * count
-        gradient[0] += r1
-        gradient[1] += e * r1
-        gradient[2] += k * r1
+        total = _add_rest(y, i, order, p, kappa, stop, matrix, gradient, total)
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _half_cycle_sums(
+    y: Array, start: int, end: int, order: int, p: Array, constant: float, swing: float
+) -> _Sums:
+    """Sums over samples ``start <= j < end`` of the signal ``constant + swing f``."""
+    middle = 0.5 * (y.size - 1)
+    rate = p[ADVANCE] / middle
+    turn_cos, turn_sin = math.cos(rate), math.sin(rate)
+    angle = p[PHASE] + rate * (start - middle) + 0.5 * math.pi * order
+    f, g = math.cos(angle), -math.sin(angle)
+    sum_f = sum_g = sum_h = sum_ff = sum_fg = sum_gg = sum_fh = sum_gh = sum_hh = 0.0
+    sum_r = sum_rf = sum_rg = sum_rh = sum_rr = 0.0
+    for j in range(start, end):
+        h = (j - middle) / middle * g
+        r = y[j] - constant - swing * f
+        sum_f += f
+        sum_g += g
+        sum_h += h
+        sum_ff += f * f
+        sum_fg += f * g
+        sum_gg += g * g
+        sum_fh += h * f
+        sum_gh += h * g
+        sum_hh += h * h
+        sum_r += r
+        sum_rf += r * f
+        sum_rg += r * g
+        sum_rh += r * h
+        sum_rr += r * r
+        f, g = f * turn_cos + g * turn_sin, g * turn_cos - f * turn_sin
+    return _Sums(
+        end - start, sum_f, sum_g, sum_h, sum_ff, sum_fg, sum_gg, sum_fh, sum_gh, sum_hh,
+        sum_r, sum_rf, sum_rg, sum_rh, sum_rr,
+    )  # fmt: skip
+
+
+@njit(cache=True, nogil=True)
+def _add_half_cycle(matrix: Array, gradient: Array, sums: _Sums, k: float, e: float, swing: float) -> None:
+    """Add the products of the columns ``(1, f, e + k f, w h, w g)`` of one half cycle."""
+    matrix[OFFSET, OFFSET] += sums.ones
+    matrix[AMPLITUDE, OFFSET] += sums.f
+    matrix[AMPLITUDE, AMPLITUDE] += sums.ff
+    matrix[FRICTION, OFFSET] += e * sums.ones + k * sums.f
+    matrix[FRICTION, AMPLITUDE] += e * sums.f + k * sums.ff
+    matrix[FRICTION, FRICTION] += e * e * sums.ones + 2.0 * e * k * sums.f + k * k * sums.ff
+    matrix[ADVANCE, OFFSET] += swing * sums.h
+    matrix[ADVANCE, AMPLITUDE] += swing * sums.fh
+    matrix[ADVANCE, FRICTION] += swing * (e * sums.h + k * sums.fh)
+    matrix[ADVANCE, ADVANCE] += swing * swing * sums.hh
+    matrix[PHASE, OFFSET] += swing * sums.g
+    matrix[PHASE, AMPLITUDE] += swing * sums.fg
+    matrix[PHASE, FRICTION] += swing * (e * sums.g + k * sums.fg)
+    matrix[PHASE, ADVANCE] += swing * swing * sums.gh
+    matrix[PHASE, PHASE] += swing * swing * sums.gg
+    gradient[OFFSET] += sums.r
+    gradient[AMPLITUDE] += sums.rf
+    gradient[FRICTION] += e * sums.r + k * sums.rf
+    gradient[ADVANCE] += swing * sums.rh
+    gradient[PHASE] += swing * sums.rg
+
+
+@njit(cache=True, nogil=True)
+def _add_rest(
+    y: Array,
+    start: int,
+    order: int,
+    p: Array,
+    kappa: float,
+    stop: int,
+    matrix: Array,
+    gradient: Array,
+    total: float,
+) -> float:
+    """Add the samples at rest, from ``start`` on; return ``total`` with their squared residuals."""
+    e = 0.0
+    if order == 0:
+        e = 1.0 if stop % 2 == 0 else -1.0
+    k = e * (kappa - 2.0 * stop)
+    rest = p[OFFSET] + e * p[AMPLITUDE] + k * p[FRICTION]
+    count = y.size - start
+    sum_r = 0.0
+    for j in range(start, y.size):
+        r = y[j] - rest
+        sum_r += r
+        total += r * r
+    matrix[OFFSET, OFFSET] += count
+    matrix[AMPLITUDE, OFFSET] += e * count
+    matrix[AMPLITUDE, AMPLITUDE] += e * e * count
+    matrix[FRICTION, OFFSET] += k * count
+    matrix[FRICTION, AMPLITUDE] += e * k * count
+    matrix[FRICTION, FRICTION] += k * k * count
+    gradient[OFFSET] += sum_r
+    gradient[AMPLITUDE] += e * sum_r
+    gradient[FRICTION] += k * sum_r
     return total

@@ -12,13 +12,21 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.priors import coefficient_bounds
 from friction_bayes.estimators.waveform.least_squares import prior_of
-from friction_bayes.estimators.waveform.pendulum_signal import CURVED, PendulumSignal
+from friction_bayes.estimators.waveform.pendulum_signal import (
+    ANGLE,
+    CURVED,
+    FREQUENCY,
+    FRICTION,
+    OFFSET,
+    PendulumSignal,
+)
 from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion, agrees_near
 from friction_bayes.estimators.waveform.signal_fit import signal_fit
 from friction_bayes.estimators.waveform.signal_target import SignalModel
@@ -53,23 +61,24 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
         If no decay of a pendulum fits the record.
     """
     swing = PendulumSignal(decay)
-    skip = 1 if decay.rest_known else 0
+    skip = OFFSET + 1 if decay.rest_known else OFFSET
     before = prior_of(prior, len(NAMES) - skip)
     weight = np.zeros(len(NAMES))
-    weight[:3] = prior["coefficient_precision"]
+    weight[[OFFSET, ANGLE, FRICTION]] = prior["coefficient_precision"]
     q = _continued(swing, weight, skip)
     prediction = swing.signal(q, swing.n)
     jacobian = swing.jacobian(q, swing.n)[:, skip:]
     after = before.update(jacobian, decay.values - prediction + jacobian @ q[skip:])
     free = coefficient_bounds(prior["coefficient_precision"], decay.system, decay.quantity, decay.unit)
-    model = _model(decay, swing, q, skip, after.coefficients.shape, after.beta / after.alpha, free)
     return signal_fit(
         decay,
-        model,
+        lambda: _model(swing, q, skip, after, free),
         before,
         after,
-        coefficients=q[skip:],
-        rest_position=float(q[0]),
+        coefficients=dict(zip(NAMES[skip:], q[skip:], strict=True)),
+        frequency_scale=1.0,
+        half_cycles=swing.turning_samples(q).size - 1,
+        rest_position=float(q[OFFSET]),
         prediction=prediction,
         notes=("frequency and friction are those of a pendulum, integrated at its full swing",),
     )
@@ -84,7 +93,7 @@ def _continued(swing: PendulumSignal, weight: Array, skip: int) -> Array:
     trials = []
     for factor in _TRIAL_FREQUENCIES:
         start = guess.copy()
-        start[3] *= factor
+        start[FREQUENCY] *= factor
         trials.append(_minimised(swing, start, length, weight, skip))
     cost, q = min(trials, key=lambda trial: trial[0])
     while length < n:
@@ -104,7 +113,7 @@ def _minimised(swing: PendulumSignal, q: Array, n: int, weight: Array, skip: int
     values = swing.decay.values[:n]
 
     def cost_of(p: Array) -> tuple[float, Array]:
-        if not p[3] > 0.0:
+        if not p[FREQUENCY] > 0.0:
             return math.inf, values
         residual = values - swing.signal(p, n)
         total = float(residual @ residual) + float(weight[skip:] @ p[skip:] ** 2)
@@ -127,7 +136,7 @@ def _minimised(swing: PendulumSignal, q: Array, n: int, weight: Array, skip: int
             trial = q.copy()
             trial[skip:] += step
             # friction that feeds the motion would soon send it over the top
-            trial[2] = max(trial[2], 0.0)
+            trial[FRICTION] = max(trial[FRICTION], 0.0)
             trial_cost, trial_residual = cost_of(trial)
             if trial_cost <= cost:
                 break
@@ -143,42 +152,35 @@ def _minimised(swing: PendulumSignal, q: Array, n: int, weight: Array, skip: int
 
 
 def _model(
-    decay: FreeDecay,
-    swing: PendulumSignal,
-    q: Array,
-    skip: int,
-    covariance: Array,
-    variance: float,
-    free: tuple[float, float],
+    swing: PendulumSignal, q: Array, skip: int, after: NormalInverseGamma, free: tuple[float, float]
 ) -> SignalModel:
     """The integrated signal, all coefficients free, for the sampler."""
-    values, n = decay.values, swing.n
-    prediction, turns = swing.motion(q, n)
+    decay, values, n = swing.decay, swing.decay.values, swing.n
+    covariance = after.coefficients.shape
     sd = np.concatenate([np.zeros(skip), np.sqrt(np.diag(covariance))])
     jacobian = swing.jacobian(q, n)[:, skip:]
     pairs = np.array(CURVED) - skip
     expansion = SignalExpansion.of(
-        q[skip:], values - prediction, jacobian, swing.curvature(q, sd), pairs.astype(np.int64)
+        q[skip:], values - swing.signal(q, n), jacobian, swing.curvature(q, sd), pairs.astype(np.int64)
     )
 
     def signal(p: Array) -> Array:
-        whole = np.column_stack([np.full((len(p), skip), q[0]), p])
+        whole = np.column_stack([np.full((len(p), skip), q[OFFSET]), p])
         return np.array([swing.signal(row, n) for row in whole])
 
     def exact(p: Array) -> Array:
         return np.array([((values - signal(row[None])[0]) ** 2).sum() for row in p])
 
-    fast = agrees_near(expansion.misfit, exact, q[skip:], covariance, variance)
+    fast = agrees_near(expansion.misfit, exact, q[skip:], covariance, after.beta / after.alpha)
     natural = decay.system.natural_frequency
-    low, high = min(natural / _BAND, 0.5 * q[3]), max(natural * _BAND, 2.0 * q[3])
+    low, high = min(natural / _BAND, 0.5 * q[FREQUENCY]), max(natural * _BAND, 2.0 * q[FREQUENCY])
     bounds = np.array([free, free, free, (low, high), (-2.0 * high, 2.0 * high)])
-    first = np.searchsorted(swing.time, turns[turns < swing.time[-1]])
     return SignalModel(
         names=NAMES[skip:],
         scale=np.ones(len(NAMES) - skip),
         bounds=bounds[skip:],
         signal=signal,
         misfit=expansion.misfit if fast else exact,
-        blocks=np.unique(np.concatenate([[0], first])),
+        blocks=swing.turning_samples(q),
         observed=values,
     )

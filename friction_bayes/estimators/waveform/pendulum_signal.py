@@ -6,17 +6,21 @@ Coefficients are those of :mod:`friction_bayes.estimators.waveform.pendulum_fit`
 from __future__ import annotations
 
 import math
+from itertools import combinations_with_replacement
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.mechanics.effects import force_vector
 from friction_bayes.mechanics.integrate import propagate
 
-__all__ = ["CURVED", "PendulumSignal"]
+__all__ = ["ANGLE", "CURVED", "FREQUENCY", "FRICTION", "OFFSET", "VELOCITY", "PendulumSignal"]
 
-CURVED = tuple((i, j) for i in range(1, 5) for j in range(i, 5))
+OFFSET, ANGLE, FRICTION, FREQUENCY, VELOCITY = range(5)
+"""Places of the coefficients."""
+
+CURVED = tuple(combinations_with_replacement((ANGLE, FRICTION, FREQUENCY, VELOCITY), 2))
 """Pairs of coefficients whose second derivative is not zero: all but the offset's."""
 
 _RTOL = 1e-11
@@ -37,13 +41,13 @@ class PendulumSignal:
 
     def motion(self, q: Array, n: int) -> tuple[Array, Array]:
         """Signal over the first ``n`` samples and turning times."""
-        w = q[3]
+        w = q[FREQUENCY]
         time = self.time[:n]
         status, x, v, acceleration, turns, _, _ = propagate(
             time,
-            q[1],
-            q[4],
-            q[2] * w ** (2 - self.order),
+            q[ANGLE],
+            q[VELOCITY],
+            q[FRICTION] * w ** (2 - self.order),
             1.0,
             w * w,
             True,
@@ -53,23 +57,29 @@ class PendulumSignal:
         )
         if status != 0:
             return np.full(n, np.inf), turns
-        return q[0] + (x, v, acceleration)[self.order], turns
+        return q[OFFSET] + (x, v, acceleration)[self.order], turns
 
     def signal(self, q: Array, n: int) -> Array:
         """Signal over the first ``n`` samples."""
         return self.motion(q, n)[0]
 
+    def turning_samples(self, q: Array) -> Integers:
+        """First sample of every half cycle of the record, zero first, and of the rest."""
+        _, turns = self.motion(q, self.n)
+        first = np.searchsorted(self.time, turns[turns < self.time[-1]])
+        return np.unique(np.concatenate([[0], first]))
+
     def about_the_bottom(self, q: Array) -> Array:
         """The same motion with angles counted from the bottom it comes to rest at, not whole turns away."""
-        turns = 2.0 * math.pi * round((self.motion(q, self.n)[0][-1] - q[0]) / (2.0 * math.pi))
+        turns = 2.0 * math.pi * round((self.motion(q, self.n)[0][-1] - q[OFFSET]) / (2.0 * math.pi))
         if self.order > 0 or turns == 0.0:
             return q
         return q + turns * np.array([1.0, -1.0, 0.0, 0.0, 0.0])
 
     def steps(self, q: Array, n: int) -> Array:
         """Steps of the coefficients that each change the signal alike."""
-        half_cycles = max(q[3] * self.time[n - 1] / math.pi, 1.0)
-        a, w = self.amplitude, q[3]
+        half_cycles = max(q[FREQUENCY] * self.time[n - 1] / math.pi, 1.0)
+        a, w = self.amplitude, q[FREQUENCY]
         change = [a * w**self.order, a, a * w**self.order / half_cycles, w / half_cycles, a * w]
         return _DIFFERENCE * np.array(change)
 
@@ -77,7 +87,7 @@ class PendulumSignal:
         """Derivatives by central differences, shape (n, 5)."""
         out = np.ones((n, q.size))
         for j, h in enumerate(self.steps(q, n)):
-            if j > 0:
+            if j != OFFSET:
                 shift = np.zeros(q.size)
                 shift[j] = h
                 (above, turns_above), (below, turns_below) = (

@@ -1,4 +1,4 @@
-"""The Gaussian log-likelihood of a whole signal near an optimum, at a cost that does not grow with it.
+"""Squared residuals of a whole signal near an optimum, at a cost that does not grow with its length.
 
 Around the optimum the signal is expanded to second order in its coefficients. The sum of squared residuals
 is then a quadratic form in one vector, ``(1, -d, -d_i d_j)`` with ``d`` the distance from the optimum, whose
@@ -7,7 +7,6 @@ Gram matrix is taken over the samples once.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -15,7 +14,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers
 
-__all__ = ["SignalExpansion", "agrees_near", "signal_log_likelihood"]
+__all__ = ["SignalExpansion", "agrees_near"]
 
 
 TOLERANCE = 0.02
@@ -60,11 +59,6 @@ class SignalExpansion:
         products = d[:, first] * d[:, second] * np.where(first == second, 0.5, 1.0)
         vector = np.column_stack([np.ones(len(d)), -d, -products])
         return np.asarray(((vector @ self.gram) * vector).sum(axis=1), dtype=np.float64)
-
-
-def signal_log_likelihood(misfit: Array, log_variance: Array, n: int) -> Array:
-    """Log-likelihood of ``n`` samples with independent normal errors, from their squared residuals."""
-    return -0.5 * n * (math.log(2.0 * math.pi) + log_variance) - 0.5 * misfit * np.exp(-log_variance)
 
 
 def agrees_near(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 
 from scipy import stats
 
@@ -26,11 +27,13 @@ _JUMPS = (
 
 def signal_fit(
     decay: FreeDecay,
-    model: SignalModel,
+    build_model: Callable[[], SignalModel],
     prior: NormalInverseGamma,
     posterior: NormalInverseGamma,
     *,
-    coefficients: Array,
+    coefficients: Mapping[str, float],
+    frequency_scale: float,
+    half_cycles: int,
     rest_position: float,
     prediction: Array,
     notes: tuple[str, ...] = (),
@@ -41,12 +44,16 @@ def signal_fit(
     ----------
     decay : FreeDecay
         The record.
-    model : SignalModel
-        The signal; ``friction_coefficient`` and ``frequency`` are among its names.
+    build_model : callable, () -> SignalModel
+        Makes the signal as the sampler sees it.
     prior, posterior : NormalInverseGamma
         Of its coefficients and the error variance.
-    coefficients : ndarray, shape (p,)
-        The optimum.
+    coefficients : mapping of str to float
+        The optimum in order; ``friction_coefficient`` and ``frequency`` are among the names.
+    frequency_scale : float
+        From the coefficient named ``frequency`` to rad/s.
+    half_cycles : int
+        How many lie in the record.
     rest_position : float
         Unit of the signal.
     prediction : ndarray, shape (n,)
@@ -56,22 +63,25 @@ def signal_fit(
     """
     if decay.quantity.order == 2:
         notes = (*notes, _JUMPS)
-    friction, frequency = (model.names.index(name) for name in ("friction_coefficient", "frequency"))
+    names = list(coefficients)
+    friction, frequency = (names.index(name) for name in ("friction_coefficient", "frequency"))
     alpha, beta = posterior.alpha, posterior.beta
-    scale = float(model.scale[frequency])
     return Fit(
         coefficient=posterior.marginal(friction),
         precision=stats.gamma(alpha, scale=1.0 / beta),
         precision_unit=inverse_square(decay.unit),
         posterior=posterior,
-        amplitudes=model.blocks.size - 1,
-        frequency=float(coefficients[frequency]) * scale,
-        frequency_sd=math.sqrt(posterior.coefficients.shape[frequency, frequency]) * scale,
+        amplitudes=half_cycles,
+        frequency=float(coefficients["frequency"]) * frequency_scale,
+        frequency_sd=math.sqrt(posterior.coefficients.shape[frequency, frequency]) * frequency_scale,
         rest_position=rest_position,
         noise_sd=float(mean_error_sd(alpha, beta)),
         prediction=prediction,
-        target=signal_target(
-            model, prior, posterior, force_factor=force_factor(decay.system, decay.quantity, decay.unit)
+        build_target=lambda: signal_target(
+            build_model(),
+            prior,
+            posterior,
+            force_factor=force_factor(decay.system, decay.quantity, decay.unit),
         ),
         notes=(*notes, *residual_notes(decay.values - prediction, prediction)),
     )

@@ -13,11 +13,10 @@ import numpy as np
 from scipy import stats
 from scipy.special import polygamma, psi
 
-from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.conjugate.likelihood import Target, signal_log_likelihood
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.errors import InputError
-from friction_bayes.estimators.waveform.signal_expansion import signal_log_likelihood
 
 __all__ = ["SignalModel", "signal_target"]
 

@@ -1,0 +1,36 @@
+"""The one registry of estimators: what ``estimate``, ``estimate_batch`` and ``sample_reference`` look up."""
+
+from __future__ import annotations
+
+from friction_bayes.core.errors import InputError
+from friction_bayes.estimators.base import Estimator
+from friction_bayes.estimators.envelope.estimator import EnvelopeEstimator
+from friction_bayes.estimators.peaks import GammaExponentialEstimator, NormalGammaEstimator
+from friction_bayes.estimators.waveform.estimator import WaveformEstimator
+
+__all__ = ["ESTIMATORS", "estimator_named", "register"]
+
+ESTIMATORS: dict[str, Estimator] = {}
+"""By name."""
+
+
+def register(estimator: Estimator) -> None:
+    """Add an estimator under its name."""
+    ESTIMATORS[estimator.name] = estimator
+
+
+for _built_in in (WaveformEstimator, EnvelopeEstimator, NormalGammaEstimator, GammaExponentialEstimator):
+    register(_built_in())
+
+
+def estimator_named(method: str) -> Estimator:
+    """Look an estimator up by name.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
+    if method not in ESTIMATORS:
+        raise InputError("method", f"unknown method {method!r}", f"give one of {', '.join(ESTIMATORS)}")
+    return ESTIMATORS[method]
