@@ -15,10 +15,11 @@ from experiments.runner import Cell, Experiment, main
 from experiments.tables import Row
 from friction_bayes.loop.evidence import log_evidence
 from friction_bayes.loop.expansion import Expansion
-from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model, starting_point
+from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.noise import NoiseModel
 from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.starting_point import starting_point
 from friction_bayes.mechanics.effects import EFFECTS
 
 __all__ = ["CASES", "EXPERIMENT", "fit_of_case"]

@@ -1,10 +1,8 @@
-"""From candidates to a report."""
+"""From what a search found to the report: draws, tests of what is left, comparisons."""
 
 from __future__ import annotations
 
-import math
 import time
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,35 +11,26 @@ import xarray as xr
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.text import set_words
 from friction_bayes.loop.autoregression import correlation_length
+from friction_bayes.loop.candidate import SearchResult, in_catalogue_order
+from friction_bayes.loop.draws import mixture_draws
+from friction_bayes.loop.effect_summaries import effect_summaries
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import held_out_error
-from friction_bayes.loop.friction import Distribution, friction_posterior, mixture_draws
+from friction_bayes.loop.friction import Distribution, friction_posterior
 from friction_bayes.loop.next_experiment import next_experiment
 from friction_bayes.loop.paper_procedure import paper_procedure
+from friction_bayes.loop.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.reference_force import compare_forces
-from friction_bayes.loop.residual_tests import residual_tests
+from friction_bayes.loop.residual_tests import ResidualTests, residual_tests
 from friction_bayes.loop.result import LoopReport, RecordTrace
 from friction_bayes.loop.sampler_check import sampler_check
 from friction_bayes.loop.verdict import credible_count, verdict
-from friction_bayes.mechanics.effects import EFFECTS
 
-__all__ = ["SearchResult", "assemble_report"]
+__all__ = ["assemble_report"]
 
 _MOST_RIVALS = 3
 _FREQUENCY_TOLERANCE = 0.03
-"""Relative difference of the found frequency and sqrt(k/m) above which both forces are told."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SearchResult:
-    """What a search left: candidates, most probable first, and the Coulomb model alone."""
-
-    sets: tuple[frozenset[str], ...]
-    fits: tuple[LoopFit, ...]
-    probabilities: Array
-    before: LoopFit
-    ar: tuple[Array, ...]
-    trail: tuple[str, ...]
+"""Relative difference of the found frequency and sqrt(k/m) above which both forces are reported."""
 
 
 def assemble_report(
@@ -53,47 +42,51 @@ def assemble_report(
     reference_friction: float | None,
     reference_force: Array | None,
 ) -> LoopReport:
-    """Draw from the candidates, test what they leave, and put it into words and numbers."""
+    """Draw from the candidates, test what they leave, and gather the report.
+
+    Parameters
+    ----------
+    found : SearchResult
+    seed : int
+        Of the draws.
+    started : float
+        Reading of ``time.perf_counter`` when the loop began.
+    check : bool
+        Sample the final posterior with emcee too.
+    reference_friction : float or None
+        Friction known from elsewhere [N or N m].
+    reference_force : ndarray or None
+        As from :func:`friction_bayes.loop.reference_force.validate_force`.
+    """
     rng_mixture, rng_before = np.random.default_rng(seed).spawn(2)
     best = found.fits[0]
     tests_before, tests_after = residual_tests(found.before), residual_tests(best)
     which, draws = mixture_draws(
-        found.fits, found.probabilities, rng_mixture, misfit=bool(tests_after.failed)
+        found.fits, found.probabilities, rng_mixture, robust=bool(tests_after.failed)
     )
     after = friction_posterior(found.fits, draws, rng_mixture)
-    _, alone = mixture_draws([found.before], np.ones(1), rng_before, misfit=bool(tests_before.failed))
-    before = friction_posterior([found.before], alone, rng_before)
+    before = _friction_before(found.before, tests_before, rng_before)
     word = verdict(found.sets, found.probabilities, not tests_after.failed)
-    names = [set_words(_in_order(s)) for s in found.sets]
-    rivals = min(credible_count(found.probabilities), _MOST_RIVALS + 1)
-    further = next_experiment(found.fits[:rivals], names[:rivals]) if word == "ambiguous" else None
-    effects = _in_order(found.sets[0])
-    step = best.model.segments[0].decay.step
-    lengths = [correlation_length(a, step) for a in found.ar]
+    effects = in_catalogue_order(found.sets[0])
     residual: dict[str, Any] = {"before": tests_before.to_dict(), "after": tests_after.to_dict()}
     forces: tuple[Array, ...] | None = None
     if reference_force is not None:
         residual["force"], forces = compare_forces(found.before, best, reference_force)
     return LoopReport(
         verdict=word,
-        effects=_effects(found, effects, draws[0]),
+        effects=effect_summaries(found, draws[0]),
         candidates=[
-            {"effects": list(_in_order(s)), "probability": float(p)}
+            {"effects": list(in_catalogue_order(s)), "probability": float(p)}
             for s, p in zip(found.sets, found.probabilities, strict=True)
         ],
         friction_before=before.to_dict(),
         friction_after=after.to_dict(),
         held_out_error=held_out_error(found.before, best),
         residual=residual,
-        noise={
-            "model": "ar" if max(a.size for a in found.ar) else "white",
-            "order": max(a.size for a in found.ar),
-            "sd": float(np.mean([np.std(e) for e in best.free_residuals])),
-            "correlation_length_s": float(max(lengths)),
-        },
+        noise=_noise(found),
         paper_procedure=paper_procedure(best, after, effects),
         frequency=_frequency(best, draws[0], after),
-        next_experiment=further,
+        next_experiment=_next_experiment(found) if word == "ambiguous" else None,
         reference_check=_reference(found, after, before, reference_friction, seed if check else None),
         elapsed_s=time.perf_counter() - started,
         seed=seed,
@@ -105,82 +98,45 @@ def assemble_report(
     )
 
 
+def _friction_before(fit: LoopFit, tests: ResidualTests, rng: np.random.Generator) -> Distribution:
+    """Friction by the Coulomb model alone."""
+    _, draws = mixture_draws([fit], np.ones(1), rng, robust=bool(tests.failed))
+    return friction_posterior([fit], draws, rng)
+
+
+def _next_experiment(found: SearchResult) -> str | None:
+    """The record that would decide between the most probable candidates."""
+    n = min(credible_count(found.probabilities), _MOST_RIVALS + 1)
+    return next_experiment(found.fits[:n], [set_words(in_catalogue_order(s)) for s in found.sets[:n]])
+
+
+def _noise(found: SearchResult) -> dict[str, Any]:
+    best = found.fits[0]
+    step = best.model.segments[0].decay.step
+    order = max(a.size for a in found.ar)
+    return {
+        "model": "ar" if order else "white",
+        "order": order,
+        "sd": float(np.mean([np.std(e) for e in best.free_residuals])),
+        "correlation_length_s": float(max(correlation_length(a, step) for a in found.ar)),
+    }
+
+
 def _frequency(best: LoopFit, draws: Array, after: Distribution) -> dict[str, Any]:
     """The frequency found beside the declared one, and both forces where the two disagree."""
     model, decay = best.model, best.model.segments[0].decay
     declared, order = model.system.natural_frequency, decay.quantity.order
-    ratios = np.exp(np.asarray(model.coordinates[1].value(draws[:, 1])))
+    ratios = np.exp(model.value(draws, LOG_FREQUENCY_RATIO))
     ratio, friction = float(ratios.mean()), float(after.draws.mean())
-    told: dict[str, Any] = {
+    disagree = abs(ratio - 1.0) > _FREQUENCY_TOLERANCE and after.unit == model.system.friction_unit
+    return {
         "mean": declared * ratio,
-        "sd": declared * _sd(ratios),
+        "sd": declared * float(ratios.std(ddof=1)),
         "declared": declared,
         "unit": "rad/s",
-        "from_stiffness": None,
-        "from_mass": None,
+        "from_stiffness": friction / ratio**order if disagree else None,
+        "from_mass": friction * ratio ** (2 - order) if disagree else None,
     }
-    if abs(ratio - 1.0) > _FREQUENCY_TOLERANCE and after.unit == model.system.friction_unit:
-        told["from_stiffness"] = friction / ratio**order
-        told["from_mass"] = friction * ratio ** (2 - order)
-    return told
-
-
-def _in_order(names: frozenset[str]) -> tuple[str, ...]:
-    return tuple(name for name in EFFECTS if name in names)
-
-
-def _effects(found: SearchResult, names: tuple[str, ...], draws: Array) -> list[dict[str, Any]]:
-    best = found.fits[0]
-    told = []
-    for name in names:
-        held = [name in s for s in found.sets]
-        parameters: dict[str, Any] = {}
-        decay = best.model.segments[0].decay
-        units = {p.name: p.unit_in(best.model.system, decay.unit) for p in EFFECTS[name].parameters}
-        several = len(best.model.segments) > 1
-        for j, c in enumerate(best.model.coordinates):
-            if c.effect != name:
-                continue
-            values = np.asarray(c.value(draws[:, j]))
-            key = f"{c.name}[{c.record}]" if several and c.record >= 0 else c.name
-            parameters[key] = {"mean": _mean(values), "sd": _sd(values), "unit": units[c.name]}
-        if not parameters:
-            parameters = _noise_parameters(best, name, units)
-        told.append(
-            {"name": name, "probability": float(found.probabilities[held].sum()), "parameters": parameters}
-        )
-    return told
-
-
-def _mean(values: Array) -> float:
-    return float(values.mean()) if values.size else math.nan
-
-
-def _sd(values: Array) -> float:
-    return float(values.std(ddof=1)) if values.size > 1 else math.nan
-
-
-def _noise_parameters(fit: LoopFit, name: str, units: dict[str, str]) -> dict[str, Any]:
-    """Parameters that are no coordinates: those of the outliers, and the level that samples are held at."""
-    segment, noise = fit.model.segments[0], fit.noises[0]
-    if name == "outliers":
-        n = max(segment.values.size, 1)
-        count = max(noise.fraction * n, 1.0)
-        return {
-            "fraction": {
-                "mean": noise.fraction,
-                "sd": math.sqrt(noise.fraction * (1.0 - noise.fraction) / n),
-                "unit": units["fraction"],
-            },
-            "scale": {
-                "mean": noise.scale,
-                "sd": noise.scale / math.sqrt(2.0 * count),
-                "unit": units["scale"],
-            },
-        }
-    held = np.abs(segment.values[segment.sides != 0.0])
-    level = float(held.max()) if held.size else math.nan
-    return {"level": {"mean": level, "sd": 0.0, "unit": units["level"]}}
 
 
 def _reference(
@@ -190,19 +146,21 @@ def _reference(
     friction: float | None,
     seed: int | None,
 ) -> dict[str, Any] | None:
-    told: dict[str, Any] = {}
+    """Compare with a reference friction and, where a seed is given, with a sampler."""
+    check: dict[str, Any] = {}
     if friction is not None:
-        told["friction"] = friction
-        told["error_before"] = float(before.draws.mean()) / friction - 1.0
-        told["error_after"] = float(after.draws.mean()) / friction - 1.0
+        check["friction"] = friction
+        check["error_before"] = float(before.draws.mean()) / friction - 1.0
+        check["error_after"] = float(after.draws.mean()) / friction - 1.0
         low, high = np.quantile(after.draws, (0.05, 0.95))
-        told["within_interval90"] = bool(low <= friction <= high)
+        check["within_interval90"] = bool(low <= friction <= high)
     if seed is not None:
-        told["sampler"] = sampler_check(found.before, found.fits[0], seed)
-    return told or None
+        check["sampler"] = sampler_check(found.before, found.fits[0], seed)
+    return check or None
 
 
 def _trace(before: LoopFit, after: LoopFit, r: int, forces: tuple[Array, ...] | None) -> RecordTrace:
+    """One record with both models."""
     segment, last = after.model.segments[r], after.predictions[r]
     turns = last.turning_times
     phase = (
@@ -231,13 +189,11 @@ def _trace(before: LoopFit, after: LoopFit, r: int, forces: tuple[Array, ...] | 
 
 def _posterior(best: LoopFit, draws: Array, after: Distribution, which: Integers, seed: int) -> xr.DataTree:
     """Draws in ArviZ's layout."""
-    variables = {}
-    several = len(best.model.segments) > 1
-    for j, c in enumerate(best.model.coordinates):
-        name = f"{c.effect}.{c.name}" if c.effect else c.name
-        if several and c.record >= 0:
-            name = f"{name}[{c.record}]"
-        variables[name] = (("chain", "draw"), np.asarray(c.value(draws[:, j]))[None])
+    model = best.model
+    variables = {
+        model.numbered(c.label, c): (("chain", "draw"), np.asarray(c.value(draws[:, j]))[None])
+        for j, c in enumerate(model.coordinates)
+    }
     mixture = xr.Dataset(
         {
             "friction": (("chain", "draw"), after.draws[None], {"units": after.unit}),

@@ -1,8 +1,8 @@
-"""White or coloured? What is locked to the motion is misfit; noise is judged where the motion is not.
+"""White or coloured noise, and the autoregression that describes it.
 
-Above the eighth harmonic of the motion next to nothing of a free decay is left, whatever the force law. If
-the residual's spectrum is flat there, the noise is white and everything else that the residual holds is
-misfit; if it is not, the noise is coloured and described by an autoregression.
+Above the eighth harmonic of the motion a free decay has next to no power, whatever the force law. If the
+residual's spectrum is flat there, the noise is white and everything else in the residual is misfit; if it is
+not, the noise is coloured and described by an autoregression.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _HARMONICS = 8.0
 _BANDS = 8
 _LEVEL = 1e-4
 _RATIO = 2.0
-"""Least ratio of the powers of two bands that is called colour."""
+"""Least ratio of the powers of two bands for the noise to count as coloured."""
 _MOST_LAGS = 40
 _HANN_SPREAD = 1.5
 """Neighbouring ordinates of a Hann-windowed periodogram are correlated: so many count as one."""
@@ -44,7 +44,7 @@ def is_coloured(residual: Array, step: float, frequency: float) -> bool:
     lowest = frequency * step * n / (2.0 * math.pi)
     first = int(_HARMONICS * lowest)
     if power.size - first < 20 * _BANDS:
-        # too coarsely sampled to look above the harmonics: what is above the third must do
+        # sampled too coarsely to look above the eighth harmonic: above the third instead
         first = int(3.0 * lowest)
     bands = np.array_split(power[first:], _BANDS)
     size = min(band.size for band in bands)
@@ -59,7 +59,7 @@ def is_coloured(residual: Array, step: float, frequency: float) -> bool:
 
 
 def fit_autoregression(residual: Array) -> Array:
-    """Coefficients of the autoregression that the residual asks for, order by the Bayesian criterion."""
+    """Coefficients of an autoregression of the residual, its order by the Bayesian information criterion."""
     x = residual - residual.mean()
     n = x.size
     most = min(_MOST_LAGS, n // 20)

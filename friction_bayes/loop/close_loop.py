@@ -16,16 +16,18 @@ from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
-from friction_bayes.loop.assemble import SearchResult, assemble_report
+from friction_bayes.loop.assemble import assemble_report
 from friction_bayes.loop.autoregression import fit_autoregression, is_coloured
+from friction_bayes.loop.candidate import SearchResult
 from friction_bayes.loop.evidence import posterior_probabilities
-from friction_bayes.loop.fit import LoopFit, fit_growing_record, starting_point
+from friction_bayes.loop.fit import LoopFit, fit_growing_record
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.noise import NoiseModel
 from friction_bayes.loop.reference_force import validate_force
 from friction_bayes.loop.result import LoopReport
 from friction_bayes.loop.search import Search
 from friction_bayes.loop.segment import Segment, cut_records
+from friction_bayes.loop.starting_point import starting_point
 from friction_bayes.mechanics.effects import EFFECTS, effect_named
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 
@@ -63,7 +65,7 @@ def close_loop(
     exclude : sequence of str
         Effects that may not.
     noise : {"auto", "white", "ar"}
-        White, autoregressive, or decided by the residual where the motion has no part in it.
+        White, autoregressive, or decided by the spectrum of the residual above the motion's harmonics.
     check : bool
         Sample the final posterior with emcee too.
     reference_friction : float, optional
@@ -71,7 +73,7 @@ def close_loop(
     reference_force : array_like, shape (n,), optional
         Measured friction force at the samples of the first record [N or N m].
     progress : callable, optional
-        Told what is being fitted.
+        Called with the name of each set of effects that is fitted.
 
     Returns
     -------
@@ -89,50 +91,8 @@ def close_loop(
         positive("reference_friction", reference_friction)
     allowed = _allowed(effects, exclude)
     segments = cut_records(records, system)
-    if system.pendulum and segments[0].decay.unit in UNCALIBRATED_UNITS:
-        # how far it swings is not known, and the sine of volts is nothing
-        system = Oscillator(**asdict(system))
     force = None if reference_force is None else validate_force(segments[0], reference_force)
-    white = tuple(np.zeros(0) for _ in segments)
-    search = Search(system, segments, allowed, white, progress)
-    _run(search)
-    trail = list(search.trail)
-    coloured = noise == "ar"
-    if noise == "auto":
-        best = search.ranked()[0].fit
-        coloured = any(
-            is_coloured(e, s.decay.step, s.decay.frequency)
-            for e, s in zip(best.residuals, segments, strict=True)
-        )
-    ar = white
-    if coloured:
-        ar = _shared_colour(segments, search.ranked()[0].fit.residuals)
-        trail.append(f"noise is autoregressive of order {max(a.size for a in ar)}: searched again")
-        # an outlier of a coloured signal is none of its innovations: it spoils as many as the order is
-        kept = tuple(name for name in allowed if name != OUTLIERS.name)
-        white_search, search = search, Search(system, segments, kept, ar, progress)
-        search.start_from(white_search)
-        _run(search)
-        trail += search.trail
-    ranked = search.ranked()
-    fits = [c.fit for c in ranked]
-    weights = np.array([c.log_weight for c in ranked])
-    sets = [c.effects for c in ranked]
-    probabilities = posterior_probabilities(fits, weights)
-    before = _coulomb_alone(search, system, segments, ar)
-    if frozenset() not in sets:
-        # held values have no probability under a sensor that does not clip
-        sets.append(frozenset())
-        fits.append(before)
-        probabilities = np.append(probabilities, 0.0)
-    found = SearchResult(
-        sets=tuple(sets),
-        fits=tuple(fits),
-        probabilities=probabilities,
-        before=before,
-        ar=ar,
-        trail=tuple(trail),
-    )
+    found = _search(_calibrated(system, segments), segments, allowed, noise, progress)
     return assemble_report(
         found,
         seed=seed,
@@ -143,10 +103,65 @@ def close_loop(
     )
 
 
-def _shared_colour(segments: tuple[Segment, ...], residuals: Sequence[Array]) -> tuple[Array, ...]:
+def _allowed(effects: Sequence[str] | None, exclude: Sequence[str]) -> tuple[str, ...]:
+    """Effects that may be tried, in the catalogue's order."""
+    for name in (*(effects or ()), *exclude):
+        effect_named(name)
+    wanted = EFFECTS if effects is None else effects
+    return tuple(name for name in EFFECTS if name in wanted and name not in exclude)
+
+
+def _calibrated(system: Oscillator, segments: tuple[Segment, ...]) -> Oscillator:
+    """The system, a pendulum as its small swings where the signal is not calibrated.
+
+    How far it swings is then unknown, and the sine of a voltage means nothing.
+    """
+    if system.pendulum and segments[0].decay.unit in UNCALIBRATED_UNITS:
+        return Oscillator(**asdict(system))
+    return system
+
+
+def _search(
+    system: Oscillator,
+    segments: tuple[Segment, ...],
+    allowed: tuple[str, ...],
+    noise: str,
+    progress: Callable[[str], None] | None,
+) -> SearchResult:
+    """Search with white noise, and again with autoregressive noise where that is chosen."""
+    ar = tuple(np.zeros(0) for _ in segments)
+    search = Search(system, segments, allowed, ar, progress)
+    _run(search)
+    trail = search.trail
+    residuals = search.ranked()[0].fit.residuals
+    if noise == "ar" or (noise == "auto" and _any_coloured(segments, residuals)):
+        ar = _shared_autoregression(segments, residuals)
+        order = max(a.size for a in ar)
+        # an outlier spoils as many innovations as the order, which a contaminated normal does not describe
+        kept = tuple(name for name in allowed if name != OUTLIERS.name)
+        white, search = search, Search(system, segments, kept, ar, progress)
+        search.start_from(white)
+        _run(search)
+        trail = [*trail, f"noise is autoregressive of order {order}: searched again", *search.trail]
+    return _result(search, tuple(trail))
+
+
+def _run(search: Search) -> None:
+    search.run()
+    if not search.candidates:
+        names = ", ".join(s.decay.name for s in search.segments)
+        raise InputError(names, "no Coulomb decay fits", "check the record, the stiffness and the mass")
+
+
+def _any_coloured(segments: tuple[Segment, ...], residuals: Sequence[Array]) -> bool:
+    pairs = zip(segments, residuals, strict=True)
+    return any(is_coloured(e, s.decay.step, s.decay.frequency) for s, e in pairs)
+
+
+def _shared_autoregression(segments: tuple[Segment, ...], residuals: Sequence[Array]) -> tuple[Array, ...]:
     """One autoregression for all records of one sampling interval: the colour is the sensor's.
 
-    With a colour of its own a record that the model misses most would be told to matter least.
+    With one of its own, a record that the model fits worst would count least.
     """
     steps = [segment.decay.step for segment in segments]
     shared = {
@@ -160,28 +175,34 @@ def _shared_colour(segments: tuple[Segment, ...], residuals: Sequence[Array]) ->
     return tuple(shared[step] for step in steps)
 
 
-def _allowed(effects: Sequence[str] | None, exclude: Sequence[str]) -> tuple[str, ...]:
-    for name in (*(effects or ()), *exclude):
-        effect_named(name)
-    wanted = EFFECTS if effects is None else effects
-    return tuple(name for name in EFFECTS if name in wanted and name not in exclude)
+def _result(search: Search, trail: tuple[str, ...]) -> SearchResult:
+    """Weigh the candidates, and set the Coulomb model alone beside them."""
+    ranked = search.ranked()
+    sets = [c.effects for c in ranked]
+    fits = [c.fit for c in ranked]
+    probabilities = posterior_probabilities(fits, np.array([c.log_weight for c in ranked]))
+    if frozenset() in sets:
+        before = fits[sets.index(frozenset())]
+    else:
+        # samples held at an end of the range have no probability under a sensor that does not clip
+        before = _coulomb_alone(search)
+        sets.append(frozenset())
+        fits.append(before)
+        probabilities = np.append(probabilities, 0.0)
+    return SearchResult(
+        sets=tuple(sets),
+        fits=tuple(fits),
+        probabilities=probabilities,
+        before=before,
+        ar=search.ar,
+        trail=trail,
+    )
 
 
-def _run(search: Search) -> None:
-    search.run()
-    if not search.candidates:
-        names = ", ".join(s.decay.name for s in search.segments)
-        raise InputError(names, "no Coulomb decay fits", "check the record, the stiffness and the mass")
-
-
-def _coulomb_alone(
-    search: Search, system: Oscillator, segments: tuple[Segment, ...], ar: tuple[Array, ...]
-) -> LoopFit:
-    known = search.candidates.get(frozenset())
-    if known is not None:
-        return known.fit
-    model = LoopModel(system, segments, ())
-    fit = fit_growing_record(model, [NoiseModel(a) for a in ar], starting_point(model))
+def _coulomb_alone(search: Search) -> LoopFit:
+    model = LoopModel(search.system, search.segments)
+    fit = fit_growing_record(model, [NoiseModel(a) for a in search.ar], starting_point(model))
     if fit is None:
-        raise InputError(segments[0].decay.name, "no Coulomb decay fits", "check the record and the system")
+        name = search.segments[0].decay.name
+        raise InputError(name, "no Coulomb decay fits", "check the record and the system")
     return fit

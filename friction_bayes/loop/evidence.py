@@ -5,9 +5,9 @@ coordinates,
 
 .. math:: \log E = -\tfrac12 D + \log\pi(\hat z) + \tfrac p2 \log 2\pi - \tfrac12\log|H| + \log P(z\in S),
 
-where the last term is the posterior probability of the support under the normal approximation: fits go
-through the null of a force into values the prior excludes, and pay for it here. The scale-invariant prior of
-the noise scale is improper but the same, on the same samples, for every model that is compared.
+where the last term is the posterior probability of the support under the normal approximation: fits may
+pass the null of a force into values that the prior excludes, which this term penalises. The scale-invariant
+prior of the noise scale is improper but the same, on the same samples, for every model that is compared.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.loop.fit import LoopFit
-from friction_bayes.loop.truncated_normal import log_box_probability, truncated_draws
+from friction_bayes.loop.truncated_normal import log_box_probability
 
-__all__ = ["log_evidence", "posterior_draws", "posterior_probabilities"]
+__all__ = ["log_evidence", "posterior_probabilities"]
 
 
 def log_evidence(fit: LoopFit) -> float:
@@ -33,7 +33,7 @@ def log_evidence(fit: LoopFit) -> float:
     value = -0.5 * objective + math.fsum(c.log_normalisation for c in fit.model.coordinates)
     value += 0.5 * fit.z.size * math.log(2.0 * math.pi) - float(np.log(np.diag(root)).sum())
     value += math.fsum(noise.log_volume for noise in fit.noises)
-    low, high = _support(fit)
+    low, high = fit.model.support
     bounded = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
     block = fit.covariance[np.ix_(bounded, bounded)]
     return value + log_box_probability(centre[bounded], block, low[bounded], high[bounded])
@@ -65,20 +65,3 @@ def posterior_probabilities(fits: Sequence[LoopFit], log_weights: Array) -> Arra
             )
     weight = np.exp(log_weights - log_weights.max())
     return np.asarray(weight / weight.sum())
-
-
-def posterior_draws(
-    fit: LoopFit, rng: np.random.Generator, draws: int, covariance: Array | None = None
-) -> Array:
-    """Draw coordinates from the normal approximation cut to the support, shape (draws, p).
-
-    Another ``covariance`` than the posterior's may be given.
-    """
-    low, high = _support(fit)
-    spread = fit.covariance if covariance is None else covariance
-    return truncated_draws(fit.centre[0], spread, low, high, rng, draws)
-
-
-def _support(fit: LoopFit) -> tuple[Array, Array]:
-    support = np.array([c.support for c in fit.model.coordinates])
-    return support[:, 0], support[:, 1]

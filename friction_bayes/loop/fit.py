@@ -11,10 +11,11 @@ from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.model import LoopModel, Prediction
-from friction_bayes.loop.noise import NoiseFit, NoiseModel, fit_noise, whiten
+from friction_bayes.loop.noise import NoiseFit, NoiseModel
+from friction_bayes.loop.objective import Curvature, Objective, Point
 from friction_bayes.loop.segment import Segment
 
-__all__ = ["LoopFit", "fit_growing_record", "fit_model", "starting_point"]
+__all__ = ["LoopFit", "fit_growing_record", "fit_model"]
 
 _ITERATIONS = 25
 _SETTLED = 0.02
@@ -23,6 +24,9 @@ _NEAR = 0.1
 """Squared length of a step, in posterior standard deviations, over which the derivatives stay the same."""
 _STEP_SHARE = 0.2
 """Difference step in posterior standard deviations: far above rounding, far below curvature."""
+_FIRST_DAMPING = 1e-3
+_LEAST_DAMPING = 1e-9
+_MOST_DAMPING = 1e8
 _FIRST_PERIODS = 3.0
 _GROWTH = 1.7
 
@@ -45,7 +49,7 @@ class LoopFit:
     precision : ndarray, shape (p, p)
         Curvature of half the objective.
     gradient : ndarray, shape (p,)
-        Minus the gradient of half the objective: nothing but where a coordinate is held at its bounds.
+        Minus the gradient of half the objective: zero but where a bound holds a coordinate.
     deviance : float
         ``-2 log L`` at the mode.
     objective : float
@@ -90,39 +94,6 @@ class LoopFit:
         return np.asarray(cho_solve(cho_factor(self.precision), np.eye(self.z.size)))
 
 
-@dataclass(frozen=True, eq=False)
-class _Point:
-    z: Array
-    predictions: tuple[Prediction, ...]
-    noises: tuple[NoiseFit, ...]
-    deviance: float
-    objective: float
-
-
-def starting_point(model: LoopModel) -> Array:
-    """Rough coordinates of the Coulomb model from what was found when the records were cut."""
-    decay = model.segments[0].decay
-    w0 = model.system.natural_frequency
-    drops = []
-    states = []
-    for segment in model.segments:
-        d = segment.decay
-        half = max(int(math.pi / (d.frequency * d.step)), 2)
-        unit = d.frequency**segment.order
-        y = (d.values - d.rest_position) / unit
-        first, last = (float(np.quantile(np.abs(part), 0.97)) for part in (y[: 2 * half], y[-2 * half :]))
-        halves = max(d.values.size / half - 2.0, 1.0)
-        drops.append(max(first - last, 0.02 * first) / (2.0 * halves))
-        amplitude = float(np.sqrt(2.0 * np.mean(y[: 2 * half] ** 2)))
-        states += [amplitude * math.cos(d.phase), -amplitude * d.frequency * math.sin(d.phase)]
-    ratio = math.log(decay.frequency / w0)
-    friction = float(np.median(drops)) * model.system.stiffness
-    values = [friction, ratio, *states]
-    z = np.array([c.start for c in model.coordinates])
-    z[: len(values)] = [c.coordinate(v) for c, v in zip(model.coordinates, values, strict=False)]
-    return model.within_bounds(z)
-
-
 def fit_model(
     model: LoopModel,
     noise_models: Sequence[NoiseModel],
@@ -130,9 +101,13 @@ def fit_model(
     *,
     segments: Sequence[Segment] | None = None,
     iterations: int = _ITERATIONS,
-    steps: Array | None = None,
 ) -> LoopFit | None:
     """Climb from a start to the mode of the posterior.
+
+    Levenberg and Marquardt's method, with steps that end at the bounds. It is not SciPy's
+    ``least_squares`` because the objective is no sum of squares: the noise scale is at its best at every
+    step, outliers are reweighted and clipped samples censored. Derivatives cost a simulation a
+    parameter; they are taken again only after a step over which they change.
 
     Parameters
     ----------
@@ -143,8 +118,6 @@ def fit_model(
         Shortened records to fit instead of the model's own.
     iterations : int
         Most steps.
-    steps : ndarray, shape (p,), optional
-        Difference steps.
 
     Returns
     -------
@@ -152,62 +125,71 @@ def fit_model(
         None where the motion from the start does not stay finite.
     """
     used = tuple(model.segments if segments is None else segments)
-    prior = np.array([c.precision for c in model.coordinates])
-    point = _evaluate(model, noise_models, model.within_bounds(start), used, prior)
+    objective = Objective(model, tuple(noise_models), used)
+    point = objective.at(start)
     if point is None:
         return None
-    bounds = model.bounds
-    damping = 1e-3
-    jacobians, precision, gradient = _linearise(model, noise_models, point, used, prior, steps)
+    damping = _FIRST_DAMPING
+    steps = None
+    curvature = objective.curvature(point, steps)
     for _ in range(iterations):
-        improved = None
-        length = 0.0
-        while damping < 1e8:
-            damped = precision + damping * np.diag(np.diag(precision))
-            move = _step(damped, gradient, point.z, bounds)
-            trial = _evaluate(model, noise_models, model.within_bounds(point.z + move), used, prior)
-            if trial is not None and trial.objective < point.objective:
-                improved = trial
-                length = float(move @ precision @ move)
-                break
-            damping *= 6.0
-            expected = float(gradient @ move)
-            if expected < 0.25 * _SETTLED:
-                break
-        if improved is None:
+        better, move, damping = _improved(objective, point, curvature, damping)
+        if better is None:
             break
-        gain = point.objective - improved.objective
-        point = improved
-        damping = max(damping / 8.0, 1e-9)
-        near = length < _NEAR
+        gain = point.objective - better.objective
+        near = float(move @ curvature.precision @ move) < _NEAR
+        point = better
+        damping = max(damping / 8.0, _LEAST_DAMPING)
         if near and gain < _SETTLED:
             break
-        steps = _difference_steps(precision)
-        jacobians, precision, gradient = _linearise(
-            model, noise_models, point, used, prior, steps, jacobians if near else None
-        )
-    _, precision, gradient = _linearise(model, noise_models, point, used, prior, steps, jacobians)
+        steps = _difference_steps(curvature.precision)
+        curvature = objective.curvature(point, steps, curvature.jacobians if near else None)
+    # the last point with the last derivatives
+    jacobians, precision, gradient = objective.curvature(point, steps, curvature.jacobians)
     return LoopFit(
-        model,
-        tuple(noise_models),
-        point.z,
-        point.predictions,
-        point.noises,
-        jacobians,
-        precision,
-        gradient,
-        point.deviance,
-        point.objective,
+        model=model,
+        noise_models=objective.noise_models,
+        z=point.z,
+        predictions=point.predictions,
+        noises=point.noises,
+        jacobians=jacobians,
+        precision=precision,
+        gradient=gradient,
+        deviance=point.deviance,
+        objective=point.objective,
     )
 
 
-def _step(curvature: Array, gradient: Array, z: Array, bounds: tuple[Array, Array]) -> Array:
+def _improved(
+    objective: Objective, point: Point, curvature: Curvature, damping: float
+) -> tuple[Point | None, Array, float]:
+    """Damp the step until it improves the objective; None once no step promises to."""
+    precision, gradient = curvature.precision, curvature.gradient
+    move = np.zeros_like(point.z)
+    while damping < _MOST_DAMPING:
+        damped = precision + damping * np.diag(np.diag(precision))
+        move = _step(damped, gradient, point.z, objective.model.bounds)
+        trial = objective.at(point.z + move)
+        if trial is not None and trial.objective < point.objective:
+            return trial, move, damping
+        damping *= 6.0
+        if float(gradient @ move) < 0.25 * _SETTLED:
+            break
+    return None, move, damping
+
+
+def _step(precision: Array, gradient: Array, z: Array, bounds: tuple[Array, Array]) -> Array:
     """Newton's step of the coordinates that are not held at their bounds."""
     low, high = bounds
     free = ~(((z <= low) & (gradient < 0.0)) | ((z >= high) & (gradient > 0.0)))
     move = np.zeros(z.size)
-    move[free] = cho_solve(cho_factor(curvature[np.ix_(free, free)]), gradient[free])
+    move[free] = cho_solve(cho_factor(precision[np.ix_(free, free)]), gradient[free])
     return move
+
+
+def _difference_steps(precision: Array) -> Array:
+    """A share of each coordinate's standard deviation with the others held, within sane bounds."""
+    return np.clip(_STEP_SHARE / np.sqrt(np.diag(precision)), 1e-7, 1e-2)
 
 
 def fit_growing_record(
@@ -237,51 +219,3 @@ def fit_growing_record(
             return None
         z = fit.z
         samples = [_GROWTH * n for n in samples]
-
-
-def _evaluate(
-    model: LoopModel, noise_models: Sequence[NoiseModel], z: Array, segments: Sequence[Segment], prior: Array
-) -> _Point | None:
-    predictions, noises = [], []
-    for r, segment in enumerate(segments):
-        prediction = model.predict(z, r, segment)
-        if prediction is None:
-            return None
-        predictions.append(prediction)
-        noises.append(
-            fit_noise(segment.values - prediction.signal, segment.sides, noise_models[r], model.scales)
-        )
-    deviance = math.fsum(noise.deviance for noise in noises)
-    return _Point(z, tuple(predictions), tuple(noises), deviance, deviance + float(prior @ (z * z)))
-
-
-def _linearise(
-    model: LoopModel,
-    noise_models: Sequence[NoiseModel],
-    point: _Point,
-    segments: Sequence[Segment],
-    prior: Array,
-    steps: Array | None,
-    known: Sequence[Array] | None = None,
-) -> tuple[tuple[Array, ...], Array, Array]:
-    """Derivatives (the ``known`` ones where given), precision and gradient at a point."""
-    precision = np.diag(prior + 1e-12)
-    gradient = -prior * point.z
-    jacobians = []
-    for r, segment in enumerate(segments):
-        if known is None:
-            raw = model.derivatives(point.z, r, point.predictions[r], steps, segment)
-            jacobian = whiten(raw, noise_models[r].ar)
-        else:
-            jacobian = known[r]
-        noise = point.noises[r]
-        weighted = jacobian * noise.weight[:, None]
-        precision += weighted.T @ jacobian
-        gradient += weighted.T @ noise.residual
-        jacobians.append(jacobian)
-    return tuple(jacobians), precision, gradient
-
-
-def _difference_steps(precision: Array) -> Array:
-    """A share of each coordinate's standard deviation with the others held, within sane bounds."""
-    return np.clip(_STEP_SHARE / np.sqrt(np.diag(precision)), 1e-7, 1e-2)

@@ -1,4 +1,4 @@
-"""How well a model forecasts: fitted anew to the first part of the record, compared over the rest."""
+"""Forecast error: a model is fitted anew to the first part of the record and compared over the rest."""
 
 from __future__ import annotations
 
@@ -15,12 +15,10 @@ FITTED_SHARE = 0.7
 
 
 def forecast_error(fit: LoopFit) -> float:
-    """RMS error over the rest of the moving records after a fit to their first 70 %; nan if none fits."""
+    """RMS error over the rest of the moving records after a fit to their first 70 %; nan if that fails."""
     model = fit.model
     heads = [int(FITTED_SHARE * segment.moving) for segment in model.segments]
-    again = fit_growing_record(
-        model.with_segments(model.shortened(heads)), fit.noise_models, fit.z, share=0.5
-    )
+    again = fit_growing_record(model.of_first_samples(heads), fit.noise_models, fit.z, share=0.5)
     if again is None:
         return math.nan
     total, count = 0.0, 0

@@ -10,19 +10,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.text import listed
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import whiten
+from friction_bayes.loop.parameters import FRICTION
 
-__all__ = ["Proposal", "next_experiment", "proposals"]
+__all__ = ["Proposal", "expected_log_bayes_factor", "next_experiment", "proposals"]
 
 _DECISIVE = math.log(20.0)
 _STEP = 1e-3
+_STATE_STEP = 1e-4
+"""Difference step in the initial state, in amplitudes."""
+_STATE_SD = 0.1
+"""Standard deviation of the initial state of the further record, in amplitudes."""
 _SAME_FRICTION = 0.01
 """Relative spread of friction over the candidates below which the choice among them does not matter."""
 
@@ -75,91 +81,86 @@ def next_experiment(fits: Sequence[LoopFit], names: Sequence[str]) -> str | None
 
 
 def _agreement_on_friction(fits: Sequence[LoopFit]) -> str:
-    """Say so where friction hardly hangs on which candidate is right."""
-    frictions = [float(fit.model.physical(fit.z)[0]) for fit in fits]
+    """Say so where friction hardly depends on which candidate is right."""
+    frictions = [float(fit.model.value(fit.z, FRICTION)) for fit in fits]
     spread = (max(frictions) - min(frictions)) / frictions[0]
     if spread > _SAME_FRICTION:
         return ""
-    return f"; for friction it does not matter, on which they agree within {max(100.0 * spread, 0.01):.2g} %"
+    return f"; their values of friction agree within {max(100.0 * spread, 0.01):.2g} %"
 
 
 def proposals(truth: LoopFit, rival: LoopFit) -> list[Proposal]:
     """Score the experiments on a pair of candidates."""
-    segment = truth.model.segments[0]
-    order = segment.order
+    order = truth.model.segments[0].order
+    if order == 2:
+        other = Proposal("a record of the displacement", 1.0, 1.0, 0)
+    else:
+        other = Proposal("a record of the acceleration", 1.0, 1.0, 2)
     options = [
         Proposal("a record released from half the amplitude", 0.5, 1.0, order),
         Proposal("a record released from twice the amplitude", 2.0, 1.0, order),
         Proposal("a record twice as long", 1.0, 2.0, order),
+        other,
     ]
-    if order == 2:
-        options.append(Proposal("a record of the displacement", 1.0, 1.0, 0))
-    else:
-        options.append(Proposal("a record of the acceleration", 1.0, 1.0, 2))
-    return [
-        Proposal(o.what, o.amplitude, o.duration, o.order, _expected_log_bayes_factor(truth, rival, o))
-        for o in options
-    ]
+    return [replace(option, log_bayes_factor=_score(truth, rival, option)) for option in options]
 
 
-def _expected_log_bayes_factor(truth: LoopFit, rival: LoopFit, option: Proposal) -> float:
-    model = truth.model
+def _score(truth: LoopFit, rival: LoopFit, option: Proposal) -> float:
+    """Expected log Bayes factor of a proposed record; zero where a motion does not stay finite."""
+    model, other = truth.model, rival.model
     segment = model.segments[0]
-    time = np.asarray(
-        segment.decay.step * np.arange(round(segment.values.size * option.duration)), dtype=np.float64
-    )
+    samples = round(segment.values.size * option.duration)
+    time = np.asarray(segment.decay.step * np.arange(samples), dtype=np.float64)
     largest = model.scales.amplitude * option.amplitude
-    state = (largest, 0.0)
-    target = model.predict_at(truth.z, 0, time, state, option.order)
-    base = rival.model.predict_at(rival.z, 0, time, state, option.order)
+    fast = largest * model.system.natural_frequency
+    release = (largest, 0.0)
+    target = model.predict_at(truth.z, 0, time, release, option.order)
+    base = other.predict_at(rival.z, 0, time, release, option.order)
     if target is None or base is None:
         return 0.0
+    signal = base.signal
+
+    def change(z: Array, state: tuple[float, float], step: float) -> Array:
+        """Derivative of the rival's prediction."""
+        moved = other.predict_at(z, 0, time, state, option.order)
+        return np.zeros(time.size) if moved is None else (moved.signal - signal) / step
+
+    law = [j for j, c in enumerate(other.coordinates) if not c.is_state]
+    posterior = rival.covariance
+    columns = []
+    for j in law:
+        step = min(_STEP, 0.1 * math.sqrt(posterior[j, j]))
+        moved = rival.z.copy()
+        moved[j] += step
+        columns.append(change(moved, release, step))
+    columns.append(change(rival.z, (largest + _STATE_STEP * largest, 0.0), _STATE_STEP))
+    columns.append(change(rival.z, (largest, _STATE_STEP * fast), _STATE_STEP))
+    covariance = block_diag(posterior[np.ix_(law, law)], _STATE_SD**2 * np.eye(2))
     # the other sensor is taken to have the same noise relative to the signal
-    unit = model.system.natural_frequency ** (option.order - segment.order)
-    sd = truth.noises[0].sd * unit
-    columns = [
-        _change(rival, time, state, option.order, base.signal, j)
-        for j in range(rival.z.size)
-        if not _state(rival, j)
-    ]
-    kept = [j for j in range(rival.z.size) if not _state(rival, j)]
-    free = [
-        _moved(rival, time, (state[0] + 1e-4 * largest, state[1]), option.order, base.signal, 1e-4),
-        _moved(
-            rival,
-            time,
-            (state[0], 1e-4 * largest * model.system.natural_frequency),
-            option.order,
-            base.signal,
-            1e-4,
-        ),
-    ]
+    sd = truth.noises[0].sd * model.system.natural_frequency ** (option.order - segment.order)
     ar = truth.noise_models[0].ar
-    jacobian = whiten(np.column_stack(columns + free), ar) / sd
-    covariance = np.zeros((len(kept) + 2, len(kept) + 2))
-    covariance[: len(kept), : len(kept)] = rival.covariance[np.ix_(kept, kept)]
-    covariance[len(kept) :, len(kept) :] = 0.1**2 * np.eye(2)
-    difference = whiten(target.signal - base.signal, ar) / sd
+    return expected_log_bayes_factor(
+        whiten(target.signal - signal, ar) / sd, whiten(np.column_stack(columns), ar) / sd, covariance
+    )
+
+
+def expected_log_bayes_factor(difference: Array, jacobian: Array, covariance: Array) -> float:
+    r"""Expected log Bayes factor of two linear models of a record, white noise of unit variance.
+
+    .. math:: \tfrac12 D^T (I + J C J^T)^{-1} D,
+
+    by Woodbury's identity. It is the expectation under the first model where both are uncertain by the same
+    :math:`J C J^T`, as two models of one past record are.
+
+    Parameters
+    ----------
+    difference : ndarray, shape (n,)
+        Prediction of the first model minus that of the second, :math:`D`.
+    jacobian : ndarray, shape (n, q)
+        Derivatives of the second in its parameters, :math:`J`.
+    covariance : ndarray, shape (q, q)
+        Of these parameters before the record, :math:`C`.
+    """
     shared = jacobian.T @ difference
     inner = np.linalg.inv(covariance + 1e-15 * np.eye(len(covariance))) + jacobian.T @ jacobian
     return max(0.5 * float(difference @ difference - shared @ np.linalg.solve(inner, shared)), 0.0)
-
-
-def _state(fit: LoopFit, j: int) -> bool:
-    c = fit.model.coordinates[j]
-    return c.effect == "" and c.record >= 0
-
-
-def _change(fit: LoopFit, time: Array, state: tuple[float, float], order: int, base: Array, j: int) -> Array:
-    moved = fit.z.copy()
-    step = min(_STEP, 0.1 * math.sqrt(fit.covariance[j, j]))
-    moved[j] += step
-    other = fit.model.predict_at(moved, 0, time, state, order)
-    return np.zeros(base.size) if other is None else (other.signal - base) / step
-
-
-def _moved(
-    fit: LoopFit, time: Array, state: tuple[float, float], order: int, base: Array, step: float
-) -> Array:
-    other = fit.model.predict_at(fit.z, 0, time, state, order)
-    return np.zeros(base.size) if other is None else (other.signal - base) / step

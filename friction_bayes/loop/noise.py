@@ -1,4 +1,4 @@
-"""What is left is noise of which kind: white or autoregressive, normal or with outliers, censored where flat.
+"""Likelihood of residuals: white or autoregressive noise, normal or with outliers, censored where flat.
 
 Every likelihood here has one form: a deviance ``-2 log L`` at the best noise scale, and for each sample a
 weight and a pseudo-residual, such that ``J' w J`` and ``J' w e`` are its curvature and half its gradient.
@@ -80,7 +80,7 @@ def whiten(columns: Array, ar: Array) -> Array:
 
 
 def fit_noise(residual: Array, sides: Array, noise_model: NoiseModel, scales: Scales) -> NoiseFit:
-    """Find the best noise scale of residuals, and what it says of each sample.
+    """Find the best noise scale of residuals, and the weight of each sample under it.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def fit_noise(residual: Array, sides: Array, noise_model: NoiseModel, scales: Sc
 
 
 def log_densities(residual: Array, sides: Array, noise_model: NoiseModel, noise: NoiseFit) -> Array:
-    """Log-likelihood of each sample at the noise scale found, shape (n,); zero where it says nothing.
+    """Log-likelihood of each sample at the noise scale found, shape (n,); zero where it does not count.
 
     Under an autoregression a sample's density is that given the samples before it.
     """

@@ -1,4 +1,4 @@
-"""What the paper's own procedure says of the same record, and which fault of measuring makes it differ.
+"""The paper's own procedure on the same record, and which fault of the measurement makes it differ.
 
 The procedure is run on the record and on predictions of the final model: sampled finely and without noise,
 then sampled as the record is. What it reads off each differs from the last by one fault.

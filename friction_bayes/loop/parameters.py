@@ -1,4 +1,4 @@
-"""The parameters of a loop model in coordinates in which every prior is a standard normal or flat."""
+"""The parameters of a loop model, each in a coordinate in which its prior is a standard normal or flat."""
 
 from __future__ import annotations
 
@@ -22,33 +22,51 @@ from friction_bayes.mechanics.effects import (
     SensorEffect,
 )
 
-__all__ = ["Coordinate", "effect_coordinates", "physical_coordinates", "scales_of"]
+__all__ = [
+    "DISPLACEMENT",
+    "FRICTION",
+    "LOG_FREQUENCY_RATIO",
+    "SHARED",
+    "VELOCITY",
+    "Coordinate",
+    "effect_coordinates",
+    "physical_coordinates",
+    "scales_of",
+]
+
+FRICTION = "friction"
+LOG_FREQUENCY_RATIO = "log_frequency_ratio"
+"""Logarithm of the fitted over the declared natural frequency."""
+DISPLACEMENT, VELOCITY = "displacement", "velocity"
+"""State at the start of a record."""
+SHARED = -1
+"""In place of a record: the parameter is the same for all of them."""
 
 FRICTION_SHARE = 0.05
 """Prior scale of friction over stiffness times amplitude: a decay of three half cycles has 0.15."""
 FREQUENCY_SD = 0.2
-"""Prior standard deviation of the logarithm of fitted over declared natural frequency."""
+"""Prior standard deviation of the logarithm of the fitted over the declared natural frequency."""
 STATE_SHARE = 2.0
 """Prior scale of the initial displacement and velocity over the largest in the record."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Coordinate:
-    """One parameter.
+    """One parameter and the coordinate that it is fitted in.
 
     Attributes
     ----------
     name : str
         ``friction``, ``log_frequency_ratio``, ``displacement``, ``velocity`` or that of the effect.
-    effect : str
-        The effect it belongs to; empty for friction, frequency and state.
-    record : int
-        The record it belongs to; -1 for what all records share.
     prior : Prior
         Weak prior of the value.
     bounds : tuple of float
         Values between which the force law makes sense, wider than the prior's support where the law can
         be continued through its null.
+    effect : str
+        The effect it belongs to; empty for friction, frequency and state.
+    record : int
+        The record it belongs to, or ``SHARED``.
     circular : bool
         Whether it is an angle.
     shapes : bool
@@ -56,10 +74,10 @@ class Coordinate:
     """
 
     name: str
-    effect: str
-    record: int
     prior: Prior
     bounds: tuple[float, float]
+    effect: str = ""
+    record: int = SHARED
     circular: bool = False
     shapes: bool = False
 
@@ -67,6 +85,21 @@ class Coordinate:
     def key(self) -> tuple[str, str, int]:
         """Effect, name and record: what tells it from the others of a model."""
         return self.effect, self.name, self.record
+
+    @property
+    def label(self) -> str:
+        """Name with that of its effect: ``friction``, ``viscous_damping.damping_ratio``."""
+        return f"{self.effect}.{self.name}" if self.effect else self.name
+
+    @property
+    def is_state(self) -> bool:
+        """Whether it is part of a record's initial state."""
+        return not self.effect and self.record != SHARED
+
+    @property
+    def is_sensor(self) -> bool:
+        """Whether it belongs to a fault of a record's sensor."""
+        return bool(self.effect) and self.record != SHARED
 
     def value(self, z: float | Array) -> float | Array:
         """Value of a coordinate."""
@@ -115,7 +148,7 @@ class Coordinate:
     def coordinate_bounds(self) -> tuple[float, float]:
         """The bounds as coordinates."""
         if self.prior.family == "log-normal":
-            # beyond six prior standard deviations a value is none
+            # a value beyond six prior standard deviations is not one to fit
             return -6.0, 6.0
         return self.coordinate(self.bounds[0]), self.coordinate(self.bounds[1])
 
@@ -139,9 +172,12 @@ class Coordinate:
 
 
 def scales_of(segments: Sequence[Segment], system: Oscillator) -> Scales:
-    """What priors are scaled by: the largest motion any record shows, half from top to bottom."""
+    """Scales of the priors: the amplitude is that of the largest motion, half from top to bottom."""
     order = segments[0].order
-    largest = max(0.5 * float(np.ptp(_inner(segment))) for segment in segments)
+    # quantiles, so that outliers do not count as motion
+    largest = max(
+        0.5 * float(np.ptp(np.quantile(segment.decay.values, (0.002, 0.998)))) for segment in segments
+    )
     decay = segments[0].decay
     return Scales(
         system=system,
@@ -152,26 +188,17 @@ def scales_of(segments: Sequence[Segment], system: Oscillator) -> Scales:
     )
 
 
-def _inner(segment: Segment) -> Array:
-    low, high = np.quantile(segment.decay.values, (0.002, 0.998))
-    return np.array([low, high])
-
-
 def physical_coordinates(scales: Scales, records: int) -> tuple[Coordinate, ...]:
     """Friction and frequency, shared; then displacement and velocity at the start of each record."""
     friction = FRICTION_SHARE * scales.system.stiffness * scales.amplitude
     shared = (
         Coordinate(
-            name="friction",
-            effect="",
-            record=-1,
+            name=FRICTION,
             prior=Prior("normal", 0.0, friction, 0.0),
             bounds=(1e-6 * friction, math.inf),
         ),
         Coordinate(
-            name="log_frequency_ratio",
-            effect="",
-            record=-1,
+            name=LOG_FREQUENCY_RATIO,
             prior=Prior("normal", 0.0, FREQUENCY_SD),
             bounds=(-1.2, 1.2),
         ),
@@ -181,13 +208,12 @@ def physical_coordinates(scales: Scales, records: int) -> tuple[Coordinate, ...]
     state = [
         Coordinate(
             name=name,
-            effect="",
             record=r,
             prior=Prior("normal", 0.0, scale),
             bounds=(-20.0 * scale, 20.0 * scale),
         )
         for r in range(records)
-        for name, scale in (("displacement", wide), ("velocity", fast))
+        for name, scale in ((DISPLACEMENT, wide), (VELOCITY, fast))
     ]
     return shared + tuple(state)
 
@@ -195,7 +221,7 @@ def physical_coordinates(scales: Scales, records: int) -> tuple[Coordinate, ...]
 def effect_coordinates(name: str, scales: Scales, records: int) -> tuple[Coordinate, ...]:
     """Coordinates of an effect: shared for a force, one set a record for a fault of the sensor."""
     effect = EFFECTS[name]
-    owners = range(records) if isinstance(effect, SensorEffect) else (-1,)
+    owners = range(records) if isinstance(effect, SensorEffect) else (SHARED,)
     return tuple(
         Coordinate(
             name=parameter.name,

@@ -1,4 +1,4 @@
-"""The force that resists the motion, as a model has it, beside a measured one."""
+"""A measured friction force beside the resisting forces of two models."""
 
 from __future__ import annotations
 
@@ -25,18 +25,16 @@ def resisting_force(fit: LoopFit) -> Array:
     takes energy; at rest what holds the system.
     """
     model = fit.model
-    time, q = model.segments[0].time, model.segments[0].order
+    time = model.segments[0].time
     x, a = (model.predict_at(fit.z, 0, time, order=order) for order in (0, 2))
     if x is None or a is None:
         raise InputError(model.segments[0].decay.name, "the motion does not stay finite", "look at the fit")
-    values = model.physical(fit.z)
-    ratio = math.exp(values[1])
-    stretched = np.sin(x.clean) if model.system.pendulum else x.clean
-    spring = model.system.stiffness * ratio**q * stretched
-    for c, value in zip(model.coordinates, values, strict=True):
-        if c.effect == CUBIC_STIFFNESS.name:
-            spring = spring + value * x.clean**3
-    return np.asarray(-(model.system.moving * ratio ** (q - 2) * a.clean + spring))
+    values = model.record_parameters(fit.z, 0)
+    mass, stiffness = model.mass_and_stiffness(values.frequency_ratio)
+    spring = stiffness * (np.sin(x.clean) if model.system.pendulum else x.clean)
+    for cubic_stiffness in values.effects.get(CUBIC_STIFFNESS.name, ()):
+        spring = spring + cubic_stiffness * x.clean**3
+    return np.asarray(-(mass * a.clean + spring))
 
 
 def validate_force(segment: Segment, measured: ArrayLike) -> Array:
@@ -70,7 +68,7 @@ def compare_forces(
 
     Returns
     -------
-    told : dict
+    differences : dict
         Root mean square error ``before`` and ``after``, mean level of the measured force while moving, unit.
     forces : tuple of ndarray
         Measured, before and after, at the samples used.
@@ -82,10 +80,10 @@ def compare_forces(
     if float(used @ direction) < 0.0:
         used = -used
     forces = (used, resisting_force(before), resisting_force(after))
-    told = {
+    differences = {
         "before": float(np.sqrt(np.mean((used - forces[1]) ** 2))),
         "after": float(np.sqrt(np.mean((used - forces[2]) ** 2))),
         "level": float(np.mean((used * direction)[moving])) if moving.any() else math.nan,
         "unit": after.model.system.friction_unit,
     }
-    return told, forces
+    return differences, forces

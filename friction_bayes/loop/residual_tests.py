@@ -1,4 +1,4 @@
-"""Is what is left noise? Tests of the residual in every channel where an effect can show.
+"""Is the residual noise? Tests in every channel where an effect can show.
 
 Each channel is a set of template signals. With the templates' inner products ``b`` with the standardised
 residual, and ``S`` their Gram matrix after what the fit has absorbed is projected out, ``b' S^-1 b`` is chi
@@ -25,7 +25,7 @@ from friction_bayes.loop.noise import whiten
 __all__ = ["FALSE_ALARM_RATE", "Channel", "ResidualTests", "residual_tests", "standardised_residual"]
 
 FALSE_ALARM_RATE = 0.01
-"""That any channel of a record that is noise fails."""
+"""Probability that any channel fails where the residual is noise."""
 
 _THIRDS = 3
 _PHASE_BINS = 8
@@ -115,14 +115,14 @@ def standardised_residual(fit: LoopFit, r: int) -> tuple[Array, Mask]:
 
 
 def residual_tests(fit: LoopFit) -> ResidualTests:
-    """Test what a fit leaves."""
+    """Test the residual of a fit."""
     residuals = [standardised_residual(fit, r) for r in range(len(fit.noises))]
     channels = _template_channels(fit, residuals)
     lines, correlated, far = [], [], []
     for r, (e, used) in enumerate(residuals):
         x = e[used]
         if float(x @ x) < _SILENT**2 * x.size:
-            # a record without noise: what is left is the integrator's
+            # a record without noise: the residual is the integrator's error
             x = np.zeros(x.size)
         correlated.append(whiteness(x))
         lines.append(_largest_line(x))

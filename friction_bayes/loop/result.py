@@ -1,8 +1,9 @@
-"""The report of a closed loop: plain fields for report.json, and arrays for whoever draws it."""
+"""The report of a closed loop: plain fields for ``report.json``, and arrays to draw."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from importlib import import_module
 from typing import Any
 
 import xarray as xr
@@ -104,28 +105,10 @@ class LoopReport:
 
     def to_dict(self) -> dict[str, Any]:
         """Fields of ``report.json``; numbers that are not finite are None."""
-        names = (
-            "verdict",
-            "effects",
-            "candidates",
-            "friction_before",
-            "friction_after",
-            "held_out_error",
-            "residual",
-            "noise",
-            "paper_procedure",
-            "frequency",
-            "next_experiment",
-            "reference_check",
-            "elapsed_s",
-            "seed",
-            "trail",
-        )
+        names = (field.name for field in fields(self) if field.name not in ("traces", "posterior"))
         return {name: plain(getattr(self, name)) for name in names}
 
     def plot(self) -> Any:
         """Draw signal, residual and candidates; needs matplotlib."""
-        # a face: imported only when asked for
-        from importlib import import_module
-
+        # the one call upward, at run time only: plotting builds on this report
         return import_module("friction_bayes.plotting.loop").plot_loop(self)

@@ -1,13 +1,13 @@
-r"""What a model does not know of its parameters when it leaves more than noise.
+r"""Robust ("sandwich") covariance of a model whose residual is more than noise.
 
-Where the residual follows the motion, the samples are not the independent draws that the posterior counts.
-Cut into stretches, the record still tells how far the parameters would move were another stretch in its
-place: with the score :math:`s_b` of each of the ``m`` stretches and the precision :math:`H` of the posterior,
+Where the residual follows the motion, its samples are not independent, as the posterior assumes. How the
+scores of stretches of the record scatter still shows how well the parameters are known: with the score
+:math:`s_b` of each of the ``m`` stretches and the precision :math:`H` of the posterior,
 
 .. math:: C = H^{-1} + \frac{m}{m-1} H^{-1} \Big(\sum_b s_b s_b^T\Big) H^{-1},
 
 the posterior's covariance and the clustered sandwich (White 1982; Liang and Zeger 1986). On noise alone both
-terms say the same and the variance would be told twice too large: for failed residual tests only.
+terms are the same and the variance would come out twice too large: for failed residual tests only.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ STRETCHES = 10
 
 
 def robust_covariance(fit: LoopFit) -> Array:
-    """Covariance of the coordinates that carries what the residual shows beyond noise, shape (p, p)."""
+    """Covariance of the coordinates with the scatter of a residual that is more than noise, shape (p, p)."""
     spread = np.zeros_like(fit.precision)
     for jacobian, noise, segment in zip(fit.jacobians, fit.noises, fit.model.segments, strict=True):
         scores = jacobian * (noise.weight * noise.residual)[:, None]

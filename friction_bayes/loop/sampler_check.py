@@ -1,4 +1,4 @@
-"""Does a sampler agree with the final posterior, and does the effect predict blocks it was not fitted to?"""
+"""Compare the final posterior with a sampler's, and cross-validate the models before and after."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ import xarray as xr
 
 from friction_bayes.core.errors import InputError, NotConvergedWarning
 from friction_bayes.core.summary import Summary
-from friction_bayes.loop.evidence import posterior_draws
-from friction_bayes.loop.fit import LoopFit, fit_growing_record, starting_point
+from friction_bayes.loop.draws import posterior_draws
+from friction_bayes.loop.fit import LoopFit, fit_growing_record
 from friction_bayes.loop.friction import friction_scale
+from friction_bayes.loop.parameters import FRICTION
+from friction_bayes.loop.starting_point import starting_point
 from friction_bayes.loop.target import block_log_likelihoods, target_of
 from friction_bayes.validation.agreement import compare
 
@@ -51,10 +53,10 @@ def sampler_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
     began = time.perf_counter()
     fit_growing_record(after.model, after.noise_models, starting_point(after.model))
     closed_form_s = time.perf_counter() - began
-    told: dict[str, Any] = {"sampler": "emcee", "seed": seed, "closed_form_s": closed_form_s}
+    check: dict[str, Any] = {"sampler": "emcee", "seed": seed, "closed_form_s": closed_form_s}
     try:
         with warnings.catch_warnings():
-            # told by the result
+            # reported in the result
             warnings.simplefilter("ignore", NotConvergedWarning)
             tree = sample_target(
                 target,
@@ -65,12 +67,12 @@ def sampler_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
                 max_steps=_MOST_STEPS,
             )
     except InputError as error:
-        return told | {"converged": False, "agrees": None, "because": f"not sampled: {error}"}
+        return check | {"converged": False, "agrees": None, "because": f"not sampled: {error}"}
     attrs = tree.attrs
-    draws = np.asarray(tree["posterior"]["friction"].values)
+    draws = np.asarray(tree["posterior"][FRICTION].values)
     grouped = draws.reshape(attrs["ensembles"], attrs["walkers"], -1)
     closed = posterior_draws(after, np.random.default_rng(seed), _CLOSED_FORM_DRAWS)
-    expected = np.asarray(target.posterior(closed)["friction"])
+    expected = np.asarray(target.posterior(closed)[FRICTION])
     agreement = compare(expected, grouped, minimum_ess=0.5 * _ESS)
     converged = bool(attrs["converged"])
     because = agreement.because
@@ -80,7 +82,7 @@ def sampler_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
             f"sample size {attrs['ess_bulk']:.0f} (bulk) and {attrs['ess_tail']:.0f} (tail)"
         )
     factor, _, unit = friction_scale(after.model)
-    return told | {
+    return check | {
         "converged": converged,
         "rhat": float(attrs["nested_rhat"]),
         "ess_bulk": float(attrs["ess_bulk"]),

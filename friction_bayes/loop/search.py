@@ -1,38 +1,37 @@
 """Which effects: a search led by the residual, from the empty set to three effects at once.
 
-About the best fit so far every set of effects, those of the fit dropped, swapped or kept, is judged to
-second order (see :mod:`friction_bayes.loop.expansion`); what promises to matter is fitted from where that
-points, and the search goes on from the best. Each single effect is fitted whatever is promised, and
-single forces also from the first periods on, so that no wrong start decides.
+About the best fit so far the evidence of every set of effects, those of the fit dropped, swapped or kept, is
+approximated to second order (see :mod:`friction_bayes.loop.expansion`); what promises to matter is fitted
+from where that points, and the search goes on from the best. Each single effect is fitted whatever is
+promised, and single forces also from the first periods on, so that no wrong start decides.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from friction_bayes.core.system import Oscillator
+from friction_bayes.loop.candidate import MOST_EFFECTS, SENSOR_ZERO, Candidate, EffectSets, set_name
 from friction_bayes.loop.evidence import log_evidence
 from friction_bayes.loop.expansion import Approximation, Expansion, is_identifiable
-from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model, starting_point
+from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model
 from friction_bayes.loop.model import LoopModel, changes_signal
 from friction_bayes.loop.noise import NoiseModel
+from friction_bayes.loop.parameters import FRICTION
 from friction_bayes.loop.residual_tests import residual_tests
 from friction_bayes.loop.segment import Segment
+from friction_bayes.loop.starting_point import starting_point
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
-from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
-from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
-__all__ = ["INCLUSION", "Candidate", "Search"]
+__all__ = ["Search"]
 
-INCLUSION = 0.1
-"""Prior probability that an effect acts, independently for each."""
-MOST_EFFECTS = 3
-ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
-"""An error of the sensor's zero comes besides: measured records hardly ever have none."""
 _CARRIED = 3
 """Best sets of another search to start from."""
 _PROMISING = math.log(300.0)
@@ -50,23 +49,6 @@ _BEFORE_REST = 0.7
 Names = frozenset[str]
 
 
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """A set of effects that was fitted.
-
-    Attributes
-    ----------
-    effects : frozenset of str
-    fit : LoopFit
-    log_weight : float
-        Log-evidence with the log-prior of the set.
-    """
-
-    effects: Names
-    fit: LoopFit
-    log_weight: float
-
-
 @dataclass
 class Search:
     """The candidates of some records.
@@ -80,7 +62,14 @@ class Search:
     ar : tuple of ndarray
         Autoregression of each record's noise.
     progress : callable, optional
-        Told the name of each set that is fitted.
+        Called with the name of each set that is fitted.
+
+    Attributes
+    ----------
+    candidates : dict
+        What was fitted, by its effects.
+    trail : list of str
+        The steps taken.
     """
 
     system: Oscillator
@@ -91,12 +80,11 @@ class Search:
     candidates: dict[Names, Candidate] = field(default_factory=dict)
     trail: list[str] = field(default_factory=list)
 
-    @property
-    def certain(self) -> Names:
-        """Effects that the samples prove before any model: held values are clipped."""
-        if "sensor_clipping" in self.allowed and any(s.clipped for s in self.segments):
-            return frozenset({"sensor_clipping"})
-        return frozenset()
+    @cached_property
+    def sets(self) -> EffectSets:
+        """The sets that may be formed; samples held at an end of the sensor's range prove that it clips."""
+        clips = SENSOR_CLIPPING.name in self.allowed and any(s.clipped for s in self.segments)
+        return EffectSets(self.allowed, frozenset({SENSOR_CLIPPING.name}) if clips else frozenset())
 
     def ranked(self) -> list[Candidate]:
         """Candidates, most probable first."""
@@ -104,15 +92,15 @@ class Search:
 
     def run(self) -> None:
         """Search."""
-        root = self.certain
-        self._grow(root)
+        root = self.sets.certain
+        self._fit_from_first_periods(root)
         if root not in self.candidates:
             return
         alone = self.candidates[root].fit
         if residual_tests(alone).failed:
             forces = [name for name in self.allowed if isinstance(EFFECTS[name], ForceEffect)]
-            for name in sorted(Expansion(alone, forces).seen, key=forces.index):
-                self._grow(root | {name})
+            for name in sorted(Expansion(alone, forces).informed, key=forces.index):
+                self._fit_from_first_periods(root | {name})
         expanded: dict[Names, float] = {}
         while len(expanded) < _MOST_CENTRES:
             centre = self._next_centre(expanded)
@@ -129,8 +117,9 @@ class Search:
         """
         best = {candidate.effects for candidate in other.ranked()[:_CARRIED]}
         for names, candidate in other.candidates.items():
-            if names <= set(self.allowed) and (len(names - self.certain) <= 1 or names in best):
-                self._keep(names, fit_model(candidate.fit.model, self._noise_models(names), candidate.fit.z))
+            if names <= set(self.allowed) and (self.sets.is_single(names) or names in best):
+                fit = candidate.fit
+                self._keep(names, fit_model(fit.model, self._noise_models(names), fit.z))
 
     def _next_centre(self, expanded: Mapping[Names, float]) -> Candidate | None:
         """The most probable candidate not expanded about yet: a near one, or any while there is misfit."""
@@ -146,33 +135,33 @@ class Search:
         before = self.ranked()[0]
         centre = self._with_other_stops(centre)
         self._toggle_outliers(centre)
-        distorted = [n for n in self.allowed if changes_signal(n)]
-        noise = centre.effects - frozenset(distorted)
-        most = min(MOST_EFFECTS - len(noise - self.certain), max(self._counted(centre.effects) + 1, 2))
-        approximations = []
-        for approximation in Expansion(centre.fit, distorted).approximations(most, ZERO):
-            names = approximation.effects | noise
-            weight = (
-                centre.log_weight
-                + approximation.log_gain
-                + self._log_prior(names)
-                - self._log_prior(centre.effects)
-            )
-            approximations.append((weight, names, approximation))
-        approximations.sort(key=lambda g: -g[0])
+        promised = sorted(self._promised(centre), key=lambda promise: -promise[0])
         fitted = 0
-        for weight, names, approximation in approximations:
+        for log_weight, names, approximation in promised:
             known = self.candidates.get(names)
-            single = len(names - self.certain) <= 1 and known is None
-            promising = weight > self.ranked()[0].log_weight - _PROMISING and fitted < _MOST_FITS
+            single = self.sets.is_single(names) and known is None
+            promising = log_weight > self.ranked()[0].log_weight - _PROMISING and fitted < _MOST_FITS
             if single or (promising and (known is None or self._is_better(approximation, known, centre))):
-                self._climb(names, approximation, centre)
+                self._fit_from_approximation(names, approximation, centre)
                 fitted += 1
         best = self.ranked()[0]
         self.trail.append(
-            f"about {_told(centre.effects)}: {len(approximations)} sets judged, {fitted} fitted; "
-            f"{_told(best.effects)} is most probable, log evidence {best.log_weight - before.log_weight:+.1f}"
+            f"about {set_name(centre.effects)}: {len(promised)} sets approximated, {fitted} fitted; "
+            f"{set_name(best.effects)} is most probable, log evidence "
+            f"{best.log_weight - before.log_weight:+.1f}"
         )
+
+    def _promised(self, centre: Candidate) -> Iterator[tuple[float, Names, Approximation]]:
+        """Log-weight of every set, to second order about a candidate, under its noise."""
+        in_signal = [name for name in self.allowed if changes_signal(name)]
+        noise = centre.effects - frozenset(in_signal)
+        one_more = max(self.sets.counted(centre.effects) + 1, 2)
+        most = min(MOST_EFFECTS - len(noise - self.sets.certain), one_more)
+        log_prior = self.sets.log_prior
+        for approximation in Expansion(centre.fit, in_signal).approximations(most, SENSOR_ZERO):
+            names = approximation.effects | noise
+            log_weight = centre.log_weight + approximation.log_gain
+            yield log_weight + log_prior(names) - log_prior(centre.effects), names, approximation
 
     def _with_other_stops(self, centre: Candidate) -> Candidate:
         """Climb from a half cycle more and a half cycle less before the rest: each is a hill of its own."""
@@ -184,7 +173,7 @@ class Search:
                 if not turns:
                     break
                 z = fit.z.copy()
-                z[0] *= 1.0 + sign / max(turns)
+                z[fit.model.index(FRICTION)] *= 1.0 + sign / max(turns)
                 self._keep(names, fit_model(fit.model, fit.noise_models, z))
                 if self.candidates[names].fit.objective > fit.objective - _BETTER:
                     break
@@ -196,46 +185,30 @@ class Search:
 
     def _toggle_outliers(self, centre: Candidate) -> None:
         """Fit the same set with outliers where residuals lie far out, and without them where it has them."""
-        if "outliers" in centre.effects:
-            other = centre.effects - {"outliers"}
-        elif "outliers" in self.allowed and self._heavy(centre.fit):
-            other = centre.effects | {"outliers"}
+        if OUTLIERS.name in centre.effects:
+            other = centre.effects - {OUTLIERS.name}
+        elif OUTLIERS.name in self.allowed and _has_heavy_tails(centre.fit):
+            other = centre.effects | {OUTLIERS.name}
         else:
             return
-        if self._counted(other) <= MOST_EFFECTS and other not in self.candidates:
-            model = centre.fit.model
-            self._keep(other, fit_model(model, self._noise_models(other), centre.fit.z))
-
-    @staticmethod
-    def _heavy(fit: LoopFit) -> bool:
-        """Whether more residuals lie beyond four standard deviations than the normal has by chance."""
-        for noise in fit.noises:
-            x = noise.residual[noise.weight > 0.0]
-            core = 1.4826 * float(np.median(np.abs(x)))
-            expected = 6.4e-5 * x.size
-            if np.count_nonzero(np.abs(x) > 4.0 * core) > expected + 3.0 * math.sqrt(expected) + 1.0:
-                return True
-        return False
+        if self.sets.counted(other) <= MOST_EFFECTS and other not in self.candidates:
+            self._keep(other, fit_model(centre.fit.model, self._noise_models(other), centre.fit.z))
 
     def _model(self, names: Names) -> LoopModel:
         if self.progress is not None:
-            self.progress("+".join(sorted(names)) or "Coulomb friction alone")
+            self.progress(set_name(names))
         effects = tuple(name for name in EFFECTS if name in names and changes_signal(name))
         return LoopModel(self.system, self.segments, effects)
 
     def _noise_models(self, names: Names) -> list[NoiseModel]:
-        return [
-            NoiseModel(ar, outliers="outliers" in names, censored="sensor_clipping" in names)
-            for ar in self.ar
-        ]
+        outliers, censored = OUTLIERS.name in names, SENSOR_CLIPPING.name in names
+        return [NoiseModel(ar, outliers=outliers, censored=censored) for ar in self.ar]
 
-    def _grow(self, names: Names) -> None:
-        """Fit from the first periods on."""
+    def _fit_from_first_periods(self, names: Names) -> None:
         model = self._model(names)
         self._keep(names, fit_growing_record(model, self._noise_models(names), starting_point(model)))
 
-    def _climb(self, names: Names, approximation: Approximation, centre: Candidate) -> None:
-        """Fit from where the expansion points."""
+    def _fit_from_approximation(self, names: Names, approximation: Approximation, centre: Candidate) -> None:
         model = self._model(names)
         noise_models = self._noise_models(names)
         start = approximation.coordinates(model)
@@ -247,21 +220,21 @@ class Search:
             self._keep(names, fit_growing_record(model, noise_models, start, share=_BEFORE_REST))
 
     def _keep(self, names: Names, fit: LoopFit | None) -> None:
+        """Keep a fit that is better than what is known of its set."""
         if fit is None or not is_identifiable(fit):
             return
         known = self.candidates.get(names)
         if known is not None and known.fit.objective <= fit.objective:
             return
-        self.candidates[names] = Candidate(names, fit, log_evidence(fit) + self._log_prior(names))
-
-    def _counted(self, names: Names) -> int:
-        return len(names - self.certain - ZERO)
-
-    def _log_prior(self, names: Names) -> float:
-        k = len(names - self.certain)
-        others = len(self.allowed) - len(names)
-        return k * math.log(INCLUSION) + others * math.log1p(-INCLUSION)
+        self.candidates[names] = Candidate(names, fit, log_evidence(fit) + self.sets.log_prior(names))
 
 
-def _told(names: Names) -> str:
-    return "+".join(name for name in EFFECTS if name in names) or "Coulomb friction alone"
+def _has_heavy_tails(fit: LoopFit) -> bool:
+    """Whether more residuals lie beyond four standard deviations than the normal has by chance."""
+    for noise in fit.noises:
+        x = noise.residual[noise.weight > 0.0]
+        core = 1.4826 * float(np.median(np.abs(x)))
+        expected = 6.4e-5 * x.size
+        if np.count_nonzero(np.abs(x) > 4.0 * core) > expected + 3.0 * math.sqrt(expected) + 1.0:
+            return True
+    return False

@@ -1,4 +1,4 @@
-"""What the loop sees of a record: from the release to just beyond the stop, cut once, before any model."""
+"""The part of a record that is fitted: from release to just beyond the stop, cut once, before any model."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ __all__ = ["Segment", "cut_records"]
 _REST_KEPT = 0.15
 """Share of the moving time kept after the stop: where it rests says where the sensor's zero is."""
 _SPIKE = 6.0
-"""Distance from the neighbours' median, in robust standard deviations, of what is left aside when cutting."""
+"""Distance from the neighbours' median, in robust standard deviations, of samples ignored when cutting."""
 _NEIGHBOURS = 7
 _OVERSAMPLED = 400.0
 """Samples a period beyond which they are averaged."""
 _KEPT_SAMPLES = 200.0
 _STRAY_SPIKES = 1e-3
-"""Share of spikes that are no outliers: white noise has one sample in a million beyond six deviations."""
+"""Share of spikes that chance explains: white noise has one sample in a million beyond six deviations."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,7 +64,7 @@ class Segment:
     block: int = 1
 
     def of_record(self, values: Array) -> Array:
-        """What was recorded beside the signal, shape (recorded,), at the segment's samples."""
+        """Another quantity of the same record, shape (recorded,), at the segment's samples."""
         used = values[self.first : self.first + self.block * self.values.size]
         return np.asarray(used.reshape(-1, self.block).mean(axis=1))
 

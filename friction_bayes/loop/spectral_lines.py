@@ -33,7 +33,7 @@ class SpectralLine:
     duration : float
         Of the record it was found in [s].
     columns : list of ndarray, shape (n, 2 R)
-        Sine and cosine of each of the ``R`` records.
+        Sine and cosine of each of the ``R`` records, whitened.
     """
 
     frequency: float
@@ -47,18 +47,30 @@ class SpectralLine:
 
     def prior(self, coordinates: Sequence[Coordinate]) -> list[float]:
         """Prior precision of each column's coefficient: that of the amplitude."""
-        amplitudes = coordinates[::3]
-        return [1.0 / c.prior.scale**2 for c in amplitudes for _ in range(2)]
+        return [1.0 / own["amplitude"].prior.scale ** 2 for own in _by_record(coordinates) for _ in range(2)]
 
     def start(self, coordinates: Sequence[Coordinate], coefficients: Array) -> Array:
         """Coordinates of amplitude, frequency and phase from the coefficients."""
-        values = []
-        for sine, cosine in coefficients.reshape(-1, 2):
-            values += [math.hypot(sine, cosine), self.frequency, math.atan2(cosine, sine)]
-        return np.array([c.coordinate(v) for c, v in zip(coordinates, values, strict=True)])
+        at = []
+        pairs = zip(_by_record(coordinates), coefficients.reshape(-1, 2), strict=True)
+        for own, (sine, cosine) in pairs:
+            values = {
+                "amplitude": math.hypot(sine, cosine),
+                "frequency": self.frequency,
+                "phase": math.atan2(cosine, sine),
+            }
+            at += [c.coordinate(values[name]) for name, c in own.items()]
+        return np.array(at)
 
     def log_volume(self, coordinates: Sequence[Coordinate], coefficients: Array, energy: float) -> float:
-        """Prior of the line, and the volume of its frequency, beside those of the coefficients.
+        r"""Prior density of a line as one of its sine and cosine, and the posterior volume of its frequency.
+
+        With the prior scale :math:`s` of the amplitude and its value :math:`A`, the half-normal prior of the
+        amplitude and the flat prior of the phase are the density :math:`h(A) / (2 \pi A)` over sine and
+        cosine, :math:`h` that of the half-normal, of which :math:`\exp(-A^2/2s^2)` is counted with the
+        coefficients already. The frequency is known to the slope of the phase over the record,
+        :math:`\sigma_f = \sqrt{12 / E} / (2 \pi T)`, and takes the share
+        :math:`\sqrt{2 \pi} \sigma_f` of its flat prior.
 
         Parameters
         ----------
@@ -66,19 +78,26 @@ class SpectralLine:
             Amplitude, frequency and phase of each record.
         coefficients : ndarray, shape (2 R,)
         energy : float
-            Sum of squares of the line over the noise variance.
+            Sum of squares of the line over the noise variance, :math:`E`.
         """
         value = 0.0
-        # frequency is known to the slope of the phase over the record
         sd = math.sqrt(12.0 / max(energy, 1e-12)) / (2.0 * math.pi * self.duration)
-        for i, (sine, cosine) in enumerate(coefficients.reshape(-1, 2)):
-            amplitude, frequency, _ = coordinates[3 * i : 3 * i + 3]
-            size = max(math.hypot(sine, cosine), 1e-6 * amplitude.prior.scale)
-            # half-normal in the amplitude and flat in the phase, as a density over sine and cosine
-            value -= math.log(math.sqrt(0.5 * math.pi) * amplitude.prior.scale * 2.0 * math.pi * size)
-            share = math.sqrt(2.0 * math.pi) * sd / (frequency.prior.high - frequency.prior.low)
+        pairs = zip(_by_record(coordinates), coefficients.reshape(-1, 2), strict=True)
+        for own, (sine, cosine) in pairs:
+            scale, frequency = own["amplitude"].prior.scale, own["frequency"].prior
+            size = max(math.hypot(sine, cosine), 1e-6 * scale)
+            value -= math.log(math.sqrt(0.5 * math.pi) * scale * 2.0 * math.pi * size)
+            share = math.sqrt(2.0 * math.pi) * sd / (frequency.high - frequency.low)
             value += min(math.log(share), 0.0)
         return value
+
+
+def _by_record(coordinates: Sequence[Coordinate]) -> list[dict[str, Coordinate]]:
+    """Coordinates of each record by name."""
+    records: dict[int, dict[str, Coordinate]] = {}
+    for c in coordinates:
+        records.setdefault(c.record, {})[c.name] = c
+    return list(records.values())
 
 
 def strongest_lines(fit: LoopFit) -> Iterator[SpectralLine]:
@@ -95,12 +114,17 @@ def strongest_lines(fit: LoopFit) -> Iterator[SpectralLine]:
     for _ in range(_LINES):
         peak = int(np.argmax(power))
         frequency = peak / (size * segment.decay.step)
-        columns = []
-        for i, other in enumerate(fit.model.segments):
-            angle = 2.0 * math.pi * frequency * other.time
-            pair = np.zeros((other.values.size, 2 * len(fit.noises)))
-            pair[:, 2 * i] = np.sin(angle)
-            pair[:, 2 * i + 1] = np.cos(angle)
-            columns.append(whiten(pair, fit.noise_models[i].ar))
-        yield SpectralLine(frequency, segment.duration, columns)
+        yield SpectralLine(frequency, segment.duration, _sines_and_cosines(fit, frequency))
         power[max(peak - reach, 0) : peak + reach] = 0.0
+
+
+def _sines_and_cosines(fit: LoopFit, frequency: float) -> list[Array]:
+    """Whitened sine and cosine of each record, in columns of its own."""
+    columns = []
+    for r, segment in enumerate(fit.model.segments):
+        angle = 2.0 * math.pi * frequency * segment.time
+        pair = np.zeros((segment.values.size, 2 * len(fit.noises)))
+        pair[:, 2 * r] = np.sin(angle)
+        pair[:, 2 * r + 1] = np.cos(angle)
+        columns.append(whiten(pair, fit.noise_models[r].ar))
+    return columns

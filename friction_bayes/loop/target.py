@@ -9,9 +9,10 @@ from scipy.special import ndtr, ndtri
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.loop.evidence import posterior_draws
+from friction_bayes.loop.draws import posterior_draws
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import fit_noise, log_densities
+from friction_bayes.loop.parameters import FRICTION, SHARED, Coordinate
 
 __all__ = ["block_log_likelihoods", "target_of"]
 
@@ -33,11 +34,11 @@ def target_of(fit: LoopFit, seed: int) -> Target:
     """
     model = fit.model
     prior = np.array([c.precision for c in model.coordinates])
-    support = np.array([c.support for c in model.coordinates])
+    low, high = model.support
     draws = posterior_draws(fit, np.random.default_rng(seed), _DRAWS)
 
     def inside(z: Array) -> Mask:
-        return np.asarray(np.all((z >= support[:, 0]) & (z <= support[:, 1]), axis=1))
+        return np.asarray(np.all((z >= low) & (z <= high), axis=1))
 
     def log_prior(z: Array) -> Array:
         return np.where(inside(z), -0.5 * (z * z) @ prior, -np.inf)
@@ -53,7 +54,7 @@ def target_of(fit: LoopFit, seed: int) -> Target:
         return np.where(inside(z), -0.5 * np.einsum("ij,jk,ik->i", away, fit.precision, away), -np.inf)
 
     def posterior(z: Array) -> dict[str, Array]:
-        return {"friction": np.asarray(model.coordinates[0].value(z[:, 0]))}
+        return {FRICTION: model.value(z, FRICTION)}
 
     def predictive(z: Array, rng: np.random.Generator) -> Array:
         size = model.segments[0].values.size
@@ -64,12 +65,12 @@ def target_of(fit: LoopFit, seed: int) -> Target:
 
     def prior_draws(rng: np.random.Generator, n: int) -> Array:
         flat = prior == 0.0
-        low, high = np.where(flat, 0.0, ndtr(support[:, 0])), np.where(flat, 1.0, ndtr(support[:, 1]))
-        u = low + (high - low) * rng.random((n, fit.z.size))
+        least, most = np.where(flat, 0.0, ndtr(low)), np.where(flat, 1.0, ndtr(high))
+        u = least + (most - least) * rng.random((n, fit.z.size))
         return np.where(flat, u, ndtri(u))
 
     return Target(
-        names=tuple(_name(fit, j) for j in range(fit.z.size)),
+        names=tuple(_name(c) for c in model.coordinates),
         log_prob=log_prob,
         closed_form=closed_form,
         centre=draws.mean(axis=0),
@@ -84,10 +85,9 @@ def target_of(fit: LoopFit, seed: int) -> Target:
     )
 
 
-def _name(fit: LoopFit, j: int) -> str:
-    c = fit.model.coordinates[j]
-    name = f"{c.effect}.{c.name}" if c.effect else f"z_{c.name}"
-    return f"{name}[{c.record}]" if c.record >= 0 else name
+def _name(c: Coordinate) -> str:
+    name = c.label if c.effect else f"z_{c.name}"
+    return name if c.record == SHARED else f"{name}[{c.record}]"
 
 
 def _deviance(fit: LoopFit, z: Array) -> float:

@@ -1,4 +1,4 @@
-"""Normal distributions cut to a box: how much of one lies inside, and draws from what does."""
+"""Truncated normal distributions: the probability of a box, and draws from within it."""
 
 from __future__ import annotations
 

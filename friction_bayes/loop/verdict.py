@@ -1,21 +1,28 @@
-"""One word for what was found, by the rule of the report."""
+"""The verdict in one word, and the candidates that hold 95 % of the probability."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array
 
-__all__ = ["HELD", "credible_count", "verdict"]
+__all__ = ["CREDIBLE_MASS", "credible_candidates", "credible_count", "verdict"]
 
-HELD = 0.95
+CREDIBLE_MASS = 0.95
 
 
-def credible_count(probabilities: Array) -> int:
-    """How many of the candidates, most probable first, hold 95 % together."""
-    return int(np.searchsorted(np.cumsum(probabilities), HELD) + 1)
+def credible_count(probabilities: ArrayLike) -> int:
+    """Count the candidates, most probable first, that hold 95 % together."""
+    return int(np.searchsorted(np.cumsum(probabilities), CREDIBLE_MASS) + 1)
+
+
+def credible_candidates(candidates: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
+    """Of a report's ``candidates``, most probable first, those that hold 95 % together."""
+    return candidates[: credible_count([candidate["probability"] for candidate in candidates])]
 
 
 def verdict(sets: Sequence[frozenset[str]], probabilities: Array, is_noise: bool) -> str:
@@ -33,4 +40,4 @@ def verdict(sets: Sequence[frozenset[str]], probabilities: Array, is_noise: bool
         return "unexplained"
     if not sets[0]:
         return "adequate"
-    return "explained" if probabilities[0] >= HELD else "ambiguous"
+    return "explained" if credible_count(probabilities) == 1 else "ambiguous"

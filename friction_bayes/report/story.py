@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from friction_bayes.core.text import duration, listed, number, percent, set_words, with_interval
+from friction_bayes.loop.verdict import credible_candidates
 
 __all__ = ["CHANNELS", "effect_lines", "loop_story", "paper_words", "sampler_lines", "verdict_sentence"]
 
@@ -28,7 +29,6 @@ _FAULTS = {
     "noise_lifts_maxima": "noise that raises the highest samples",
     "telescoping_drops": "successive drops that share a peak (its interval is too wide)",
 }
-_HELD = 0.95
 _MOST_NAMED = 3
 
 Report = Mapping[str, Any]
@@ -49,7 +49,8 @@ def verdict_sentence(report: Report) -> str:
     if report["verdict"] == "explained":
         return f"Coulomb friction with {name} explains the record ({share}): what is left is noise."
     if report["verdict"] == "ambiguous":
-        tied = [f"{set_words(c['effects'])} ({percent(c['probability'])})" for c in _credible(report)]
+        credible = credible_candidates(report["candidates"])
+        tied = [f"{set_words(c['effects'])} ({percent(c['probability'])})" for c in credible]
         if len(tied) > _MOST_NAMED:
             tied = [*tied[:_MOST_NAMED], f"{len(tied) - _MOST_NAMED} more"]
         return f"The record cannot tell {listed(tied)} apart; friction is averaged over them."
@@ -59,17 +60,6 @@ def verdict_sentence(report: Report) -> str:
         f"What is left of the record is neither noise nor an effect of the catalogue{tests}; "
         f"the closest candidate is {name}, which is not an explanation."
     )
-
-
-def _credible(report: Report) -> list[Mapping[str, Any]]:
-    """Candidates, most probable first, that hold 95 % together."""
-    held, kept = 0.0, []
-    for candidate in report["candidates"]:
-        kept.append(candidate)
-        held += candidate["probability"]
-        if held >= _HELD:
-            break
-    return kept
 
 
 def loop_story(report: Report) -> list[tuple[str, str]]:
@@ -122,7 +112,7 @@ def effect_lines(effects: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _candidate_lines(report: Report) -> list[str]:
-    kept = _credible(report)
+    kept = credible_candidates(report["candidates"])
     shown = kept[:5] if len(kept) > 1 else report["candidates"][:2]
     lines = [f"{percent(c['probability']):>8}   {set_words(c['effects'])}" for c in shown]
     others = report["candidates"][len(shown) :]

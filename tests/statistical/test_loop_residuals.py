@@ -10,11 +10,12 @@ import pytest
 from scipy import stats
 
 import friction_bayes as fb
-from friction_bayes.loop.fit import LoopFit, fit_growing_record, starting_point
+from friction_bayes.loop.fit import LoopFit, fit_growing_record
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.noise import NoiseModel
 from friction_bayes.loop.residual_tests import FALSE_ALARM_RATE, residual_tests
 from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.starting_point import starting_point
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 RECORDS = 120

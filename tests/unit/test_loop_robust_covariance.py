@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from friction_bayes.loop.fit import fit_growing_record, starting_point
+from friction_bayes.loop.fit import fit_growing_record
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.noise import NoiseModel
 from friction_bayes.loop.robust_covariance import robust_covariance
 from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.starting_point import starting_point
 
 SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
 

@@ -1,0 +1,115 @@
+"""Sets of effects as hypotheses: how probable before the data, and what was fitted of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.loop.fit import LoopFit
+from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
+from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+
+__all__ = [
+    "INCLUSION",
+    "MOST_EFFECTS",
+    "SENSOR_ZERO",
+    "Candidate",
+    "EffectSets",
+    "SearchResult",
+    "in_catalogue_order",
+    "set_name",
+]
+
+INCLUSION = 0.1
+"""Prior probability that an effect acts, independently for each."""
+MOST_EFFECTS = 3
+"""Effects at once, those of the sensor's zero and those that are certain not counted."""
+SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
+"""An error of the sensor's zero comes besides: measured records hardly ever have none."""
+
+Names = frozenset[str]
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A set of effects that was fitted.
+
+    Attributes
+    ----------
+    effects : frozenset of str
+    fit : LoopFit
+    log_weight : float
+        Log-evidence with the log-prior of the set.
+    """
+
+    effects: Names
+    fit: LoopFit
+    log_weight: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SearchResult:
+    """What the search of some records found.
+
+    Attributes
+    ----------
+    sets : tuple of frozenset of str
+        Sets of effects, most probable first.
+    fits : tuple of LoopFit
+        The fit of each.
+    probabilities : ndarray, shape (sets,)
+    before : LoopFit
+        The Coulomb model alone.
+    ar : tuple of ndarray
+        Autoregression of each record's noise; empty where it is white.
+    trail : tuple of str
+        The steps of the search.
+    """
+
+    sets: tuple[Names, ...]
+    fits: tuple[LoopFit, ...]
+    probabilities: Array
+    before: LoopFit
+    ar: tuple[Array, ...]
+    trail: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class EffectSets:
+    """The sets that may be formed.
+
+    Parameters
+    ----------
+    allowed : tuple of str
+        Effects that may be tried.
+    certain : frozenset of str
+        Effects that the samples prove before any model.
+    """
+
+    allowed: tuple[str, ...]
+    certain: Names
+
+    def counted(self, names: Names) -> int:
+        """Effects of a set that count towards the most at once."""
+        return len(names - self.certain - SENSOR_ZERO)
+
+    def is_single(self, names: Names) -> bool:
+        """Whether a set holds at most one effect that is not certain."""
+        return len(names - self.certain) <= 1
+
+    def log_prior(self, names: Names) -> float:
+        """Logarithm of the prior probability of a set."""
+        others = len(self.allowed) - len(names)
+        return len(names - self.certain) * math.log(INCLUSION) + others * math.log1p(-INCLUSION)
+
+
+def in_catalogue_order(names: Names) -> tuple[str, ...]:
+    """Effects of a set in the order of the catalogue."""
+    return tuple(name for name in EFFECTS if name in names)
+
+
+def set_name(names: Names) -> str:
+    """Name a set as the steps of the search do."""
+    return "+".join(in_catalogue_order(names)) or "Coulomb friction alone"
