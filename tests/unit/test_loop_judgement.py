@@ -62,9 +62,11 @@ def test_a_tie_names_both_and_what_would_decide(ambiguous: LoopReport) -> None:
     assert ambiguous.verdict == "ambiguous"
     sentence = ambiguous.next_experiment
     assert sentence is not None
+    # damping follows the amplitude and drift the time: another release parts them, a longer record does not
+    assert sentence.startswith("Add a record released from half the amplitude")
     assert "viscous damping" in sentence
     assert "friction drift" in sentence
-    assert "release" in sentence or "record" in sentence
+    assert "more than 1e5" in sentence
 
 
 def test_probabilities_sum_to_one_and_friction_is_averaged(ambiguous: LoopReport) -> None:
@@ -89,10 +91,11 @@ def test_report_is_strict_json(ambiguous: LoopReport) -> None:
     assert json.loads(text)["verdict"] == "ambiguous"
 
 
-def test_a_coulomb_record_is_adequate_and_forecast_to_the_noise(seed: int) -> None:
-    report = fb.close_loop([decay(seed)], SYSTEM, seed=1)
-    # one Coulomb record in twenty may be called something else; this test has a fixed seed
-    assert report.verdict in {"adequate", "ambiguous"}
+def test_a_coulomb_record_is_adequate_and_forecast_to_the_noise() -> None:
+    # a record of its own: of one in twenty the verdict may be another
+    report = fb.close_loop([decay(4)], SYSTEM, seed=1)
+    assert report.verdict == "adequate"
+    assert report.candidates[0]["probability"] > 0.5
     held_out = report.held_out_error
     # forecast over 216 samples: 5 % standard error of the noise
     assert held_out["after"] == pytest.approx(5e-4, rel=0.3)

@@ -1,0 +1,120 @@
+"""What a further record would decide: against numerical integration, and against dense linear algebra."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import friction_bayes as fb
+from friction_bayes.loop.fit import LoopFit, fit_growing_record
+from friction_bayes.loop.model import LoopModel
+from friction_bayes.loop.next_experiment import expected_log_bayes_factor, next_experiment, proposals
+from friction_bayes.loop.noise import NoiseModel
+from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.starting_point import starting_point
+
+SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
+
+
+@pytest.mark.parametrize("prior_sd", [0.05, 0.6, 3.0])
+def test_expected_log_bayes_factor_is_the_integral(prior_sd: float) -> None:
+    """Two samples and one parameter: log marginal likelihoods by quadrature, averaged over a grid of data."""
+    difference, jacobian = np.array([1.4, -0.8]), np.array([[0.9], [1.7]])
+    theta = np.linspace(-8.0 * prior_sd, 8.0 * prior_sd, 201)
+    prior = stats.norm.pdf(theta, scale=prior_sd) * (theta[1] - theta[0])
+    reach = 7.0 * math.hypot(1.0, 2.0 * prior_sd)
+    axis = np.linspace(-reach, reach, 241)
+    data = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1)
+
+    def marginal(centre: np.ndarray) -> np.ndarray:
+        return np.asarray(
+            sum(
+                p * np.prod(stats.norm.pdf(data - centre - jacobian[:, 0] * t), axis=-1)
+                for p, t in zip(prior, theta, strict=True)
+            )
+        )
+
+    first, second = marginal(difference), marginal(np.zeros(2))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        integrand = np.where(first > 1e-250, first * (np.log(first) - np.log(second)), 0.0)
+    expected = float(integrand.sum()) * (axis[1] - axis[0]) ** 2
+    found = expected_log_bayes_factor(difference, jacobian, np.array([[prior_sd**2]]))
+    assert found == pytest.approx(expected, rel=1e-4)
+
+
+def fitted(*effects: str) -> LoopFit:
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.25,
+        initial_displacement=0.05,
+        duration=6.0,
+        sampling_rate=60.0,
+        noise_sd=5e-4,
+        seed=5,
+        effects={"viscous_damping.damping_ratio": 0.002},
+    )
+    model = LoopModel(SYSTEM, cut_records([record], SYSTEM), effects)
+    fit = fit_growing_record(model, [NoiseModel(np.zeros(0))], starting_point(model))
+    assert fit is not None
+    return fit
+
+
+@pytest.fixture(scope="module")
+def tied() -> tuple[LoopFit, LoopFit]:
+    return fitted("viscous_damping"), fitted("friction_drift")
+
+
+def test_scores_are_those_of_the_predictive_distributions(tied: tuple[LoopFit, LoopFit]) -> None:
+    """The whole covariance of the rival's prediction, by central differences of its own parameters."""
+    truth, rival = tied
+    names = [c.name for c in rival.model.coordinates]
+    law = [names.index(name) for name in ("friction", "log_frequency_ratio", "relative_change")]
+    for proposal in proposals(truth, rival):
+        largest = proposal.amplitude * truth.model.scales.amplitude
+        size = round(proposal.duration * truth.model.segments[0].values.size)
+        time = truth.model.segments[0].decay.step * np.arange(size)
+
+        def signal(fit: LoopFit, law_shift: np.ndarray, state_shift: np.ndarray) -> np.ndarray:
+            z = fit.z.copy()
+            z[law] += law_shift
+            state = (largest * (1.0 + state_shift[0]), 10.0 * largest * state_shift[1])  # noqa: B023
+            prediction = fit.model.predict_at(z, 0, time, state, proposal.order)  # noqa: B023
+            assert prediction is not None
+            return prediction.signal
+
+        nothing = np.zeros(3), np.zeros(2)
+        target, base = (signal(fit, *nothing) for fit in tied)
+        columns = []
+        for i, step in enumerate([2e-4, 2e-4, 2e-4, 2e-5, 2e-5]):
+            shift = step * np.eye(5)[i]
+            ends = (signal(rival, s[:3], s[3:]) for s in (shift, -shift))
+            columns.append(np.subtract(*ends) / (2.0 * step))
+        jacobian = np.column_stack(columns)
+        covariance = np.diag([0.0, 0.0, 0.0, 0.01, 0.01])
+        covariance[:3, :3] = rival.covariance[np.ix_(law, law)]
+        # natural frequency 10 rad/s: the same noise in the acceleration is a hundred times as large
+        sd = truth.noises[0].sd * 10.0**proposal.order
+        predictive = sd**2 * np.eye(size) + jacobian @ covariance @ jacobian.T
+        expected = 0.5 * (target - base) @ np.linalg.solve(predictive, target - base)
+        # the jumps of the acceleration at the turning points have no derivative
+        tolerance = 0.2 if proposal.order == 2 else 0.02
+        assert proposal.log_bayes_factor == pytest.approx(expected, rel=tolerance), proposal.what
+
+
+def test_the_sentence_names_the_proposal_that_decides_best(tied: tuple[LoopFit, LoopFit]) -> None:
+    best = max(proposals(*tied), key=lambda proposal: proposal.log_bayes_factor)
+    sentence = next_experiment(tied, ["viscous damping", "friction drift"])
+    assert sentence is not None
+    assert best.what in sentence
+    assert sentence.startswith("Add" if best.log_bayes_factor > math.log(20.0) else "No single")
+
+
+def test_with_two_rivals_the_worse_decided_one_counts(tied: tuple[LoopFit, LoopFit]) -> None:
+    """A candidate beside itself is decided by no record."""
+    sentence = next_experiment([*tied, tied[0]], ["viscous damping", "friction drift", "its double"])
+    assert sentence is not None
+    assert sentence.startswith("No single further record")
+    assert "friction drift or its double" in sentence
