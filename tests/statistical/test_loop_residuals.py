@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-import friction_bayes as fb
+from decays import SYSTEM, long_decay
 from friction_bayes.loop.fit import LoopFit, fit_growing_record
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.noise import NoiseModel
@@ -17,20 +17,12 @@ from friction_bayes.loop.residual_tests import FALSE_ALARM_RATE, residual_tests
 from friction_bayes.loop.segment import cut_records
 from friction_bayes.loop.starting_point import starting_point
 
-SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 RECORDS = 120
 
 
 def fitted(seed: int, **settings: Any) -> LoopFit:
     """A Coulomb fit to a decay of twelve periods."""
-    options: dict[str, Any] = {
-        "friction": 0.25,
-        "initial_displacement": 0.04,
-        "duration": 7.5,
-        "sampling_rate": 60.0,
-        "noise_sd": 5e-4,
-    }
-    record = fb.simulate(SYSTEM, seed=seed, **options | settings)
+    record = long_decay(initial_displacement=0.04, duration=7.5, seed=seed, **settings)
     model = LoopModel(SYSTEM, cut_records([record], SYSTEM))
     fit = fit_growing_record(model, [NoiseModel(np.zeros(0))], starting_point(model))
     assert fit is not None

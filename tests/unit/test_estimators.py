@@ -10,6 +10,7 @@ import pytest
 from scipy import stats
 
 import friction_bayes as fb
+from decays import SYSTEM, short_decay
 from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.conjugate.scaled import scaled
 from friction_bayes.conjugate.targets import normal_gamma_target
@@ -19,17 +20,8 @@ from friction_bayes.estimators.base import Fit, Fits, FreeDecays
 from friction_bayes.estimators.priors import DeclaredSignal
 from friction_bayes.estimators.registry import ESTIMATORS, estimator_named, register
 
-SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = 0.3
-RECORD = fb.simulate(
-    SYSTEM,
-    friction=FRICTION,
-    initial_displacement=0.02,
-    duration=9.0,
-    sampling_rate=100.0,
-    noise_sd=2e-4,
-    seed=4,
-)
+RECORD = short_decay(friction=FRICTION, duration=9.0, noise_sd=2e-4, seed=4)
 DECAY = find_free_decay(RECORD, SYSTEM)
 BATCH = FreeDecays(
     values=DECAY.values[None],

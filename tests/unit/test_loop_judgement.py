@@ -7,33 +7,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import friction_bayes as fb
+from decays import SYSTEM, long_decay
 from friction_bayes.loop import LoopReport
 from friction_bayes.loop.verdict import credible_count, verdict
 from friction_bayes.mechanics.integrate import integrate
 
-SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 NONE: frozenset[str] = frozenset()
 VISCOUS = frozenset({"viscous_damping"})
 DRIFT = frozenset({"friction_drift"})
 
 
-def decay(seed: int, **settings: Any) -> xr.DataArray:
-    options: dict[str, Any] = {
-        "friction": 0.25,
-        "initial_displacement": 0.05,
-        "duration": 12.0,
-        "sampling_rate": 60.0,
-        "noise_sd": 5e-4,
-    }
-    return fb.simulate(SYSTEM, seed=seed, **options | settings)
-
-
 @pytest.fixture(scope="module")
 def ambiguous() -> LoopReport:
-    record = decay(5, effects={"viscous_damping.damping_ratio": 0.002})
+    record = long_decay(seed=5, effects={"viscous_damping.damping_ratio": 0.002})
     return fb.close_loop([record], SYSTEM, seed=3, effects=["viscous_damping", "friction_drift"])
 
 
@@ -78,7 +66,7 @@ def test_probabilities_sum_to_one_and_friction_is_averaged(ambiguous: LoopReport
 
 
 def test_the_same_seed_gives_the_same_report(ambiguous: LoopReport) -> None:
-    record = decay(5, effects={"viscous_damping.damping_ratio": 0.002})
+    record = long_decay(seed=5, effects={"viscous_damping.damping_ratio": 0.002})
     again = fb.close_loop([record], SYSTEM, seed=3, effects=["viscous_damping", "friction_drift"])
     first, second = ambiguous.to_dict(), again.to_dict()
     assert first.pop("elapsed_s") > 0.0
@@ -93,7 +81,7 @@ def test_report_is_strict_json(ambiguous: LoopReport) -> None:
 
 def test_a_coulomb_record_is_adequate_and_forecast_to_the_noise() -> None:
     # a record of its own: of one in twenty the verdict may be another
-    report = fb.close_loop([decay(4)], SYSTEM, seed=1)
+    report = fb.close_loop([long_decay(seed=4)], SYSTEM, seed=1)
     assert report.verdict == "adequate"
     assert report.candidates[0]["probability"] > 0.5
     held_out = report.held_out_error
@@ -103,7 +91,7 @@ def test_a_coulomb_record_is_adequate_and_forecast_to_the_noise() -> None:
 
 
 def test_held_samples_measure_no_noise(seed: int) -> None:
-    record = decay(seed, effects={"sensor_clipping.level": 0.03})
+    record = long_decay(seed=seed, effects={"sensor_clipping.level": 0.03})
     report = fb.close_loop([record], SYSTEM, seed=1, effects=["sensor_clipping"], noise="white")
     told = report.to_dict()
     # some five hundred free samples: 3 % standard error of the noise
@@ -112,13 +100,13 @@ def test_held_samples_measure_no_noise(seed: int) -> None:
 
 
 def test_a_record_without_noise_is_adequate() -> None:
-    report = fb.close_loop([decay(1, noise_sd=0.0)], SYSTEM, seed=1)
+    report = fb.close_loop([long_decay(seed=1, noise_sd=0.0)], SYSTEM, seed=1)
     assert report.verdict == "adequate"
     assert report.friction_after["mean"] == pytest.approx(0.25, rel=1e-4)
 
 
 def test_the_missing_effect_shows_in_the_forecast(seed: int) -> None:
-    record = decay(seed, effects={"cubic_stiffness.cubic_stiffness": 6e4})
+    record = long_decay(seed=seed, effects={"cubic_stiffness.cubic_stiffness": 6e4})
     report = fb.close_loop([record], SYSTEM, seed=1, effects=["cubic_stiffness", "viscous_damping"])
     assert report.candidates[0]["effects"] == ["cubic_stiffness"]
     assert report.held_out_error["after"] < 0.3 * report.held_out_error["before"]
@@ -130,7 +118,7 @@ def test_the_missing_effect_shows_in_the_forecast(seed: int) -> None:
 
 def test_what_no_effect_explains_is_not_dressed_up(seed: int) -> None:
     """A second mode that dies away: the catalogue has no such term."""
-    record = decay(seed)
+    record = long_decay(seed=seed)
     time = record["time"].values
     mode = 0.004 * np.exp(-time / 2.0) * np.cos(37.0 * time)
     report = fb.close_loop(
@@ -142,7 +130,7 @@ def test_what_no_effect_explains_is_not_dressed_up(seed: int) -> None:
 
 def test_a_measured_force_is_set_beside_both_models(seed: int) -> None:
     settings = {"viscous_damping.damping_ratio": 0.006}
-    record = decay(seed, effects=settings)
+    record = long_decay(seed=seed, effects=settings)
     motion = integrate(SYSTEM, 0.25, 0.05, 0.0, record["time"].values, settings)
     force = -(SYSTEM.moving * motion.acceleration + SYSTEM.stiffness * motion.displacement)
     # a cell on the other side of the contact shows the opposite sign
@@ -159,7 +147,9 @@ def test_a_measured_force_is_set_beside_both_models(seed: int) -> None:
 
 
 def test_a_reference_friction_is_compared_with(seed: int) -> None:
-    report = fb.close_loop([decay(seed)], SYSTEM, seed=1, effects=["sensor_offset"], reference_friction=0.25)
+    report = fb.close_loop(
+        [long_decay(seed=seed)], SYSTEM, seed=1, effects=["sensor_offset"], reference_friction=0.25
+    )
     check = report.reference_check
     assert check is not None
     assert abs(check["error_after"]) < 0.05
@@ -175,4 +165,4 @@ def test_a_reference_friction_is_compared_with(seed: int) -> None:
 )
 def test_wrong_options_are_named(options: dict[str, Any], place: str) -> None:
     with pytest.raises(fb.InputError, match=place):
-        fb.close_loop([decay(1)], SYSTEM, seed=1, **options)
+        fb.close_loop([long_decay(seed=1)], SYSTEM, seed=1, **options)

@@ -8,15 +8,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-import friction_bayes as fb
+from decays import SYSTEM, long_decay
 from friction_bayes.loop.fit import LoopFit, fit_growing_record
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.next_experiment import expected_log_bayes_factor, next_experiment, proposals
 from friction_bayes.loop.noise import NoiseModel
 from friction_bayes.loop.segment import cut_records
 from friction_bayes.loop.starting_point import starting_point
-
-SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 
 
 @pytest.mark.parametrize("prior_sd", [0.05, 0.6, 3.0])
@@ -46,16 +44,7 @@ def test_expected_log_bayes_factor_is_the_integral(prior_sd: float) -> None:
 
 
 def fitted(*effects: str) -> LoopFit:
-    record = fb.simulate(
-        SYSTEM,
-        friction=0.25,
-        initial_displacement=0.05,
-        duration=6.0,
-        sampling_rate=60.0,
-        noise_sd=5e-4,
-        seed=5,
-        effects={"viscous_damping.damping_ratio": 0.002},
-    )
+    record = long_decay(duration=6.0, seed=5, effects={"viscous_damping.damping_ratio": 0.002})
     model = LoopModel(SYSTEM, cut_records([record], SYSTEM), effects)
     fit = fit_growing_record(model, [NoiseModel(np.zeros(0))], starting_point(model))
     assert fit is not None

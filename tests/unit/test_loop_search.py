@@ -1,13 +1,13 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
 import friction_bayes as fb
+from decays import SYSTEM, long_decay
 from friction_bayes.loop.evidence import log_evidence, posterior_probabilities
 from friction_bayes.loop.expansion import Expansion
 from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model
@@ -18,20 +18,7 @@ from friction_bayes.loop.segment import cut_records
 from friction_bayes.loop.starting_point import starting_point
 from friction_bayes.mechanics.effects import EFFECTS
 
-SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 WHITE = (np.zeros(0),)
-
-
-def decay(seed: int, *, duration: float = 12.0, amplitude: float = 0.05, **settings: Any) -> xr.DataArray:
-    """A decay of twenty periods: 20 mm are lost to friction alone."""
-    options: dict[str, Any] = {
-        "friction": 0.25,
-        "initial_displacement": amplitude,
-        "duration": duration,
-        "sampling_rate": 60.0,
-        "noise_sd": 5e-4,
-    }
-    return fb.simulate(SYSTEM, seed=seed, **options | settings)
 
 
 def fitted(record: xr.DataArray, *names: str) -> LoopFit:
@@ -50,13 +37,10 @@ def searched(record: xr.DataArray) -> Search:
 
 def test_strong_damping_of_a_record_that_comes_to_rest_is_found() -> None:
     """The Coulomb fit of this record stops early, in an optimum from which no linear step leads on."""
-    record = fb.simulate(
-        SYSTEM,
+    record = long_decay(
         friction=0.5,
-        initial_displacement=0.05,
         duration=33.0,
         sampling_rate=200.0,
-        noise_sd=5e-4,
         seed=1,
         effects={"viscous_damping.damping_ratio": 0.003},
     )
@@ -69,7 +53,7 @@ def test_strong_damping_of_a_record_that_comes_to_rest_is_found() -> None:
 
 
 def test_every_single_effect_is_weighed(seed: int) -> None:
-    search = searched(decay(seed, effects={"viscous_damping.damping_ratio": 0.004}))
+    search = searched(long_decay(seed=seed, effects={"viscous_damping.damping_ratio": 0.004}))
     for name in EFFECTS:
         if changes_signal(name):
             assert frozenset({name}) in search.candidates, name
@@ -102,7 +86,7 @@ def test_every_single_effect_is_weighed(seed: int) -> None:
     ],
 )
 def test_combinations_are_found(names: set[str], settings: dict[str, float], seed: int) -> None:
-    search = searched(decay(seed, effects=settings))
+    search = searched(long_decay(seed=seed, effects=settings))
     best = search.ranked()[0]
     # one law of dissipation may stand for another, but none may be missing
     dissipation = {"viscous_damping", "quadratic_drag", "friction_drift", "stribeck_friction"}
@@ -115,7 +99,7 @@ def test_combinations_are_found(names: set[str], settings: dict[str, float], see
 
 
 def test_flat_samples_are_censored(seed: int) -> None:
-    record = decay(seed, effects={"sensor_clipping.level": 0.03})
+    record = long_decay(seed=seed, effects={"sensor_clipping.level": 0.03})
     best = searched(record).ranked()[0]
     assert best.effects == {"sensor_clipping"}
     assert float(best.fit.model.value(best.fit.z, "friction")) == pytest.approx(0.25, rel=0.03)
@@ -123,7 +107,9 @@ def test_flat_samples_are_censored(seed: int) -> None:
 
 def test_expansion_foresees_what_fits_will_find(seed: int) -> None:
     """Log-evidence of a pair about a single, to second order, against that of its own fit."""
-    record = decay(seed, effects={"sensor_offset.offset": 0.002, "viscous_damping.damping_ratio": 0.002})
+    record = long_decay(
+        seed=seed, effects={"sensor_offset.offset": 0.002, "viscous_damping.damping_ratio": 0.002}
+    )
     centre = fitted(record, "viscous_damping")
     reference = log_evidence(centre)
     foreseen = {
@@ -138,7 +124,7 @@ def test_expansion_foresees_what_fits_will_find(seed: int) -> None:
 
 
 def test_effects_that_exclude_each_other_are_never_judged_together(seed: int) -> None:
-    expansion = Expansion(fitted(decay(seed)), ["sensor_offset", "sensor_drift"])
+    expansion = Expansion(fitted(long_decay(seed=seed)), ["sensor_offset", "sensor_drift"])
     judged = [g.effects for g in expansion.approximations(2)]
     assert frozenset({"sensor_offset", "sensor_drift"}) not in judged
     assert len(judged) == 3
@@ -146,7 +132,7 @@ def test_effects_that_exclude_each_other_are_never_judged_together(seed: int) ->
 
 def test_another_number_of_half_cycles_before_the_rest_is_tried(seed: int) -> None:
     """From the fit that rests a half cycle early the true number is found again."""
-    record = decay(seed, friction=0.6, duration=20.0)
+    record = long_decay(seed=seed, friction=0.6, duration=20.0)
     search = searched(record)
     best = search.candidates[frozenset()]
     turns = best.fit.predictions[0].turning_times.size
@@ -162,7 +148,7 @@ def test_another_number_of_half_cycles_before_the_rest_is_tried(seed: int) -> No
 
 
 def test_evidences_of_different_samples_are_refused(seed: int) -> None:
-    first, other = fitted(decay(seed)), fitted(decay(seed + 1))
+    first, other = fitted(long_decay(seed=seed)), fitted(long_decay(seed=seed + 1))
     assert posterior_probabilities([first, first], np.array([0.0, math.log(3.0)])) == pytest.approx(
         [0.25, 0.75]
     )
