@@ -25,7 +25,7 @@ from experiments.blind.identifiable import closest_rival, problem_of, sealed_rec
 from experiments.blind.laws import Law, integrate
 from experiments.blind.outliers import deviance_of_outliers, deviance_with_outliers
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 BLIND = sorted((ROOT / "experiments" / "blind").glob("*.py"))
 ALLOWED = {"numpy", "scipy", "numba", "xarray", "experiments"} | sys.stdlib_module_names
 

@@ -1,0 +1,35 @@
+"""Unit tests lie in a folder named like what they test; documents name files that are there."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+UNIT = sorted((ROOT / "tests" / "unit").rglob("test_*.py"))
+DOCUMENTS = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
+FILE = re.compile(
+    r"\b(?:tests|friction_bayes|experiments|paper_figures|benchmarks)/[\w/.-]+\.(?:py|toml|css)\b"
+)
+
+
+@pytest.mark.parametrize("path", UNIT, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_unit_tests_mirror_the_package(path: Path) -> None:
+    folder = path.parent.name
+    home = "experiments" if folder == "experiments" else f"friction_bayes.{folder}"
+    assert path.parents[1] == ROOT / "tests" / "unit"
+    assert (ROOT / home.replace(".", "/")).is_dir()
+    # the folder itself, or the public names
+    assert re.search(
+        rf"^(from|import) ({home}|friction_bayes)\b(?!\.)|^from {home}\.", path.read_text(), re.MULTILINE
+    )
+
+
+def test_documents_name_files_that_are_there() -> None:
+    named = {
+        (path.name, file) for path in DOCUMENTS for file in FILE.findall(path.read_text(encoding="utf-8"))
+    }
+    assert ("monitor.md", "tests/statistical/test_remaining_life.py") in named
+    assert [each for each in sorted(named) if not (ROOT / each[1]).is_file()] == []
