@@ -15,6 +15,7 @@ from numba import njit
 from scipy.integrate import DOP853
 
 __all__ = [
+    "DENSE",
     "SLOPES",
     "STAGES",
     "Law",
@@ -37,6 +38,8 @@ D = np.ascontiguousarray(DOP853.D)
 STAGES = 12
 SLOPES = STAGES + 1 + C_EXTRA.size
 """Stages, the slope at the end of the step, and those the dense output adds."""
+DENSE = 3 + D.shape[0]
+"""Coefficients of the dense output."""
 
 
 class Law(NamedTuple):
@@ -108,7 +111,7 @@ def error_norm(h, kx, kv, tolerance_x, tolerance_v):  # type: ignore[no-untyped-
 
 @njit(nogil=True)
 def dense_coefficients(force, law, p, t, x, v, direction, h, new_x, new_v, kx, kv, fx, fv):  # type: ignore[no-untyped-def]
-    """Fill ``fx, fv``, shape (7,), with the coefficients of the dense output over the last step."""
+    """Fill ``fx, fv``, shape (DENSE,), with the coefficients of the dense output over the last step."""
     for e in range(C_EXTRA.size):
         dx = 0.0
         dv = 0.0

@@ -16,7 +16,13 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES, Quantity, quantity_named
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.coulomb import coulomb_decay
-from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, NoiseEffect, SensorEffect, parse_effects
+from friction_bayes.mechanics.effects import (
+    ForceEffect,
+    NoiseEffect,
+    SensorEffect,
+    effect_named,
+    parse_effects,
+)
 from friction_bayes.mechanics.integrate import integrate
 from friction_bayes.mechanics.motion import Motion
 from friction_bayes.records.record import make_record
@@ -124,7 +130,7 @@ def simulate(
     if full_scale is None and bits is not None:
         raise InputError("bits", f"{bits} bits of no range", "give sensor_range too")
     values = parse_effects(effects)
-    contaminations = [name for name in values if isinstance(EFFECTS[name], NoiseEffect)]
+    contaminations = [name for name in values if isinstance(effect_named(name), NoiseEffect)]
     if seed is None and (noise_sd > 0.0 or contaminations):
         raise InputError("seed", "is missing although there is noise", "give an integer")
     samples = round(duration * sampling_rate)
@@ -144,7 +150,7 @@ def simulate(
     if seed is not None:
         rng = np.random.default_rng(seed)
         noise = rng.normal(0.0, noise_sd, samples)
-        for effect, numbers in ((EFFECTS[name], values[name]) for name in contaminations):
+        for effect, numbers in ((effect_named(name), values[name]) for name in contaminations):
             assert isinstance(effect, NoiseEffect)
             noise = effect.contaminate(noise, rng, *numbers)
     signal = _distorted(clean, time, values, after_noise=False) + noise
@@ -194,7 +200,7 @@ def _motion(
     forces = {
         key: value
         for key, value in (effects or {}).items()
-        if isinstance(EFFECTS[key.partition(".")[0]], ForceEffect)
+        if isinstance(effect_named(key.partition(".")[0]), ForceEffect)
     }
     if not forces and not system.pendulum:
         return coulomb_decay(system, friction, displacement, velocity, time)
@@ -204,7 +210,7 @@ def _motion(
 def _distorted(
     signal: Array, time: Array, values: Mapping[str, tuple[float, ...]], *, after_noise: bool
 ) -> Array:
-    for effect, numbers in ((EFFECTS[name], numbers) for name, numbers in values.items()):
+    for effect, numbers in ((effect_named(name), numbers) for name, numbers in values.items()):
         if isinstance(effect, SensorEffect) and effect.after_noise == after_noise:
             signal = effect.distort(signal, time, *numbers)
     return signal

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.dormand_prince import (
+    DENSE,
     SLOPES,
     STAGES,
     Law,
@@ -33,6 +36,56 @@ STEPS_PER_RADIAN = 1000.0
 LARGEST_SPEED = 100.0
 """Over the speed of a linear oscillation of the initial amplitude: beyond it the spring gives way and the
 motion escapes, in ever smaller steps."""
+
+
+class State(NamedTuple):
+    """The motion at one instant; ``t`` [s] counts from the first sample."""
+
+    t: float
+    x: float
+    v: float
+
+
+class Limits(NamedTuple):
+    """What the steps of one motion may not exceed.
+
+    Attributes
+    ----------
+    end : float
+        Time of the last sample [s].
+    tolerance_x, tolerance_v : float
+        Local error of a step.
+    step : float
+        Its size [s].
+    attempts : float
+        How many are tried in all.
+    speed : float
+    """
+
+    end: float
+    tolerance_x: float
+    tolerance_v: float
+    step: float
+    attempts: float
+    speed: float
+
+
+class Slopes(NamedTuple):
+    """Working arrays of a step: slopes of displacement and velocity, and the polynomials through them."""
+
+    x: Array
+    v: Array
+    dense_x: Array
+    dense_v: Array
+
+
+class Samples(NamedTuple):
+    """Sample times, and the motion at them, filled as it goes on."""
+
+    time: Array
+    displacement: Array
+    velocity: Array
+    acceleration: Array
 
 
 @njit(nogil=True)
@@ -64,8 +117,8 @@ def _break_away(force, law, p, still, moved, x):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True)
-def _rest(force, law, p, time, t, x, j):  # type: ignore[no-untyped-def]
-    """Stick at ``x`` from sample ``j`` on.
+def _rest(force, law, p, samples, t, x, j):  # type: ignore[no-untyped-def]
+    """Stick at ``x`` from sample ``j`` on, and fill the samples.
 
     Returns
     -------
@@ -74,15 +127,18 @@ def _rest(force, law, p, time, t, x, j):  # type: ignore[no-untyped-def]
     j : int
         The first sample after that, or the number of samples.
     direction : float
-        In which it sets off.
+        In which it sets off; 0 when it never does.
     """
-    while j < time.size:
-        due = time[j] - time[0]
+    while j < samples.time.size:
+        due = samples.time[j] - samples.time[0]
         if due > t:
             direction = _departure(force, law, p, due, x)
             if direction != 0.0:
                 return _break_away(force, law, p, t, due, x), j, direction
             t = due
+        samples.displacement[j] = x
+        samples.velocity[j] = 0.0
+        samples.acceleration[j] = 0.0
         j += 1
     return t, j, 0.0
 
@@ -92,6 +148,11 @@ def _to_velocity_zero(force, law, p, t, x, v, direction, h, new_x, kx, kv):  # t
     """Shorten the step ``h``, at whose end the velocity has reversed, so that it ends at the velocity zero.
 
     Newton's method on the step itself, kept within the bracket, until the time no longer changes.
+
+    Returns
+    -------
+    h, new_x : float
+        Size of the step, and the displacement at its end.
     """
     low = 0.0
     high = h
@@ -113,118 +174,145 @@ def _to_velocity_zero(force, law, p, t, x, v, direction, h, new_x, kx, kv):  # t
 
 
 @njit(nogil=True)
-def _grown(values):  # type: ignore[no-untyped-def]
-    larger = np.empty(2 * values.size)
-    # assigning a slice would compile numba's broadcasting, a third of the compile time of the whole loop
-    for i in range(values.size):
-        larger[i] = values[i]
-    return larger
+def _limits(law, x, v, end, rtol):  # type: ignore[no-untyped-def]
+    """The limits of a motion that starts at ``x, v``."""
+    w0 = math.sqrt(law.stiffness / law.mass)
+    amplitude = math.hypot(x, v / w0) + law.friction / law.stiffness
+    if amplitude == 0.0:
+        amplitude = 1.0
+    tolerance_x = rtol * amplitude
+    return Limits(
+        end,
+        tolerance_x,
+        tolerance_x * w0,
+        LARGEST_PHASE_STEP / w0,
+        STEPS_PER_RADIAN * (w0 * end + 100.0),
+        LARGEST_SPEED * w0 * amplitude,
+    )
+
+
+@njit(nogil=True)
+def _half_cycle(force, law, p, limits, samples, j, now, direction, h, attempts, slopes):  # type: ignore[no-untyped-def]
+    """Move in one direction until the velocity is zero or the samples are over, and fill them.
+
+    One loop: a function that takes the arrays anew in every step costs a tenth of the time.
+
+    Parameters
+    ----------
+    j : int
+        The first sample that is due.
+    now : State
+    h, attempts : float
+        Step to try first, and steps tried so far.
+
+    Returns
+    -------
+    status : int
+        :data:`DIVERGED` when the motion leaves every bound or no step is small enough.
+    now : State
+        The end; the velocity is exactly zero there unless the samples are over.
+    j, h, attempts
+        What they are by then.
+    """
+    time, displacement, velocity, accelerations = samples
+    kx, kv, fx, fv = slopes
+    origin = time[0]
+    t, x, v = now
+    kx[0] = v
+    kv[0] = acceleration(force, law, p, t, x, v, direction)
+    while j < time.size and time[j] - origin <= t:
+        displacement[j] = x
+        velocity[j] = v
+        accelerations[j] = kv[0]
+        j += 1
+    turned = False
+    while j < time.size and not turned:
+        final = h >= limits.end - t
+        size = limits.end - t if final else h
+        new_x, new_v = step(force, law, p, t, x, v, direction, size, kx, kv)
+        error = error_norm(size, kx, kv, limits.tolerance_x, limits.tolerance_v)
+        attempts += 1.0
+        if not error <= 1.0:
+            # a nan fails the comparison above and shortens the step like any large error
+            h = size * (max(0.2, 0.9 * error**-0.125) if error < math.inf else 0.2)
+            if t + h == t or attempts > limits.attempts:
+                return DIVERGED, State(t, x, v), j, h, attempts
+            continue
+        if attempts > limits.attempts or abs(new_v) > limits.speed:
+            return DIVERGED, State(t, x, v), j, h, attempts
+        h = min(limits.step, size * min(5.0, 0.9 * error**-0.125 if error > 0.0 else 5.0))
+        turned = direction * new_v <= 0.0
+        new_t = limits.end if final else t + size
+        if turned:
+            size, new_x = _to_velocity_zero(force, law, p, t, x, v, direction, size, new_x, kx, kv)
+            new_v = kx[STAGES]
+            new_t = t + size
+        first = j
+        # a sample at the velocity zero belongs to what comes after it
+        while j < time.size and (time[j] - origin < new_t or (time[j] - origin == new_t and not turned)):
+            j += 1
+        if j > first:
+            dense_coefficients(force, law, p, t, x, v, direction, size, new_x, new_v, kx, kv, fx, fv)
+            dense_values(time[first:j], origin + t, size, x, fx, displacement[first:j])
+            dense_values(time[first:j], origin + t, size, v, fv, velocity[first:j])
+            for i in range(first, j):
+                accelerations[i] = acceleration(
+                    force, law, p, time[i] - origin, displacement[i], velocity[i], direction
+                )
+        t, x, v = new_t, new_x, 0.0 if turned else new_v
+        kx[0] = kx[STAGES]
+        kv[0] = kv[STAGES]
+    return DONE, State(t, x, v), j, h, attempts
+
+
+@njit(nogil=True)
+def _noted(values, count, value):  # type: ignore[no-untyped-def]
+    """Put ``value`` at place ``count``, in an array of twice the size where it is full."""
+    if count == values.size:
+        larger = np.empty(2 * values.size)
+        # assigning a slice would compile numba's broadcasting, a third of the compile time of the whole loop
+        for i in range(values.size):
+            larger[i] = values[i]
+        values = larger
+    values[count] = value
+    return values
 
 
 @njit(nogil=True)
 def trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol):  # type: ignore[no-untyped-def]
     """Integrate one free decay; see :func:`friction_bayes.mechanics.integrate.propagate`."""
     n = time.size
-    origin = time[0]
-    end = time[n - 1] - origin
-    displacement = np.full(n, np.nan)
-    velocity = np.full(n, np.nan)
-    accelerations = np.full(n, np.nan)
-    turning_times = np.empty(64)
-    turning_points = np.empty(64)
-    turns = 0
-    stop_time = math.inf
     law = Law(mass, stiffness, pendulum, friction, duration)
-    w0 = math.sqrt(stiffness / mass)
-    amplitude = math.hypot(x, v / w0) + friction / stiffness
-    if amplitude == 0.0:
-        amplitude = 1.0
-    tolerance_x = rtol * amplitude
-    tolerance_v = tolerance_x * w0
-    largest = LARGEST_PHASE_STEP / w0
-    budget = STEPS_PER_RADIAN * (w0 * end + 100.0)
-    fastest = LARGEST_SPEED * w0 * amplitude
-    kx = np.empty(SLOPES)
-    kv = np.empty(SLOPES)
-    fx = np.empty(7)
-    fv = np.empty(7)
-
-    status = DONE
-    t = 0.0
-    h = 0.1 * largest
+    limits = _limits(law, x, v, time[n - 1] - time[0], rtol)
+    samples = Samples(time, np.full(n, np.nan), np.full(n, np.nan), np.full(n, np.nan))
+    slopes = Slopes(np.empty(SLOPES), np.empty(SLOPES), np.empty(DENSE), np.empty(DENSE))
+    turning_times, turning_points, turns = np.empty(64), np.empty(64), 0
+    stop_time = math.inf
+    now = State(0.0, x, v)
     direction = math.copysign(1.0, v)
-    j = 0
+    h, attempts = 0.1 * limits.step, 0.0
+    status, j = DONE, 0
     while j < n and status == DONE:
-        if v == 0.0:
-            if turns == turning_times.size:
-                turning_times = _grown(turning_times)
-                turning_points = _grown(turning_points)
-            turning_times[turns] = origin + t
-            turning_points[turns] = x
+        if now.v == 0.0:
+            turning_times = _noted(turning_times, turns, time[0] + now.t)
+            turning_points = _noted(turning_points, turns, now.x)
             turns += 1
-            direction = _departure(force, law, p, t, x)
+            direction = _departure(force, law, p, now.t, now.x)
             if direction == 0.0:
-                first = j
-                stop_time = origin + t
-                t, j, direction = _rest(force, law, p, time, t, x, j)
-                displacement[first:j] = x
-                velocity[first:j] = 0.0
-                accelerations[first:j] = 0.0
+                stop_time = time[0] + now.t
+                t, j, direction = _rest(force, law, p, samples, now.t, now.x, j)
                 if j == n:
                     break
                 stop_time = math.inf
-        kx[0] = v
-        kv[0] = acceleration(force, law, p, t, x, v, direction)
-        while j < n and time[j] - origin <= t:
-            displacement[j] = x
-            velocity[j] = v
-            accelerations[j] = kv[0]
-            j += 1
-        reversed_ = False
-        while j < n and not reversed_:
-            budget -= 1.0
-            final = h >= end - t
-            size = end - t if final else h
-            new_x, new_v = step(force, law, p, t, x, v, direction, size, kx, kv)
-            error = error_norm(size, kx, kv, tolerance_x, tolerance_v)
-            if not error <= 1.0:
-                # a nan fails the comparison above and shortens the step like any large error
-                h = size * (max(0.2, 0.9 * error**-0.125) if error < math.inf else 0.2)
-                if t + h == t or budget < 0.0:
-                    status = DIVERGED
-                    break
-                continue
-            if budget < 0.0 or abs(new_v) > fastest:
-                status = DIVERGED
-                break
-            h = min(largest, size * min(5.0, 0.9 * error**-0.125 if error > 0.0 else 5.0))
-            reversed_ = direction * new_v <= 0.0
-            new_t = end if final else t + size
-            if reversed_:
-                size, new_x = _to_velocity_zero(force, law, p, t, x, v, direction, size, new_x, kx, kv)
-                new_v = kx[STAGES]
-                new_t = t + size
-            first = j
-            while j < n and (time[j] - origin < new_t or (time[j] - origin == new_t and not reversed_)):
-                j += 1
-            if j > first:
-                dense_coefficients(force, law, p, t, x, v, direction, size, new_x, new_v, kx, kv, fx, fv)
-                dense_values(time[first:j], origin + t, size, x, fx, displacement[first:j])
-                dense_values(time[first:j], origin + t, size, v, fv, velocity[first:j])
-                for i in range(first, j):
-                    accelerations[i] = acceleration(
-                        force, law, p, time[i] - origin, displacement[i], velocity[i], direction
-                    )
-            t = new_t
-            x = new_x
-            v = 0.0 if reversed_ else new_v
-            kx[0] = kx[STAGES]
-            kv[0] = kv[STAGES]
+                now = State(t, now.x, 0.0)
+        status, now, j, h, attempts = _half_cycle(
+            force, law, p, limits, samples, j, now, direction, h, attempts, slopes
+        )
     return (
         status,
-        displacement,
-        velocity,
-        accelerations,
+        samples.displacement,
+        samples.velocity,
+        samples.acceleration,
         turning_times[:turns].copy(),
         turning_points[:turns].copy(),
         stop_time,

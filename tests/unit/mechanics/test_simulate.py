@@ -7,10 +7,19 @@ import math
 
 import numpy as np
 import pytest
+from numba import njit
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator, Pendulum
 from friction_bayes.mechanics.coulomb import coulomb_decay
+from friction_bayes.mechanics.effects import (
+    EFFECTS,
+    ForceEffect,
+    Parameter,
+    SensorEffect,
+    register,
+)
+from friction_bayes.mechanics.effects.prior import half_normal
 from friction_bayes.mechanics.integrate import integrate
 from friction_bayes.mechanics.simulate import noise_sd_for, signal_to_noise_db, simulate
 
@@ -115,6 +124,28 @@ def test_signal_to_noise_ratio_and_its_inverse():
     assert signal_to_noise_db(signal, noise_sd_for(signal, 14.7)) == pytest.approx(14.7)
     with pytest.raises(InputError, match="does not move"):
         signal_to_noise_db(np.zeros(5), 0.1)
+
+
+def test_effects_registered_from_outside_are_simulated(monkeypatch):
+    monkeypatch.setattr("friction_bayes.mechanics.effects.registry.EFFECTS", dict(EFFECTS))
+
+    @njit
+    def damping(t, x, v, direction, friction, duration, mass, stiffness, p, i):
+        return p[i] * v
+
+    coefficient = Parameter(name="coefficient", unit="N s/m", low=0.0, prior=lambda scales: half_normal(1.0))
+    register(ForceEffect(name="dashpot", summary="c v", parameters=(coefficient,), force=damping))
+    gain = Parameter(name="error", unit="1", prior=lambda scales: half_normal(0.1))
+    register(
+        SensorEffect(
+            name="gain", summary="(1 + e) y", parameters=(gain,), distort=lambda y, time, e: (1.0 + e) * y
+        )
+    )
+    zeta = 0.03
+    dashpot = 2.0 * zeta * math.sqrt(SYSTEM.stiffness * SYSTEM.moving)
+    mine = simulate(SYSTEM, **COMMON, effects={"dashpot.coefficient": dashpot, "gain.error": 0.5})
+    theirs = simulate(SYSTEM, **COMMON, effects={"viscous_damping.damping_ratio": zeta})
+    np.testing.assert_allclose(mine.values, 1.5 * theirs.values, atol=1e-12)
 
 
 @pytest.mark.parametrize(
