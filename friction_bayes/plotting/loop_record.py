@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from friction_bayes.core.arrays import Array, Indices, Mask
+from friction_bayes.core.text import words
 from friction_bayes.loop.result import RecordTrace
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
@@ -20,7 +21,7 @@ _THIRDS = {"first": "#8ec1e8", "middle": "#3a87c4", "last": "#062d52"}
 
 
 def _label(trace: RecordTrace) -> str:
-    return f"{trace.quantity.replace('_', ' ')} [{trace.unit}]"
+    return f"{words(trace.quantity)} [{trace.unit}]"
 
 
 def _draw_models(axes: Axes, trace: RecordTrace, chosen: Mask, *, marker: str = "") -> None:

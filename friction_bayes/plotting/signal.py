@@ -9,6 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.text import words
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
@@ -16,7 +17,7 @@ __all__ = ["plot_amplitudes", "plot_fit"]
 
 
 def _signal_label(decay: FreeDecay) -> str:
-    return f"{decay.quantity.name.replace('_', ' ')} [{decay.unit}]"
+    return f"{words(decay.quantity.name)} [{decay.unit}]"
 
 
 def plot_fit(

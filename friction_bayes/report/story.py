@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from friction_bayes.core.text import duration, listed, number, percent, set_words, with_interval
+from friction_bayes.core.text import duration, listed, number, percent, set_words, with_interval, words
 from friction_bayes.loop.verdict import credible_candidates
 
 __all__ = ["CHANNELS", "effect_lines", "loop_story", "paper_words", "sampler_lines", "verdict_sentence"]
@@ -54,7 +54,7 @@ def verdict_sentence(report: Report) -> str:
         if len(tied) > _MOST_NAMED:
             tied = [*tied[:_MOST_NAMED], f"{len(tied) - _MOST_NAMED} more"]
         return f"The record cannot tell {listed(tied)} apart; friction is averaged over them."
-    failed = [name.replace("_", " ") for name in report["residual"]["after"]["failed"]]
+    failed = [words(name) for name in report["residual"]["after"]["failed"]]
     tests = f" (failed tests: {', '.join(failed)})" if failed else ""
     return (
         f"What is left of the record is neither noise nor an effect of the catalogue{tests}; "
@@ -101,13 +101,11 @@ def effect_lines(effects: Sequence[Mapping[str, Any]]) -> list[str]:
     lines = []
     for effect in effects:
         parameters = [
-            f"{name.replace('_', ' ')} {number(p['mean'])} ± {number(p['sd'], 2)}"
+            f"{words(name)} {number(p['mean'])} ± {number(p['sd'], 2)}"
             + ("" if p["unit"] == "1" else f" {p['unit']}")
             for name, p in effect["parameters"].items()
         ]
-        lines.append(
-            f"{effect['name'].replace('_', ' ')}   {percent(effect['probability'])}   {', '.join(parameters)}"
-        )
+        lines.append(f"{words(effect['name'])}   {percent(effect['probability'])}   {', '.join(parameters)}")
     return lines
 
 
@@ -132,7 +130,7 @@ def _held_out(error: Mapping[str, Any]) -> str:
 
 def _tests(tests: Mapping[str, Any], unit: str) -> str:
     count = len(tests["channels"])
-    failed = [name.replace("_", " ") for name in tests["failed"]]
+    failed = [words(name) for name in tests["failed"]]
     outcome = f"fails {len(failed)} of {count} tests: {', '.join(failed)}"
     if not failed:
         outcome = f"passes all {count} tests"
@@ -166,7 +164,7 @@ def paper_words(procedure: Mapping[str, Any]) -> str:
     if procedure["friction"] is None:
         return f"no result: {procedure.get('why') or 'refused'}"
     text = with_interval(procedure["friction"])
-    reasons = [_FAULTS.get(name, name.replace("_", " ")) for name in procedure["because"]]
+    reasons = [_FAULTS.get(name, words(name)) for name in procedure["because"]]
     if not procedure["disagrees"]:
         return text + "\nagrees" + (f", in spite of {listed(reasons)}" if reasons else "")
     return text + "\ndisagrees" + (f", because of {listed(reasons)}" if reasons else "")

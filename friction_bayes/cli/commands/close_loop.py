@@ -23,6 +23,7 @@ from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 from friction_bayes.core.strict_json import strict_json
+from friction_bayes.core.text import words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -151,7 +152,7 @@ def _search(
         def advance(name: str) -> None:
             nonlocal fitted
             fitted += 1
-            bar.update(task, description=name.replace("_", " "), completed=fitted)
+            bar.update(task, description=words(name), completed=fitted)
 
         return fb.close_loop(
             records,

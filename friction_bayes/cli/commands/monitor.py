@@ -93,10 +93,6 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
-    from friction_bayes.cli.tables.monitor import monitor_table
-    from friction_bayes.plotting import save_figure
-    from friction_bayes.plotting.monitor import monitor_figures
-
     if arguments.time_unit is not None and arguments.times is None:
         raise InputError("--time-unit", "is given without --times", "give both")
     with collected_warnings() as warned:
@@ -108,6 +104,10 @@ def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
             times=arguments.times,
             time_unit=arguments.time_unit,
         )
+    from friction_bayes.cli.tables.monitor import monitor_table
+    from friction_bayes.plotting import save_figure
+    from friction_bayes.plotting.monitor import monitor_figures
+
     notes = [text for known in report.manipulation for text in known["notes"]]
     result = report.to_dict() | {"notes": list(dict.fromkeys([*warned, *notes]))}
     write_json(folder / "monitor.json", result)
