@@ -50,7 +50,7 @@ def is_coloured(residual: Array, step: float, frequency: float) -> bool:
     size = min(band.size for band in bands)
     if size < 10:
         return False
-    # medians, so that a line of interference colours nothing
+    # medians, so that a line of interference does not count as colour
     level = np.log([np.median(band) for band in bands])
     variance = _HANN_SPREAD / (size * math.log(2.0) ** 2)
     statistic = float(np.sum((level - level.mean()) ** 2)) / variance

@@ -121,7 +121,7 @@ class Expansion:
                     yield approximation
 
     def _approximation(self, names: Names, new: Sequence[str]) -> Approximation | None:
-        """A set at its best shapes; None where one of its effects cannot be told from the others."""
+        """A set at its best shapes; None where an effect is not identifiable."""
         tried = [(self._solve(names, shapes), shapes) for shapes in product(*(self._shapes[n] for n in new))]
         solution, shapes = max(tried, key=lambda pair: pair[0].log_evidence)
         if not solution.identifiable:
@@ -218,7 +218,7 @@ def _inverse(matrix: Array) -> Array:
 
 
 def is_identifiable(fit: LoopFit) -> bool:
-    """Whether the samples tell each effect of a fit from the others of it, and from friction and state."""
+    """Whether the samples distinguish each effect of a fit from the others, from friction and state."""
     return _all_identified(list(zip(fit.model.coordinates, np.diag(fit.covariance), strict=True)))
 
 

@@ -264,8 +264,8 @@ def sensor_output(clean: Array, time: Array, effects: Mapping[str, tuple[float, 
 def _soften_jumps(acceleration: Array, time: Array, turns: Array) -> None:
     """Spread the jump at each turning point over a small share of the sampling interval, in place.
 
-    A sample that lies that close to a turning point says which side it is on with less certainty than the
-    sampling clock has; and a likelihood without steps can be climbed.
+    The sampling clock does not decide on which side of a turning point a sample that close to it lies; and a
+    likelihood without steps can be climbed.
     """
     if time.size < 3:
         return

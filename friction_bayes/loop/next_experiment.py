@@ -1,7 +1,7 @@
 """Which further record would decide between candidates that tie, computed from the candidates themselves.
 
-Each experiment is predicted under the most probable candidate. How far a rival, with what it has learnt
-from the records so far and with an initial state of its own, can follow that prediction is linear algebra:
+Each experiment is predicted under the most probable candidate. A rival, with its posterior from the records
+so far and an initial state of its own, can follow that prediction in part; what is left is linear algebra:
 with the difference ``D`` of the two predictions, noise ``s`` and the rival's derivatives ``J`` and covariance
 ``C``, the expected log Bayes factor is ``D' (s^2 + J C J')^-1 D / 2``.
 """
@@ -86,7 +86,7 @@ def _agreement_on_friction(fits: Sequence[LoopFit]) -> str:
     spread = (max(frictions) - min(frictions)) / frictions[0]
     if spread > _SAME_FRICTION:
         return ""
-    return f"; their values of friction agree within {max(100.0 * spread, 0.01):.2g} %"
+    return f"; the candidates agree on friction within {max(100.0 * spread, 0.01):.2g} %"
 
 
 def proposals(truth: LoopFit, rival: LoopFit) -> list[Proposal]:

@@ -36,7 +36,7 @@ class NoiseModel:
     outliers : bool
         Whether a fraction of the samples has a larger scale.
     censored : bool
-        Whether flat samples only say that the signal lies beyond.
+        Whether flat samples are only known to lie beyond the level.
     """
 
     ar: Array

@@ -83,7 +83,7 @@ class Coordinate:
 
     @property
     def key(self) -> tuple[str, str, int]:
-        """Effect, name and record: what tells it from the others of a model."""
+        """Effect, name and record, which no other parameter of a model shares."""
         return self.effect, self.name, self.record
 
     @property
@@ -129,7 +129,7 @@ class Coordinate:
 
     @property
     def start(self) -> float:
-        """Where a fit that knows nothing starts: the null, or the prior's median where there is none."""
+        """Where a fit starts by default: the null, or the prior's median where there is no null."""
         if self.shapes:
             return self.at_score(0.0)
         return self.coordinate(0.0) if self.prior.family == "uniform" and not self.circular else 0.0
@@ -251,7 +251,7 @@ def _shapes(prior: Prior, parameter: Parameter) -> bool:
 
 
 def _bounds(effect: Effect, prior: Prior, parameter: Parameter) -> tuple[float, float]:
-    """A force that is linear in a parameter goes on through its null; nothing else does."""
+    """A force that is linear in a parameter may be continued through its null; no other term may."""
     if prior.family == "uniform":
         width = prior.high - prior.low if _is_angle(prior, parameter) else 0.0
         return prior.low - width, prior.high + width

@@ -98,7 +98,7 @@ def standardised_residual(fit: LoopFit, r: int) -> tuple[Array, Mask]:
     """Whitened residual over its standard deviation, and which samples are free of the sensor's ends.
 
     Near an end of the range the residuals are those of a cut distribution. Over the censored samples
-    and these together their generalised residuals still sum to nothing, so that the templates may use them.
+    and these together their generalised residuals still sum to zero, so that the templates may use them.
     """
     noise, segment = fit.noises[r], fit.model.segments[r]
     # with outliers the weight is what the contaminated normal gives the sample
@@ -117,7 +117,13 @@ def standardised_residual(fit: LoopFit, r: int) -> tuple[Array, Mask]:
 def residual_tests(fit: LoopFit) -> ResidualTests:
     """Test the residual of a fit."""
     residuals = [standardised_residual(fit, r) for r in range(len(fit.noises))]
-    channels = _template_channels(fit, residuals)
+    channels = [*_template_channels(fit, residuals), *_noise_channels(fit, residuals), _saturation(fit)]
+    everything = np.concatenate(fit.free_residuals)
+    return ResidualTests(tuple(channels), float(np.sqrt(np.mean(everything**2))))
+
+
+def _noise_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> list[Channel]:
+    """Tests that the residual is white and normal: correlation, the largest line, samples far out."""
     lines, correlated, far = [], [], []
     for r, (e, used) in enumerate(residuals):
         x = e[used]
@@ -130,21 +136,23 @@ def residual_tests(fit: LoopFit) -> ResidualTests:
         far.append((int(np.count_nonzero(np.abs(plain) > _FAR)), x.size))
     lags = sum(w.lags for w in correlated)
     total = math.fsum(w.statistic for w in correlated)
-    channels.append(Channel("whiteness", total, lags, float(stats.chi2.sf(total, lags))))
     peak = min(lines, key=lambda line: line[1])
-    channels.append(Channel("spectrum", peak[0], 2, min(1.0, peak[1] * len(lines))))
+    channels = [
+        Channel("whiteness", total, lags, float(stats.chi2.sf(total, lags))),
+        Channel("spectrum", peak[0], 2, min(1.0, peak[1] * len(lines))),
+    ]
     if not any(noise_model.outliers for noise_model in fit.noise_models):
         count, n = sum(c for c, _ in far), sum(n for _, n in far)
         expected = 2.0 * stats.norm.sf(_FAR)
         channels.append(Channel("tails", float(count), n, float(stats.binom.sf(count - 1, n, expected))))
-    flat = sum(
-        int(np.count_nonzero(s.sides))
-        for s, f in zip(fit.model.segments, fit.noise_models, strict=True)
-        if not f.censored
-    )
-    channels.append(Channel("saturation", float(flat), 1, 0.0 if flat else 1.0))
-    everything = np.concatenate(fit.free_residuals)
-    return ResidualTests(tuple(channels), float(np.sqrt(np.mean(everything**2))))
+    return channels
+
+
+def _saturation(fit: LoopFit) -> Channel:
+    """Samples held at an end of the sensor's range that the fit does not censor."""
+    pairs = zip(fit.model.segments, fit.noise_models, strict=True)
+    flat = sum(int(np.count_nonzero(s.sides)) for s, noise in pairs if not noise.censored)
+    return Channel("saturation", float(flat), 1, 0.0 if flat else 1.0)
 
 
 def _template_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> list[Channel]:

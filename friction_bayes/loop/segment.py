@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -21,7 +21,7 @@ from friction_bayes.records.record import validate_record
 __all__ = ["Segment", "cut_records"]
 
 _REST_KEPT = 0.15
-"""Share of the moving time kept after the stop: where it rests says where the sensor's zero is."""
+"""Share of the moving time kept after the stop: where it rests shows the sensor's zero."""
 _SPIKE = 6.0
 """Distance from the neighbours' median, in robust standard deviations, of samples ignored when cutting."""
 _NEIGHBOURS = 7
@@ -85,15 +85,12 @@ class Segment:
 
     def head(self, n: int) -> Segment:
         """The first ``n`` samples; time and phase are the same."""
-        return Segment(
-            decay=self.decay,
+        return replace(
+            self,
             values=self.values[:n],
             time=self.time[:n],
             sides=self.sides[:n],
             moving=min(self.moving, n),
-            first=self.first,
-            recorded=self.recorded,
-            block=self.block,
         )
 
 

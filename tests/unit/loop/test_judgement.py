@@ -93,9 +93,13 @@ def test_a_coulomb_record_is_adequate_and_forecast_to_the_noise() -> None:
 def test_held_samples_measure_no_noise(seed: int) -> None:
     record = long_decay(seed=seed, effects={"sensor_clipping.level": 0.03})
     report = fb.close_loop([record], SYSTEM, seed=1, effects=["sensor_clipping"], noise="white")
-    told = report.to_dict()
+    fields = report.to_dict()
     # some five hundred free samples: 3 % standard error of the noise
-    for sd in (told["noise"]["sd"], told["held_out_error"]["noise_floor"], told["residual"]["after"]["rms"]):
+    for sd in (
+        fields["noise"]["sd"],
+        fields["held_out_error"]["noise_floor"],
+        fields["residual"]["after"]["rms"],
+    ):
         assert sd == pytest.approx(5e-4, rel=0.2)
 
 
@@ -135,9 +139,9 @@ def test_a_measured_force_is_set_beside_both_models(seed: int) -> None:
     force = -(SYSTEM.moving * motion.acceleration + SYSTEM.stiffness * motion.displacement)
     # a cell on the other side of the contact shows the opposite sign
     report = fb.close_loop([record], SYSTEM, seed=1, effects=["viscous_damping"], reference_force=-force)
-    told = report.residual["force"]
-    assert told["unit"] == "N"
-    assert told["after"] < 0.3 * told["before"]
+    force_error = report.residual["force"]
+    assert force_error["unit"] == "N"
+    assert force_error["after"] < 0.3 * force_error["before"]
     forces = report.traces[0].forces
     assert forces is not None
     # at a turning point the sign hangs on the last digit of the phase

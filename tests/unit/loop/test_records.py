@@ -104,10 +104,10 @@ def test_a_users_effects_are_traced(seed: int) -> None:
     effects = ["viscous_damping", "sensor_offset", "eddy_brake", "warming_up"]
     report = fb.close_loop([record], SYSTEM, seed=1, effects=effects)
     assert set(report.candidates[0]["effects"]) == {"eddy_brake", "warming_up"}
-    told = {effect["name"]: effect["parameters"] for effect in report.effects}
+    traced = {effect["name"]: effect["parameters"] for effect in report.effects}
     for key, value in settings.items():
         name, _, parameter = key.partition(".")
-        found = told[name][parameter]
+        found = traced[name][parameter]
         assert found["mean"] == pytest.approx(value, abs=5.0 * found["sd"]), key
-    assert told["eddy_brake"]["coefficient"]["unit"] == "N s/m"
-    assert told["warming_up"]["error"]["unit"] == "m"
+    assert traced["eddy_brake"]["coefficient"]["unit"] == "N s/m"
+    assert traced["warming_up"]["error"]["unit"] == "m"

@@ -1,4 +1,4 @@
-"""A signal in volts: friction is told in volts, by every part of the report, and no sine is taken of it."""
+"""A signal in volts: every part of the report gives friction in volts, and no sine is taken of it."""
 
 from __future__ import annotations
 
