@@ -9,12 +9,12 @@ from itertools import pairwise
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from scipy import stats
-
-from friction_bayes.core.arrays import Array, Mask
 
 __all__ = ["Figure", "common_traits", "figures_of_merit", "median_error", "rate_error", "reliability"]
 
+Mask = NDArray[np.bool_]
 
 RELIABILITY_EDGES = (0.0, 0.02, 0.1, 0.3, 0.5, 0.7, 0.9, 0.98, 1.0)
 _FAMILY_LEVEL = 0.05  # of the largest deviation over all bins of the reliability diagram
@@ -57,7 +57,7 @@ def rate_error(rate: float, n: int) -> float:
     return math.sqrt(inside * (1.0 - inside) / n)
 
 
-def median_error(values: Array) -> float:
+def median_error(values: NDArray[np.float64]) -> float:
     """Standard error of a median: half the distance of the order statistics ``sqrt(n)/2`` ranks away."""
     ordered = np.sort(values)
     half = math.sqrt(ordered.size) / 2.0
@@ -73,7 +73,7 @@ def _rate(name: str, target: str, good: Mask, eligible: Mask, meets: Callable[[f
     return Figure(name, target, value, error, n, bool(n and meets(value)), eligible & ~good, eligible)
 
 
-def _median(name: str, target: str, values: Array, eligible: Mask, limit: float) -> Figure:
+def _median(name: str, target: str, values: NDArray[np.float64], eligible: Mask, limit: float) -> Figure:
     n = int(eligible.sum())
     value = float(np.median(values[eligible])) if n else math.nan
     error = median_error(values[eligible]) if n else math.nan

@@ -11,12 +11,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from experiments.blind.forward import PARAMETERS, decay_signal
-from friction_bayes.core.arrays import Array, Mask
 
 __all__ = ["Problem", "fit_set", "physical_parameters"]
 
+Vector = NDArray[np.float64]
 
 ALL_PARAMETERS = (*PARAMETERS, "offset", "rate", "sine", "cosine", "line_frequency")
 _INDEX = {name: i for i, name in enumerate(ALL_PARAMETERS)}
@@ -85,20 +86,20 @@ class Problem:
         When the true motion ends.
     """
 
-    times: Array
-    signal: Array
-    used: Mask
+    times: Vector
+    signal: Vector
+    used: NDArray[np.bool_]
     noise_sd: float
     weight: float
     end: float
     order: int
     rest_time: float = math.inf
 
-    def residual(self, p: Array) -> Array:
+    def residual(self, p: Vector) -> Vector:
         """Weighted difference; its sum of squares is the chi-square loss."""
         return math.sqrt(self.weight) / self.noise_sd * np.where(self.used, self.signal - self.model(p), 0.0)
 
-    def model(self, p: Array) -> Array:
+    def model(self, p: Vector) -> Vector:
         """Signal of a full parameter vector (see ``ALL_PARAMETERS``)."""
         out = decay_signal(p[:_N_MOTION], self.times, self.end, self.order)
         offset, rate, sine, cosine, line = p[_N_MOTION:]
@@ -108,7 +109,7 @@ class Problem:
             out += sine * np.sin(line * self.times) + cosine * np.cos(line * self.times)
         return out
 
-    def jacobian(self, p: Array, free: Array, residual: Array) -> Array:
+    def jacobian(self, p: Vector, free: Vector, residual: Vector) -> Vector:
         """Derivatives of :meth:`residual`, motion by forward differences, sensor terms exactly."""
         scale = math.sqrt(self.weight) / self.noise_sd * self.used
         columns = np.empty((self.times.size, free.size))
@@ -122,7 +123,7 @@ class Problem:
                 columns[:, j] = -scale * self._sensor_column(p, int(i))
         return columns
 
-    def _sensor_column(self, p: Array, i: int) -> Array:
+    def _sensor_column(self, p: Vector, i: int) -> Vector:
         line = p[_INDEX["line_frequency"]]
         if i == _INDEX["offset"]:
             return np.ones(self.times.size)
@@ -136,7 +137,7 @@ class Problem:
         return self.times * (sine * np.cos(line * self.times) - cosine * np.sin(line * self.times))
 
 
-def physical_parameters(**known: float) -> Array:
+def physical_parameters(**known: float) -> Vector:
     """Full parameter vector with the given values and every other effect absent."""
     p = np.zeros(len(ALL_PARAMETERS))
     p[_INDEX["frequency"]] = 1.0
@@ -146,7 +147,7 @@ def physical_parameters(**known: float) -> Array:
     return p
 
 
-def _minimise(problem: Problem, p: Array, free: Array) -> tuple[float, Array]:
+def _minimise(problem: Problem, p: Vector, free: Vector) -> tuple[float, Vector]:
     """Levenberg-Marquardt, projected on the bounds: a parameter pushed against its bound stands still."""
     low, high = _LOW.copy(), _HIGH
     low[_INDEX["line_frequency"]] = _SHORTEST_LINE / problem.times[-1]
@@ -186,7 +187,7 @@ def _minimise(problem: Problem, p: Array, free: Array) -> tuple[float, Array]:
     return loss, p
 
 
-def _entries(problem: Problem, p: Array, free: Array) -> Iterator[Array]:
+def _entries(problem: Problem, p: Vector, free: Vector) -> Iterator[Vector]:
     """Ways into the fit of a whole record.
 
     The turning point at which a mass stays is a discontinuous function of the parameters, and a descent
@@ -215,7 +216,7 @@ def _entries(problem: Problem, p: Array, free: Array) -> Iterator[Array]:
         yield p
 
 
-def _line_starts(problem: Problem, p: Array) -> Iterator[Array]:
+def _line_starts(problem: Problem, p: Vector) -> Iterator[Vector]:
     """Start a line at the two highest peaks of the residual's spectrum, and unresolved beside the motion."""
     residual = problem.residual(p)
     spacing = problem.times[1] - problem.times[0]
@@ -239,7 +240,7 @@ def _line_starts(problem: Problem, p: Array) -> Iterator[Array]:
         yield start
 
 
-def _starts(problem: Problem, name: str, p: Array) -> Iterator[Array]:
+def _starts(problem: Problem, name: str, p: Vector) -> Iterator[Vector]:
     """Starts for adding one effect to a smaller model fitted at ``p``."""
     if name == "periodic_interference":
         yield from _line_starts(problem, p)
@@ -254,8 +255,8 @@ def _starts(problem: Problem, name: str, p: Array) -> Iterator[Array]:
 
 
 def fit_set(
-    problem: Problem, effects: frozenset[str], bases: dict[frozenset[str], Array], guess: Array
-) -> tuple[float, Array]:
+    problem: Problem, effects: frozenset[str], bases: dict[frozenset[str], Vector], guess: Vector
+) -> tuple[float, Vector]:
     """Lowest chi-square loss of a set of effects, and its parameters.
 
     Parameters

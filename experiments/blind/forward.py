@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-
-from friction_bayes.core.arrays import Array
+from numpy.typing import NDArray
 
 __all__ = ["PARAMETERS", "STEPS_A_PERIOD", "decay_signal"]
 
@@ -34,7 +33,7 @@ PARAMETERS = (
 
 
 @njit(cache=True, nogil=True)
-def _constants(p: Array, end: float) -> Array:
+def _constants(p: NDArray[np.float64], end: float) -> NDArray[np.float64]:
     """What the force law needs of the parameters, worked out once."""
     w2 = p[0] * p[0]
     return np.array(
@@ -43,7 +42,7 @@ def _constants(p: Array, end: float) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _level(c: Array, t: float, v: float) -> float:
+def _level(c: NDArray[np.float64], t: float, v: float) -> float:
     """Friction level in units of that of a Coulomb decay."""
     level = c[6] + c[7] * t
     exponent = v * v * c[5]
@@ -53,13 +52,15 @@ def _level(c: Array, t: float, v: float) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _acc(c: Array, t: float, x: float, v: float, friction: float) -> float:
+def _acc(c: NDArray[np.float64], t: float, x: float, v: float, friction: float) -> float:
     """Acceleration; ``friction`` carries the sign of the motion."""
     return -x * (c[0] + c[1] * x * x) - v * (c[2] + c[3] * abs(v)) - friction * _level(c, t, v)
 
 
 @njit(cache=True, nogil=True)
-def _step(c: Array, t: float, x: float, v: float, friction: float, h: float) -> tuple[float, float]:
+def _step(
+    c: NDArray[np.float64], t: float, x: float, v: float, friction: float, h: float
+) -> tuple[float, float]:
     a1 = _acc(c, t, x, v, friction)
     v2 = v + 0.5 * h * a1
     a2 = _acc(c, t + 0.5 * h, x + 0.5 * h * v, v2, friction)
@@ -71,7 +72,9 @@ def _step(c: Array, t: float, x: float, v: float, friction: float, h: float) -> 
 
 
 @njit(cache=True, nogil=True)
-def _time_to_zero(c: Array, t: float, x: float, v: float, friction: float, h: float, v_end: float) -> float:
+def _time_to_zero(
+    c: NDArray[np.float64], t: float, x: float, v: float, friction: float, h: float, v_end: float
+) -> float:
     """Length of the partial step that ends at zero velocity, by the Illinois form of regula falsi."""
     low, high, f_low, f_high = 0.0, h, v, v_end
     length = h
@@ -90,7 +93,9 @@ def _time_to_zero(c: Array, t: float, x: float, v: float, friction: float, h: fl
 
 
 @njit(cache=True, nogil=True)
-def decay_signal(p: Array, times: Array, end: float, order: int) -> Array:
+def decay_signal(
+    p: NDArray[np.float64], times: NDArray[np.float64], end: float, order: int
+) -> NDArray[np.float64]:
     """Displacement (``order`` 0) or acceleration (2) of a free decay.
 
     Parameters

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from experiments.blind.draws import CATALOGUE, OUTSIDE, Setting, draw_effect, draw_outside, log_uniform, pairs
 from experiments.blind.laws import Law, Motion, integrate
 from friction_bayes import make_record
-from friction_bayes.core.arrays import Array
 
 __all__ = ["KINDS", "PAIR_KINDS", "SealedRecord", "Truth", "draw", "trace_of"]
 
@@ -111,8 +111,8 @@ class SealedRecord:
     record: xr.DataArray
     system: dict[str, float]
     truth: Truth
-    times: Array
-    clean: Array
+    times: NDArray[np.float64]
+    clean: NDArray[np.float64]
     noise_sd: float
     law: Law
     start: tuple[float, float]
@@ -200,7 +200,9 @@ def _draw_system(
             return {name: moving, "stiffness": moving * frequency**2}, frequency, amplitude
 
 
-def _with_sensor(signal: Array, times: Array, rms: float, drawn: dict[str, Any]) -> Array:
+def _with_sensor(
+    signal: NDArray[np.float64], times: NDArray[np.float64], rms: float, drawn: dict[str, Any]
+) -> NDArray[np.float64]:
     """Add what a sensor adds, noise, clipping and outliers apart."""
     out = signal + rms * drawn.get("offset", 0.0) + rms * drawn.get("drift", 0.0) * times / times[-1]
     if "interference_amplitude" in drawn:

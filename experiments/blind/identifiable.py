@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from experiments.blind.draws import CATALOGUE, EXCLUSIVE, OUTSIDE
 from experiments.blind.fitting import Problem, fit_set, physical_parameters
 from experiments.blind.generator import SealedRecord, draw
 from experiments.blind.outliers import deviance_of_outliers, deviance_with_outliers
-from friction_bayes.core.arrays import Array
 
 __all__ = ["IDENTIFIABLE_LOSS", "UNEXPLAINED_LOSS", "closest_rival", "problem_of", "sealed_record"]
 
@@ -82,7 +82,7 @@ def _losses(sealed: SealedRecord, size: int) -> Iterator[tuple[Effects, float]]:
     fraction = truth.parameters.get("outlier_fraction", 0.0)
     scale = truth.parameters.get("outlier_scale", 1.0)
     problems = {flat: problem_of(sealed, flat) for flat in ({False, True} if clipped else {False})}
-    fitted: dict[tuple[bool, Effects], Array] = {}
+    fitted: dict[tuple[bool, Effects], NDArray[np.float64]] = {}
     chi_square: dict[tuple[bool, Effects], float] = {}
     losses: dict[Effects, float] = {}
     for effects in _candidates(size, losses):

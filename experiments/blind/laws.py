@@ -11,10 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-
-from friction_bayes.core.arrays import Array
 
 __all__ = ["ABSOLUTE_TOLERANCE", "RELATIVE_TOLERANCE", "Law", "Motion", "integrate"]
 
@@ -106,7 +105,7 @@ class _Segment:
     stop: float
     sign: float
     slips: int
-    state: Callable[[Array], Array]
+    state: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
@@ -123,10 +122,10 @@ class Motion:
 
     law: Law
     segments: tuple[_Segment, ...]
-    turning_times: Array
+    turning_times: NDArray[np.float64]
     rest_time: float | None
 
-    def sample(self, times: Array) -> tuple[Array, Array]:
+    def sample(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Displacement and acceleration at increasing ``times``."""
         x = np.empty(times.size)
         acceleration = np.zeros(times.size)
@@ -148,7 +147,7 @@ class Motion:
         return x, acceleration
 
 
-def _rest(x: float) -> Callable[[Array], Array]:
+def _rest(x: float) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
     return lambda times: np.vstack([np.full(times.size, x), np.zeros(times.size)])
 
 
@@ -193,13 +192,15 @@ def integrate(law: Law, x: float, v: float, end: float) -> Motion:
                 _, sign = law.excess(t + 1e-9, x, slips)
         rest_time = None
 
-        def turning_point(_time: float, state: Array) -> float:
+        def turning_point(_time: float, state: NDArray[np.float64]) -> float:
             return float(state[1])
 
         turning_point.terminal = True  # type: ignore[attr-defined]
         turning_point.direction = -sign  # type: ignore[attr-defined]
 
-        def slope(time: float, state: Array, sign: float = sign, slips: int = slips) -> tuple[float, float]:
+        def slope(
+            time: float, state: NDArray[np.float64], sign: float = sign, slips: int = slips
+        ) -> tuple[float, float]:
             velocity = float(state[1])
             return velocity, law.acceleration(time, float(state[0]), velocity, sign, slips)
 

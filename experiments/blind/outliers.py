@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize
-
-from friction_bayes.core.arrays import Array
 
 __all__ = ["deviance_of_outliers", "deviance_with_outliers"]
 
@@ -16,7 +15,9 @@ _WEIGHTS = _WEIGHTS / _WEIGHTS.sum()
 _SAMPLES = 400  # of a misfit that fills the record: enough to tell a loss of 10 from one of hundreds
 
 
-def _log_contaminated(z: Array, fraction: float, scale: float, sd: float) -> Array:
+def _log_contaminated(
+    z: NDArray[np.float64], fraction: float, scale: float, sd: float
+) -> NDArray[np.float64]:
     """Log density, without the constant, of ``(1-fraction) N(0, sd^2) + fraction N(0, (scale sd)^2)``."""
     core = math.log1p(-fraction) - math.log(sd) - 0.5 * (z / sd) ** 2
     tail = math.log(fraction) - math.log(scale * sd) - 0.5 * (z / (scale * sd)) ** 2
@@ -46,7 +47,7 @@ def deviance_of_outliers(n: int, fraction: float, scale: float) -> float:
     return 2.0 * n * divergence
 
 
-def deviance_with_outliers(misfit: Array, weight: float) -> float:
+def deviance_with_outliers(misfit: NDArray[np.float64], weight: float) -> float:
     """Expected deviance that contaminated noise around a wrong motion loses to the truth with Gaussian noise.
 
     Parameters
@@ -66,7 +67,7 @@ def deviance_with_outliers(misfit: Array, weight: float) -> float:
     z = misfit[:, None] + _NODES
     truth = -0.5 * float(_WEIGHTS @ _NODES**2) * misfit.size
 
-    def deviance(q: Array) -> float:
+    def deviance(q: NDArray[np.float64]) -> float:
         fraction = 0.5 / (1.0 + math.exp(-q[0]))
         log_density = _log_contaminated(z, fraction, 1.0 + math.exp(q[1]), math.exp(q[2]))
         return 2.0 * weight * (truth - float((log_density @ _WEIGHTS).sum()))
