@@ -35,7 +35,7 @@ _SAMPLES_PER_PERIOD = 8.0
 
 @dataclass(frozen=True, kw_only=True)
 class FreeDecay:
-    """What every estimator is given: the moving samples, cut once from the data, before any model.
+    """The moving samples of a record, cut once from the data and before any model: what estimators are given.
 
     Attributes
     ----------
@@ -51,6 +51,8 @@ class FreeDecay:
         What was measured.
     unit : str
         Its unit; not SI when the sensor was not calibrated.
+    system : Oscillator
+        The declared system.
     frequency : float
         Rough angular frequency found in the data [rad/s].
     phase : float
@@ -237,7 +239,7 @@ def _spectral_frequency(values: Array, expected: float) -> Array:
 
 
 def _refusal(name: str, status: int, values: Array, clock: Array, expected: float) -> InputError:
-    """The refusal that belongs to a status."""
+    """Return what to say of a record in which no free decay was found."""
     if status == NOT_FINITE:
         bad = np.flatnonzero(~np.isfinite(values))
         return InputError(

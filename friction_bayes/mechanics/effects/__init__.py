@@ -1,7 +1,7 @@
 """The effect catalogue: what may make a record differ from a Coulomb decay with white noise.
 
-To add an effect, write one small file beside the others and register it here in one line; from outside
-the package, call :func:`register`.
+To add an effect, write one small file beside the others and name it in :data:`BUILT_IN`; from outside the
+package, call :func:`register`.
 """
 
 from __future__ import annotations
@@ -49,17 +49,20 @@ __all__ = [
     "register",
 ]
 
-register(VISCOUS_DAMPING)
-register(QUADRATIC_DRAG)
-register(ASYMMETRIC_FRICTION)
-register(STRIBECK_FRICTION)
-register(FRICTION_DRIFT)
-register(CUBIC_STIFFNESS)
-register(SENSOR_OFFSET)
-register(SENSOR_DRIFT)
-register(SENSOR_CLIPPING)
-register(PERIODIC_INTERFERENCE)
-register(OUTLIERS)
-
-BUILT_IN: tuple[Effect, ...] = tuple(EFFECTS.values())
+BUILT_IN: tuple[Effect, ...] = (
+    VISCOUS_DAMPING,
+    QUADRATIC_DRAG,
+    ASYMMETRIC_FRICTION,
+    STRIBECK_FRICTION,
+    FRICTION_DRIFT,
+    CUBIC_STIFFNESS,
+    SENSOR_OFFSET,
+    SENSOR_DRIFT,
+    SENSOR_CLIPPING,
+    PERIODIC_INTERFERENCE,
+    OUTLIERS,
+)
 """The effects this package brings; the integrator is compiled for their forces ahead."""
+
+for _effect in BUILT_IN:
+    register(_effect)
