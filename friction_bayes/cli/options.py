@@ -33,7 +33,7 @@ __all__ = [
 ]
 
 _DATASET = "dataset:"
-_RECORD_FIELDS = ("quantity", "unit", "time_column", "signal_column", "sampling_rate", "resample")
+_RECORD_FIELDS = ("quantity", "unit", "time_column", "signal_column", "sampling_rate", "resample", "run")
 _SYSTEM_FIELDS = ("mass", "inertia", "stiffness", "mass_sd", "inertia_sd", "stiffness_sd")
 
 
@@ -56,13 +56,18 @@ def add_system(parser: argparse.ArgumentParser) -> None:
 def add_record(parser: argparse.ArgumentParser) -> None:
     """Add the options that say how a record file is read."""
     group = parser.add_argument_group("record", "what the column names of the file do not say")
-    group.add_argument("--time-column", metavar="NAME", help="column of the sample times [s]")
-    group.add_argument("--signal-column", metavar="NAME", help="column of the signal")
+    group.add_argument("--time-column", metavar="NAME", help="sample times [s], by name or number from 0")
+    group.add_argument("--signal-column", metavar="NAME", help="signal, by name or number from 0")
     group.add_argument("--quantity", metavar="NAME", help="displacement, velocity, acceleration, angle, ...")
-    group.add_argument("--unit", metavar="UNIT", help="unit of the signal; V when it is not calibrated")
+    group.add_argument(
+        "--unit", metavar="UNIT", help="unit of the signal; V, counts or a.u. when not calibrated"
+    )
     group.add_argument("--sampling-rate", type=float, metavar="HZ", help="for a record without a time column")
     group.add_argument(
         "--resample", action="store_true", help="interpolate a non-uniform record to a uniform rate"
+    )
+    group.add_argument(
+        "--run", type=int, metavar="N", help="run, in a file of several such as PASCO Capstone's"
     )
 
 
@@ -136,7 +141,8 @@ def load_record(source: str, arguments: argparse.Namespace) -> tuple[xr.DataArra
     """
     if source.startswith(_DATASET):
         for name in _RECORD_FIELDS:
-            if getattr(arguments, name):
+            value = getattr(arguments, name)
+            if value is not None and value is not False:
                 option = f"--{name.replace('_', '-')}"
                 raise InputError(
                     option, f"does not apply to {source}", "a data set brings its own; leave it out"
@@ -203,7 +209,7 @@ def input_digests(*sources: str | None) -> dict[str, str]:
 
 def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the options as parsed, for the manifest."""
-    plain = {key: value for key, value in vars(arguments).items() if key not in {"run", "command"}}
+    plain = {key: value for key, value in vars(arguments).items() if key != "handler"}
     return {key: str(value) if isinstance(value, Path) else value for key, value in plain.items()}
 
 

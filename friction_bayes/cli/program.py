@@ -91,7 +91,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         given = one_value_each(sys.argv[1:] if argv is None else argv, "--prior")
         arguments = build_parser().parse_args(given)
-        arguments.run(arguments)
+        arguments.handler(arguments)
     except FrictionBayesError as error:
         _complain(str(error))
         return 2

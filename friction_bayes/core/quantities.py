@@ -68,8 +68,8 @@ _OTHER_UNITS: dict[str, dict[str, float]] = {
     "rad/s2": {"deg/s2": math.pi / 180.0, "rad/s^2": 1.0, "rad/s²": 1.0},
 }
 
-UNCALIBRATED_UNITS = ("V", "mV", "counts")
-"""Units of a raw sensor signal; friction then comes out in the signal's own units."""
+UNCALIBRATED_UNITS = ("V", "mV", "counts", "a.u.")
+"""Units of a raw sensor signal, the last one arbitrary; friction then comes out in the signal's own units."""
 
 
 def quantity_named(name: str, *, place: str = "quantity") -> Quantity:
@@ -89,7 +89,7 @@ def known_units(quantity: Quantity) -> tuple[str, ...]:
 def to_si(quantity: Quantity, unit: str, *, place: str = "unit") -> tuple[float, str]:
     """Return the factor that brings ``unit`` to SI and the unit that results.
 
-    Uncalibrated units (V, mV, counts) are kept as they are, with factor 1.
+    Uncalibrated units (V, mV, counts, a.u.) are kept as they are, with factor 1.
     """
     if unit == quantity.unit or unit in UNCALIBRATED_UNITS:
         return 1.0, unit

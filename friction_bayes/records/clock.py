@@ -8,7 +8,7 @@ import xarray as xr
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 
-__all__ = ["LONGEST_RESAMPLED_GAP", "check_clock", "place_of_sample", "sampling_interval"]
+__all__ = ["GAP", "LONGEST_RESAMPLED_GAP", "check_clock", "place_of_sample", "sampling_interval"]
 
 JITTER_RMS = 0.01
 """Largest root mean square distance of the time stamps from an even grid, in sampling intervals.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -57,12 +57,18 @@ class Part:
         Columns as :func:`friction_bayes.read_record` takes them; no time column with a sampling rate.
     sampling_rate : float, optional
         Samples per second, where the file has no time.
+    run : int, optional
+        Number of the run, in a file of several.
+    resample : bool
+        Whether frames are missing, so that the record has to be brought to an even grid.
     skip_lines : int
         Lines above the data of a text file.
     zero : float
         Sensor reading at the nominal rest position, subtracted [SI].
     start : float, optional
         Time before which the motion is not free [s]; cut off.
+    mass : float, optional
+        Moving mass, where it is not that of the data set's system [kg].
     note : str
         What a user should know of this record.
     """
@@ -73,9 +79,12 @@ class Part:
     signal_column: str
     time_column: str | None = None
     sampling_rate: float | None = None
+    run: int | None = None
+    resample: bool = False
     skip_lines: int = 0
     zero: float = 0.0
     start: float | None = None
+    mass: float | None = None
     note: str = ""
 
 
@@ -212,6 +221,8 @@ def dataset_record(name: str) -> tuple[xr.DataArray, Oscillator]:
         time_column=part.time_column,
         signal_column=part.signal_column,
         sampling_rate=part.sampling_rate,
+        resample=part.resample,
+        run=part.run,
     )
     if part.start is not None:
         # half a sample earlier, so that the rounding of time stamps cannot lose the first one
@@ -220,6 +231,8 @@ def dataset_record(name: str) -> tuple[xr.DataArray, Oscillator]:
     record = record.copy(data=record.values - part.zero)
     record.attrs["system_source"] = ("assumed: " if data_set.system_assumed else "") + data_set.system_source
     record.attrs["note"] = " ".join(filter(None, (data_set.note, part.note)))
+    if part.mass is not None:
+        return record, replace(data_set.system, mass=part.mass)
     return record, data_set.system
 
 

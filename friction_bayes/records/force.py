@@ -11,7 +11,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.records.readers import read_table
-from friction_bayes.records.readers.table import TIME_UNITS
+from friction_bayes.records.readers.table import is_time, times_of
 
 __all__ = ["read_force"]
 
@@ -45,12 +45,13 @@ def read_force(path: str | Path, record: xr.DataArray) -> Array:
     names = {name.lower(): name for name in table.columns}
     if wanted.lower() not in names:
         raise InputError(place, f"no column {wanted} among {', '.join(table.columns)}", f"name it {wanted}")
-    force = np.asarray(table.columns[names[wanted.lower()]].read(), dtype=np.float64)
+    column = table.columns[names[wanted.lower()]]
+    force = np.asarray(column.read(), dtype=np.float64)
     if not np.isfinite(force).all():
         row = int(np.flatnonzero(~np.isfinite(force))[0])
-        where = row if table.rows is None else int(table.rows[row])
+        where = row if column.rows is None else int(column.rows[row])
         raise InputError(f"{place} row {where}", f"{force[row]} is not finite", "leave such rows out")
-    clock = next((name for name in table.columns if name.lower().removeprefix("time_") in TIME_UNITS), None)
+    clock = next((name for name, other in table.columns.items() if is_time(name, other)), None)
     if clock is None:
         if force.size != record.size:
             raise InputError(
@@ -59,8 +60,7 @@ def read_force(path: str | Path, record: xr.DataArray) -> Array:
                 "add a column time_s, or match them",
             )
         return force
-    time = np.asarray(table.columns[clock].read(), dtype=np.float64)
-    time = time * TIME_UNITS[clock.lower().removeprefix("time_")]
+    time = np.asarray(times_of(column, table, place, clock), dtype=np.float64)
     if not (np.isfinite(time).all() and (np.diff(time) > 0.0).all()):
         raise InputError(place, "its times do not rise", "sort its rows by time")
     moments = np.asarray(record["time"].values, dtype=np.float64)

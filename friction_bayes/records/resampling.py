@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.errors import InputError
-from friction_bayes.records.clock import LONGEST_RESAMPLED_GAP, place_of_sample
+from friction_bayes.records.clock import GAP, LONGEST_RESAMPLED_GAP, place_of_sample
 from friction_bayes.records.record import record_name, validate_record
 
 __all__ = ["resample_record"]
@@ -46,7 +46,9 @@ def resample_record(record: xr.DataArray) -> xr.DataArray:
             f"is too long to interpolate (typical interval {typical:g} s)",
             "cut the record there",
         )
-    grid = np.linspace(time[0], time[-1], round((time[-1] - time[0]) / typical) + 1)
+    # the mean where no sample is missing: the median keeps the rounding of the time stamps
+    step = float(intervals[intervals <= GAP * typical].mean())
+    grid = np.linspace(time[0], time[-1], round((time[-1] - time[0]) / step) + 1)
     # a spline overshoots beside a flat top; nothing beyond the recorded range was seen
     resampled = np.clip(make_interp_spline(time, values, k=3)(grid), values.min(), values.max())
     left = np.clip(np.searchsorted(time, grid, side="right") - 1, 0, time.size - 2)

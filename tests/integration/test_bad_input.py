@@ -149,6 +149,7 @@ def test_bad_option(kind: str, csv: Path, tmp_path: Path, capsys: pytest.Capture
         (("estimate", "nowhere.csv", *SYSTEM), "nowhere.csv"),
         (("estimate", "dataset:nonsense"), "nonsense"),
         (("estimate", "dataset:bicycle-fork", "--unit", "V"), "--unit"),
+        (("estimate", "dataset:bicycle-fork", "--run", "0"), "--run: does not apply to dataset:bicycle-fork"),
         (("estimate",), "RECORD"),
         ((), "COMMAND"),
         (("guess",), "guess"),
@@ -179,6 +180,18 @@ def test_bad_command(
     monkeypatch.chdir(tmp_path)
     assert said in refused(capsys, *argv)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("command", ["estimate", "close-loop", "monitor"])
+def test_a_file_of_several_runs(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    names = ["runs.csv"] if command != "monitor" else ["runs.csv", "later.csv"]
+    paths = [tmp_path / name for name in names]
+    for path in paths:
+        path.write_text("Time (s) Run #1;Angle (rad) Run #1;Time (s) Run #4;Angle (rad) Run #4\n0;1;0;2\n")
+    argv = (command, *map(str, paths), *SYSTEM, "--out", str(tmp_path / "results"))
+    assert "holds 2 runs; choose one with --run: 1, 4" in refused(capsys, *argv)
+    assert "there is no run 2; choose one with --run: 1, 4" in refused(capsys, *argv, "--run", "2")
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(names)
 
 
 def test_existing_results_need_force(csv: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -127,25 +127,41 @@ def test_wrong_mass_is_told(csv: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert result["frequency"]["declared"] == pytest.approx(np.sqrt(1000.0 / 13.0))
 
 
+@pytest.mark.parametrize("unit", ["V", "a.u."])
 def test_uncalibrated_signal(
-    decay: Callable[..., Signal], write_csv: Callable[..., Path], capsys: pytest.CaptureFixture[str]
+    unit: str,
+    decay: Callable[..., Signal],
+    write_csv: Callable[..., Path],
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     time, signal = decay()
-    record = write_csv("volts.csv", time, 40.0 * signal, "voltage")
+    record = write_csv("raw.csv", time, 40.0 * signal, "sensor")
     options = (
         "--signal-column",
-        "voltage",
+        "sensor",
         "--quantity",
         "displacement",
         "--unit",
-        "V",
+        unit,
         "--method",
         "envelope",
     )
     result = run_json(capsys, "estimate", str(record), *SYSTEM, *options)
-    check_summary(result["friction"], "V")
+    check_summary(result["friction"], unit)
     assert result["friction"]["mean"] == pytest.approx(40.0 * 5e-4, rel=0.05)
     assert any("not calibrated" in text for text in result["notes"])
+
+
+def test_a_run_of_several(csv: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Runs side by side, as PASCO Capstone exports them, say the same as the run in a file of its own."""
+    rows = [f"{line};0;1".replace(",", ";") for line in csv.read_text().splitlines()[1:]]
+    rows[300:] = [row.replace(";0;1", ";;") for row in rows[300:]]
+    header = '"Time (s) Run #2";"Position (m) Run #2";"Time (s) Run #3";"Position (m) Run #3"'
+    runs = tmp_path / "runs.csv"
+    runs.write_text("\n".join([header, *rows]).replace(".", ","), encoding="utf-8-sig")
+    chosen = run_json(capsys, "estimate", str(runs), *SYSTEM, "--method", "envelope", "--run", "2")
+    alone = run_json(capsys, "estimate", str(csv), *SYSTEM, "--method", "envelope")
+    assert chosen["friction"] == alone["friction"]
 
 
 def test_threshold(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:

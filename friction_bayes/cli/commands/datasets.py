@@ -15,10 +15,10 @@ def add_parser(commands: Any) -> None:
     parser = commands.add_parser("datasets", help="list measured data sets, or fetch one", allow_abbrev=False)
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     listing = actions.add_parser("list", help="names, what was measured, licence", allow_abbrev=False)
-    listing.set_defaults(run=run_list)
+    listing.set_defaults(handler=run_list)
     getting = actions.add_parser("get", help="download a set and check its digests", allow_abbrev=False)
     getting.add_argument("name", metavar="NAME", help="as in the list")
-    getting.set_defaults(run=run_get)
+    getting.set_defaults(handler=run_get)
 
 
 def run_list(arguments: argparse.Namespace) -> None:

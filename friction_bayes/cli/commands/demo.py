@@ -21,7 +21,7 @@ def add_parser(commands: Any) -> None:
     )
     add_seed(parser)
     add_output_folder(parser, default="friction_bayes_demo")
-    parser.set_defaults(run=run)
+    parser.set_defaults(handler=run)
 
 
 def run(arguments: argparse.Namespace) -> None:

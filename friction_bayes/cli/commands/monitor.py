@@ -64,7 +64,7 @@ def add_parser(commands: Any) -> None:
     output = parser.add_argument_group("output")
     add_output_folder(output)
     add_long_run(parser.add_argument_group("fleet"))
-    parser.set_defaults(run=run)
+    parser.set_defaults(handler=run)
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -132,7 +132,7 @@ def _open_fleet(arguments: argparse.Namespace) -> xr.DataArray | None:
     if len(arguments.records) > 1:
         raise InputError("records", "a fleet among other records", "give a fleet alone")
     (fleet,) = fleets
-    for option in ("times", "time_unit", "time_column", "resample"):
+    for option in ("times", "time_unit", "time_column", "resample", "run"):
         if getattr(arguments, option):
             name = f"--{option.replace('_', '-')}"
             raise InputError(name, "does not apply to a fleet", "say it in the coordinates of the Zarr")

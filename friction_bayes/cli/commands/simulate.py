@@ -68,7 +68,7 @@ def add_parser(commands: Any) -> None:
     add_seed(parser)
     parser.add_argument("--out", required=True, metavar="FILE", help="a .csv or .nc file")
     parser.add_argument("--force", action="store_true", help="overwrite the file")
-    parser.set_defaults(run=run)
+    parser.set_defaults(handler=run)
 
 
 def run(arguments: argparse.Namespace) -> None:

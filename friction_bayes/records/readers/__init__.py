@@ -81,12 +81,13 @@ def read_record(
     signal_column: str | int | None = None,
     sampling_rate: float | None = None,
     resample: bool = False,
+    run: int | None = None,
     name: str | None = None,
 ) -> xr.DataArray:
     """Read one record from a file.
 
-    Column names such as ``time_s`` and ``displacement_mm`` carry quantity and unit; the options give what
-    they do not.
+    Column names such as ``time_s`` and ``displacement_mm``, or ``Time (s)`` and ``Angle (deg)``, carry
+    quantity and unit; the options give what they do not.
 
     Parameters
     ----------
@@ -100,6 +101,9 @@ def read_record(
         Samples per second; takes the place of the time column.
     resample : bool
         Interpolate uneven sampling onto an even grid instead of refusing it.
+    run : int, optional
+        Number of the run, in a file of several side by side (columns named ``Angle (rad) Run #3``). Columns
+        are then named and counted within the run.
     name : str, optional
         What messages and figures call the record; the file's name when left out.
 
@@ -124,4 +128,5 @@ def read_record(
         signal_column=signal_column,
         sampling_rate=sampling_rate,
         resample=resample,
+        run=run,
     )

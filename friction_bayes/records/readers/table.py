@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 from friction_bayes.core.arrays import Indices
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.quantities import QUANTITIES, Quantity, known_units, quantity_named
+from friction_bayes.core.quantities import QUANTITIES, Quantity, known_units, quantity_named, to_si
+from friction_bayes.records.readers.headers import TIME_UNITS, read_header, split_run
 from friction_bayes.records.record import make_record, validate_record
 from friction_bayes.records.resampling import resample_record
 
-__all__ = ["Column", "Table", "record_from_table"]
-
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}
+__all__ = ["Column", "Table", "is_time", "record_from_table", "times_of"]
 
 
 @dataclass(frozen=True)
@@ -35,6 +34,8 @@ class Column:
         What the file says it holds; a column name may say it as well.
     clock : callable, optional
         Returns the channel's own time stamps [s], in formats that have them.
+    rows : ndarray of int, shape (n,), optional
+        Row of each sample in a text file; a column may begin later and end earlier than others.
     attrs : mapping
         Further attributes of the record, such as ``synthetic``.
     """
@@ -43,6 +44,7 @@ class Column:
     quantity: str | None = None
     unit: str | None = None
     clock: Callable[[], NDArray[Any]] | None = None
+    rows: Indices | None = None
     attrs: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -54,12 +56,9 @@ class Table:
     ----------
     columns : mapping of str to Column
         By name; header-less text has the names "0", "1", ...
-    rows : ndarray of int, shape (n,), optional
-        Row of each sample in a text file.
     """
 
     columns: Mapping[str, Column]
-    rows: Indices | None = None
 
 
 def record_from_table(
@@ -73,6 +72,7 @@ def record_from_table(
     signal_column: str | int | None = None,
     sampling_rate: float | None = None,
     resample: bool = False,
+    run: int | None = None,
 ) -> xr.DataArray:
     """Choose time and signal, and build and validate the record.
 
@@ -85,6 +85,7 @@ def record_from_table(
     """
     if sampling_rate is not None and time_column is not None:
         raise InputError(place, "both --time-column and --sampling-rate are given", "give one of them")
+    table = _one_run(table, place, run)
     clock_name = _time_name(table, place, time_column)
     signal_name = _signal_name(table, place, signal_column, quantity, clock_name)
     column = table.columns[signal_name]
@@ -93,8 +94,7 @@ def record_from_table(
     if sampling_rate is not None:
         time = np.arange(values.size) / positive("--sampling-rate", sampling_rate)
     elif clock_name is not None and (time_column is not None or column.clock is None):
-        clock = table.columns[clock_name]
-        time = clock.read() * _seconds(place, clock_name, clock)
+        time = times_of(column, table, place, clock_name)
     elif column.clock is not None:
         time = column.clock()
     else:
@@ -106,8 +106,50 @@ def record_from_table(
     chosen = name or column.attrs.get("name") or Path(place).name
     record = make_record(time, values, kind.name, unit=unit, name=chosen)
     record.attrs.update({key: v for key, v in column.attrs.items() if key not in record.attrs})
-    validate_record(record, rows=table.rows, evenly=not resample)
+    validate_record(record, rows=column.rows, evenly=not resample)
     return resample_record(record) if resample else record
+
+
+def times_of(column: Column, table: Table, place: str, clock_name: str) -> NDArray[Any]:
+    """Return the time of each sample of a column [s].
+
+    Raises
+    ------
+    InputError
+        If the unit of the time column is not one of time, or it has no time where the column has a sample.
+    """
+    clock = table.columns[clock_name]
+    time = clock.read() * _seconds(place, clock_name, clock)
+    if clock.rows is None or column.rows is None:
+        return time
+    missing = np.setdiff1d(column.rows, clock.rows)
+    if missing.size:
+        raise InputError(
+            f"{place}: row {missing[0]}",
+            f"column {clock_name}: the cell is empty beside a sample",
+            "correct or remove that row",
+        )
+    return time[np.searchsorted(clock.rows, column.rows)]
+
+
+def _one_run(table: Table, place: str, run: int | None) -> Table:
+    """Return the columns of one run, under names without it, beside those of no run."""
+    named = {name: split_run(name) for name in table.columns}
+    runs = sorted({found for _, found in named.values() if found is not None})
+    known = ", ".join(map(str, runs))
+    if run is None and len(runs) > 1:
+        raise InputError(place, f"holds {len(runs)} runs", f"choose one with --run: {known}")
+    if run is not None and not runs:
+        raise InputError(place, "no column belongs to a run", "leave out --run")
+    if run is not None and run not in runs:
+        raise InputError(place, f"there is no run {run}", f"choose one with --run: {known}")
+    return Table(
+        {
+            short: table.columns[name]
+            for name, (short, found) in named.items()
+            if found is None or run in (None, found)
+        }
+    )
 
 
 def _listed(table: Table) -> str:
@@ -128,15 +170,16 @@ def _named(table: Table, place: str, option: str, wanted: str | int) -> str:
 def _time_name(table: Table, place: str, wanted: str | int | None) -> str | None:
     if wanted is not None:
         return _named(table, place, "--time-column", wanted)
-    found = [name for name, column in table.columns.items() if _is_time(name, column)]
+    found = [name for name, column in table.columns.items() if is_time(name, column)]
     if len(found) > 1:
         raise InputError(place, f"several time columns: {', '.join(found)}", "name one with --time-column")
     return found[0] if found else None
 
 
-def _is_time(name: str, column: Column) -> bool:
-    stem, _, token = name.split("/")[-1].partition("_")
-    return stem == "time" and (token or column.unit) in TIME_UNITS
+def is_time(name: str, column: Column) -> bool:
+    """Whether a column holds sample times, by its name and in a known unit."""
+    header = read_header(name)
+    return header.is_time and (header.unit or column.unit) in TIME_UNITS
 
 
 def _signal_name(
@@ -169,19 +212,9 @@ def _signal_name(
 
 
 def _stated(name: str, column: Column) -> tuple[Quantity | None, str | None]:
-    """Return quantity and unit that a column's name or the file itself states."""
-    kind = QUANTITIES.get(column.quantity or "")
-    unit = column.unit or None
-    stem = name.strip().split("/")[-1]
-    for candidate in QUANTITIES.values():
-        if stem == candidate.name:
-            kind = kind or candidate
-        elif stem.startswith(candidate.name + "_"):
-            token = stem.removeprefix(candidate.name + "_")
-            tokens = {u.replace("/", "_").replace("^", ""): u for u in known_units(candidate)}
-            if token in tokens:
-                return kind or candidate, unit or tokens[token]
-    return kind, unit
+    """Return quantity and unit that the file itself or a column's name states."""
+    header = read_header(name)
+    return QUANTITIES.get(column.quantity or "") or header.quantity, column.unit or header.unit
 
 
 def _meaning(
@@ -200,7 +233,12 @@ def _meaning(
         raise InputError(
             place, f"column {name!r} does not say what was measured", "give --quantity and --unit"
         )
-    if unit is not None and stated_unit is not None and unit != stated_unit:
+    # what stands in brackets may be no unit at all: there the option has the word
+    if (
+        unit in known_units(kind)
+        and stated_unit in known_units(kind)
+        and to_si(kind, unit) != to_si(kind, stated_unit)
+    ):
         raise InputError(place, f"column {name} is in {stated_unit}, --unit says {unit}", "give one of them")
     chosen = unit or stated_unit or (kind.unit if quantity is not None else None)
     if chosen is None:
@@ -220,8 +258,7 @@ def _meaning(
 
 def _seconds(place: str, name: str, clock: Column) -> float:
     """Return the factor that brings a time column to seconds; seconds where no unit is stated."""
-    token = name.split("/")[-1].partition("_")[2] if _is_time(name, clock) else ""
-    unit = clock.unit or token or "s"
+    unit = clock.unit or read_header(name).unit or "s"
     if unit not in TIME_UNITS:
         raise InputError(
             place, f"time column {name} is in {unit}", f"give it in one of {', '.join(TIME_UNITS)}"

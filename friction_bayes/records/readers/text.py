@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from functools import partial
 from pathlib import Path
@@ -14,6 +15,7 @@ from friction_bayes.records.readers.table import Column, Table
 
 __all__ = ["read_text"]
 
+_QUOTED = re.compile(r"^'(.*)'$")
 _SYNTHETIC = re.compile(r"#\s*synthetic\b")
 
 
@@ -22,6 +24,7 @@ def read_text(path: Path, *, skip_lines: int = 0) -> Table:
 
     Columns are separated by semicolons, tabs, commas or blanks (the first of these that the first line has).
     Lines that are blank or begin with ``#`` are passed over; a comment ``# synthetic`` marks the record.
+    Empty cells at the top or the end of a column are no part of it: runs side by side differ in length.
 
     Parameters
     ----------
@@ -37,7 +40,7 @@ def read_text(path: Path, *, skip_lines: int = 0) -> Table:
     """
     lines = _decode(path).splitlines()
     kept = [
-        (row, line.strip())
+        (row, line)
         for row, line in enumerate(lines, start=1)
         if row > skip_lines and line.strip() and not line.lstrip().startswith("#")
     ]
@@ -45,8 +48,13 @@ def read_text(path: Path, *, skip_lines: int = 0) -> Table:
         raise InputError(
             str(path), "the file holds no data", "give a file with a header line and rows of numbers"
         )
-    separator = _separator(kept[0][1])
-    table = [(row, [cell.strip("\"' ") for cell in line.split(separator)]) for row, line in kept]
+    separator = _separator(kept[0][1].strip())
+    try:
+        table = [(row, _cells(line, separator)) for row, line in kept]
+    except csv.Error as error:
+        raise InputError(
+            str(path), f"this is no table ({error})", "give a file with rows of numbers"
+        ) from None
     if all(_is_number(cell) for cell in table[0][1]):
         names = [str(k) for k in range(len(table[0][1]))]
     else:
@@ -54,7 +62,7 @@ def read_text(path: Path, *, skip_lines: int = 0) -> Table:
     if not table:
         raise InputError(str(path), "the file ends after its header line", "give a file with rows of numbers")
     for row, cells in table:
-        if len(cells) == len(names) + 1 and not cells[-1]:
+        while len(cells) > len(names) and not cells[-1]:
             cells.pop()
         if len(cells) != len(names):
             raise InputError(
@@ -66,12 +74,14 @@ def read_text(path: Path, *, skip_lines: int = 0) -> Table:
             )
     rows = np.array([row for row, _ in table])
     attrs = {"synthetic": True} if any(_SYNTHETIC.match(line.strip()) for line in lines) else {}
-    columns = {
-        name: Column(partial(_numbers, path, name, rows, [cells[k] for _, cells in table]), attrs=attrs)
-        for k, name in enumerate(names)
-        if name
-    }
-    return Table(columns, rows=rows)
+    columns = {}
+    for k, name in enumerate(names):
+        if name:
+            cells = [row[k] for _, row in table]
+            held = _held(cells)
+            read = partial(_numbers, path, name, rows[held], cells[held])
+            columns[name] = Column(read, rows=rows[held], attrs=attrs)
+    return Table(columns)
 
 
 def _decode(path: Path) -> str:
@@ -93,8 +103,28 @@ def _separator(line: str) -> str | None:
     return next((mark for mark in ";\t," if mark in line), None)
 
 
+def _cells(line: str, separator: str | None) -> list[str]:
+    """Split a line; a separator between double quotes belongs to the cell."""
+    if separator is not None and '"' in line:
+        pieces = next(csv.reader([line], delimiter=separator, skipinitialspace=True))
+    else:
+        pieces = line.split(separator)
+    cells = [piece.strip('" \t') for piece in pieces]
+    # a name may end in a prime
+    return [_QUOTED.sub(r"\1", cell) for cell in cells] if "'" in line else cells
+
+
+def _held(cells: list[str]) -> slice:
+    """Return from where to where a column has cells that are not empty, those inside left to be refused."""
+    first = next((k for k, cell in enumerate(cells) if cell), len(cells))
+    last = next((k for k in range(len(cells), first, -1) if cells[k - 1]), first)
+    return slice(first, last)
+
+
 def _header(path: Path, cells: list[str]) -> list[str]:
-    names = cells[:-1] if not cells[-1] else cells
+    names = list(cells)
+    while names and not names[-1]:
+        names.pop()
     doubled = {name for name in names if names.count(name) > 1}
     if doubled:
         raise InputError(str(path), f"several columns named {sorted(doubled)[0]!r}", "give each its own name")

@@ -39,6 +39,18 @@ EXPECTED = {
     "string-pendulum/1": (2330, 20.007, 1.65),
     "bicycle-fork/1": (30000, 1000.0, 1.59),
     "bicycle-wheel/1": (1001, 500.0, 0.421),
+    **{
+        f"pasco-oscillator/{kind}-{run}": (samples, 20.0, 1.40)
+        for kind, sizes in {
+            "no-magnet": (213, 192, 211, 176, 171, 173, 240, 262, 277, 262),
+            "magnet": (273, 295, 294, 295, 305, 307, 293, 260, 286, 297),
+        }.items()
+        for run, samples in enumerate(sizes, start=1)
+    },
+    "spring-with-dampers/free": (3806, 100.0, 0.654),
+    "spring-with-dampers/cardboard": (3616, 100.0, 0.699),
+    "spring-with-dampers/rubbing": (13700, 1000.0, 0.677),
+    "video-pendulum/1": (4503, 11.999, 2.11),
 }
 
 REGISTRY = """
@@ -83,6 +95,39 @@ start = 1.0
 note = "Held before."
 """
 
+RUNS = """
+[runs]
+title = "Made-up runs side by side"
+citation = "nobody"
+licence = "none"
+repository = "someone/something"
+commit = "abc"
+quantity = "displacement"
+default = "heavy"
+authors_assume = "nothing"
+note = "Made up."
+
+[runs.system]
+pendulum = false
+mass = 1.0
+stiffness = 8.0
+assumed = true
+source = "we say so"
+
+[runs.files."runs.csv"]
+path = "runs.csv"
+sha256 = "{digest}"
+
+[runs.parts.heavy]
+file = "runs.csv"
+run = 2
+time_column = "Time (s)"
+signal_column = "Position (x)"
+unit = "a.u."
+mass = 3.0
+resample = true
+"""
+
 
 @pytest.fixture
 def swing(tmp_path, monkeypatch) -> Path:
@@ -116,6 +161,24 @@ def test_the_default_part_is_cut_shifted_and_annotated(swing) -> None:
     assert float(late["time"][0]) == pytest.approx(1.0)
     assert late.attrs["note"] == "Made up. Held before."
     assert late.attrs["system_source"] == "assumed: we say so"
+
+
+def test_a_part_may_be_a_run_of_another_mass_that_lost_a_frame(tmp_path, monkeypatch) -> None:
+    rows = [f"{k / 50};{k % 7};{k / 50};{k % 5}" for k in range(100) if k != 40]
+    file = tmp_path / "runs" / "runs.csv"
+    file.parent.mkdir()
+    names = [f'"{name} Run #{run}"' for run in (1, 2) for name in ("Time (s)", "Position (x)")]
+    file.write_text("\n".join([";".join(names), *rows]))
+    registry = tmp_path / "registry.toml"
+    registry.write_text(RUNS.format(digest=hashlib.sha256(file.read_bytes()).hexdigest()))
+    monkeypatch.setattr(datasets, "DATASETS", datasets.load_registry(registry))
+    monkeypatch.setenv(LOCAL_FOLDER, str(tmp_path))
+    record, system = dataset_record("runs")
+    assert record.size == 100
+    assert record.attrs["units"] == "a.u."
+    assert "resampled" in record.attrs
+    assert record.values[7] == pytest.approx(2.0)
+    assert (system.mass, system.stiffness) == (3.0, 8.0)
 
 
 def test_a_wrong_digest_is_refused(swing) -> None:
@@ -203,6 +266,15 @@ def test_declared_systems_follow_from_the_published_numbers() -> None:
     assert bob.inertia_sd / bob.inertia == pytest.approx(0.02 / 0.65, rel=1e-4)
     wheel = DATASETS["bicycle-wheel"].system
     assert wheel.stiffness == pytest.approx(77e9 * math.pi * 0.00635**4 / 32.0 / 1.05, rel=1e-4)
+    for name, period in (
+        ("pasco-oscillator", 1.40),
+        ("spring-with-dampers", 0.6544),
+        ("video-pendulum", 2.0665),
+    ):
+        assert DATASETS[name].system.natural_frequency == pytest.approx(2.0 * math.pi / period, rel=1e-6)
+    springs = DATASETS["spring-with-dampers"].parts
+    assert springs["cardboard"].mass == pytest.approx((0.6997 / 0.6544) ** 2, rel=1e-5)
+    assert springs["rubbing"].mass == pytest.approx((0.6760 / 0.6544) ** 2, rel=1e-5)
 
 
 def test_the_fork_hangs_where_its_plumb_lines_cross() -> None:

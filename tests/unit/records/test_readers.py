@@ -219,6 +219,133 @@ def test_resampling_only_when_told(tmp_path) -> None:
     assert "cubic spline" in record.attrs["resampled"]
 
 
+CAPSTONE_NAMES = ("Time (s)", "Angle, Ch 1+2 (rad)", "Angular Velocity, Ch 1+2 (rad/s)", "Output Voltage (V)")
+CAPSTONE_SAMPLES = {1: N, 2: N - 30}
+
+
+def capstone_rows(runs=CAPSTONE_SAMPLES):
+    """Cells of an export of runs side by side; the velocity, a difference, begins later and ends earlier."""
+    table = [[f"{name} Run #{run}" for run in runs for name in CAPSTONE_NAMES]]
+    for k in range(N):
+        cells = []
+        for run, samples in runs.items():
+            inside = 0 < k < samples - 2
+            cells += [
+                f"{TIME[k]:.3f}" if k < samples else "",
+                f"{run * SIGNAL[k]:.7f}" if k < samples - 1 else "",
+                f"{run * SIGNAL[k] + 1.0:.7f}" if inside else "",
+                "-0.006" if k < samples else "",
+            ]
+        table.append(cells)
+    return table
+
+
+def save_capstone(folder, table, *, separator=";"):
+    """Write it as Capstone does: byte-order mark, quoted names, decimal commas beside semicolons."""
+    lines = [separator.join(f'"{name}"' for name in table[0])]
+    lines += [separator.join(cells) for cells in table[1:]]
+    if separator != ",":
+        lines[1:] = [line.replace(".", ",") for line in lines[1:]]
+    return save(folder, lines, None, encoding="utf-8-sig", newline="\r\n", name="capstone.csv")
+
+
+@pytest.mark.parametrize("separator", [";", "\t", ","])
+@pytest.mark.parametrize("run", [1, 2])
+def test_a_run_of_several(tmp_path, separator, run) -> None:
+    path = save_capstone(tmp_path, capstone_rows(), separator=separator)
+    samples = CAPSTONE_SAMPLES[run] - 1
+    by_name, by_number = {"signal_column": "Angle, Ch 1+2 (rad)"}, {"time_column": 0, "signal_column": 1}
+    for told in ({"quantity": "angle"}, by_name, by_number):
+        record = read_record(path, run=run, **told)
+        assert (record.attrs["quantity"], record.attrs["units"]) == ("angle", "rad")
+        np.testing.assert_allclose(record["time"].values, TIME[:samples], atol=1e-12)
+        np.testing.assert_allclose(record.values, run * SIGNAL[:samples], atol=1e-7)
+
+
+def test_a_column_that_begins_later_keeps_its_times(tmp_path) -> None:
+    path = save_capstone(tmp_path, capstone_rows())
+    record = read_record(path, run=2, quantity="angular_velocity")
+    assert record.attrs["units"] == "rad/s"
+    np.testing.assert_allclose(record["time"].values, TIME[1 : N - 32], atol=1e-12)
+    np.testing.assert_allclose(record.values, 2.0 * SIGNAL[1 : N - 32] + 1.0, atol=1e-7)
+
+
+def test_a_single_run_need_not_be_named(tmp_path) -> None:
+    path = save_capstone(tmp_path, capstone_rows({7: N}))
+    record = read_record(path, quantity="angle")
+    np.testing.assert_array_equal(record.values, read_record(path, quantity="angle", run=7).values)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({}, "capstone.csv: holds 2 runs; choose one with --run: 1, 2"),
+        ({"run": 3}, "there is no run 3; choose one with --run: 1, 2"),
+        (
+            {"run": 2},
+            r"several signals: Angle, Ch 1\+2 \(rad\), Angular Velocity, Ch 1\+2 \(rad/s\); name one with",
+        ),
+        (
+            {"run": 2, "signal_column": "Angle"},
+            r"'Angle' is not there; give one of Time \(s\), Angle, Ch 1\+2 \(rad\), Angular",
+        ),
+        ({"run": 1, "signal_column": 1, "unit": "deg"}, "is in rad, --unit says deg"),
+        ({"run": 1, "signal_column": 3}, "does not say what was measured; give --quantity and --unit"),
+        ({"run": 1, "time_column": 3, "signal_column": 1}, r"time column Output Voltage \(V\) is in V"),
+    ],
+)
+def test_an_unclear_run_is_refused(tmp_path, options, message) -> None:
+    with pytest.raises(InputError, match=message):
+        read_record(save_capstone(tmp_path, capstone_rows()), **options)
+
+
+def test_a_run_of_a_file_without_runs_is_refused(tmp_path) -> None:
+    with pytest.raises(InputError, match=r"decay.csv: no column belongs to a run; leave out --run"):
+        read_record(save(tmp_path, ROWS), run=1)
+
+
+@pytest.mark.parametrize(
+    ("blanks", "message"),
+    [
+        ([(40, 5)], r"row 41: column Angle, Ch 1\+2 \(rad\) Run #2: the cell is empty"),
+        ([(40, 4)], r"row 41: column Time \(s\) Run #2: the cell is empty"),
+        ([(1, 4)], r"row 2: column Time \(s\): the cell is empty beside a sample"),
+        ([(N - 31, 4), (N - 30, 4)], r"row 90: column Time \(s\): the cell is empty beside a sample"),
+    ],
+)
+def test_a_blank_inside_a_run_is_refused(tmp_path, blanks, message) -> None:
+    table = capstone_rows()
+    for row, column in blanks:
+        table[row][column] = ""
+    with pytest.raises(InputError, match=message):
+        read_record(save_capstone(tmp_path, table), run=2, signal_column=1)
+
+
+@pytest.mark.parametrize("header", ["Time (s),Position (mm)", "t / s,x / mm", "Time [s],Displacement [mm]"])
+def test_headers_as_people_write_them(tmp_path, header) -> None:
+    assert_is_the_signal(read_record(save(tmp_path, ROWS, header)), scale=1e-3)
+
+
+def test_a_bracket_that_is_no_unit_leaves_the_word_to_the_option(tmp_path) -> None:
+    path = save(tmp_path, ROWS, "Time (s),Angle (encoder 1)")
+    told = {"signal_column": 1, "quantity": "angle"}
+    assert_is_the_signal(
+        read_record(path, **told, unit="deg"), quantity="angle", unit="rad", scale=np.pi / 180.0
+    )
+    with pytest.raises(InputError, match="is in encoder 1, which does not measure angle; give --unit"):
+        read_record(path, **told)
+
+
+def test_a_name_may_end_in_a_prime(tmp_path) -> None:
+    rows = [f"{row},'0.5',2" for row in ROWS]
+    path = save(tmp_path, rows, "X,Y,X',Y'")
+    assert_is_the_signal(
+        read_record(path, time_column="X", signal_column="Y", quantity="displacement", unit="m")
+    )
+    with pytest.raises(InputError, match="give one of X, Y, X', Y'"):
+        read_record(path, signal_column="Z")
+
+
 def test_paths_that_hold_no_record(tmp_path) -> None:
     empty, unknown, binary = tmp_path / "empty.csv", tmp_path / "decay.xls", tmp_path / "decay.csv"
     empty.touch()

@@ -167,6 +167,14 @@ def test_resampling_fills_a_lost_sample_and_keeps_the_others() -> None:
     np.testing.assert_allclose(even.values, SIGNAL, atol=1e-7)
 
 
+def test_resampling_keeps_to_rounded_time_stamps() -> None:
+    """A camera of 12 frames a second, its stamps in whole milliseconds: the grid is that of the frames."""
+    frames = np.delete(np.arange(400), 100)
+    stamps = np.round(frames / 12.0, 3)
+    even = resample_record(record_over(stamps, 0.01 * np.cos(3.0 * stamps)))
+    np.testing.assert_allclose(even["time"].values, np.arange(400) / 12.0, atol=1e-3)
+
+
 def test_resampling_does_not_invent_what_a_long_gap_lost() -> None:
     keep = np.r_[:100, 110:N]
     with pytest.raises(InputError, match="too long to interpolate"):

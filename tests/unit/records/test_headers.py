@@ -1,0 +1,78 @@
+"""Column names as programs and people write them: what is read for certain, and what is not."""
+
+from __future__ import annotations
+
+import pytest
+
+from friction_bayes.records.readers.headers import read_header, split_run
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity", "unit"),
+    [
+        ("displacement_mm", "displacement", "mm"),
+        ("run/angular_velocity_deg_s", "angular_velocity", "deg/s"),
+        ("Angle (deg)", "angle", "deg"),
+        ("Angle [°]", "angle", "deg"),
+        ("Angle, Ch 1+2 (rad)", "angle", "rad"),
+        ("Angular Acceleration, Ch 3+4 (rad/s²)", "angular_acceleration", "rad/s2"),
+        ("Angular velocity / (rad/s)", "angular_velocity", "rad/s"),
+        ("Position (mm)", "displacement", "mm"),
+        ("rig/Velocity (m/s)", "velocity", "m/s"),
+        ("x / mm", "displacement", "mm"),
+        ("a_x / g", "acceleration", "g"),
+        ("Acceleration y (g)", "acceleration", "g"),
+        ("Acceleration (m/s^2)", "acceleration", "m/s2"),
+        ("Angle (V)", "angle", "V"),
+        ("Displacement (a.u.)", "displacement", "a.u."),
+    ],
+)
+def test_quantity_and_unit(name: str, quantity: str, unit: str) -> None:
+    header = read_header(name)
+    assert not header.is_time
+    assert header.quantity is not None
+    assert (header.quantity.name, header.unit) == (quantity, unit)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("Output Voltage (V)", "V"),
+        ("Mass (g)", "g"),
+        ("Velocity (rad/s)", "rad/s"),
+        ("Temperature (°C)", "degC"),
+        ("Angle (encoder 1)", "encoder 1"),
+        ("force_N", None),
+        ("X'", None),
+        ("Y[0][1]", None),
+    ],
+)
+def test_a_quantity_that_is_not_certain_is_not_read(name: str, unit: str | None) -> None:
+    assert read_header(name) == (False, None, unit)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("time", None),
+        ("time_ms", "ms"),
+        ("Time_s", "s"),
+        ("Time (s)", "s"),
+        ("Time (sec)", "s"),
+        ("t / ms", "ms"),
+        ("t [min]", "min"),
+    ],
+)
+def test_time(name: str, unit: str | None) -> None:
+    assert read_header(name) == (True, None, unit)
+
+
+@pytest.mark.parametrize("name", ["time_of_day", "timer (s)", "t", "time[0]"])
+def test_what_is_no_time(name: str) -> None:
+    assert not read_header(name).is_time
+
+
+def test_runs() -> None:
+    assert split_run("Angle, Ch 1+2 (rad) Run #12") == ("Angle, Ch 1+2 (rad)", 12)
+    assert split_run("Angle (rad)") == ("Angle (rad)", None)
+    assert split_run("Run #1") == ("Run #1", None)
