@@ -60,7 +60,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     names = options.names or list(known)
     for name in names:
         if _finished(known[name], options):
-            print(f"{name}: kept, nothing it hangs on has changed", file=sys.stderr)
+            print(f"{name}: kept, nothing it depends on has changed", file=sys.stderr)
         else:
             print(f"{name}: {known[name].question}", file=sys.stderr)
             run_experiment(known[name], options)

@@ -74,7 +74,7 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
-    """Every level has noise of its own, so that what all levels show is no chance of one draw."""
+    """Every level has noise of its own, so that what all levels show is not the chance of one draw."""
     of_noise, of_sampler = seeds_of(cell, seed)
     record = paper_example(of_noise, noise_sd=noise_sd_for(_clean(), cell["snr_db"]))
     return measure(

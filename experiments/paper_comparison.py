@@ -162,8 +162,8 @@ def comparison_page(comparison: Mapping[str, Any]) -> str:
         "Written by `python -m experiments.paper_comparison --docs docs/paper_comparison.md` from "
         "`results/paper_comparison.json`; do not edit.",
         "",
-        f"{summary['numbers']} numbers of the paper in {summary['rows']} rows: a number that hangs on how a "
-        "peak is picked has a row for either reading. *Ours* is the median over the records of synthetic "
+        f"{summary['numbers']} numbers of the paper in {summary['rows']} rows: a number that depends on how "
+        "a peak is picked has a row for either reading. *Ours* is the median over the records of synthetic "
         f"data (at least {summary['fewest_records']}) and the band that holds 90 % of them. *In* says "
         "whether the paper's number lies in that band. emcee ran on one of the records, by the same "
         "likelihood and prior: its value, the closed form's on the same record, nested R-hat over four "

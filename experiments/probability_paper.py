@@ -98,7 +98,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                 f"{peaks}: RMS error of the mean over the standard error claimed",
                 f"{float(np.sqrt((mine['spread_of_mean'] ** 2).mean())):.2g}",
                 "1",
-                "drops telescope: the mean hangs on the first and the last amplitude alone",
+                "drops telescope: the mean depends on the first and the last amplitude alone",
             ),
         ]
     return table

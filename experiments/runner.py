@@ -58,7 +58,8 @@ class Experiment:
     beside : str
         Heading of the column that ours stands beside.
     paired : tuple of str
-        Coordinates that a cell's seed does not hang on: cells that differ in these alone see the same noise.
+        Coordinates that a cell's seed does not depend on: cells that differ in these alone see the
+        same noise.
     details : callable, Dataset -> sequence of mappings, optional
         A second table, for ``results/NAME.md``: text by column heading, the same columns in every line.
     """

@@ -66,7 +66,7 @@ class PaperFigure:
 
 
 def _digest(figure: PaperFigure, results: Path) -> str:
-    """Key of all that a figure hangs on: its results and the scripts of this folder."""
+    """Key of all that a figure depends on: its results and the scripts of this folder."""
     digest = hashlib.sha256()
     for path in [results / f"{name}.nc" for name in figure.results]:
         if not path.exists():
@@ -151,7 +151,7 @@ def main(figures: Sequence[PaperFigure], argv: Sequence[str] | None = None) -> N
         except MissingResult as error:
             missing.append(str(error))
             continue
-        print(f"{name}: {'drawn' if drawn else 'kept, nothing it hangs on has changed'}", file=sys.stderr)
+        print(f"{name}: {'drawn' if drawn else 'kept, nothing it depends on has changed'}", file=sys.stderr)
     if missing:
         parser.exit(2, "".join(f"{line}\n" for line in missing))
 

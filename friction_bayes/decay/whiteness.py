@@ -56,16 +56,22 @@ def whiteness(residual: Array) -> Whiteness:
 
 
 def residual_notes(residual: Array, prediction: Array) -> tuple[str, ...]:
-    """What the residuals say against the interval."""
+    """Return notes on what the residuals say against the interval.
+
+    Parameters
+    ----------
+    residual, prediction : ndarray, shape (n,)
+        In the unit of the signal; the residual is compared with the swing of the prediction.
+    """
     swing = float(np.std(prediction))
     if float(np.std(residual)) < 1e-9 * swing:
-        return ("the record has no noise: the interval is the prior's and the arithmetic's",)
+        return ("the record has no noise: the interval reflects the prior and rounding alone",)
     test = whiteness(residual)
     if test.p_value >= _LEVEL:
         return ()
     return (
         f"residuals are not white noise: successive ones correlate at {test.lag1:.3f}, Ljung-Box over "
         f"{test.lags} lags is {test.statistic:.3g} where white noise stays below "
-        f"{test.limit:.3g} in 999 of 1000: the interval is too narrow and "
-        "an effect is left out; close-loop traces it",
+        f"{test.limit:.3g} in 999 of 1000: the interval is too narrow, and the "
+        "model lacks an effect; close-loop looks for it",
     )

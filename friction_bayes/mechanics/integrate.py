@@ -158,7 +158,7 @@ def integrate(
     Raises
     ------
     InputError
-        If a value is out of its range, an effect is no force, or the motion does not stay finite.
+        If a value is out of its range, an effect is not a force, or the motion does not stay finite.
     """
     friction = non_negative("friction", friction)
     x0 = finite("initial_displacement", initial_displacement)
@@ -173,7 +173,7 @@ def integrate(
     for name in values:
         if name not in forces:
             raise InputError(
-                f"effect {name}", "is no force", f"give force effects alone: {', '.join(forces)}"
+                f"effect {name}", "is not a force", f"give force effects alone: {', '.join(forces)}"
             )
     status, x, v, acceleration, turning_times, turning_points, stop_time = propagator(tuple(values))(
         times,

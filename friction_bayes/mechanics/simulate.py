@@ -30,7 +30,7 @@ from friction_bayes.records.record import make_record
 __all__ = ["digitised", "noise_sd_for", "signal_to_noise_db", "simulate"]
 
 _MOST_SAMPLES = 10**8
-"""A longer record is a slip of the pen: it would not fit into memory."""
+"""A longer record is a typing error: it would not fit into memory."""
 
 
 def signal_to_noise_db(signal: Array, noise_sd: float) -> float:
@@ -128,7 +128,7 @@ def simulate(
     noise_sd = non_negative("noise_sd", noise_sd)
     full_scale = None if sensor_range is None else positive("sensor_range", sensor_range)
     if full_scale is None and bits is not None:
-        raise InputError("bits", f"{bits} bits of no range", "give sensor_range too")
+        raise InputError("bits", f"{bits} bits without a range", "give sensor_range too")
     values = parse_effects(effects)
     contaminations = [name for name in values if isinstance(effect_named(name), NoiseEffect)]
     if seed is None and (noise_sd > 0.0 or contaminations):
@@ -235,6 +235,6 @@ def digitised(signal: Array, full_scale: float, bits: int | None) -> Array:
     if bits is None:
         return np.clip(signal, -full_scale, full_scale)
     if not (isinstance(bits, int) and 2 <= bits <= 32):
-        raise InputError("bits", f"{bits!r} is no resolution", "give a whole number from 2 to 32")
+        raise InputError("bits", f"{bits!r} is not a resolution", "give a whole number from 2 to 32")
     codes = 2 ** (bits - 1)
     return np.clip(np.rint(signal / full_scale * codes), -codes, codes - 1) * (full_scale / codes)
