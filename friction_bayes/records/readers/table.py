@@ -122,7 +122,7 @@ def times_of(column: Column, table: Table, place: str, clock_name: str) -> NDArr
     time = clock.read() * _seconds(place, clock_name, clock)
     if clock.rows is None or column.rows is None:
         return time
-    missing = np.setdiff1d(column.rows, clock.rows)
+    missing = column.rows[~np.isin(column.rows, clock.rows)]
     if missing.size:
         raise InputError(
             f"{place}: row {missing[0]}",
