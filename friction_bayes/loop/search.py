@@ -25,6 +25,7 @@ from friction_bayes.loop.noise import NoiseModel
 from friction_bayes.loop.parameters import FRICTION
 from friction_bayes.loop.residual_tests import residual_tests
 from friction_bayes.loop.segment import Segment
+from friction_bayes.loop.spectral_lines import has_line_of_motion
 from friction_bayes.loop.starting_point import starting_point
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
@@ -221,7 +222,7 @@ class Search:
 
     def _keep(self, names: Names, fit: LoopFit | None) -> None:
         """Keep a fit that is better than what is known of its set."""
-        if fit is None or not is_identifiable(fit):
+        if fit is None or not is_identifiable(fit) or has_line_of_motion(fit):
             return
         known = self.candidates.get(names)
         if known is not None and known.fit.objective <= fit.objective:

@@ -7,17 +7,22 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import whiten
 from friction_bayes.loop.parameters import Coordinate
+from friction_bayes.loop.segment import Segment
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 
-__all__ = ["SpectralLine", "strongest_lines"]
+__all__ = ["SpectralLine", "follows_motion", "has_line_of_motion", "strongest_lines"]
 
 _LINES = 2
 _LEAST_PERIODS = 2
 """Periods of a line within the record; with fewer it is a drift."""
+_HARMONICS = 3
+"""Multiples of the motion's frequency, itself the first, at which a line is the motion's."""
 _WIDTH = 8
 """Half width of a line [1/zero padding] that is taken out before the next one is looked for."""
 
@@ -100,6 +105,27 @@ def _by_record(coordinates: Sequence[Coordinate]) -> list[dict[str, Coordinate]]
     return list(records.values())
 
 
+def follows_motion(frequency: ArrayLike, segment: Segment) -> Mask:
+    """Whether lines [Hz] lie within half a line width of the motion's frequency or its first harmonics.
+
+    A line of a record of length ``T`` is ``2 / T`` wide between the zeros beside it. There a line from
+    outside cannot be told from what a wrong force law leaves.
+    """
+    motion = segment.decay.frequency / (2.0 * math.pi)
+    line = np.asarray(frequency, dtype=np.float64)
+    harmonic = np.clip(np.rint(line / motion), 1, _HARMONICS)
+    return np.asarray(np.abs(line - harmonic * motion) * segment.duration < 1.0)
+
+
+def has_line_of_motion(fit: LoopFit) -> bool:
+    """Whether the interference of a fit is a line of the motion."""
+    model = fit.model
+    return PERIODIC_INTERFERENCE.name in model.effects and any(
+        follows_motion(model.value(fit.z, "frequency", effect=PERIODIC_INTERFERENCE.name, record=r), segment)
+        for r, segment in enumerate(model.segments)
+    )
+
+
 def strongest_lines(fit: LoopFit) -> Iterator[SpectralLine]:
     """Find the strongest lines in the residual of the longest record."""
     r = int(np.argmax([segment.values.size for segment in fit.model.segments]))
@@ -110,6 +136,7 @@ def strongest_lines(fit: LoopFit) -> Iterator[SpectralLine]:
     size = 1 << (4 * n - 1).bit_length()
     power = np.abs(np.fft.rfft(residual * np.hanning(n), size))
     power[: _LEAST_PERIODS * size // n] = 0.0
+    power[follows_motion(np.fft.rfftfreq(size, segment.decay.step), segment)] = 0.0
     reach = _WIDTH * size // n
     for _ in range(_LINES):
         peak = int(np.argmax(power))

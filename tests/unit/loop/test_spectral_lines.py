@@ -11,8 +11,10 @@ from scipy import special
 import friction_bayes as fb
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.loop.parameters import effect_coordinates
-from friction_bayes.loop.spectral_lines import SpectralLine
+from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.spectral_lines import SpectralLine, follows_motion
 from friction_bayes.mechanics.effects import Scales
+from tests.decays import SYSTEM, short_decay
 
 N, STEP, NOISE = 400, 0.01, 0.02
 TIME = STEP * np.arange(N)
@@ -86,3 +88,18 @@ def test_start_gives_the_line_that_the_coefficients_describe() -> None:
         sine * np.sin(angle) + cosine * np.cos(angle),
         atol=1e-12,
     )
+
+
+@pytest.mark.parametrize("multiple", [1, 2, 3])
+def test_a_line_at_a_harmonic_of_the_motion_is_the_motion(multiple: int) -> None:
+    """Within half a line width, one over the length of the record, and no further."""
+    segment = cut_records([short_decay()], SYSTEM)[0]
+    harmonic = multiple * segment.decay.frequency / (2.0 * math.pi)
+    near, far = 0.9 / segment.duration, 1.1 / segment.duration
+    lines = harmonic + np.array([-far, -near, 0.0, near, far])
+    assert np.array_equal(follows_motion(lines, segment), [False, True, True, True, False])
+
+
+def test_a_line_far_above_the_motion_is_none_of_it() -> None:
+    segment = cut_records([short_decay()], SYSTEM)[0]
+    assert not follows_motion(10.0 * segment.decay.frequency / (2.0 * math.pi), segment)
