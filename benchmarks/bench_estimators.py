@@ -13,6 +13,12 @@ from typing import Any
 import numpy as np
 
 from friction_bayes import estimate, estimate_batch, sample_reference
+from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem, integrate
+from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
+from friction_bayes.estimators.random_force.smoothing import first_motion
+from friction_bayes.estimators.random_force.subsets import all_sets
+from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, whiten
 from friction_bayes.mechanics.simulate import simulate
 from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM, paper_example
 
@@ -64,6 +70,43 @@ class Estimators:
         records = [paper_example(seed=seed) for seed in SEEDS]
         intervals = [estimate(r, PAPER_SYSTEM, method=method).friction.interval(0.9) for r in records]
         return float(np.median(np.diff(intervals, axis=1)) / records[0].attrs["friction"])
+
+
+class RandomForce:
+    """Smoothing of 10,000 samples, and the average over size and correlation time of a random force."""
+
+    timeout = 300
+
+    def setup(self):
+        phase = np.arange(10_000) * (2.0 * np.pi / 300.0)
+        rng = np.random.default_rng(1)
+        self.signal = (1.0 - 0.004 * phase) * np.cos(phase) + 0.01 * rng.standard_normal(phase.size)
+        self.clock, self.row = Clock.of(phase), sensor_row(0)
+        self.motion = first_motion(self.signal, self.clock, self.row)
+        self.time_average()
+
+    def time_first_motion(self):
+        first_motion(self.signal, self.clock, self.row)
+
+    def time_average(self):
+        x, v, _ = self.motion.states.T
+        path = MeasuredPath.through(self.clock.phase, x, v, self.motion.velocity_sd)
+        forces = force_response(
+            path, np.stack([-path.direction, -path.node_x, 0.0 * path.node_x + 1.0], axis=1)
+        )
+        columns = at_sensor(np.concatenate([initial_response(path.phase), forces], axis=2), self.row)
+        block = np.column_stack([columns, self.signal])
+        sets = all_sets(np.ones(5, np.bool_))
+        problem = Problem(
+            names=("x0", "v0", "friction", "stiffness", "rest"),
+            scale=np.ones(5),
+            positive=np.zeros(5, np.bool_),
+            sets=sets,
+            log_prior=np.zeros(len(sets)),
+            reference=np.zeros(5),
+            whiten_at=lambda ratio, tau: whiten(block, self.clock, self.row, ratio, tau),
+        )
+        return integrate(problem, ForcePrior(centre=1e-3), self.motion.noise)
 
 
 class Batch:

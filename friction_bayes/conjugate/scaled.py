@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.special import expit, logsumexp
 
+from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import non_negative, positive, probability
 
@@ -29,7 +30,7 @@ def scaled(distribution: Any, factor: float, *, relative_sd: float = 0.0) -> Any
 
     Parameters
     ----------
-    distribution : frozen scipy.stats distribution
+    distribution : frozen scipy.stats distribution or Mixture
         Of the variable.
     factor : float
         Mean of the factor, > 0.
@@ -38,7 +39,7 @@ def scaled(distribution: Any, factor: float, *, relative_sd: float = 0.0) -> Any
 
     Returns
     -------
-    frozen scipy.stats distribution or ScaledDistribution
+    frozen scipy.stats distribution, Mixture or ScaledDistribution
         The same kind of frozen distribution when the factor is exact.
 
     Raises
@@ -49,6 +50,8 @@ def scaled(distribution: Any, factor: float, *, relative_sd: float = 0.0) -> Any
     factor = positive("factor", factor)
     if non_negative("relative_sd", relative_sd) > 0.0:
         return ScaledDistribution(distribution, factor, relative_sd)
+    if isinstance(distribution, Mixture):
+        return distribution.scaled(factor)
     count = distribution.dist.numargs
     shapes, location = distribution.args[:count], distribution.args[count:]
     keywords = {**distribution.kwds, **dict(zip(("loc", "scale"), location, strict=False))}

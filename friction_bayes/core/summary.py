@@ -1,7 +1,12 @@
-"""The summary of an uncertain number: mean, standard deviation and central 90 % interval, with its unit."""
+"""The summary of an uncertain number: mean, standard deviation and central 90 % interval, with its unit.
+
+A mean that a few far values carry out of the central 90 % would stand beside an interval without it: the
+interval then reaches to the mean.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,7 +30,7 @@ class Summary:
     mean, sd : float
         Not finite where the moment does not exist: a Student t of two degrees of freedom has no variance.
     interval90 : tuple of float
-        Quantiles at 5 % and 95 %.
+        Quantiles at 5 % and 95 %, or the mean where that lies beyond.
     unit : str
         Of all four numbers.
     """
@@ -39,19 +44,23 @@ class Summary:
     def of_distribution(cls, distribution: Any, unit: str) -> Summary:
         """Summarise a frozen distribution: anything with ``mean()``, ``std()`` and ``ppf(p)``."""
         low, high = (float(distribution.ppf(p)) for p in TAILS)
-        return cls(
-            mean=float(distribution.mean()), sd=float(distribution.std()), interval90=(low, high), unit=unit
-        )
+        mean = float(distribution.mean())
+        return cls(mean=mean, sd=float(distribution.std()), interval90=_around(mean, low, high), unit=unit)
 
     @classmethod
     def of_draws(cls, draws: ArrayLike, unit: str, *, ddof: int = 1) -> Summary:
         """Summarise draws of any shape; ``ddof`` as in :func:`numpy.std`."""
         values = np.asarray(draws, dtype=np.float64)
         low, high = np.quantile(values, TAILS).tolist()
-        return cls(
-            mean=float(values.mean()), sd=float(values.std(ddof=ddof)), interval90=(low, high), unit=unit
-        )
+        mean = float(values.mean())
+        sd = float(values.std(ddof=ddof))
+        return cls(mean=mean, sd=sd, interval90=_around(mean, low, high), unit=unit)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fields by name, for JSON; None where a number does not exist."""
         return plain(vars(self))
+
+
+def _around(mean: float, low: float, high: float) -> tuple[float, float]:
+    """Interval with the mean in it, where there is one."""
+    return (min(low, mean), max(high, mean)) if math.isfinite(mean) else (low, high)

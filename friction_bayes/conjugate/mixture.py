@@ -1,0 +1,231 @@
+"""Mixtures of normal and Student t distributions, free or cut at zero, with an atom at zero."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import stats
+from scipy.special import log_ndtr, logsumexp, ndtr, ndtri, ndtri_exp, stdtr, stdtrit
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.checks import probability
+from friction_bayes.core.errors import InputError
+
+__all__ = ["Mixture"]
+
+_STEPS = 200
+"""Halvings of a bracket; 60 are enough unless a quantile lies close to zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mixture:
+    """Mixture of distributions, with the methods of a frozen scipy.stats distribution.
+
+    Attributes
+    ----------
+    weight, location, scale : ndarray, shape (k,)
+        Of the parts; the weights and ``atom`` add up to one.
+    degrees : ndarray, shape (k,)
+        Degrees of freedom of the parts, Student t; infinite for a normal.
+    positive : bool
+        Whether the parts, which then are normal, are cut at zero, each with its full weight above it.
+    atom : float
+        Probability of exactly zero.
+
+    Raises
+    ------
+    InputError
+        If shapes or weights do not fit together, or a Student t is to be cut.
+    """
+
+    weight: Array
+    location: Array
+    scale: Array
+    degrees: Array
+    positive: bool = False
+    atom: float = 0.0
+
+    def __post_init__(self) -> None:
+        shapes = {np.shape(each) for each in (self.weight, self.location, self.scale, self.degrees)}
+        total = float(np.sum(self.weight)) + self.atom
+        if len(shapes) != 1 or abs(total - 1.0) > 1e-6:
+            raise InputError(
+                "mixture", f"shapes {shapes}, weights of sum {total:g}", "give one weight a part"
+            )
+        if self.positive and np.any(np.isfinite(self.degrees)):
+            raise InputError("mixture", "a Student t cut at zero", "give normal parts")
+
+    @classmethod
+    def of_normals(
+        cls, weight: Array, location: Array, scale: Array, *, positive: bool = False, atom: float = 0.0
+    ) -> Mixture:
+        """Mixture of normals, cut at zero if ``positive``."""
+        return cls(weight, location, scale, np.full(np.shape(weight), np.inf), positive, atom)
+
+    def scaled(self, factor: float) -> Mixture:
+        """Return the distribution of ``factor`` times the variable, ``factor`` > 0."""
+        return replace(self, location=self.location * factor, scale=self.scale * factor)
+
+    def with_part(self, weight: float, location: float, scale: float, degrees: float) -> Mixture:
+        """Mixture of this one and one more part, of probability ``weight``."""
+        return replace(
+            self,
+            weight=np.append(self.weight * (1.0 - weight), weight),
+            location=np.append(self.location, location),
+            scale=np.append(self.scale, scale),
+            degrees=np.append(self.degrees, degrees),
+            atom=self.atom * (1.0 - weight),
+        )
+
+    @cached_property
+    def _normal(self) -> Mask:
+        return np.isinf(self.degrees)
+
+    @cached_property
+    def _log_above(self) -> Array:
+        """Log probability of the parts above zero before they are cut there."""
+        return np.asarray(log_ndtr(self.location / self.scale))
+
+    @cached_property
+    def _moments(self) -> tuple[Array, Array]:
+        """Means and variances of the parts."""
+        if self.positive:
+            parts = stats.truncnorm(-self.location / self.scale, np.inf, self.location, self.scale)
+            return np.asarray(parts.mean()), np.asarray(parts.var())
+        return self.location, np.asarray(stats.t(self.degrees, scale=self.scale).var())
+
+    def cdf(self, x: ArrayLike) -> Any:
+        """Cumulative probability."""
+        return self._probability(x, upper=False)
+
+    def sf(self, x: ArrayLike) -> Any:
+        """Probability above ``x``."""
+        return self._probability(x, upper=True)
+
+    def pdf(self, x: ArrayLike) -> Any:
+        """Density; that of the parts alone where there is an atom."""
+        return np.exp(self.logpdf(x))[()]
+
+    def logpdf(self, x: ArrayLike) -> Any:
+        """Log-density; that of the parts alone where there is an atom."""
+        z = np.asarray(x, dtype=np.float64)[..., None]
+        with np.errstate(divide="ignore"):
+            value = stats.t.logpdf(z, self.degrees, self.location, self.scale) + np.log(self.weight)
+        if self.positive:
+            value = np.where(z >= 0.0, value - self._log_above, -np.inf)
+        return logsumexp(value, axis=-1)[()]
+
+    def ppf(self, q: ArrayLike) -> Any:
+        """Quantile: the least ``x`` with ``cdf(x) >= q``."""
+        return self._solve(q, upper=False)
+
+    def isf(self, q: ArrayLike) -> Any:
+        """Upper quantile: the least ``x`` with ``sf(x) <= q``."""
+        return self._solve(q, upper=True)
+
+    def median(self) -> float:
+        """Median."""
+        return float(self.ppf(0.5))
+
+    def interval(self, confidence: float) -> tuple[float, float]:
+        """Equal-tailed interval of the given probability."""
+        tail = 0.5 * (1.0 - probability("confidence", confidence))
+        return float(self.ppf(tail)), float(self.isf(tail))
+
+    def mean(self) -> float:
+        """Mean."""
+        return float(self.weight @ self._moments[0])
+
+    def var(self) -> float:
+        """Variance; not finite where that of a part is."""
+        mean, variance = self._moments
+        # about the mean, so that a narrow distribution far from zero loses nothing
+        centre = self.mean()
+        return float(self.weight @ (variance + (mean - centre) ** 2) + self.atom * centre**2)
+
+    def std(self) -> float:
+        """Standard deviation."""
+        return float(np.sqrt(self.var()))
+
+    def support(self) -> tuple[float, float]:
+        """Ends of the support."""
+        if self.weight.size == 0:
+            return 0.0, 0.0
+        return (0.0 if self.positive else -np.inf), np.inf
+
+    def rvs(self, size: int | tuple[int, ...] = 1, random_state: np.random.Generator | None = None) -> Array:
+        """Draws, from a generator that must be given."""
+        if random_state is None:
+            raise TypeError("rvs needs random_state: give a numpy Generator")
+        weight = np.append(self.weight, self.atom)
+        part = random_state.choice(weight.size, size=size, p=weight / weight.sum())
+        # the atom last, as the limit of a narrow part
+        location, scale, degrees = (
+            np.append(each, last)[part]
+            for each, last in ((self.location, 0.0), (self.scale, 0.0), (self.degrees, np.inf))
+        )
+        if self.positive:
+            log_above = np.append(self._log_above, 0.0)[part]
+            return location - scale * ndtri_exp(np.log(random_state.random(size)) + log_above)
+        normal = np.isinf(degrees)
+        finite = np.where(normal, 1.0, degrees)
+        spread = np.where(normal, 1.0, np.sqrt(finite / random_state.chisquare(finite)))
+        return location + scale * spread * random_state.standard_normal(size)
+
+    def _probability(self, x: ArrayLike, *, upper: bool) -> Any:
+        z = np.asarray(x, dtype=np.float64)[..., None]
+        if self.positive:
+            # relative to the mass above zero, in logarithms: it may be far out in the tail
+            log_sf = log_ndtr((self.location - np.maximum(z, 0.0)) / self.scale)
+            above = np.exp(log_sf - self._log_above)
+            each = above if upper else 1.0 - above
+        else:
+            z_score = (self.location - z if upper else z - self.location) / self.scale
+            student = stdtr(np.where(self._normal, 1.0, self.degrees), z_score)
+            each = np.where(self._normal, ndtr(z_score), student)
+        beyond_atom = (z[..., 0] < 0.0) if upper else (z[..., 0] >= 0.0)
+        return (each @ self.weight + self.atom * beyond_atom)[()]
+
+    def _solve(self, q: ArrayLike, *, upper: bool) -> Any:
+        """Invert a monotone probability by bisection: a mixture may be flat between its parts."""
+        target = np.atleast_1d(np.asarray(q, dtype=np.float64))
+        inside = (target > 0.0) & (target < 1.0)
+        p = np.where(inside, target, 0.5)
+        low, high = self._bracket(p, upper)
+        for _ in range(_STEPS):
+            middle = 0.5 * (low + high)
+            if np.all((middle == low) | (middle == high)):
+                break
+            reached = self.sf(middle) <= p if upper else self.cdf(middle) >= p
+            low, high = np.where(reached, low, middle), np.where(reached, middle, high)
+        if self.atom > 0.0:
+            # an atom is met exactly, not to the last halving
+            at = (self.sf(0.0) <= p) if upper else (self.cdf(0.0) >= p)
+            before = (self.sf(0.0) + self.atom > p) if upper else (self.cdf(0.0) - self.atom < p)
+            high = np.where(at & before, 0.0, high)
+        ends = self.support()[::-1] if upper else self.support()
+        x = np.select([inside, target == 0.0, target == 1.0], [high, ends[0], ends[1]], np.nan)
+        return x.reshape(np.shape(q))[()]
+
+    def _bracket(self, p: Array, upper: bool) -> tuple[Array, Array]:
+        """Bracket of quantiles: the least and the greatest of those of the parts, and the atom."""
+        if self.weight.size == 0:
+            return np.zeros(p.shape), np.zeros(p.shape)
+        level = p[..., None]
+        if self.positive:
+            log_sf = np.log(level if upper else 1.0 - level) + self._log_above
+            each = self.location - self.scale * ndtri_exp(log_sf)
+        else:
+            student = stdtrit(np.where(self._normal, 1.0, self.degrees), level)
+            quantile = self.scale * np.where(self._normal, ndtri(level), student)
+            each = self.location + (-quantile if upper else quantile)
+        low, high = each.min(axis=-1), each.max(axis=-1)
+        if self.atom > 0.0:
+            low, high = np.minimum(low, 0.0), np.maximum(high, 0.0)
+        # the ends themselves round either way
+        slack = 1e-9 * (high - low) + 1e-12 * np.maximum(np.abs(low), np.abs(high))
+        return low - slack, high + slack

@@ -1,0 +1,224 @@
+r"""Every set of columns of a regression weighed on one whitened Gram matrix.
+
+Given size and correlation time of the random force the record is ``y = X b + noise`` with known sums
+``G = X' inv(V) X``. Columns come multiplied by the prior sd of their coefficient, so that ``b ~ N(0, 1)`` for
+all of them, half-normal where the coefficient has to be positive. With ``p(sigma**2) = 1/sigma**2`` and the
+prior precision in units of the noise, ``lam = s**2`` with ``s**2`` the noise variance found with all columns,
+
+.. math:: \log p(y|S) = -\tfrac12\log|V| + \tfrac{|S|}{2}\log\lambda - \tfrac12\log|G_{SS}+\lambda I|
+          - \tfrac n2 \log\tfrac{R_S}{2} + \sum_{j\in P}\log 2 + \log P(b_P > 0\,|\,y)
+
+where ``R_S`` is the penalised sum of squares and the last two terms cut prior and posterior at zero. The
+record enters as residual of a reference law, so that nothing large is subtracted. The coefficients are given
+as normal, with the noise variance ``R_S/n``: ``n`` is hundreds at least.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.estimators.random_force.positive_orthant import confine
+from friction_bayes.estimators.random_force.whitening import Whitened
+
+__all__ = ["WeighedSets", "all_sets", "weigh_sets"]
+
+_NEGLIGIBLE = 12.0
+"""Nats below the best at which a set's mass of positive coefficients is not computed any more."""
+_LEFT_OUT = 1e3
+"""Nats by which such sets are put further down."""
+_LEAST = 1e-300
+
+
+class WeighedSets(NamedTuple):
+    """What :func:`weigh_sets` finds.
+
+    Attributes
+    ----------
+    log_weight : ndarray, shape (m,)
+        Log evidence plus log prior probability; far too low for sets that cannot matter.
+    location, scale2 : ndarray, shape (m, p)
+        Marginals of the coefficients as in
+        :func:`friction_bayes.estimators.random_force.positive_orthant.confine`; nan where a set lacks the
+        column, or cannot matter.
+    noise2 : ndarray, shape (m,)
+        Noise variance in each set.
+    full_noise2 : float
+        Noise variance with all columns.
+    """
+
+    log_weight: Array
+    location: Array
+    scale2: Array
+    noise2: Array
+    full_noise2: float
+
+
+def all_sets(always: Mask) -> Mask:
+    """Every set, shape (2**free, p), that holds the columns ``always``, shape (p,)."""
+    free = np.flatnonzero(~always)
+    sets = np.tile(always, (2**free.size, 1))
+    sets[:, free] = (np.arange(2**free.size)[:, None] >> np.arange(free.size)) & 1
+    return sets
+
+
+def weigh_sets(
+    whitened: Whitened, reference: Array, positive: Mask, sets: Mask, log_prior: Array
+) -> WeighedSets:
+    """Weigh all sets, and give the marginals of their coefficients.
+
+    Parameters
+    ----------
+    whitened : Whitened
+        Sums of ``[X | y - X reference]``, p + 1 columns.
+    reference : ndarray, shape (p,)
+        Reference law.
+    positive : ndarray of bool, shape (p,)
+        Which coefficients have to be positive.
+    sets : ndarray of bool, shape (m, p)
+        The columns in each set.
+    log_prior : ndarray, shape (m,)
+        Log prior probabilities of the sets.
+    """
+    return WeighedSets(
+        *_weigh_sets(
+            whitened.gram, whitened.log_determinant, whitened.used, reference, positive, sets, log_prior
+        )
+    )
+
+
+@njit(cache=True, nogil=True)
+def _factor(a: Array, size: int) -> float:
+    """Cholesky in place, lower triangle; returns the log determinant."""
+    log_determinant = 0.0
+    for i in range(size):
+        for j in range(i + 1):
+            total = a[i, j]
+            for k in range(j):
+                total -= a[i, k] * a[j, k]
+            if i == j:
+                a[i, i] = math.sqrt(max(total, _LEAST))
+                log_determinant += 2.0 * math.log(a[i, i])
+            else:
+                a[i, j] = total / a[j, j]
+    return log_determinant
+
+
+@njit(cache=True, nogil=True)
+def _forward(a: Array, rhs: Array, size: int, out: Array) -> float:
+    """Solve with the lower triangle; returns the squared length of the solution."""
+    square = 0.0
+    for i in range(size):
+        total = rhs[i]
+        for k in range(i):
+            total -= a[i, k] * out[k]
+        out[i] = total / a[i, i]
+        square += out[i] * out[i]
+    return square
+
+
+@njit(cache=True, nogil=True)
+def _full_noise(gram: Array, used: int, work: Array, half: Array) -> float:
+    """Noise variance of least squares with all columns."""
+    p = work.shape[0]
+    for i in range(p):
+        for j in range(p):
+            work[i, j] = gram[i, j]
+        # columns may be the same to rounding
+        work[i, i] += 1e-12 * gram[i, i] + _LEAST
+    _factor(work, p)
+    explained = _forward(work, gram[:p, p], p, half)
+    return max(gram[p, p] - explained, _LEAST) / max(used - p, 1)
+
+
+@njit(cache=True, nogil=True)
+def _penalised(
+    gram: Array, lam: float, reference: Array, columns: Mask, index: Integers, work: Array, rhs: Array
+) -> tuple[int, float]:
+    """Fill the normal equations of a set, about the reference; returns its size and the sum of squares there.
+
+    What the reference has and the set lacks goes back into the record.
+    """
+    p = reference.size
+    size = 0
+    total = gram[p, p]
+    for j in range(p):
+        if columns[j]:
+            index[size] = j
+            size += 1
+            continue
+        total += 2.0 * reference[j] * gram[j, p]
+        for k in range(p):
+            if not columns[k]:
+                total += reference[j] * reference[k] * gram[j, k]
+    for a in range(size):
+        j = index[a]
+        rhs[a] = gram[j, p] - lam * reference[j]
+        for k in range(p):
+            if not columns[k]:
+                rhs[a] += gram[j, k] * reference[k]
+        total += lam * reference[j] ** 2
+        for b in range(a + 1):
+            work[a, b] = gram[j, index[b]]
+        work[a, a] += lam
+    return size, total
+
+
+@njit(cache=True, nogil=True)
+def _weigh_sets(
+    gram: Array,
+    log_determinant: float,
+    used: int,
+    reference: Array,
+    positive: Mask,
+    sets: Mask,
+    log_prior: Array,
+) -> tuple[Array, Array, Array, Array, float]:
+    m, p = sets.shape
+    work, half, rhs = np.empty((p, p)), np.empty(p), np.empty(p)
+    lam = _full_noise(gram, used, work, half)
+    log_weight, noise2, bound = np.empty(m), np.empty(m), np.empty(m)
+    index = np.empty(p, np.int64)
+    location = np.full((m, p), np.nan)
+    scale2 = np.full((m, p), np.nan)
+    # first without the mass of positive coefficients, which is at most one, then with it where it matters
+    for stage in range(2):
+        best = -np.inf
+        order = np.arange(m) if stage == 0 else np.argsort(-bound)
+        for s in order:
+            if stage == 1 and bound[s] < best - _NEGLIGIBLE:
+                log_weight[s] = bound[s] - _LEFT_OUT
+                continue
+            size, total = _penalised(gram, lam, reference, sets[s], index, work, rhs)
+            log_factor = _factor(work, size)
+            total = max(total - _forward(work, rhs, size, half), _LEAST)
+            if stage == 0:
+                noise2[s] = total / used
+                bound[s] = log_prior[s] - 0.5 * log_determinant - 0.5 * used * math.log(0.5 * total)
+                bound[s] += 0.5 * size * math.log(lam) - 0.5 * log_factor
+                for a in range(size):
+                    bound[s] += math.log(2.0) * positive[index[a]]
+                continue
+            root = np.zeros((size, size))
+            unit = np.zeros(size)
+            for a in range(size):
+                unit[a] = 1.0
+                _forward(work, unit, size, root[:, a])
+                unit[a] = 0.0
+            mean = root.T @ half[:size]
+            cov = (root.T @ root) * noise2[s]
+            signs = np.empty(size, np.bool_)
+            for a in range(size):
+                mean[a] += reference[index[a]]
+                signs[a] = positive[index[a]]
+            where, spread = np.empty(size), np.empty(size)
+            log_weight[s] = bound[s] + confine(mean, cov, signs, where, spread)
+            best = max(best, log_weight[s])
+            for a in range(size):
+                location[s, index[a]] = where[a]
+                scale2[s, index[a]] = spread[a]
+    return log_weight, location, scale2, noise2, lam

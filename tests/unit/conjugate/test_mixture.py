@@ -1,0 +1,110 @@
+"""Mixtures have what frozen distributions have, and all of it is of one distribution."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+from scipy.integrate import quad
+
+from friction_bayes.conjugate.mixture import Mixture
+from friction_bayes.conjugate.scaled import ScaledDistribution, scaled
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.summary import Summary
+
+LEVELS = np.array([0.001, 0.05, 0.3, 0.5, 0.9, 0.999])
+
+
+@st.composite
+def mixtures(draw: st.DrawFn) -> Mixture:
+    size = draw(st.integers(1, 4))
+    number = st.floats(-5.0, 5.0)
+    parts = [draw(st.tuples(number, st.floats(-3.0, 1.0), st.floats(0.01, 1.0))) for _ in range(size)]
+    location, log_scale, weight = np.array(parts).T
+    positive = draw(st.booleans())
+    atom = draw(st.sampled_from([0.0, 0.03, 0.4]))
+    weight = weight * (1.0 - atom) / weight.sum()
+    mixture = Mixture.of_normals(weight, location, np.exp(log_scale), positive=positive, atom=atom)
+    if not positive and draw(st.booleans()):
+        mixture = mixture.with_part(0.3, 1.0, 0.2, 30.0)
+    return mixture
+
+
+@settings(deadline=None, max_examples=40)
+@given(mixtures())
+def test_every_summary_is_of_one_distribution(mixture: Mixture) -> None:
+    x = mixture.ppf(LEVELS)
+    assert np.all(np.diff(x) >= 0.0)
+    away = np.abs(x) > 1e-9
+    np.testing.assert_allclose(mixture.cdf(x[away]), LEVELS[away], atol=1e-9)
+    np.testing.assert_allclose(mixture.cdf(x) + mixture.sf(x), 1.0, atol=1e-12)
+    np.testing.assert_allclose(mixture.isf(1.0 - LEVELS), x, atol=1e-7)
+    assert mixture.median() == mixture.ppf(0.5)
+    low, high = mixture.interval(0.9)
+    assert (low, high) == pytest.approx((mixture.ppf(0.05), mixture.ppf(0.95)), abs=1e-9)
+    summary = Summary.of_distribution(mixture, "N")
+    assert summary.interval90[0] <= summary.mean <= summary.interval90[1]
+    assert summary.mean == mixture.mean()
+
+
+@settings(deadline=None, max_examples=40)
+@given(mixtures())
+def test_moments_are_integrals_of_quantiles(mixture: Mixture) -> None:
+    level = (np.arange(4_000) + 0.5) / 4_000
+    x = mixture.ppf(level)
+    scale = max(np.abs(x).max(), 1e-3)
+    assert mixture.mean() == pytest.approx(x.mean(), abs=2e-3 * scale)
+    assert mixture.std() == pytest.approx(x.std(), abs=5e-3 * scale)
+
+
+@pytest.mark.parametrize("positive", [False, True])
+def test_density_integrates_to_the_distribution(positive: bool) -> None:
+    mixture = Mixture.of_normals(
+        np.array([0.2, 0.5]), np.array([-0.5, 2.0]), np.array([0.4, 1.0]), positive=positive, atom=0.3
+    )
+    mass = quad(mixture.pdf, 0.5, 3.0)[0]
+    assert mass == pytest.approx(mixture.cdf(3.0) - mixture.cdf(0.5), abs=1e-9)
+    assert mixture.cdf(0.0) - mixture.cdf(-1e-12) == pytest.approx(0.3)
+    assert mixture.support() == ((0.0 if positive else -np.inf), np.inf)
+
+
+def test_draws_have_its_distribution(rng) -> None:
+    for positive in (False, True):
+        mixture = Mixture.of_normals(
+            np.array([0.4, 0.6]), np.array([-1.0, 2.0]), np.array([0.5, 1.0]), positive=positive
+        )
+        assert stats.kstest(mixture.rvs(4000, random_state=rng), mixture.cdf).pvalue > 1e-4
+    with pytest.raises(TypeError, match="random_state"):
+        mixture.rvs(3)
+    atom = Mixture.of_normals(np.array([0.5]), np.array([3.0]), np.array([0.1]), atom=0.5)
+    assert np.mean(atom.rvs(2000, random_state=rng) == 0.0) == pytest.approx(0.5, abs=0.06)
+
+
+def test_one_part_is_that_part() -> None:
+    one = Mixture(np.ones(1), np.array([2.0]), np.array([0.3]), np.array([5.0]))
+    t = stats.t(5.0, 2.0, 0.3)
+    for method in ("mean", "std", "median", "var"):
+        assert getattr(one, method)() == pytest.approx(getattr(t, method)(), rel=1e-10)
+    np.testing.assert_allclose(one.ppf(LEVELS), t.ppf(LEVELS), rtol=1e-10)
+    assert one.logpdf(2.3) == pytest.approx(t.logpdf(2.3))
+
+
+def test_factors_known_and_not() -> None:
+    mixture = Mixture.of_normals(np.array([0.7, 0.3]), np.array([1.0, 1.1]), np.array([0.01, 0.1]))
+    exact = scaled(mixture, 3.0)
+    assert exact.mean() == pytest.approx(3.0 * mixture.mean())
+    assert exact.ppf(0.05) == pytest.approx(3.0 * mixture.ppf(0.05))
+    uncertain = scaled(mixture, 3.0, relative_sd=0.02)
+    assert isinstance(uncertain, ScaledDistribution)
+    assert uncertain.cdf(uncertain.ppf(0.3)) == pytest.approx(0.3, abs=1e-6)
+    assert uncertain.std() > exact.std()
+
+
+def test_what_does_not_fit_is_refused() -> None:
+    one = np.ones(1)
+    with pytest.raises(InputError, match="weights of sum 2"):
+        Mixture.of_normals(2.0 * one, one, one)
+    with pytest.raises(InputError, match="Student t"):
+        Mixture(one, one, one, 3.0 * one, positive=True)

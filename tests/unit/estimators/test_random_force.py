@@ -1,0 +1,326 @@
+"""The regression under a random force: kernel against a dense normal, columns against an ODE solver."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import cho_factor, cho_solve, expm
+from scipy.stats import multivariate_normal
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.errors import InputError
+from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.estimators.random_force.positive_orthant import confine, cut_moments, log_normal_mass
+from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem, integrate
+from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
+from friction_bayes.estimators.random_force.smoothing import first_motion
+from friction_bayes.estimators.random_force.subsets import all_sets, weigh_sets
+from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, smooth, whiten
+
+ORDERS = (0, 1, 2)
+
+
+def uneven_clock(rng: np.random.Generator, zeta: float) -> Clock:
+    """Forty uneven steps with a gap, uneven variances and samples that are not used."""
+    phase = np.cumsum(rng.uniform(0.02, 0.3, 40))
+    phase[25:] += 4.0
+    variance = rng.uniform(0.5, 2.0, 40)
+    variance[[0, 7, 30]] = np.inf
+    return Clock.of(phase, variance, zeta)
+
+
+def dense_covariance(phase: Array, zeta: float, tau: float) -> Array:
+    """Covariance (3 n, 3 n) of all states for unit sd, every step by quadrature of matrix exponentials."""
+    drift = np.array([[0.0, 1.0, 0.0], [-1.0, -2.0 * zeta, 1.0], [0.0, 0.0, -1.0 / tau]])
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    n = phase.size
+    own = np.zeros((n, 3, 3))
+    own[0, 2, 2] = 1.0
+    transitions = []
+    for i, h in enumerate(np.diff(phase), start=1):
+        pieces = math.ceil(h / min(tau, 0.5))
+        u = (0.5 * (nodes + 1.0) + np.arange(pieces)[:, None]).ravel() * h / pieces
+        weight = np.tile(0.5 * weights, pieces) * h / pieces
+        column = expm(drift * u[:, None, None])[:, :, 2]
+        transitions.append(expm(drift * h))
+        own[i] = transitions[-1] @ own[i - 1] @ transitions[-1].T
+        own[i] += 2.0 / tau * np.einsum("k,ka,kb->ab", weight, column, column)
+    full = np.zeros((n, 3, n, 3))
+    for i in range(n):
+        block = own[i]
+        full[i, :, i] = block
+        for j in range(i + 1, n):
+            block = transitions[j - 1] @ block
+            full[j, :, i] = block
+            full[i, :, j] = block.T
+    return full.reshape(3 * n, 3 * n)
+
+
+@pytest.mark.parametrize("ratio", [0.01, 1.0, 300.0])
+@pytest.mark.parametrize(("zeta", "tau"), [(0.0, 0.05), (0.03, 0.8), (0.0, 20.0)])
+@pytest.mark.parametrize("order", ORDERS)
+def test_whitening_and_smoothing_are_those_of_a_dense_normal(order, zeta, tau, ratio, rng) -> None:
+    clock, row = uneven_clock(rng, zeta), sensor_row(order, zeta)
+    n = clock.phase.size
+    block = rng.standard_normal((n, 4))
+    states = ratio**2 * dense_covariance(clock.phase, zeta, tau)
+    used = np.isfinite(clock.variance)
+    reading = np.kron(np.eye(n), row)[used]
+    factor = cho_factor(reading @ states @ reading.T + np.diag(clock.variance[used]))
+    gram = block[used].T @ cho_solve(factor, block[used])
+    whitened = whiten(block, clock, row, ratio, tau, keep=True)
+    np.testing.assert_allclose(whitened.gram, gram, rtol=0, atol=1e-9 * np.abs(gram).max())
+    np.testing.assert_allclose(
+        whitened.columns.T @ whitened.columns, whitened.gram, atol=1e-12 * np.abs(gram).max()
+    )
+    assert whitened.log_determinant == pytest.approx(2.0 * np.log(np.diag(factor[0])).sum(), rel=1e-10)
+    assert whitened.used == used.sum()
+
+    gain = states @ reading.T @ cho_solve(factor, np.eye(used.sum()))
+    smoothed, covariance = smooth(block, clock, row, ratio, tau)
+    expected = (gain @ block[used]).reshape(n, 3, 4)
+    np.testing.assert_allclose(smoothed, expected, atol=1e-8 * np.abs(expected).max())
+    left = (states - gain @ reading @ states).reshape(n, 3, n, 3)
+    left = np.array([left[i, :, i] for i in range(n)])
+    np.testing.assert_allclose(covariance, left, atol=1e-7 * np.abs(left).max())
+    assert np.all(np.diagonal(covariance, axis1=1, axis2=2) >= 0.0)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_no_force_is_least_squares(order, rng) -> None:
+    clock = uneven_clock(rng, 0.0)
+    block = rng.standard_normal((clock.phase.size, 3))
+    whitened = whiten(block, clock, sensor_row(order), 0.0, 1.0)
+    used = np.isfinite(clock.variance)
+    expected = (block[used].T / clock.variance[used]) @ block[used]
+    np.testing.assert_allclose(whitened.gram, expected, rtol=1e-13, atol=1e-13)
+    assert whitened.log_determinant == pytest.approx(np.log(clock.variance[used]).sum(), abs=1e-12)
+
+
+def motion_and_answers(phase: Array, shapes: list) -> Array:
+    """States (n, 2 + 2 p) of a decay with friction and drag and of rest under each force, by solve_ivp."""
+    z = np.zeros(2 + 2 * len(shapes))
+    z[:2] = 1.0, -0.3
+    now, sign = phase[0], -1.0
+    rows = np.zeros((phase.size, z.size))
+    while now < phase[-1]:
+
+        def rate(t, z, sign=sign):
+            x, v = z[:2]
+            rates = [v, -x - 0.01 * sign - 0.01 * v * abs(v) - 0.003 * x + 0.002]
+            for j, shape in enumerate(shapes):
+                rates += [z[3 + 2 * j], -z[2 + 2 * j] + float(shape(x, v, sign))]
+            return rates
+
+        def turning(t, z, now=now, sign=sign):
+            return z[1] if t > now + 1e-3 else 1e-3 * sign
+
+        turning.terminal = True
+        piece = solve_ivp(
+            rate, (now, phase[-1]), z, rtol=1e-10, atol=1e-11, events=turning, dense_output=True
+        )
+        inside = (phase >= now) & (phase <= piece.t[-1])
+        rows[inside] = piece.sol(phase[inside]).T
+        now, z, sign = piece.t[-1], piece.y[:, -1], -sign
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("samples_per_period", "smooth_error", "sign_error"), [(20, 3e-5, 1e-3), (300, 1e-7, 1e-4)]
+)
+def test_answers_to_forces_are_those_of_an_ode_solver(samples_per_period, smooth_error, sign_error) -> None:
+    shapes = [
+        lambda x, v, s: -s,
+        lambda x, v, s: -x,
+        lambda x, v, s: -v * np.abs(v),
+        lambda x, v, s: 1.0 + 0.0 * x,
+    ]
+    phase = np.arange(0.0, 25.0, 2.0 * np.pi / samples_per_period)
+    exact = motion_and_answers(phase, shapes)
+    path = MeasuredPath.through(phase, exact[:, 0], exact[:, 1])
+    assert path.turning.size == 8
+    forces = np.stack([shape(path.node_x, path.node_v, path.direction) for shape in shapes], axis=1)
+    states = force_response(path, forces)
+    for order in (0, 1):
+        columns, expected = at_sensor(states, sensor_row(order)), exact[:, 2 + order :: 2]
+        error = np.abs(columns - expected).max(axis=0) / np.abs(expected).max(axis=0)
+        assert error[0] < sign_error
+        assert np.all(error[1:] < smooth_error)
+    direct = np.stack([shape(path.x, path.v, path.expected_direction) for shape in shapes], axis=1)
+    np.testing.assert_allclose(at_sensor(states, sensor_row(2), direct), direct - states[:, 0])
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.05])
+def test_the_free_response_is_the_matrix_exponential(zeta) -> None:
+    phase = np.array([0.3, 0.9, 4.0])
+    drift = np.array([[0.0, 1.0], [-1.0, -2.0 * zeta]])
+    np.testing.assert_allclose(
+        initial_response(phase, zeta), expm(drift * (phase - 0.3)[:, None, None]), atol=1e-14
+    )
+
+
+def test_a_gap_of_half_a_period_and_unsorted_stamps_are_refused() -> None:
+    with pytest.raises(InputError, match=r"gap of 0\.6"):
+        MeasuredPath.through(np.array([0.0, 3.9]), np.zeros(2), np.zeros(2))
+    with pytest.raises(InputError, match="ascend"):
+        Clock.of(np.array([0.0, 2.0, 1.0]))
+    with pytest.raises(InputError, match="variance"):
+        Clock.of(np.array([0.0, 1.0]), np.array([1.0, 0.0]))
+    with pytest.raises(InputError, match="prior"):
+        ForcePrior(centre=-1.0)
+
+
+@pytest.mark.parametrize(("size", "constrained"), [(1, 1), (3, 1), (4, 2), (5, 3)])
+@pytest.mark.parametrize("spread", [0.5, 2.0])
+def test_positive_orthant(size, constrained, spread, rng) -> None:
+    root = rng.standard_normal((size, size))
+    cov = root @ root.T + 0.05 * np.eye(size)
+    mean = rng.standard_normal(size) * np.sqrt(np.diag(cov)) * spread / 2
+    positive = np.arange(size) < constrained
+    location, scale2 = np.empty(size), np.empty(size)
+    log_mass = confine(mean, cov, positive, location, scale2)
+    part = slice(constrained)
+    exact = multivariate_normal(-mean[part], cov[part, part]).cdf(np.zeros(constrained))
+    assert log_mass == pytest.approx(np.log(exact), abs=0.01 + 0.02 * (constrained > 2))
+    draws = rng.multivariate_normal(mean, cov, 400_000)
+    draws = draws[(draws[:, part] > 0.0).all(axis=1)]
+    for i in range(size):
+        moments = cut_moments(location[i], scale2[i])[1:] if positive[i] else (location[i], scale2[i])
+        sd = draws[:, i].std()
+        allowed = 0.05 + 5.0 / math.sqrt(len(draws))
+        assert abs(moments[0] - draws[:, i].mean()) < allowed * sd
+        assert abs(math.sqrt(moments[1]) / sd - 1.0) < allowed
+
+
+def test_tails_join_their_series() -> None:
+    for z in (-29.9999, -30.0001):
+        mass, mean, variance = cut_moments(z, 1.0)
+        assert mass == log_normal_mass(z)
+        assert mean == pytest.approx(1.0 / 30.0 * (1.0 - 2.0 / 900.0), rel=1e-4)
+        assert variance == pytest.approx(1.0 / 900.0 * (1.0 - 6.0 / 900.0), rel=1e-4)
+    one, other = (cut_moments(z, 1.0) for z in (-30.0 + 1e-9, -30.0 - 1e-9))
+    np.testing.assert_allclose(one[1:], other[1:], rtol=1e-7)
+    far = cut_moments(-1e6, 1.0)
+    np.testing.assert_allclose(far[1:], (1e-6, 1e-12), rtol=1e-6)
+
+
+def test_mass_and_marginals_far_from_the_orthant_stay_finite() -> None:
+    cov = np.array([[1.0, 0.99999], [0.99999, 1.0]])
+    location, scale2 = np.empty(2), np.empty(2)
+    log_mass = confine(np.array([-60.0, 40.0]), cov, np.ones(2, np.bool_), location, scale2)
+    assert log_mass < -500.0
+    assert np.all(np.isfinite(location))
+    assert np.all(scale2 > 0.0)
+
+
+def test_sets_are_weighed_as_one_by_one(rng) -> None:
+    """The evidence of every set is that of its own dense regression; a positive one adds its mass."""
+    columns = rng.standard_normal((200, 4))
+    record = columns @ np.array([2.0, 0.0, 0.05, -0.02]) + rng.standard_normal(200)
+    reference = np.array([1.9, 0.1, 0.0, 0.0])
+    clock = Clock.of(np.arange(200.0))
+    whitened = whiten(
+        np.column_stack([columns, record - columns @ reference]), clock, sensor_row(0), 0.0, 1.0
+    )
+    sets = all_sets(np.array([True, False, False, False]))
+    assert sets.shape == (8, 4)
+    free = weigh_sets(whitened, reference, np.zeros(4, np.bool_), sets, np.zeros(8))
+    for k, columns_in in enumerate(sets):
+        x = columns[:, columns_in]
+        penalised = x.T @ x + free.full_noise2 * np.eye(x.shape[1])
+        mean = np.linalg.solve(penalised, x.T @ record)
+        rest = record @ record - mean @ penalised @ mean
+        log_evidence = 0.5 * x.shape[1] * np.log(free.full_noise2)
+        log_evidence -= 0.5 * np.linalg.slogdet(penalised)[1] + 100.0 * np.log(0.5 * rest)
+        assert free.log_weight[k] == pytest.approx(log_evidence, abs=1e-8)
+        np.testing.assert_allclose(free.location[k, columns_in], mean, atol=1e-10)
+        np.testing.assert_allclose(
+            free.scale2[k, columns_in], rest / 200 * np.diag(np.linalg.inv(penalised)), rtol=1e-10
+        )
+        assert np.all(np.isnan(free.location[k, ~columns_in]))
+    positive = np.array([False, False, False, True])
+    cut = weigh_sets(whitened, reference, positive, sets, np.zeros(8))
+    k = 4
+    mass = log_normal_mass(float(free.location[k, 3] / np.sqrt(free.scale2[k, 3])))
+    assert sets[k].tolist() == [True, False, False, True]
+    assert cut.log_weight[k] - free.log_weight[k] == pytest.approx(math.log(2.0) + mass, abs=1e-8)
+
+
+def problem_along_known_motion(rng: np.random.Generator, force_sd: float) -> tuple[Problem, float]:
+    """Start and friction of a slow decay, with a force of a given sd and unit noise."""
+    phase = np.arange(600) * 0.2
+    amplitude = 1000.0 - 4.0 * phase
+    path = MeasuredPath.through(phase, amplitude * np.cos(phase), -amplitude * np.sin(phase))
+    friction = at_sensor(force_response(path, -path.direction[:, None]), sensor_row(0))
+    columns = np.column_stack([at_sensor(initial_response(phase), sensor_row(0)), friction])
+    steps = rng.standard_normal(600)
+    force = np.empty(600)
+    force[0] = steps[0]
+    decay = math.exp(-0.2 / 0.5)
+    for i in range(1, 600):
+        force[i] = decay * force[i - 1] + math.sqrt(1.0 - decay**2) * steps[i]
+    at_nodes = force_sd * np.interp(path.node_phase, phase, force)[:, None]
+    record = columns @ np.array([1000.0, 0.0, 6.0]) + rng.standard_normal(600)
+    record = record + at_sensor(force_response(path, at_nodes), sensor_row(0))[:, 0]
+    clock, scale = Clock.of(phase), np.array([1e4, 1e4, 12.0])
+    reference = np.array([1000.0, 0.0, 6.0]) / scale
+    block = np.column_stack([columns * scale, record - columns @ (reference * scale)])
+    problem = Problem(
+        names=("x0", "v0", "friction"),
+        scale=scale,
+        positive=np.zeros(3, np.bool_),
+        sets=np.ones((1, 3), np.bool_),
+        log_prior=np.zeros(1),
+        reference=reference,
+        whiten_at=lambda ratio, tau: whiten(block, clock, sensor_row(0), ratio, tau),
+    )
+    return problem, 6.0
+
+
+def test_average_over_the_force(rng) -> None:
+    problem, friction = problem_along_known_motion(rng, 3.0)
+    prior = ForcePrior(centre=0.2 * friction)
+    posterior = integrate(problem, prior, 1.0)
+    assert posterior.probability > 0.99
+    assert posterior.includes("friction") == pytest.approx(1.0)
+    assert 2.0 < posterior.force_sd.mean() < 4.5
+    assert 0.2 < posterior.correlation_time.mean() < 1.2
+    assert posterior.noise_sd == pytest.approx(1.0, rel=0.15)
+    assert posterior.best_law()[2] == pytest.approx(posterior.coefficient("friction").mean(), rel=0.2)
+    # the grid carries the whole of the posterior: against a fine one in (log q / sigma, log tau)
+    value, weight = [], []
+    for ratio in np.exp(np.linspace(np.log(0.8), np.log(12.0), 28)):
+        for tau in np.exp(np.linspace(np.log(prior.tau_low), np.log(prior.tau_high), 28)):
+            found = problem.weigh(ratio, tau)
+            q = ratio * math.sqrt(found.noise2[0])
+            weight.append(found.log_weight[0] + prior.log_density(q, 0.999 * tau + 0.001))
+            value.append((found.location[0, 2] * 12.0, found.scale2[0, 2] * 144.0))
+    weight = np.exp(np.array(weight) - max(weight))
+    weight /= weight.sum()
+    mean, variance = np.array(value).T
+    average = weight @ mean
+    sd = math.sqrt(weight @ (variance + (mean - average) ** 2))
+    given = posterior.coefficient("friction", given_force=True)
+    assert given.mean() == pytest.approx(average, abs=0.05 * sd)
+    assert given.std() == pytest.approx(sd, rel=0.05)
+    none = integrate(problem, ForcePrior(centre=1.0, none=1.0), 1.0)
+    assert none.probability == 0.0
+    with pytest.raises(InputError, match="none has been looked at"):
+        _ = none.force_sd
+
+
+def test_first_motion_finds_the_noise(rng) -> None:
+    phase = np.arange(800) * 0.1
+    amplitude = 100.0 - phase
+    motion = amplitude * np.cos(phase)
+    clock = Clock.of(phase)
+    found = first_motion(motion + 3.0 + 0.5 * rng.standard_normal(800), clock, sensor_row(0))
+    assert found.noise == pytest.approx(0.5, rel=0.1)
+    error = found.states[:, 0] - motion - 3.0
+    assert np.sqrt(np.mean(error**2)) < 0.4
+    # the covariance is that given the start
+    assert np.sqrt(np.mean(error[100:] ** 2 / found.covariance[100:, 0, 0])) < 2.0
+    assert np.all(found.velocity_sd[1:] > 0.0)
