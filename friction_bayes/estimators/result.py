@@ -19,11 +19,11 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.estimators.acceptance import Acceptance
 from friction_bayes.estimators.base import Fit
 
-__all__ = ["Estimate", "force_notes"]
+__all__ = ["FREQUENCY_TOLERANCE", "Estimate", "force_notes"]
 
 _SURELY = 0.99
 """Probability of a negative friction above which a note says what that means."""
-_FREQUENCY_TOLERANCE = 0.03
+FREQUENCY_TOLERANCE = 0.03
 """Relative difference of the found frequency and sqrt(k/m) above which both forces are reported."""
 
 
@@ -238,7 +238,7 @@ def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
     """Give both frequencies and both forces where the declared system does not swing as the record does."""
     system, order = decay.system, decay.quantity.order
     declared, found = system.natural_frequency, fit.frequency
-    if abs(found / declared - 1.0) <= _FREQUENCY_TOLERANCE:
+    if abs(found / declared - 1.0) <= FREQUENCY_TOLERANCE:
         return []
     text = f"the record swings at {found:.5g} rad/s, declared mass and stiffness imply {declared:.5g} rad/s"
     if _calibrated(decay):

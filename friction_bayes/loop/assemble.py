@@ -10,6 +10,7 @@ import xarray as xr
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.text import set_words
+from friction_bayes.estimators.result import FREQUENCY_TOLERANCE
 from friction_bayes.loop.autoregression import correlation_length
 from friction_bayes.loop.candidate import SearchResult, in_catalogue_order
 from friction_bayes.loop.draws import mixture_draws
@@ -29,8 +30,6 @@ from friction_bayes.loop.verdict import credible_count, verdict
 __all__ = ["assemble_report"]
 
 _MOST_RIVALS = 3
-_FREQUENCY_TOLERANCE = 0.03
-"""Relative difference of the found frequency and sqrt(k/m) above which both forces are reported."""
 
 
 def assemble_report(
@@ -128,7 +127,7 @@ def _frequency(best: LoopFit, draws: Array, after: Distribution) -> dict[str, An
     declared, order = model.system.natural_frequency, decay.quantity.order
     ratios = np.exp(model.value(draws, LOG_FREQUENCY_RATIO))
     ratio, friction = float(ratios.mean()), float(after.draws.mean())
-    disagree = abs(ratio - 1.0) > _FREQUENCY_TOLERANCE and after.unit == model.system.friction_unit
+    disagree = abs(ratio - 1.0) > FREQUENCY_TOLERANCE and after.unit == model.system.friction_unit
     return {
         "mean": declared * ratio,
         "sd": declared * float(ratios.std(ddof=1)),
