@@ -13,15 +13,8 @@ from friction_bayes.core.checks import finite
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.release_and_rest import (
-    CONSTANT,
-    FOUND,
-    NO_OSCILLATION,
-    NOT_FINITE,
-    TOO_SHORT,
-    Located,
-    locate_moving_parts,
-)
+from friction_bayes.decay.located import CONSTANT, FOUND, NO_OSCILLATION, NOT_FINITE, TOO_SHORT, Located
+from friction_bayes.decay.release_and_rest import locate_moving_parts
 from friction_bayes.records.clock import sampling_interval
 from friction_bayes.records.record import record_name, record_quantity
 

@@ -8,12 +8,11 @@ compiled, and serve single records and batches alike.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.arrays import Array
 from friction_bayes.decay.demodulation import (
     EVIDENCE,
     demodulate,
@@ -22,19 +21,9 @@ from friction_bayes.decay.demodulation import (
     rough_phase,
 )
 from friction_bayes.decay.linear_least_squares import add_sample, regression, restricted
+from friction_bayes.decay.located import CONSTANT, FOUND, NO_OSCILLATION, NOT_FINITE, TOO_SHORT, Located
 
-__all__ = [
-    "CONSTANT",
-    "FOUND",
-    "NOT_FINITE",
-    "NO_OSCILLATION",
-    "TOO_SHORT",
-    "Located",
-    "locate_moving_parts",
-]
-
-FOUND, NOT_FINITE, CONSTANT, NO_OSCILLATION, TOO_SHORT = 0, 1, 2, 3, 4
-"""Status of a record: its moving part was found, or why it was not."""
+__all__ = ["locate_moving_parts"]
 
 _BLOCKS_PER_PERIOD = 48.0
 """Faster sampling than this is averaged in blocks, which costs 0.1 % of the amplitude and saves the time."""
@@ -44,34 +33,6 @@ _LEAST_SHARE = 0.1
 """Share of a record's variance that the oscillation must hold."""
 _MISFIT = 0.05
 """Share of the amplitude that the smooth description may miss without that being evidence of a release."""
-
-
-class Located(NamedTuple):
-    """Where the free decay lies in each of many records, and a rough idea of its motion.
-
-    Attributes
-    ----------
-    status : ndarray of int, shape (records,)
-        :data:`FOUND`, or why nothing was found: the rest of that row is then zero.
-    start, stop : ndarray of int, shape (records,)
-        The moving part, ``start <= i < stop``.
-    frequency : ndarray, shape (records,)
-        Angular frequency [rad/sample].
-    phase : ndarray, shape (records,)
-        Phase of the displacement at ``start``, in [0, 2 pi) [rad].
-    rest_position : ndarray, shape (records,)
-        In the unit of the signal.
-    stops : ndarray of bool, shape (records,)
-        Whether the motion ends within the record.
-    """
-
-    status: Integers
-    start: Integers
-    stop: Integers
-    frequency: Array
-    phase: Array
-    rest_position: Array
-    stops: Mask
 
 
 @njit(cache=True, nogil=True)

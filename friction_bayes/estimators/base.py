@@ -15,7 +15,7 @@ from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.calibrated import swing_frequency
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.release_and_rest import FOUND, Located
+from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.estimators.priors import DeclaredSignal
 
 __all__ = ["Estimator", "Fit", "Fits", "FreeDecays"]

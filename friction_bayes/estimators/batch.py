@@ -19,7 +19,7 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.calibrated import force_factor, force_factor_relative_sd
 from friction_bayes.decay.free_decay import locate_free_decays
 from friction_bayes.decay.friction_samples import PEAKS
-from friction_bayes.decay.release_and_rest import FOUND
+from friction_bayes.decay.located import FOUND
 from friction_bayes.estimators.base import Estimator, FreeDecays
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named

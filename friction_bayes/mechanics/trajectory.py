@@ -20,6 +20,7 @@ from friction_bayes.mechanics.dormand_prince import (
     error_norm,
     step,
 )
+from friction_bayes.mechanics.sticking import Samples, departure, rest
 
 __all__ = ["DIVERGED", "DONE", "trajectory"]
 
@@ -77,70 +78,6 @@ class Slopes(NamedTuple):
     v: Array
     dense_x: Array
     dense_v: Array
-
-
-class Samples(NamedTuple):
-    """Sample times, and the motion at them, filled as it goes on."""
-
-    time: Array
-    displacement: Array
-    velocity: Array
-    acceleration: Array
-
-
-@njit(nogil=True)
-def _departure(force, law, p, t, x):  # type: ignore[no-untyped-def]
-    """Direction in which a system at rest sets off, 0 when it sticks.
-
-    It moves in a direction only if the acceleration under the friction of that very direction points there.
-    """
-    forward = acceleration(force, law, p, t, x, 0.0, 1.0)
-    backward = acceleration(force, law, p, t, x, 0.0, -1.0)
-    if forward > 0.0 and forward >= -backward:
-        return 1.0
-    if backward < 0.0:
-        return -1.0
-    return 0.0
-
-
-@njit(nogil=True)
-def _break_away(force, law, p, still, moved, x):  # type: ignore[no-untyped-def]
-    """Time between ``still`` and ``moved`` at which a sticking system sets off, by bisection to rounding."""
-    while True:
-        middle = 0.5 * (still + moved)
-        if not still < middle < moved:
-            return moved
-        if _departure(force, law, p, middle, x) != 0.0:
-            moved = middle
-        else:
-            still = middle
-
-
-@njit(nogil=True)
-def _rest(force, law, p, samples, t, x, j):  # type: ignore[no-untyped-def]
-    """Stick at ``x`` from sample ``j`` on, and fill the samples.
-
-    Returns
-    -------
-    t : float
-        When it breaks away.
-    j : int
-        The first sample after that, or the number of samples.
-    direction : float
-        In which it sets off; 0 when it never does.
-    """
-    while j < samples.time.size:
-        due = samples.time[j] - samples.time[0]
-        if due > t:
-            direction = _departure(force, law, p, due, x)
-            if direction != 0.0:
-                return _break_away(force, law, p, t, due, x), j, direction
-            t = due
-        samples.displacement[j] = x
-        samples.velocity[j] = 0.0
-        samples.acceleration[j] = 0.0
-        j += 1
-    return t, j, 0.0
 
 
 @njit(nogil=True)
@@ -297,10 +234,10 @@ def trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration,
             turning_times = _noted(turning_times, turns, time[0] + now.t)
             turning_points = _noted(turning_points, turns, now.x)
             turns += 1
-            direction = _departure(force, law, p, now.t, now.x)
+            direction = departure(force, law, p, now.t, now.x)
             if direction == 0.0:
                 stop_time = time[0] + now.t
-                t, j, direction = _rest(force, law, p, samples, now.t, now.x, j)
+                t, j, direction = rest(force, law, p, samples, now.t, now.x, j)
                 if j == n:
                     break
                 stop_time = math.inf

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.sufficient_statistics import RegressionStatistics
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.decay.release_and_rest import FOUND, Located
+from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.estimators.waveform.gauss_newton import Optimum, Penalty, Signal, fit_waveform
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,

@@ -1,0 +1,40 @@
+"""Where the free decays of many records lie, and what was found of each."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from friction_bayes.core.arrays import Array, Integers, Mask
+
+__all__ = ["CONSTANT", "FOUND", "NOT_FINITE", "NO_OSCILLATION", "TOO_SHORT", "Located"]
+
+FOUND, NOT_FINITE, CONSTANT, NO_OSCILLATION, TOO_SHORT = 0, 1, 2, 3, 4
+"""Status of a record: its moving part was found, or why it was not."""
+
+
+class Located(NamedTuple):
+    """Where the free decay lies in each of many records, and a rough idea of its motion.
+
+    Attributes
+    ----------
+    status : ndarray of int, shape (records,)
+        :data:`FOUND`, or why nothing was found: the rest of that row is then zero.
+    start, stop : ndarray of int, shape (records,)
+        The moving part, ``start <= i < stop``.
+    frequency : ndarray, shape (records,)
+        Angular frequency [rad/sample].
+    phase : ndarray, shape (records,)
+        Phase of the displacement at ``start``, in [0, 2 pi) [rad].
+    rest_position : ndarray, shape (records,)
+        In the unit of the signal.
+    stops : ndarray of bool, shape (records,)
+        Whether the motion ends within the record.
+    """
+
+    status: Integers
+    start: Integers
+    stop: Integers
+    frequency: Array
+    phase: Array
+    rest_position: Array
+    stops: Mask
