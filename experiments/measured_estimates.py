@@ -15,8 +15,8 @@ import friction_bayes as fb
 from experiments.runner import Cell, Experiment, main
 from experiments.tables import Row
 from friction_bayes.core.arrays import Array
-from friction_bayes.decay.calibrated import swing_frequency
 from friction_bayes.decay.half_cycles import half_cycles
+from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.mechanics.pendulum import sine_integral
 from friction_bayes.records.datasets import dataset_record, list_datasets

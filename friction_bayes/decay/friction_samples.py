@@ -13,10 +13,10 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
-from friction_bayes.decay.calibrated import force_factor, swing_frequency
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_polynomial import phase_at, time_of_phase
 from friction_bayes.decay.phase_tracking import coulomb_fit, track_phase, tracked_phase
+from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
 from friction_bayes.mechanics.pendulum import frequency_ratio, friction_of_period, swing_amplitude
 
 __all__ = [

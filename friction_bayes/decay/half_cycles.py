@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
-from friction_bayes.decay.calibrated import swing_frequency
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at, time_of_phase
 from friction_bayes.decay.phase_tracking import coulomb_fit, tracked_phase
+from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.mechanics.coulomb import coulomb_shapes
 from friction_bayes.mechanics.pendulum import third_harmonic
 

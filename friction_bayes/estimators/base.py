@@ -13,9 +13,9 @@ from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.calibrated import swing_frequency
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.located import FOUND, Located
+from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.priors import DeclaredSignal
 
 __all__ = ["Estimator", "Fit", "Fits", "FreeDecays"]

@@ -10,16 +10,16 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from friction_bayes.conjugate.scaled import scaled_moments, scaled_quantiles
+from friction_bayes.conjugate.scaled_distribution import scaled_moments, scaled_quantiles
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.calibrated import force_factor, force_factor_relative_sd
 from friction_bayes.decay.free_decay import locate_free_decays
 from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.decay.located import FOUND
+from friction_bayes.decay.sensor_calibration import force_factor, force_factor_relative_sd
 from friction_bayes.estimators.base import Estimator, FreeDecays
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named

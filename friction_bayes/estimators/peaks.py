@@ -12,17 +12,17 @@ from scipy import stats
 from friction_bayes.conjugate.gamma_exponential import GammaExponential, negative_share
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.normal_gamma import NormalGamma
-from friction_bayes.conjugate.scaled import scaled
+from friction_bayes.conjugate.scaled_distribution import scaled
 from friction_bayes.conjugate.targets import gamma_exponential_target, normal_gamma_target
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, inverse_square
-from friction_bayes.decay.calibrated import force_factor
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.friction_samples import (
     friction_sample_statistics,
     friction_samples,
     natural_frequency_found,
 )
+from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.base import Fit, Fits, FreeDecays
 from friction_bayes.estimators.priors import TabulatedPrior, complete_prior
 

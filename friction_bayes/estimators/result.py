@@ -8,14 +8,14 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
-from friction_bayes.conjugate.scaled import scaled
+from friction_bayes.conjugate.scaled_distribution import scaled
 from friction_bayes.core.errors import RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.strict_json import plain
 from friction_bayes.core.summary import Summary
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.calibrated import force_factor, force_factor_relative_sd
 from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.decay.sensor_calibration import force_factor, force_factor_relative_sd
 from friction_bayes.estimators.acceptance import Acceptance
 from friction_bayes.estimators.base import Fit
 

@@ -18,9 +18,9 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, quantity_named
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.batch import estimate_batch
-from friction_bayes.monitor.parts import Columns, compute_parts
 from friction_bayes.monitor.points import COUNTED, TIME_ATTRIBUTE, DetectionPoints, per
 from friction_bayes.monitor.report import QUANTILES, follow
+from friction_bayes.monitor.resumable_run import Columns, compute_parts
 
 __all__ = ["STATUS", "FleetWork", "fleet_work", "monitor_fleet"]
 
@@ -65,7 +65,7 @@ class FleetWork:
         Parameters
         ----------
         folder : Path
-            Of :func:`friction_bayes.monitor.parts.parts_folder`; parts that it holds are read back.
+            Of :func:`friction_bayes.monitor.resumable_run.parts_folder`; parts that it holds are read back.
         note : callable
             Called with a sentence where parts are read back.
         """

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from friction_bayes.conjugate.scaled import ScaledDistribution
+from friction_bayes.conjugate.scaled_distribution import ScaledDistribution
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
 from friction_bayes.estimators.result import Estimate

@@ -13,7 +13,7 @@ from scipy import stats
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite_array
-from friction_bayes.validation.expected import Expected
+from friction_bayes.validation.expected_distribution import Expected
 from friction_bayes.validation.mixing import Mixing, as_ensembles, bulk_ess, mixing, tail_ess
 
 __all__ = ["Agreement", "Check", "compare"]

@@ -143,7 +143,7 @@ def _fleet(
     arguments: argparse.Namespace, records: xr.DataArray, inputs: Mapping[str, str], folder: Path
 ) -> Any:
     from friction_bayes.monitor.fleet import fleet_work
-    from friction_bayes.monitor.parts import parts_folder, run_key
+    from friction_bayes.monitor.resumable_run import parts_folder, run_key
 
     work = fleet_work(records, system_of(arguments), threshold=arguments.threshold)
     key = run_key("monitor", options_of(arguments), inputs)

@@ -21,9 +21,9 @@ from friction_bayes.conjugate.sufficient_statistics import RegressionStatistics
 from friction_bayes.conjugate.targets import regression_target
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import inverse_square
-from friction_bayes.decay.calibrated import force_factor, swing_frequency
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_tracking import tracked_phase
+from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
 from friction_bayes.estimators.base import Fit, Fits, FreeDecays
 from friction_bayes.estimators.envelope.half_cycle_rows import envelope_statistics, half_cycle_rows
 from friction_bayes.estimators.envelope.signal import envelope_signal, small_motion_frequency

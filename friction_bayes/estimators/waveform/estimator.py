@@ -22,8 +22,8 @@ from scipy import stats
 from friction_bayes.conjugate.regression import CoefficientMarginals, NormalInverseGamma
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
-from friction_bayes.decay.calibrated import swing_frequency
 from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.base import Fit, Fits, FreeDecays
 from friction_bayes.estimators.priors import TabulatedPrior, coefficient_bounds
 from friction_bayes.estimators.waveform.coulomb_signal import (

@@ -10,8 +10,8 @@ from scipy import stats
 from friction_bayes.conjugate.regression import NormalInverseGamma, mean_error_sd
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.quantities import inverse_square
-from friction_bayes.decay.calibrated import force_factor
 from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.waveform.signal_target import SignalModel, signal_target

@@ -10,7 +10,7 @@ from scipy import stats
 from scipy.integrate import quad
 
 from friction_bayes.conjugate.mixture import Mixture
-from friction_bayes.conjugate.scaled import ScaledDistribution, scaled
+from friction_bayes.conjugate.scaled_distribution import ScaledDistribution, scaled
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.summary import Summary
 

@@ -19,7 +19,7 @@ from friction_bayes import (
     make_record,
     simulate,
 )
-from friction_bayes.conjugate.scaled import scaled, scaled_moments, scaled_quantiles
+from friction_bayes.conjugate.scaled_distribution import scaled, scaled_moments, scaled_quantiles
 from friction_bayes.estimators.batch import STATUS
 from friction_bayes.estimators.registry import ESTIMATORS
 

@@ -12,7 +12,7 @@ from scipy import stats
 import friction_bayes as fb
 from decays import SYSTEM, short_decay
 from friction_bayes.conjugate.normal_gamma import NormalGamma
-from friction_bayes.conjugate.scaled import scaled
+from friction_bayes.conjugate.scaled_distribution import scaled
 from friction_bayes.conjugate.targets import normal_gamma_target
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import friction_samples

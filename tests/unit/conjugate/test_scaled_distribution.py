@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.conjugate.scaled import ScaledDistribution, scaled
+from friction_bayes.conjugate.scaled_distribution import ScaledDistribution, scaled
 from friction_bayes.core.errors import InputError
 
 COEFFICIENTS = {
