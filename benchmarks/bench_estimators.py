@@ -56,7 +56,9 @@ class Estimators:
     def track_sampler_over_closed_form(self, method):
         """Wall time of the emcee reference over that of the closed form."""
         tree = sample_reference(self.record, PAPER_SYSTEM, method=method, seed=1)
-        return tree.attrs["wall_time_s"] / tree.attrs["closed_form_wall_time_s"]
+        started = perf_counter()
+        estimate(self.record, PAPER_SYSTEM, method=method)
+        return tree.attrs["wall_time_s"] / (perf_counter() - started)
 
     def track_rms_error(self, method):
         """Root mean square of the relative friction error over twenty synthetic records."""

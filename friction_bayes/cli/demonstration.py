@@ -137,9 +137,9 @@ def _cases(seed: int) -> tuple[Case, Case]:
             record=paper_example(seed),
             system=PAPER_SYSTEM,
             friction=PAPER_FRICTION,
-            remark="Every closed form agrees with its sampler, at a fraction of the time. The interval of "
-            "the paper's normal-gamma is far too wide: successive friction samples share an amplitude; "
-            "gamma-exponential estimates a rate, about 1 / friction, and the paper rejects it.",
+            remark="Every closed form agrees with its sampler. The interval of the paper's normal-gamma is "
+            "far too wide: successive friction samples share an amplitude; gamma-exponential estimates a "
+            "rate, about 1 / friction, and the paper rejects it.",
         ),
         Case(
             name="testbed",

@@ -18,14 +18,12 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError, NotConvergedWarning
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.estimate import estimate
-from friction_bayes.estimators.registry import estimator_named
-from friction_bayes.estimators.result import Estimate
 from friction_bayes.reference.convergence import MINIMUM_LENGTH, Convergence, diagnose
 from friction_bayes.reference.ensembles import Ensembles
 from friction_bayes.reference.tree import make_tree
 from friction_bayes.validation.mixing import mixing
 
-__all__ = ["closed_form_seconds", "sample_reference", "sample_target"]
+__all__ = ["sample_reference", "sample_target"]
 
 
 BURN_IN = 10
@@ -62,9 +60,8 @@ def sample_reference(
     Returns
     -------
     xarray.DataTree
-        As from :func:`sample_target`, with the attributes ``record``, ``method``, ``friction_unit`` and
-        ``closed_form_wall_time_s``. Forces are those of the declared mass and stiffness, without their
-        uncertainty.
+        As from :func:`sample_target`, with the attributes ``record``, ``method`` and ``friction_unit``.
+        Forces are those of the declared mass and stiffness, without their uncertainty.
 
     Raises
     ------
@@ -80,20 +77,8 @@ def sample_reference(
         record, system, method=method, prior=prior, peaks=peaks, start=start, rest_position=rest_position
     )
     tree = sample_target(closed_form.fit.target, seed=seed, **options)
-    tree.attrs.update(
-        record=closed_form.decay.name,
-        method=method,
-        friction_unit=closed_form.friction_unit,
-        closed_form_wall_time_s=closed_form_seconds(closed_form),
-    )
+    tree.attrs.update(record=closed_form.decay.name, method=method, friction_unit=closed_form.friction_unit)
     return tree
-
-
-def closed_form_seconds(estimate: Estimate) -> float:
-    """Wall time of a closed form [s], in a second fit: the first may have waited for the compiler."""
-    began = time.perf_counter()
-    estimator_named(estimate.method).fit(estimate.decay, estimate.prior, peaks=estimate.peaks)
-    return time.perf_counter() - began
 
 
 def sample_target(

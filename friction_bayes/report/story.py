@@ -202,7 +202,7 @@ def sampler_lines(sampler: Mapping[str, Any]) -> list[str]:
     if not sampler["agrees"]:
         lines.append(sampler["because"])
     if "sampler_s" in sampler:
-        lines.append(f"fit {duration(sampler['closed_form_s'])}, emcee {duration(sampler['sampler_s'])}")
+        lines.append(f"took {duration(sampler['sampler_s'])}")
     loo = sampler.get("leave_one_out")
     if loo:
         lines.append(

@@ -113,8 +113,6 @@ class Agreement:
         Below this no verdict is given.
     false_alarm_rate : float
         Probability, at most, that a correct closed form is found to disagree, over all checks together.
-    closed_form_wall_time_s, wall_time_s : float or None
-        Time the closed form and the sampler took [s], where they were timed.
     """
 
     agrees: bool | None
@@ -122,15 +120,6 @@ class Agreement:
     ess: float
     minimum_ess: float
     false_alarm_rate: float
-    closed_form_wall_time_s: float | None = None
-    wall_time_s: float | None = None
-
-    @property
-    def ratio(self) -> float | None:
-        """Wall time of the sampler over that of the closed form."""
-        if not self.closed_form_wall_time_s or self.wall_time_s is None:
-            return None
-        return self.wall_time_s / self.closed_form_wall_time_s
 
     @property
     def failed(self) -> tuple[Check, ...]:
@@ -149,10 +138,6 @@ class Agreement:
             f"{len(self.checks)} checks at effective sample size {self.ess:.0f}, "
             f"false-alarm rate {self.false_alarm_rate:g}; the furthest is {furthest}"
         )
-
-    def timed(self, *, closed_form: float, sampler: float) -> Agreement:
-        """Return the same verdict with wall times [s]."""
-        return replace(self, closed_form_wall_time_s=closed_form, wall_time_s=sampler)
 
 
 def compare(

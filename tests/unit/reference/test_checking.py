@@ -32,10 +32,10 @@ def test_no_verdict_is_null_and_said_so(estimate: fb.Estimate, monkeypatch: pyte
     assert "NOT JUDGED" in str(disagreements([result])[0])
 
 
-def test_verdict_and_times(estimate: fb.Estimate) -> None:
+def test_verdict_and_time(estimate: fb.Estimate) -> None:
     summary = checking.check_estimate(estimate, seed=1).summary
     assert summary["agrees"] is True, summary["because"]
-    assert summary["sampler_s"] / summary["closed_form_s"] == pytest.approx(summary["time_ratio"])
+    assert summary["sampler_s"] > 0.0
     assert summary["seed"] == 1
     closed, sampled = estimate.friction, summary["friction"]["mean"]
     assert summary["difference_in_sd"] == pytest.approx((sampled - closed.mean()) / closed.std(), abs=1e-9)

@@ -63,14 +63,6 @@ def test_a_difference_that_moments_and_quantiles_miss(rng: np.random.Generator) 
     assert "distribution" in [check.name for check in verdict.failed]
 
 
-def test_wall_times_are_reported(rng: np.random.Generator) -> None:
-    verdict = compare(stats.norm(), rng.standard_normal(2000), ess=2000)
-    assert verdict.ratio is None
-    timed = verdict.timed(closed_form=0.002, sampler=1.0)
-    assert (timed.closed_form_wall_time_s, timed.wall_time_s, timed.ratio) == (0.002, 1.0, 500.0)
-    assert timed.checks == verdict.checks
-
-
 def test_refuses_draws_that_are_not_finite() -> None:
     with pytest.raises(ValueError, match="draws: entry 2000 is nan"):
         compare(stats.norm(), np.append(np.zeros(2000), np.nan), ess=2001)
