@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from friction_bayes.core.strict_json import plain
 
-__all__ = ["Summary"]
+__all__ = ["TAILS", "Summary"]
 
 TAILS = (0.05, 0.95)
 """Probabilities at the ends of a central (equal-tailed) 90 % interval."""

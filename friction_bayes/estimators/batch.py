@@ -15,6 +15,7 @@ from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
+from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import locate_free_decays
 from friction_bayes.decay.friction_samples import PEAKS
@@ -188,9 +189,9 @@ def _estimate_chunk(
     factor = force_factor(system, kind, unit)
     relative_sd = force_factor_relative_sd(system, kind, unit)
     mean, sd = scaled_moments(location, spread, factor, relative_sd)
-    low, high = (scaled_quantiles(family, coefficient, factor, relative_sd, q) for q in (0.05, 0.95))
+    low, high = (scaled_quantiles(family, coefficient, factor, relative_sd, q) for q in TAILS)
     length = fits.frequency**-kind.order
-    over_low, over_high = (family.ppf(q, *coefficient) * length for q in (0.05, 0.95))
+    over_low, over_high = (family.ppf(q, *coefficient) * length for q in TAILS)
     columns = (mean, sd, low, high, location * length, spread * length, over_low, over_high)
     rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
     return np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])

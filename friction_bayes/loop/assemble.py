@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.summary import TAILS
 from friction_bayes.core.text import set_words
 from friction_bayes.estimators.result import FREQUENCY_TOLERANCE
 from friction_bayes.loop.autoregression import correlation_length
@@ -151,7 +152,7 @@ def _reference(
         check["friction"] = friction
         check["error_before"] = float(before.draws.mean()) / friction - 1.0
         check["error_after"] = float(after.draws.mean()) / friction - 1.0
-        low, high = np.quantile(after.draws, (0.05, 0.95))
+        low, high = np.quantile(after.draws, TAILS)
         check["within_interval90"] = bool(low <= friction <= high)
     if seed is not None:
         check["sampler"] = sampler_check(found.before, found.fits[0], seed)

@@ -162,5 +162,6 @@ def expected_log_bayes_factor(difference: Array, jacobian: Array, covariance: Ar
         Of these parameters before the record, :math:`C`.
     """
     shared = jacobian.T @ difference
-    inner = np.linalg.inv(covariance + 1e-15 * np.eye(len(covariance))) + jacobian.T @ jacobian
-    return max(0.5 * float(difference @ difference - shared @ np.linalg.solve(inner, shared)), 0.0)
+    inner = np.eye(len(covariance)) + jacobian.T @ jacobian @ covariance
+    absorbed = float(shared @ covariance @ np.linalg.solve(inner, shared))
+    return max(0.5 * (float(difference @ difference) - absorbed), 0.0)

@@ -13,7 +13,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError, RecordWarning
-from friction_bayes.core.summary import Summary
+from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.estimators.estimate import estimate
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.friction import Distribution
@@ -74,8 +74,7 @@ def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...])
     because: list[str] = []
     for fault in faults:
         because += effects if fault == "effects" else [fault]
-    width = float(np.subtract(*np.quantile(after.draws, (0.95, 0.05))))
-    if high - low > _TOO_WIDE * width:
+    if high - low > _TOO_WIDE * float(np.diff(np.quantile(after.draws, TAILS))[0]):
         because.append("telescoping_drops")
     return {
         "friction": said.to_dict(),
@@ -92,14 +91,7 @@ def _read_off(fit: LoopFit, time: Array, values: Array) -> Summary:
         # what an estimate warns of, a wrong frequency above all, is the loop's own business
         warnings.simplefilter("ignore", RecordWarning)
         estimated = estimate(record, fit.model.system, method=_METHOD)
-    friction = estimated.friction
-    low, high = friction.interval(0.9)
-    return Summary(
-        mean=float(friction.mean()),
-        sd=float(friction.std()),
-        interval90=(float(low), float(high)),
-        unit=estimated.friction_unit,
-    )
+    return Summary.of_distribution(estimated.friction, estimated.friction_unit)
 
 
 def _predicted(fit: LoopFit, time: Array) -> Array:

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.summary import TAILS
 from friction_bayes.decay.half_cycles import half_cycles
 from friction_bayes.estimators.result import Estimate
 from friction_bayes.plotting.comparison import Interval, plot_estimators
@@ -70,7 +71,7 @@ def signal_figures(estimate: Estimate, record: xr.DataArray) -> dict[str, Figure
     except InputError:
         # A record may be long enough for the estimator and too short for turning points of its own.
         return figures
-    low, high = (float(fit.coefficient.ppf(q)) for q in (0.05, 0.95))
+    low, high = (float(fit.coefficient.ppf(q)) for q in TAILS)
     figures["amplitudes"] = plot_amplitudes(decay, cycles, float(fit.coefficient.mean()), (low, high))
     return figures
 
@@ -138,10 +139,11 @@ def comparison_figures(
 
 def _interval(estimate: Estimate, check: ReferenceRun | None) -> Interval:
     sampled = None if check is None else check.summary["friction"]
+    low, high = (float(estimate.friction.ppf(q)) for q in TAILS)
     return Interval(
         label=estimate.method,
         mean=float(estimate.friction.mean()),
-        low=float(estimate.friction.ppf(0.05)),
-        high=float(estimate.friction.ppf(0.95)),
+        low=low,
+        high=high,
         reference=None if sampled is None else (sampled["mean"], *sampled["interval90"]),
     )

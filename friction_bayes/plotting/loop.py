@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from friction_bayes.core.summary import TAILS
 from friction_bayes.core.text import percent, set_words
 from friction_bayes.loop.result import LoopReport
 from friction_bayes.plotting.loop_record import (
@@ -106,7 +107,7 @@ def _friction_rows(report: LoopReport) -> list[tuple[str, float, float, float, s
     for i, candidate in enumerate(report.candidates):
         own = draws[which == i]
         if own.size >= _LEAST_DRAWS:
-            low, high = np.quantile(own, (0.05, 0.95))
+            low, high = np.quantile(own, TAILS)
             several.append((f"  {set_words(candidate['effects'])}", float(own.mean()), low, high, FAINT))
     if len(several) > 1:
         rows += several

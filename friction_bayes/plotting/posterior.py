@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.summary import TAILS
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, new_figure, note, styled
 
 __all__ = ["plot_friction", "plot_friction_panels", "plot_joint"]
@@ -25,7 +26,7 @@ def _draw_friction(axes: Axes, friction: Any, draws: Array | None, truth: float 
     grid = np.linspace(low, high, 400)
     density = friction.pdf(grid)
     axes.plot(grid, density, color=MODEL, label="closed form")
-    left, right = (float(q) for q in friction.ppf([0.05, 0.95]))
+    left, right = (float(q) for q in friction.ppf(TAILS))
     inside = (grid >= left) & (grid <= right)
     axes.fill_between(grid[inside], density[inside], color=MODEL, alpha=0.15, lw=0.0, label="90 % interval")
     if truth is not None:

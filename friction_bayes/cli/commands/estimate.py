@@ -114,7 +114,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _estimate(arguments: argparse.Namespace, folder: Path | None) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return the result for JSON and the digests of what was read; leave figures and draws in ``folder``."""
+    """Return the result for JSON and the digests of what was read; write figures and draws to ``folder``."""
     reference = None
     with collected_warnings() as warned:
         record, system = load_record(arguments.record, arguments)
@@ -135,14 +135,15 @@ def _estimate(arguments: argparse.Namespace, folder: Path | None) -> tuple[dict[
     result = estimate.to_dict(None if reference is None else reference.summary)
     result["notes"].extend(text for text in warned if text not in result["notes"])
     if folder is not None:
-        _leave(estimate, record, reference, folder)
+        _write(estimate, record, reference, folder)
     return result, input_digests(arguments.record, arguments.setup)
 
 
 # emcee, ArviZ and matplotlib take seconds to load: they are imported where they are needed.
 
 
-def _leave(estimate: Estimate, record: xr.DataArray, reference: ReferenceRun | None, folder: Path) -> None:
+def _write(estimate: Estimate, record: xr.DataArray, reference: ReferenceRun | None, folder: Path) -> None:
+    """Write figures and draws."""
     from friction_bayes.plotting import save_figure
     from friction_bayes.plotting.estimate import estimate_figures
 

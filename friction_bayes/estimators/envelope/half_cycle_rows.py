@@ -22,7 +22,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers
-from friction_bayes.decay.linear_least_squares import solve_spd
+from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at
 from friction_bayes.decay.phase_tracking import MAX_DEGREE, coulomb_fit, track_phase
 from friction_bayes.mechanics.coulomb import coulomb_shapes
@@ -173,10 +173,10 @@ def least_squares(design: Array, response: Array) -> tuple[Array, bool, float, A
     gram = np.zeros((size, size))
     right = np.zeros(size)
     for i in range(rows):
-        for a in range(size):
-            right[a] += design[i, a] * response[i]
-            for b in range(size):
-                gram[a, b] += design[i, a] * design[i, b]
+        add_sample(gram, right, design[i], response[i], 1.0)
+    for a in range(size):
+        for b in range(a):
+            gram[b, a] = gram[a, b]
     found, ok = solve_spd(gram, right)
     squares = 0.0
     for i in range(rows):
