@@ -12,7 +12,7 @@ import xarray as xr
 
 from decays import short_decay
 from friction_bayes.cli.program import main
-from friction_bayes.monitor import parts
+from friction_bayes.monitor import resumable_run
 
 MACHINES = 5
 
@@ -48,7 +48,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., int]:
             done += 1
             write(file)
 
-        monkeypatch.setattr(parts, "write_whole", counted)
+        monkeypatch.setattr(resumable_run, "write_whole", counted)
         argv = ["monitor", str(tmp_path / "fleet.zarr"), "--mass", "10", "--stiffness", "1000"]
         argv += ["--workers", "1", "--out", str(tmp_path / out), *options]
         assert main(argv) == (0 if stop_after is None else 130)
