@@ -108,7 +108,7 @@ def _criteria(
         # a frequency read off few samples may differ from the declared one: that is in the error
         warnings.simplefilter("ignore", fb.RecordWarning)
         try:
-            whole = fb.estimate(record, system_of(rig))
+            whole = fb.estimate(record, system_of(rig), random_force="none")
             estimates = [_normal_gamma(record, rig, peaks) for peaks in READINGS.values()]
         except fb.InputError:
             return [{} for _ in READINGS]

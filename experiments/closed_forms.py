@@ -120,7 +120,7 @@ def _one(
         warnings.simplefilter("always")
         began = perf_counter()
         try:
-            estimate = fb.estimate(record, system, method=method, peaks=peaks)
+            estimate = fb.estimate(record, system, method=method, peaks=peaks, random_force="none")
         except fb.InputError:
             return {"refused": 1.0}
         elapsed = perf_counter() - began

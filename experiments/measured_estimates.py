@@ -75,7 +75,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         warnings.simplefilter("ignore")
         try:
             record, system = dataset_record(cell["record"])
-            estimate = fb.estimate(record, system, method=cell["method"])
+            estimate = fb.estimate(record, system, method=cell["method"], random_force="none")
         except fb.InputError as error:
             return {**texts, **numbers, **series, "refused": str(error)}
         summary = check_estimate(estimate, seed=int(seed.generate_state(1)[0])).summary

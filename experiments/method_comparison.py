@@ -143,7 +143,7 @@ def _figures(
 
 
 def _closed_form(record: xr.DataArray, *, method: str, peaks: str) -> tuple[float, float, float, float]:
-    friction = fb.estimate(record, PAPER_SYSTEM, method=method, peaks=peaks).friction
+    friction = fb.estimate(record, PAPER_SYSTEM, method=method, peaks=peaks, random_force="none").friction
     return float(friction.mean()), float(friction.std()), *(float(friction.ppf(q)) for q in (0.05, 0.95))
 
 
@@ -154,7 +154,7 @@ def _classical(record: xr.DataArray, *, label: str) -> tuple[float, float, float
 
 def _sampled(record: xr.DataArray, *, seed: int) -> tuple[float, float, float, float]:
     """Draws of the posterior that ``waveform`` approximates: every parameter of the whole signal."""
-    target = fb.estimate(record, PAPER_SYSTEM).fit.target
+    target = fb.estimate(record, PAPER_SYSTEM, random_force="none").fit.target
     draws = sample_target(target, seed=seed)["posterior"].dataset["friction"].values
     low, high = np.quantile(draws, [0.05, 0.95])
     return float(draws.mean()), float(draws.std()), float(low), float(high)

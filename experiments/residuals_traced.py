@@ -106,7 +106,7 @@ def _by_estimator(
         # a frequency read off few samples may differ from the declared one: that is in the error
         warnings.simplefilter("ignore", fb.RecordWarning)
         try:
-            posterior = fb.estimate(record, system, method=method, peaks=peaks).friction
+            posterior = fb.estimate(record, system, method=method, peaks=peaks, random_force="none").friction
         except fb.InputError:
             return {}
     return _figures(posterior, truth)

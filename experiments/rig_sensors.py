@@ -73,7 +73,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
 
 def _by_displacement(record: xr.DataArray, rig: Rig) -> float:
     try:
-        return float(fb.estimate(record, system_of(rig)).friction.mean())
+        return float(fb.estimate(record, system_of(rig), random_force="none").friction.mean())
     except fb.InputError:
         # equal codes of the digitiser at an extreme may look like the end of its range
         return math.nan

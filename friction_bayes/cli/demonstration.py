@@ -124,7 +124,7 @@ def _all_outcomes(cases: Sequence[Case], seed: int) -> dict[str, list[Outcome]]:
 
 def _outcome(case: Case, method: str, seed: int) -> Outcome:
     with collected_warnings() as warned:
-        estimate = fb.estimate(case.record, case.system, method=method)
+        estimate = fb.estimate(case.record, case.system, method=method, random_force="none")
         check = check_estimate(estimate, seed=seed)
     return Outcome(estimate=estimate, check=check, warnings=tuple(warned))
 

@@ -10,15 +10,48 @@ from typing import Any, Protocol
 import numpy as np
 
 from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.sensor_calibration import swing_frequency
+from friction_bayes.decay.whiteness import Whiteness
 from friction_bayes.estimators.priors import DeclaredSignal
 
-__all__ = ["Estimator", "Fit", "Fits", "FreeDecays"]
+__all__ = ["Estimator", "Fit", "Fits", "FreeDecays", "RandomForce"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RandomForce:
+    """What a record says of a force that fluctuates, an Ornstein-Uhlenbeck process.
+
+    Attributes
+    ----------
+    probability : float
+        That there is one.
+    sd : frozen scipy.stats distribution
+        Its standard deviation, given that there is one, in the unit of :attr:`Fit.coefficient`.
+    correlation_time : frozen scipy.stats distribution
+        Given that there is one [s].
+    coefficient_without, coefficient_with : frozen scipy.stats distribution, Mixture
+        Friction coefficient of the signal without it, and with it.
+    innovations : Whiteness
+        Test of the whitened residuals at the most probable random force.
+    """
+
+    probability: float
+    sd: Any
+    correlation_time: Any
+    coefficient_without: Any
+    coefficient_with: Mixture
+    innovations: Whiteness
+
+    @property
+    def share_of_friction(self) -> float:
+        """Mean of its sd over the mean friction with it."""
+        return float(self.sd.mean()) / abs(float(self.coefficient_with.mean()))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +60,7 @@ class Fit:
 
     Attributes
     ----------
-    coefficient : frozen scipy.stats distribution
+    coefficient : frozen scipy.stats distribution or Mixture
         Posterior of the friction coefficient of the signal, ``u = w0**q r/k`` for derivative order ``q``;
         :meth:`Oscillator.force_factor` turns it into a force.
     precision : frozen scipy.stats distribution or None
@@ -50,6 +83,8 @@ class Fit:
         Makes :attr:`target`.
     notes : tuple of str
         What a reader must know: assumptions, negative samples, residuals that are not noise.
+    random_force : RandomForce or None
+        What the record says of one; None where it was not asked, or is not asked by the method.
     """
 
     coefficient: Any
@@ -64,6 +99,7 @@ class Fit:
     prediction: Array | None
     build_target: Callable[[], Target] = field(repr=False)
     notes: tuple[str, ...] = ()
+    random_force: RandomForce | None = None
 
     @cached_property
     def target(self) -> Target:
@@ -127,6 +163,8 @@ class Fits:
         Its shapes, location and scale.
     frequency, frequency_sd, rest_position, noise_sd : ndarray, shape (records,)
         As in :class:`Fit`.
+    residual : callable, int -> ndarray, or None
+        Residual of the moving part of a record with a posterior; None where the method predicts no signal.
     """
 
     family: Any
@@ -135,6 +173,7 @@ class Fits:
     frequency_sd: Array
     rest_position: Array
     noise_sd: Array
+    residual: Callable[[int], Array] | None = field(default=None, repr=False)
 
     @property
     def found(self) -> Mask:

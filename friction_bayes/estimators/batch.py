@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy import stats
 
-from friction_bayes.conjugate.scaled_distribution import scaled_moments, scaled_quantiles
+from friction_bayes.conjugate.scaled_distribution import scaled, scaled_moments, scaled_quantiles
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
@@ -21,9 +22,14 @@ from friction_bayes.decay.free_decay import locate_free_decays
 from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.decay.located import FOUND
 from friction_bayes.decay.sensor_calibration import force_factor, force_factor_relative_sd
-from friction_bayes.estimators.base import Estimator, FreeDecays
+from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.estimators.base import Estimator, Fits, FreeDecays
+from friction_bayes.estimators.estimate import RANDOM_FORCE
 from friction_bayes.estimators.priors import complete_prior
+from friction_bayes.estimators.random_force.plain_law import PlainDecay, plain_posterior
 from friction_bayes.estimators.registry import estimator_named
+from friction_bayes.estimators.waveform.averaged import Averaged, averaged
+from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.records.clipping import SHORTEST_RUN, clipped_fraction
 from friction_bayes.records.clock import sampling_interval
 
@@ -51,6 +57,7 @@ _COLUMNS = (
     "rest_position",
     "status",
 )
+_FORCE_COLUMNS = ("random_force_probability", "random_force_sd")
 
 
 def estimate_batch(
@@ -62,10 +69,13 @@ def estimate_batch(
     quantity: str = "displacement",
     prior: Mapping[str, float] | None = None,
     peaks: str = "highest",
+    random_force: str = "auto",
 ) -> xr.Dataset:
     """Estimate friction from many free decays of one system, in closed form.
 
-    The numbers are those of :func:`friction_bayes.estimate`, record by record, up to rounding.
+    The numbers are those of :func:`friction_bayes.estimate` with ``random_force="none"``, record by record,
+    up to rounding. With ``random_force="auto"`` method ``waveform`` averages those records whose residuals
+    are not white noise over a force that fluctuates, as :func:`friction_bayes.estimate` does with all.
 
     Parameters
     ----------
@@ -85,13 +95,17 @@ def estimate_batch(
         Prior parameters by key, as in :func:`friction_bayes.estimate`.
     peaks : {"highest", "nominal"}
         How the paper's two methods pick amplitudes.
+    random_force : {"auto", "none"}
+        Whether a force that fluctuates may be there; method ``waveform`` alone knows one.
 
     Returns
     -------
     xarray.Dataset
         Over ``record`` (and ``bound`` for intervals): ``friction_mean``, ``friction_sd``,
         ``friction_interval90``, the same of ``friction_over_stiffness``, ``noise_sd``, ``frequency`` and
-        ``frequency_sd`` [rad/s], ``rest_position`` and ``status``. A record that cannot be used has a status
+        ``frequency_sd`` [rad/s], ``rest_position`` and ``status``; where a random force is looked for also
+        ``random_force_probability`` and ``random_force_sd``, given that there is one, both nan in records
+        whose residuals are white. A record that cannot be used has a status
         other than 0, see its attribute ``flag_meanings``, and nan elsewhere.
 
     Raises
@@ -102,6 +116,11 @@ def estimate_batch(
     estimator = estimator_named(method)
     if peaks not in PEAKS:
         raise InputError("peaks", f"unknown choice {peaks!r}", f"give one of {', '.join(PEAKS)}")
+    if random_force not in RANDOM_FORCE:
+        choices = ", ".join(RANDOM_FORCE)
+        raise InputError("random_force", f"unknown choice {random_force!r}", f"give one of {choices}")
+    with_force = random_force == "auto" and method == WaveformEstimator.name
+    columns = (*_COLUMNS, *_FORCE_COLUMNS) if with_force else _COLUMNS
     stack, kind, unit, step = _as_stack(records, sampling_rate, quantity)
     if kind.angular != system.angular:
         expected = "inertia" if kind.angular else "mass"
@@ -123,14 +142,20 @@ def estimate_batch(
     table = xr.apply_ufunc(
         _estimate_rows,
         stack,
-        kwargs={"estimator": estimator, "like": none, "prior": chosen, "peaks": peaks},
+        kwargs={
+            "estimator": estimator,
+            "like": none,
+            "prior": chosen,
+            "peaks": peaks,
+            "with_force": with_force,
+        },
         input_core_dims=[["time"]],
         output_core_dims=[["column"]],
         dask="parallelized",
-        dask_gufunc_kwargs={"output_sizes": {"column": len(_COLUMNS)}},
+        dask_gufunc_kwargs={"output_sizes": {"column": len(columns)}},
         output_dtypes=[np.float64],
     )
-    return _as_dataset(table, system, kind, unit).assign_attrs(method=method, peaks=peaks)
+    return _as_dataset(table, columns, system, kind, unit).assign_attrs(method=method, peaks=peaks)
 
 
 def _as_stack(
@@ -162,26 +187,38 @@ def _as_stack(
 
 
 def _estimate_rows(
-    values: NDArray[Any], *, estimator: Estimator, like: FreeDecays, prior: Mapping[str, float], peaks: str
+    values: NDArray[Any],
+    *,
+    estimator: Estimator,
+    like: FreeDecays,
+    prior: Mapping[str, float],
+    peaks: str,
+    with_force: bool,
 ) -> Array:
     """Estimate every row of an array, shape (records, n) to (records, columns)."""
     rows = max(_CHUNK_VALUES // max(values.shape[1], 1), 1)
     parts = [
         # writeable as those of a single record are: kernels are compiled for one kind of array
-        _estimate_chunk(np.require(part, np.float64, ["C", "W"]), estimator, like, prior, peaks)
+        _estimate_chunk(np.require(part, np.float64, ["C", "W"]), estimator, like, prior, peaks, with_force)
         for part in np.split(values, range(rows, len(values), rows))
     ]
     return np.concatenate(parts)
 
 
 def _estimate_chunk(
-    values: Array, estimator: Estimator, like: FreeDecays, prior: Mapping[str, float], peaks: str
+    values: Array,
+    estimator: Estimator,
+    like: FreeDecays,
+    prior: Mapping[str, float],
+    peaks: str,
+    with_force: bool,
 ) -> Array:
     """Estimate rows of the system and sensor that ``like`` declares."""
     system, kind, unit = like.system, like.quantity, like.unit
     located = locate_free_decays(values, like.step, system.natural_frequency, kind.order)
     located.status[_clipped(values, located.status == FOUND)] = _CLIPPED
-    fits = estimator.fit_many(replace(like, values=values, located=located), prior, peaks=peaks)
+    decays = replace(like, values=values, located=located)
+    fits = estimator.fit_many(decays, prior, peaks=peaks)
     found, family = fits.found, fits.family
     status = np.where((located.status == FOUND) & ~found, _NO_FIT, located.status)
     coefficient = tuple(np.where(found, parameter, np.nan) for parameter in fits.parameters)
@@ -194,7 +231,58 @@ def _estimate_chunk(
     over_low, over_high = (family.ppf(q, *coefficient) * length for q in TAILS)
     columns = (mean, sd, low, high, location * length, spread * length, over_low, over_high)
     rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
-    return np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
+    table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
+    return _averaged_over_random_force(table, decays, fits) if with_force else table
+
+
+def _averaged_over_random_force(table: Array, decays: FreeDecays, fits: Fits) -> Array:
+    """Add the columns of a random force, and average those records over it whose residuals are not white."""
+    table = np.column_stack([table, np.full((len(table), len(_FORCE_COLUMNS)), np.nan)])
+    column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
+    system, kind, unit = decays.system, decays.quantity, decays.unit
+    factor = force_factor(system, kind, unit)
+    relative_sd = force_factor_relative_sd(system, kind, unit)
+    assert fits.residual is not None
+    for row in np.flatnonzero(fits.found).tolist():
+        test = whiteness(fits.residual(row))
+        if test.statistic <= test.limit:
+            continue
+        degrees, location, scale = (float(each[row]) for each in fits.parameters)
+        without = Averaged(
+            coefficient=stats.t(df=degrees, loc=location, scale=scale),
+            frequency=float(fits.frequency[row]),
+            frequency_sd=float(fits.frequency_sd[row]),
+            noise_sd=float(fits.noise_sd[row]),
+        )
+        start = decays.located.start[row]
+        found = plain_posterior(
+            PlainDecay(
+                values=decays.values[row, start : start + decays.counts[row]],
+                step=decays.step,
+                order=kind.order,
+                frequency=without.frequency,
+                coefficient=location,
+                rest_position=float(fits.rest_position[row]),
+                noise_sd=without.noise_sd,
+            )
+        )
+        if found is None:
+            continue
+        both = averaged(without, found)
+        new = {
+            "random_force_probability": found.probability,
+            "random_force_sd": float(found.sd.mean()) * factor,
+        }
+        if both is not without:
+            new |= {"noise_sd": both.noise_sd, "frequency": both.frequency, "frequency_sd": both.frequency_sd}
+            friction = scaled(both.coefficient, factor, relative_sd=relative_sd)
+            length = scaled(both.coefficient, both.frequency**-kind.order)
+            for name, distribution in (("friction", friction), ("friction_over_stiffness", length)):
+                new[f"{name}_mean"], new[f"{name}_sd"] = distribution.mean(), distribution.std()
+                new[f"{name}_low"], new[f"{name}_high"] = distribution.ppf(0.05), distribution.ppf(0.95)
+        for name, value in new.items():
+            table[row, column[name]] = value
+    return table
 
 
 def _finite(values: Array) -> Array:
@@ -226,9 +314,11 @@ def _flat_extreme(values: Array) -> Mask:
     return result
 
 
-def _as_dataset(table: xr.DataArray, system: Oscillator, kind: Quantity, unit: str) -> xr.Dataset:
+def _as_dataset(
+    table: xr.DataArray, columns: tuple[str, ...], system: Oscillator, kind: Quantity, unit: str
+) -> xr.Dataset:
     """Name the columns and say what they hold."""
-    column = {name: table.isel(column=i) for i, name in enumerate(_COLUMNS)}
+    column = {name: table.isel(column=i) for i, name in enumerate(columns)}
     calibrated = unit not in UNCALIBRATED_UNITS
     force = system.friction_unit if calibrated else unit
     length = system.length_unit if calibrated else unit + ("", " s", " s2")[kind.order]
@@ -249,6 +339,7 @@ def _as_dataset(table: xr.DataArray, system: Oscillator, kind: Quantity, unit: s
         "frequency_sd": "rad/s",
         "rest_position": unit,
     }
+    units |= {name: unit for name, unit in zip(_FORCE_COLUMNS, ("1", force), strict=True) if name in column}
     result = xr.Dataset(
         {
             name: (

@@ -18,10 +18,15 @@ from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
+from friction_bayes.estimators.waveform.averaged import averaged_over_random_force
+from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.record import record_name, validate_record
 
-__all__ = ["estimate", "prior_mapping", "refuse_clipped"]
+__all__ = ["RANDOM_FORCE", "estimate", "prior_mapping", "refuse_clipped"]
+
+RANDOM_FORCE = ("auto", "none")
+"""Whether a random force may be there."""
 
 
 def refuse_clipped(record: xr.DataArray) -> None:
@@ -52,6 +57,7 @@ def estimate(
     accept_precision: float | None = None,
     start: float | None = None,
     rest_position: float | None = None,
+    random_force: str = "auto",
 ) -> Estimate:
     """Estimate friction from one free decay, in closed form.
 
@@ -79,6 +85,9 @@ def estimate(
         When the free decay begins [s]; found when left out.
     rest_position : float, optional
         Signal at rest, unit of the signal; found when left out.
+    random_force : {"auto", "none"}
+        Whether method ``waveform`` averages over a force that fluctuates, none among what it weighs; the
+        other methods know none.
 
     Returns
     -------
@@ -95,19 +104,24 @@ def estimate(
         positive("accept_precision", accept_precision)
     if peaks not in PEAKS:
         raise InputError("peaks", f"unknown choice {peaks!r}", f"give one of {', '.join(PEAKS)}")
+    if random_force not in RANDOM_FORCE:
+        choices = ", ".join(RANDOM_FORCE)
+        raise InputError("random_force", f"unknown choice {random_force!r}", f"give one of {choices}")
     estimator = estimator_named(method)
     validate_record(record)
     refuse_clipped(record)
     decay = find_free_decay(record, system, start=start, rest_position=rest_position)
     chosen = complete_prior(estimator.default_prior(decay), prior_mapping(prior))
     fit = estimator.fit(decay, chosen, peaks=peaks)
+    if random_force == "auto" and method == WaveformEstimator.name:
+        fit = averaged_over_random_force(decay, fit)
     acceptance = None
     if accept_precision is not None:
         acceptance = accept_by_threshold(
             _precision_of(fit, method), accept_precision, unit=fit.precision_unit
         )
     elif setup is not None:
-        reference = estimate(setup, system, method=method, prior=prior, peaks=peaks)
+        reference = estimate(setup, system, method=method, prior=prior, peaks=peaks, random_force="none")
         _refuse_other_signal(decay, reference.decay)
         acceptance = accept_by_set_up(
             _precision_of(fit, method), _precision_of(reference.fit, method), unit=fit.precision_unit

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -17,12 +17,14 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor, force_factor_relative_sd
 from friction_bayes.estimators.acceptance import Acceptance
-from friction_bayes.estimators.base import Fit
+from friction_bayes.estimators.base import Fit, RandomForce
 
 __all__ = ["FREQUENCY_TOLERANCE", "Estimate", "force_notes"]
 
 _SURELY = 0.99
 """Probability of a negative friction above which a note says what that means."""
+_WORTH_A_NOTE = 0.01
+"""Probability of a random force above which a note says what it means."""
 FREQUENCY_TOLERANCE = 0.03
 """Relative difference of the found frequency and sqrt(k/m) above which both forces are reported."""
 
@@ -75,6 +77,9 @@ class Estimate:
         Whether the precision parameter says so; None when it was given nothing to compare with.
     probability_negative : float
         ``P(friction < 0)``: what the model gives to the physically impossible.
+    random_force : RandomForce or None
+        What the record says of a force that fluctuates, its size in the unit of friction at the declared
+        mass and stiffness.
     """
 
     method: str
@@ -149,6 +154,17 @@ class Estimate:
     def probability_negative(self) -> float:
         return float(self.friction.cdf(0.0))
 
+    @cached_property
+    def random_force(self) -> RandomForce | None:
+        found = self.fit.random_force
+        if found is None:
+            return None
+        sizes = {
+            name: scaled(getattr(found, name), self.force_factor)
+            for name in ("sd", "coefficient_without", "coefficient_with")
+        }
+        return replace(found, **sizes)
+
     def to_dict(self, reference: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Return everything as plain numbers and words, for JSON; None where there is no number.
 
@@ -187,10 +203,22 @@ class Estimate:
                 "rest_position": {"mean": self.rest_position, "unit": self.decay.unit},
                 "prior": self.prior,
                 "peaks": self.peaks,
+                "random_force": self._random_force_summary(),
                 "includes_system_uncertainty": system.force_factor_relative_sd(self.decay.quantity) > 0.0,
                 "notes": self.notes,
             }
         )
+
+    def _random_force_summary(self) -> dict[str, Any] | None:
+        force = self.random_force
+        if force is None:
+            return None
+        return {
+            "probability": force.probability,
+            "sd": Summary.of_distribution(force.sd, self.friction_unit).to_dict(),
+            "share_of_friction": force.share_of_friction,
+            "correlation_time": Summary.of_distribution(force.correlation_time, "s").to_dict(),
+        }
 
 
 def _calibrated(decay: FreeDecay) -> bool:
@@ -216,7 +244,33 @@ def force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
         notes.append(f"{_exact(system, order)} uncertainty is not in the friction interval")
     if float(fit.coefficient.cdf(0.0)) > _SURELY:
         notes.append("friction is negative: the oscillation grows, so this is not a free decay")
-    return notes + _frequency_note(decay, fit)
+    return notes + _frequency_note(decay, fit) + _random_force_notes(decay, fit)
+
+
+def _random_force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
+    """What a random force means for the interval of friction, and whether it explains the residuals."""
+    force = fit.random_force
+    if force is None or force.probability < _WORTH_A_NOTE:
+        return []
+    size = float(force.sd.mean()) * force_factor(decay.system, decay.quantity, decay.unit)
+    unit = decay.system.friction_unit if _calibrated(decay) else decay.unit
+    about = f"by about {size:.2g} {unit}, {force.share_of_friction:.0%} of friction"
+    if force.probability <= 0.5:
+        return [
+            f"a force that fluctuates {about}, cannot be excluded (probability {force.probability:.2g}): "
+            "the interval of friction counts it"
+        ]
+    notes = [
+        f"the force fluctuates {about}, over {float(force.correlation_time.mean()):.2g} s "
+        f"(probability {force.probability:.3g}): the interval of friction counts it"
+    ]
+    test = force.innovations
+    if test.statistic > test.limit:
+        notes.append(
+            "even so the residuals are not white noise: successive ones correlate at "
+            f"{test.lag1:.3f}: the model lacks an effect; close-loop looks for it"
+        )
+    return notes
 
 
 def _factor_symbol(system: Oscillator, order: int) -> str:

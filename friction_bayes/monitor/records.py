@@ -74,7 +74,7 @@ def monitor_records(
                     "give records of the same sensor",
                 )
     found, unit, source = detection_times(records, times, time_unit)
-    estimates = [estimate(record, system) for record in records]
+    estimates = [estimate(record, system, random_force="none") for record in records]
     quantity = estimates[0].decay.quantity
     calibrated = estimates[0].decay.unit not in UNCALIBRATED_UNITS
     points = DetectionPoints(

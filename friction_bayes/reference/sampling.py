@@ -74,7 +74,14 @@ def sample_reference(
         If the steps were used up before the diagnostics were met.
     """
     closed_form = estimate(
-        record, system, method=method, prior=prior, peaks=peaks, start=start, rest_position=rest_position
+        record,
+        system,
+        method=method,
+        prior=prior,
+        peaks=peaks,
+        start=start,
+        rest_position=rest_position,
+        random_force="none",
     )
     tree = sample_target(closed_form.fit.target, seed=seed, **options)
     tree.attrs.update(record=closed_form.decay.name, method=method, friction_unit=closed_form.friction_unit)

@@ -77,6 +77,12 @@ def add_parser(commands: Any) -> None:
         "--rest-position", type=float, metavar="X", help="signal at rest (default: found in the record)"
     )
     model.add_argument(
+        "--random-force",
+        default="auto",
+        metavar="auto|none",
+        help="whether waveform averages over a force that fluctuates (default: auto)",
+    )
+    model.add_argument(
         "--check", action="store_true", help="sample the same posterior with emcee and compare"
     )
     add_seed(model)
@@ -129,6 +135,7 @@ def _estimate(arguments: argparse.Namespace, folder: Path | None) -> tuple[dict[
             accept_precision=arguments.accept_precision,
             start=arguments.start,
             rest_position=arguments.rest_position,
+            random_force=arguments.random_force,
         )
         if arguments.check:
             reference = _check(estimate, arguments.seed)

@@ -32,10 +32,17 @@ def _frequency(result: Mapping[str, Any]) -> str:
     return f"{number(frequency['mean'], 6)}{spread} rad/s, declared {number(frequency['declared'], 6)} rad/s"
 
 
+def _random_force(force: Mapping[str, Any]) -> str:
+    return (
+        f"probability {number(force['probability'], 2)}; if there, sd {with_interval(force['sd'], 2)}, "
+        f"{force['share_of_friction']:.0%} of friction, over {number(force['correlation_time']['mean'], 2)} s"
+    )
+
+
 def _reference(reference: Mapping[str, Any]) -> str:
     trust = "" if reference["converged"] else "NOT CONVERGED: "
     lines = [
-        with_interval(reference["friction"]),
+        f"{with_interval(reference['friction'])}, {reference['checked']}",
         f"{trust}R-hat {reference['rhat']:.4f}, effective sample size {reference['ess_bulk']:.0f}",
         f"{_VERDICTS[reference['agrees']]} (false-alarm rate {reference['false_alarm_rate']:.0%}); "
         f"means {_apart(reference)} sd apart",
@@ -73,6 +80,8 @@ def estimate_table(result: Mapping[str, Any]) -> Table:
     if result["noise_sd"]["mean"] is not None:
         noise = result["noise_sd"]
         table.add_row("noise per sample", f"sd {number(noise['mean'])} {noise['unit']}")
+    if result["random_force"] is not None:
+        table.add_row("random force", _random_force(result["random_force"]))
     rest = result["rest_position"]
     table.add_row("rest position", f"{number(rest['mean'])} {rest['unit']}")
     table.add_row("amplitudes", str(result["amplitudes"]))

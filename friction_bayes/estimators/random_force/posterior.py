@@ -66,7 +66,7 @@ class ForcePrior:
     """
 
     centre: float
-    none: float = 0.75
+    none: float = 0.9
     spread: float = 1.2
     tau_low: float = 0.01 * 2.0 * math.pi
     tau_high: float = 3.0 * 2.0 * math.pi
@@ -362,16 +362,25 @@ def _mode(density: _Density, prior: ForcePrior, noise: float) -> Array:
 
 
 def _axes(density: _Density, mode: Array) -> Array:
-    """Principal axes, the columns, of a quadratic through a stencil: one posterior sd long, within reason."""
+    """Principal axes, the columns, of a quadratic through a stencil near the mode: one posterior sd long.
+
+    Two passes: the second stencil has the size that the first one found. Lengths stay within reason.
+    """
     steps = np.array([-1.0, 0.0, 1.0])
-    offsets = np.stack(np.meshgrid(0.35 * steps, 0.45 * steps), axis=-1).reshape(-1, 2)
-    values = np.array([density(mode + offset) for offset in offsets])
-    inside = values > -_OUTSIDE
-    curvature = np.diag([1.0, 0.5])
-    if inside.sum() > 6:
-        a, b = offsets.T
-        basis = np.stack([np.ones(9), a, b, 0.5 * a**2, 0.5 * b**2, a * b], axis=1)
-        fitted = np.linalg.lstsq(basis[inside], values[inside], rcond=None)[0]
-        curvature = -np.array([[fitted[3], fitted[5]], [fitted[5], fitted[4]]])
-    size, vectors = np.linalg.eigh(curvature)
-    return np.asarray(vectors / np.sqrt(np.clip(size, 1.0 / 1.2**2, 1.0 / 0.02**2)))
+    stencil = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    a, b = stencil.T
+    basis = np.stack([np.ones(9), a, b, 0.5 * a**2, 0.5 * b**2, a * b], axis=1)
+    axes = np.diag([0.35, 0.45])
+    low, high = math.log(density.prior.tau_low), math.log(density.prior.tau_high)
+    for _ in range(2):
+        offsets = stencil @ axes.T
+        # a mode at an edge of the prior: the stencil moves inside
+        reach = np.max(np.abs(offsets[:, 1])) + 1e-9
+        centre = np.array([mode[0], min(max(mode[1], low + reach), high - reach)])
+        values = np.array([density(centre + offset) for offset in offsets])
+        fitted = np.linalg.lstsq(basis, values, rcond=None)[0]
+        inverse = np.linalg.inv(axes)
+        curvature = -inverse.T @ np.array([[fitted[3], fitted[5]], [fitted[5], fitted[4]]]) @ inverse
+        size, vectors = np.linalg.eigh(curvature)
+        axes = vectors / np.sqrt(np.clip(size, 1.0 / 1.2**2, 1.0 / 0.02**2))
+    return np.asarray(axes)

@@ -7,7 +7,7 @@ the regression uses, with start and rest position as columns.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize
@@ -48,6 +48,14 @@ class Motion:
     def velocity_sd(self) -> Array:
         """Standard deviation of the velocity, shape (n,)."""
         return np.asarray(np.sqrt(self.covariance[:, 1, 1]))
+
+    def at_frequency(self, change: float) -> Motion:
+        """Velocities in natural units of a reference frequency ``change`` times as high.
+
+        Force and correlation time, which serve as first guesses, are left.
+        """
+        unit = np.array([1.0, 1.0 / change, 1.0])
+        return replace(self, states=self.states * unit, covariance=self.covariance * np.outer(unit, unit))
 
 
 def first_motion(signal: Array, clock: Clock, row: Array) -> Motion:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import dask.array as da
 import numpy as np
 import pytest
@@ -24,6 +26,9 @@ from friction_bayes.estimators.batch import STATUS
 from friction_bayes.estimators.registry import ESTIMATORS
 
 METHODS = tuple(ESTIMATORS)
+# what is the same row by row to rounding
+plain = partial(estimate, random_force="none")
+plain_batch = partial(estimate_batch, random_force="none")
 RATE = 200.0
 
 
@@ -70,9 +75,9 @@ def assert_same(many: xr.Dataset, k: int, one: Estimate) -> None:
 def test_same_numbers_as_estimate(quantity: str, method: str, stiffness_sd: float) -> None:
     system = Oscillator(mass=10.0, stiffness=1000.0, stiffness_sd=stiffness_sd, mass_sd=0.001 * stiffness_sd)
     values = records(quantity, 3)
-    many = estimate_batch(values, system, sampling_rate=RATE, quantity=quantity, method=method)
+    many = plain_batch(values, system, sampling_rate=RATE, quantity=quantity, method=method)
     for k, row in enumerate(values):
-        one = estimate(make_record(np.arange(row.size) / RATE, row, quantity), system, method=method)
+        one = plain(make_record(np.arange(row.size) / RATE, row, quantity), system, method=method)
         assert_same(many, k, one)
     assert many["friction_mean"].attrs["units"] == "N"
     assert many["friction_interval90"].dims == ("record", "bound")
@@ -90,10 +95,10 @@ def test_same_numbers_as_estimate(quantity: str, method: str, stiffness_sd: floa
 )
 def test_same_prior_and_peaks_as_estimate(method: str, prior: dict[str, float]) -> None:
     values = records("displacement", 2)
-    many = estimate_batch(values, SYSTEM, sampling_rate=RATE, method=method, prior=prior, peaks="nominal")
+    many = plain_batch(values, SYSTEM, sampling_rate=RATE, method=method, prior=prior, peaks="nominal")
     for k, row in enumerate(values):
         record = make_record(np.arange(row.size) / RATE, row, "displacement")
-        assert_same(many, k, estimate(record, SYSTEM, method=method, prior=prior, peaks="nominal"))
+        assert_same(many, k, plain(record, SYSTEM, method=method, prior=prior, peaks="nominal"))
 
 
 @pytest.mark.parametrize("quantity", ["angle", "angular_velocity"])
@@ -110,10 +115,10 @@ def test_same_numbers_for_a_pendulum(quantity: str, method: str) -> None:
         noise_sd=1e-3,
         seed=3,
     )
-    many = estimate_batch(
+    many = plain_batch(
         np.stack([signal.values] * 2), system, sampling_rate=RATE, quantity=quantity, method=method
     )
-    assert_same(many, 1, estimate(signal, system, method=method))
+    assert_same(many, 1, plain(signal, system, method=method))
 
 
 def test_uncalibrated_pendulum_is_taken_as_small_swings() -> None:
@@ -121,8 +126,8 @@ def test_uncalibrated_pendulum_is_taken_as_small_swings() -> None:
     system = Pendulum(inertia=0.02, stiffness=2.0)
     stack = xr.DataArray(values, dims=("record", "time"), attrs={"quantity": "angle", "units": "V"})
     for method in METHODS:
-        many = estimate_batch(stack, system, sampling_rate=RATE, method=method)
-        one = estimate(
+        many = plain_batch(stack, system, sampling_rate=RATE, method=method)
+        one = plain(
             make_record(np.arange(values.shape[1]) / RATE, values[0], "angle", unit="V"),
             system,
             method=method,
@@ -143,12 +148,12 @@ HARD: dict[str, tuple[slice, set[str], str]] = {
 def test_what_estimate_refuses_has_a_status(kind: str, method: str) -> None:
     part, able, refusal = HARD[kind]
     rows = records("displacement", 2)[:, part].copy()
-    result = estimate_batch(rows, SYSTEM, sampling_rate=RATE, method=method)
+    result = plain_batch(rows, SYSTEM, sampling_rate=RATE, method=method)
     for k, row in enumerate(rows):
         record = make_record(np.arange(row.size) / RATE, row, "displacement")
         if method in able:
             assert result["status"][k] == 0
-            assert_same(result, k, estimate(record, SYSTEM, method=method))
+            assert_same(result, k, plain(record, SYSTEM, method=method))
         else:
             with pytest.raises(InputError, match=refusal):
                 estimate(record, SYSTEM, method=method)
@@ -235,3 +240,27 @@ def test_refusals(change: dict, message: str) -> None:
     arguments = {"records": np.zeros((2, 30)), "system": SYSTEM, "sampling_rate": RATE} | change
     with pytest.raises(InputError, match=message):
         estimate_batch(arguments.pop("records"), arguments.pop("system"), **arguments)
+
+
+def test_records_with_correlated_residuals_are_averaged_over_a_random_force(rng) -> None:
+    """The second pass is that of ``estimate``; the records that need none keep the numbers of the first."""
+    values = records("displacement", 3)
+    wander = np.cumsum(rng.standard_normal(values.shape[1]))
+    values[1] += 0.05 * values[1].std() * np.sin(0.02 * wander)
+    result = estimate_batch(values, SYSTEM, sampling_rate=RATE)
+    first = plain_batch(values, SYSTEM, sampling_rate=RATE)
+    assert set(result) - set(first) == {"random_force_probability", "random_force_sd"}
+    examined = np.isfinite(result["random_force_probability"].values)
+    assert examined.tolist() == [False, True, False]
+    for name in first:
+        np.testing.assert_array_equal(result[name][[0, 2]], first[name][[0, 2]])
+    one = estimate(make_record(np.arange(values.shape[1]) / RATE, values[1], "displacement"), SYSTEM)
+    assert_same(result, 1, one)
+    assert one.random_force is not None
+    assert one.random_force.probability > 0.99
+    assert result["random_force_probability"][1] == pytest.approx(one.random_force.probability)
+    assert result["random_force_sd"][1] == pytest.approx(one.random_force.sd.mean())
+    assert result["friction_sd"][1] > 3.0 * first["friction_sd"][1]
+    assert result["random_force_sd"].attrs["units"] == "N"
+    with pytest.raises(InputError, match="random_force"):
+        estimate_batch(values, SYSTEM, sampling_rate=RATE, random_force="some")

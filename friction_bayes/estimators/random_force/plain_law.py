@@ -1,0 +1,307 @@
+r"""The plain law under a random force: start, friction, stiffness, rest position, along the measured motion.
+
+In natural units, about the rest position,
+
+.. math:: x'' = -x - c\,\mathrm{sign}\,v - \kappa x + d
+
+or, for a pendulum, ``x'' = -sin x - c sign v - kappa sin x + d``, with the reference frequency taken from
+the fit without a random force: ``kappa`` corrects it. The forces are evaluated along the smoothed motion, so
+that the signal is linear in start, ``c``, ``kappa`` and rest position, and the average over the random force
+is that of :mod:`friction_bayes.estimators.random_force.posterior`.
+
+Priors, of the scale of this record: friction ``F`` as fitted without a random force and amplitude ``A``;
+``c`` normal with sd 2 F about zero, ``kappa`` 0.05, rest position 0.1 A, start 10 A; the random force as in
+:class:`friction_bayes.estimators.random_force.posterior.ForcePrior` about 0.3 F.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from friction_bayes.conjugate.mixture import Mixture
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.whiteness import Whiteness, whiteness
+from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, Problem, integrate
+from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
+from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
+from friction_bayes.estimators.random_force.subsets import all_sets
+from friction_bayes.estimators.random_force.whitening import Clock, Whitened, sensor_row, smooth, whiten
+
+__all__ = ["PlainDecay", "PlainPosterior", "plain_posterior"]
+
+_CENTRE = 0.3
+"""Median of the random force's sd over the friction that explains the loss of amplitude."""
+_FINEST = 200.0
+"""Samples a period that are enough: more are averaged in blocks, but for an accelerometer, which jumps."""
+_SURELY_SLIDES = 3.0
+"""Amplitude over ``r/k`` below which a half cycle may end in sticking, and is left out."""
+_LEAST_SAMPLES = 64
+_LEAST_NOISE = 1e-5
+"""Noise over amplitude below which the interpolated motion is not exact enough to speak of residuals."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlainDecay:
+    """One decay and what the fit without a random force has found in it.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        Samples of the moving part.
+    step : float
+        Sampling interval [s].
+    order : int
+        Order of the derivative measured.
+    frequency : float
+        Angular frequency [rad/s].
+    coefficient : float
+        Friction coefficient of the signal, ``u = w0**q r/k``.
+    rest_position : float
+        Unit of the signal.
+    rest_known : bool
+        Whether that was given.
+    pendulum : bool
+        Whether the restoring force is that of a pendulum at large swings.
+    noise_sd : float
+        Of a sample.
+    """
+
+    values: Array
+    step: float
+    order: int
+    frequency: float
+    coefficient: float
+    rest_position: float
+    rest_known: bool = False
+    pendulum: bool = False
+    noise_sd: float
+
+    @property
+    def block(self) -> int:
+        """How many samples are averaged into one."""
+        per_period = 2.0 * math.pi / (self.frequency * self.step)
+        return 1 if self.order == 2 else max(int(per_period / _FINEST), 1)
+
+    @property
+    def usable(self) -> bool:
+        """Whether a random force can be told from anything here."""
+        amplitude = float(np.max(np.abs(self.values - self.rest_position)))
+        return (
+            # an oscillation that grows is no free decay
+            self.coefficient > 0.0
+            and self.values.size // self.block >= _LEAST_SAMPLES
+            and self.frequency * self.step < 0.5 * math.pi
+            and self.noise_sd > _LEAST_NOISE * amplitude
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlainPosterior:
+    """What the regression says, in units of the signal.
+
+    Attributes
+    ----------
+    probability : float
+        That there is a random force.
+    coefficient : Mixture
+        Friction coefficient ``u`` of the signal, given that there is.
+    sd : frozen scipy.stats distribution
+        Standard deviation of the random force in the unit of ``coefficient``, given that there is one.
+    correlation_time : frozen scipy.stats distribution
+        Of the random force [s], given that there is one.
+    frequency, frequency_sd : float
+        Given that there is one [rad/s].
+    noise_sd : float
+        Of a sample, given that there is one.
+    innovations : Whiteness
+        Of the whitened residuals at the most probable random force.
+    """
+
+    probability: float
+    coefficient: Mixture
+    sd: stats.distributions.rv_frozen
+    correlation_time: stats.distributions.rv_frozen
+    frequency: float
+    frequency_sd: float
+    noise_sd: float
+    innovations: Whiteness
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Regression:
+    """Columns along a motion, and the record as it is left by what is known.
+
+    ``states`` (n, 2, p) are displacement and velocity of the columns, ``known`` (n, 2) what is added.
+    """
+
+    clock: Clock
+    row: Array
+    names: tuple[str, ...]
+    columns: Array
+    states: Array
+    known: Array
+    target: Array
+    scale: Array
+    reference: Array
+
+    def whiten_at(self, ratio: float, tau: float, *, keep: bool = False) -> Whitened:
+        scaled = self.columns * self.scale
+        block = np.column_stack([scaled, self.target - scaled @ self.reference])
+        return whiten(block, self.clock, self.row, ratio, tau, keep=keep)
+
+    def motion(self, posterior: Posterior) -> Motion:
+        """Smooth the motion with the best law and random force."""
+        law, best = posterior.best_law(), posterior.best
+        residual = (self.target - self.columns @ law)[:, None]
+        fluctuation, covariance = smooth(residual, self.clock, self.row, best.ratio, best.tau)
+        states = fluctuation[:, :, 0].copy()
+        states[:, :2] += self.states @ law + self.known
+        return Motion(
+            states=states,
+            covariance=covariance * best.noise**2,
+            noise=best.noise,
+            force_sd=best.ratio * best.noise,
+            tau=best.tau,
+        )
+
+    @property
+    def problem(self) -> Problem:
+        size = len(self.names)
+        return Problem(
+            names=self.names,
+            scale=self.scale,
+            positive=np.zeros(size, np.bool_),
+            sets=all_sets(np.ones(size, np.bool_)),
+            log_prior=np.zeros(1),
+            reference=self.reference,
+            whiten_at=self.whiten_at,
+        )
+
+
+def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
+    """Average over the random force; None where nothing can be said of one.
+
+    The first round weighs forces along a motion smoothed without a law, and only to smooth again: what the
+    law explains is not noise of the motion.
+    """
+    if not decay.usable:
+        return None
+    frequency, block = decay.frequency, decay.block
+    averaged = _block_means(decay.values - decay.rest_position, block)
+    row, step = sensor_row(decay.order), decay.step * block
+    phase = np.asarray(step * np.arange(averaged.size))
+    motion = first_motion(averaged / frequency**decay.order, Clock.of(frequency * phase), row)
+    amplitude = float(np.max(np.hypot(motion.states[:, 0], motion.states[:, 1])))
+    friction = max(decay.coefficient / frequency**decay.order, 1e-6 * amplitude)
+    n = _surely_sliding(motion, friction, frequency * step)
+    if n < _LEAST_SAMPLES:
+        return None
+    for last in (False, True):
+        clock = Clock.of(frequency * phase[:n])
+        regression = _regression(averaged[:n] / frequency**decay.order, clock, row, motion, friction, decay)
+        prior = ForcePrior(centre=_CENTRE * friction)
+        posterior = integrate(regression.problem, prior, motion.noise, only_mode=not last)
+        if not last:
+            kappa = posterior.best_law()[regression.names.index("stiffness")]
+            change = _corrected(kappa)
+            motion = regression.motion(posterior).at_frequency(change)
+            frequency *= change
+    return _in_units_of_the_signal(posterior, regression, decay, frequency)
+
+
+def _corrected(kappa: float) -> float:
+    """Frequency over the reference frequency; a law that would stop the oscillation is none."""
+    return math.sqrt(max(1.0 + kappa, 0.25))
+
+
+def _block_means(values: Array, block: int) -> Array:
+    n = values.size // block * block
+    return np.asarray(values[:n].reshape(-1, block).mean(axis=1))
+
+
+def _surely_sliding(motion: Motion, friction: float, step: float) -> int:
+    """How many samples come before the half cycles that may end in sticking.
+
+    The amplitude falls by ``2 r/k`` a half cycle.
+    """
+    n = len(motion.states)
+    last = motion.states[-max(round(math.pi / step), 1) :, :2]
+    left = float(np.mean(np.hypot(last[:, 0], last[:, 1])))
+    half_cycles = min(max((_SURELY_SLIDES * friction - left) / (2.0 * friction), 0.0), _SURELY_SLIDES)
+    return n - math.ceil(half_cycles * math.pi / step)
+
+
+def _regression(
+    signal: Array, clock: Clock, row: Array, motion: Motion, friction: float, decay: PlainDecay
+) -> _Regression:
+    n = signal.size
+    x, v = motion.states[:n, 0].copy(), motion.states[:n, 1].copy()
+    path = MeasuredPath.through(clock.phase, x, v, motion.velocity_sd[:n])
+
+    def forces(x: Array, direction: Array) -> Array:
+        """Friction, stiffness and what a pendulum's restoring force lacks of ``x``, in columns."""
+        restoring = np.sin(x) if decay.pendulum else x
+        return np.stack([-direction, -restoring, x - restoring], axis=1)
+
+    states = force_response(path, forces(path.node_x, path.direction))
+    answered = at_sensor(states, row, forces(x, path.expected_direction))
+    start = initial_response(clock.phase)
+    columns = np.column_stack([at_sensor(start, row), answered[:, :2]])
+    known = states[:, :, 2]
+    states = np.concatenate([start, states[:, :, :2]], axis=2)
+    names: tuple[str, ...] = ("displacement", "velocity", "friction", "stiffness")
+    amplitude = float(np.max(np.hypot(x, v)))
+    scale = np.array([10.0 * amplitude, 10.0 * amplitude, 2.0 * friction, 0.05])
+    if not decay.rest_known:
+        columns = np.column_stack([columns, np.ones(n)])
+        states = np.concatenate([states, np.zeros((n, 2, 1))], axis=2)
+        names, scale = (*names, "rest"), np.append(scale, 0.1 * amplitude)
+    target = signal - answered[:, 2]
+    # a reference law at the first guess of the force, so that nothing large is whitened later
+    first = whiten(
+        np.column_stack([columns * scale, target]), clock, row, motion.force_sd / motion.noise, motion.tau
+    )
+    reference = np.linalg.lstsq(first.gram[:-1, :-1], first.gram[:-1, -1], rcond=1e-13)[0]
+    return _Regression(
+        clock=clock,
+        row=row,
+        names=names,
+        columns=columns,
+        states=states,
+        known=known,
+        target=target,
+        scale=scale,
+        reference=np.asarray(reference, dtype=np.float64),
+    )
+
+
+def _in_units_of_the_signal(
+    posterior: Posterior, regression: _Regression, decay: PlainDecay, frequency: float
+) -> PlainPosterior:
+    kappa = posterior.coefficient("stiffness", given_force=True)
+    found = frequency * _corrected(kappa.mean())
+    # c is r / m over the reference frequency squared, u is w0**q r/k at the frequency found
+    unit = frequency**2 * found ** (decay.order - 2)
+    with_force = [point for point in posterior.points if point.ratio > 0.0]
+    share = np.array([weight.sum() for weight in posterior.weight[posterior.ratio > 0.0]])
+    noise = float(share @ [point.noise for point in with_force] / share.sum())
+    best = posterior.best
+    whitened = regression.whiten_at(best.ratio, best.tau, keep=True).columns
+    assert whitened is not None
+    law = posterior.best_law() / regression.scale - regression.reference
+    sd, tau = posterior.force_sd, posterior.correlation_time
+    return PlainPosterior(
+        probability=posterior.probability,
+        coefficient=posterior.coefficient("friction", given_force=True).scaled(unit),
+        sd=stats.lognorm(*sd.args, scale=sd.kwds["scale"] * unit),
+        correlation_time=stats.lognorm(*tau.args, scale=tau.kwds["scale"] / frequency),
+        frequency=found,
+        frequency_sd=0.5 * frequency**2 / found * kappa.std(),
+        noise_sd=noise * frequency**decay.order * math.sqrt(decay.block),
+        innovations=whiteness(whitened[:, -1] - whitened[:, :-1] @ law),
+    )
