@@ -11,8 +11,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, RandomForce
 from friction_bayes.estimators.random_force.plain_law import PlainDecay, PlainPosterior, plain_posterior
