@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
@@ -25,6 +26,8 @@ _SURELY = 0.99
 """Probability of a negative friction above which a note says what that means."""
 _WORTH_A_NOTE = 0.01
 """Probability of a random force above which a note says what it means."""
+_SUSPECT_PERIODS = 0.02
+"""Correlation time of a random force below which a note doubts that it is one: the prior ends at 0.01."""
 FREQUENCY_TOLERANCE = 0.03
 """Relative difference of the found frequency and sqrt(k/m) above which both forces are reported."""
 
@@ -264,6 +267,12 @@ def _random_force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
         f"the force fluctuates {about}, over {float(force.correlation_time.mean()):.2g} s "
         f"(probability {force.probability:.3g}): the interval of friction counts it"
     ]
+    periods = float(force.correlation_time.mean()) * fit.frequency / (2.0 * math.pi)
+    if periods < _SUSPECT_PERIODS:
+        notes.append(
+            f"{periods:.2g} periods is as short as a fluctuation is looked for: it rather stands for an effect "
+            "that the model lacks, or for samples out of time; close-loop looks for it"
+        )
     test = force.innovations
     if test.statistic > test.limit:
         notes.append(

@@ -139,7 +139,7 @@ def fleet_work(records: xr.DataArray, system: Oscillator, *, threshold: float | 
     # mass and stiffness are common to all points: their spread comes in at the threshold
     exact = replace(system, **{name: 0.0 for name in ("mass_sd", "inertia_sd", "stiffness_sd")})
     ordered, blocks = _in_blocks(records.transpose(machine, point, "time"))
-    estimates = estimate_batch(_one_a_row(ordered), exact)
+    estimates = estimate_batch(_one_a_row(ordered), exact, random_force="none")
     kind = quantity_named(estimates.attrs["quantity"])
     unit = estimates["friction_mean"].attrs["units"]
     relative_sd = 0.0 if unit in UNCALIBRATED_UNITS else system.force_factor_relative_sd(kind)

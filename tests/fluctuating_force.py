@@ -1,0 +1,55 @@
+"""Decays under dry friction and a fluctuating force; shares no code with the package."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+
+def fluctuating_decay(
+    rng: np.random.Generator,
+    *,
+    frequency: float,
+    friction: float,
+    release: float,
+    step: float,
+    samples: int,
+    force_sd: float = 0.0,
+    correlation_time: float = 1.0,
+    oversampling: int = 4,
+) -> dict[int, np.ndarray]:
+    """Motion at ``step`` by order of derivative, until the mass sticks.
+
+    Friction and the force's sd are lengths, over the stiffness; the force is held over each fine step, and
+    the motion there is a rotation about where the sum of forces would hold the mass.
+    """
+    turn = frequency * step / oversampling
+    memory = math.exp(-step / oversampling / correlation_time)
+    kicks = rng.standard_normal(samples * oversampling)
+    x, v, sign = release, 0.0, -1.0
+    force = force_sd * rng.standard_normal()
+    rows = []
+    for i in range(samples * oversampling):
+        if i % oversampling == 0:
+            rows.append((x, v, force - friction * sign - x))
+        left = turn
+        while left > 0.0:
+            centre = force - friction * sign
+            until = math.atan2(v, x - centre)
+            until = until % math.pi if abs(v) > 1e-12 * release else math.pi
+            part = min(left, until)
+            cosine, sine = math.cos(part), math.sin(part)
+            x, v = centre + (x - centre) * cosine + v * sine, v * cosine - (x - centre) * sine
+            left -= part
+            if part == until:
+                v = 0.0
+                if abs(force - x) <= friction:
+                    return _columns(rows, frequency)
+                sign = math.copysign(1.0, force - x)
+        force = memory * force + force_sd * math.sqrt(1.0 - memory**2) * kicks[i]
+    return _columns(rows, frequency)
+
+
+def _columns(rows: list, frequency: float) -> dict[int, np.ndarray]:
+    return {order: column * frequency**order for order, column in enumerate(np.array(rows).T)}

@@ -1,0 +1,143 @@
+"""Estimates averaged over a random force: every sensor, every system, and what is reported."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from fluctuating_force import fluctuating_decay
+from friction_bayes.core.errors import InputError
+from friction_bayes.estimators.result import Estimate
+
+FREQUENCY, RELEASE, FRICTION, STEP = 10.0, 0.1, 0.001, 0.01
+LINEAR = fb.Oscillator(mass=2.0, stiffness=200.0)
+QUANTITIES = ("displacement", "velocity", "acceleration")
+
+
+def motion(rng: np.random.Generator, share: float, release: float = RELEASE) -> dict[int, np.ndarray]:
+    return fluctuating_decay(
+        rng,
+        frequency=FREQUENCY,
+        friction=FRICTION * release / RELEASE,
+        release=release,
+        step=STEP,
+        samples=2500,
+        force_sd=share * FRICTION * release / RELEASE,
+        correlation_time=0.1,
+    )
+
+
+def estimated(values: np.ndarray, quantity: str, rng: np.random.Generator, **options) -> Estimate:
+    noisy = values + 0.003 * np.abs(values).max() * rng.standard_normal(values.size)
+    record = fb.make_record(STEP * np.arange(values.size), noisy, quantity, unit=options.pop("unit", None))
+    system = options.pop("system", LINEAR)
+    return fb.estimate(record, system, **options)
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_fluctuating_force_widens_the_interval_and_is_reported(order: int, rng) -> None:
+    values = motion(rng, 0.3)[order]
+    found = estimated(values, QUANTITIES[order], rng)
+    truth = FRICTION * LINEAR.stiffness
+    force = found.random_force
+    assert force is not None
+    assert force.probability > 0.99
+    assert abs(found.friction.mean() - truth) < 4.0 * found.friction.std()
+    assert 3.0 * force.coefficient_without.std() < found.friction.std() < 0.1 * truth
+    assert 0.1 < force.share_of_friction < 0.9
+    assert force.sd.mean() == pytest.approx(0.3 * truth, rel=0.7)
+    assert force.correlation_time.mean() == pytest.approx(0.1, rel=2.0)
+    noise = 0.003 * np.abs(values).max()
+    assert found.noise_sd == pytest.approx(noise, rel=0.1)
+    assert found.frequency == pytest.approx(FREQUENCY, abs=4.0 * found.frequency_sd)
+    report = found.to_dict()
+    assert report["random_force"]["sd"]["unit"] == "N"
+    assert report["random_force"]["correlation_time"]["unit"] == "s"
+    low, high = report["friction"]["interval90"]
+    assert low <= report["friction"]["mean"] <= high
+    assert any(note.startswith("the force fluctuates by about") for note in report["notes"])
+    assert not any("residuals are not white" in note for note in report["notes"])
+
+
+def test_without_it_the_numbers_are_nearly_those_of_the_plain_fit(rng) -> None:
+    values = motion(rng, 0.0)[0]
+    noisy = values + 0.003 * RELEASE * rng.standard_normal(values.size)
+    record = fb.make_record(STEP * np.arange(values.size), noisy, "displacement")
+    both = fb.estimate(record, LINEAR)
+    plain = fb.estimate(record, LINEAR, random_force="none")
+    assert both.random_force is not None
+    assert both.random_force.probability < 0.3
+    assert plain.random_force is None
+    assert plain.to_dict()["random_force"] is None
+    assert both.random_force.coefficient_without.mean() == plain.friction.mean()
+    assert abs(both.friction.mean() - plain.friction.mean()) < 0.5 * plain.friction.std()
+    # the part with a force, whose size goes to zero, contains the plain law
+    assert both.random_force.coefficient_with.cdf(plain.friction.mean()) == pytest.approx(0.5, abs=0.4)
+    assert np.array_equal(both.fit.prediction, plain.fit.prediction)
+
+
+def test_rest_position_units_and_systems(rng) -> None:
+    values = motion(rng, 0.3)[0]
+    free = estimated(values + 0.5, "displacement", np.random.default_rng(1))
+    known = estimated(values + 0.5, "displacement", np.random.default_rng(1), rest_position=0.5)
+    assert known.random_force.probability > 0.99
+    assert abs(known.friction.mean() - free.friction.mean()) < free.friction.std()
+    assert known.friction.std() < 1.05 * free.friction.std()
+    free = estimated(values, "displacement", np.random.default_rng(1))
+    volts = estimated(values, "displacement", np.random.default_rng(1), unit="V")
+    assert volts.random_force.sd.mean() == pytest.approx(free.random_force.sd.mean() / 200.0, rel=0.2)
+    assert volts.to_dict()["random_force"]["sd"]["unit"] == "V"
+    wheel = fb.Oscillator(inertia=0.02, stiffness=2.0)
+    angle = estimated(values, "angle", np.random.default_rng(1), system=wheel)
+    assert angle.random_force.sd.mean() == pytest.approx(0.01 * free.random_force.sd.mean(), rel=0.2)
+    # a swing of 0.1 rad is that of a pendulum but for 0.06 % of the frequency
+    swing = estimated(
+        values, "angle", np.random.default_rng(1), system=fb.Pendulum(inertia=0.02, stiffness=2.0)
+    )
+    assert swing.random_force.probability > 0.99
+    assert abs(swing.friction.mean() - angle.friction.mean()) < 0.5 * angle.friction.std()
+
+
+def test_a_pendulum_at_large_swings(rng) -> None:
+    system = fb.Pendulum(inertia=0.02, stiffness=2.0)
+    record = fb.simulate(
+        system,
+        friction=0.02,
+        initial_displacement=1.0,
+        duration=20.0,
+        sampling_rate=100.0,
+        noise_sd=0.003,
+        seed=4,
+    )
+    found = fb.estimate(record, system)
+    assert found.random_force is not None
+    assert found.random_force.probability < 0.3
+    assert found.random_force.coefficient_with.cdf(0.02) == pytest.approx(0.5, abs=0.499)
+    assert found.friction.mean() == pytest.approx(0.02, rel=0.02)
+
+
+def test_what_says_nothing_of_a_force_keeps_the_plain_numbers() -> None:
+    record = fb.simulate(
+        LINEAR,
+        friction=0.2,
+        initial_displacement=0.1,
+        duration=20.0,
+        sampling_rate=100.0,
+        noise_sd=0.0,
+        seed=1,
+    )
+    assert fb.estimate(record, LINEAR).random_force is None
+    short = fb.simulate(
+        LINEAR,
+        friction=0.2,
+        initial_displacement=0.1,
+        duration=2.0,
+        sampling_rate=25.0,
+        noise_sd=1e-3,
+        seed=1,
+    )
+    assert fb.estimate(short, LINEAR).random_force is None
+    assert fb.estimate(short, LINEAR, method="envelope").random_force is None
+    with pytest.raises(InputError, match=r"random_force: unknown choice 'some'"):
+        fb.estimate(short, LINEAR, random_force="some")
