@@ -270,8 +270,8 @@ def _random_force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
     periods = float(force.correlation_time.mean()) * fit.frequency / (2.0 * math.pi)
     if periods < _SUSPECT_PERIODS:
         notes.append(
-            f"{periods:.2g} periods is as short as a fluctuation is looked for: it rather stands for an effect "
-            "that the model lacks, or for samples out of time; close-loop looks for it"
+            f"{periods:.2g} periods is as short as a fluctuation is looked for: it rather stands for an "
+            "effect that the model lacks, or for samples out of time; close-loop looks for it"
         )
     test = force.innovations
     if test.statistic > test.limit:
