@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
+from scipy.special import chdtrc
 
 from friction_bayes.core.arrays import Array
 
@@ -37,6 +38,11 @@ class Whiteness:
     p_value: float
 
     @property
+    def white(self) -> bool:
+        """Whether white noise gives so large a statistic more often than once in a thousand."""
+        return self.p_value >= _LEVEL
+
+    @property
     def limit(self) -> float:
         """What the statistic of white noise exceeds once in a thousand."""
         return float(stats.chi2.isf(_LEVEL, max(self.lags, 1)))
@@ -52,7 +58,7 @@ def whiteness(residual: Array) -> Whiteness:
         return Whiteness(0.0, 0.0, lags, 1.0)
     rho = np.array([centred[k:] @ centred[:-k] for k in range(1, lags + 1)]) / power
     statistic = float(n * (n + 2.0) * np.sum(rho**2 / (n - np.arange(1, lags + 1))))
-    return Whiteness(float(rho[0]), statistic, lags, float(stats.chi2.sf(statistic, lags)))
+    return Whiteness(float(rho[0]), statistic, lags, float(chdtrc(lags, statistic)))
 
 
 def residual_notes(residual: Array, prediction: Array) -> tuple[str, ...]:
@@ -67,7 +73,7 @@ def residual_notes(residual: Array, prediction: Array) -> tuple[str, ...]:
     if float(np.std(residual)) < 1e-9 * swing:
         return ("the record has no noise: the interval reflects the prior and rounding alone",)
     test = whiteness(residual)
-    if test.p_value >= _LEVEL:
+    if test.white:
         return ()
     return (
         f"residuals are not white noise: successive ones correlate at {test.lag1:.3f}, Ljung-Box over "

@@ -244,8 +244,7 @@ def _averaged_over_random_force(table: Array, decays: FreeDecays, fits: Fits) ->
     relative_sd = force_factor_relative_sd(system, kind, unit)
     assert fits.residual is not None
     for row in np.flatnonzero(fits.found).tolist():
-        test = whiteness(fits.residual(row))
-        if test.statistic <= test.limit:
+        if whiteness(fits.residual(row)).white:
             continue
         degrees, location, scale = (float(each[row]) for each in fits.parameters)
         without = Averaged(

@@ -274,7 +274,7 @@ def _random_force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
             "effect that the model lacks, or for samples out of time; close-loop looks for it"
         )
     test = force.innovations
-    if test.statistic > test.limit:
+    if not test.white:
         notes.append(
             "even so the residuals are not white noise: successive ones correlate at "
             f"{test.lag1:.3f}: the model lacks an effect; close-loop looks for it"
