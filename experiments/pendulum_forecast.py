@@ -8,8 +8,7 @@ given the initial state that fits the first period best, and forecasts the rest.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,7 +22,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import number, set_words
 from friction_bayes.decay.free_decay import find_free_decay
-from friction_bayes.mechanics.effects import EFFECTS, force_effects, register
+from friction_bayes.mechanics.effects import EFFECTS, force_effects
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.integrate import integrate
 
@@ -94,22 +93,9 @@ ALLOWED: dict[str, tuple[str, ...]] = {
         PRESLIDING.name,
     ),
     "the catalogue": (),
-    "the catalogue and pre-sliding": (),
+    "the catalogue and pre-sliding": tuple(name for name in EFFECTS if name not in BOUND_TO_A_RECORD),
 }
 """Effects that each law may have; empty for all that do not belong to a record."""
-
-
-@contextmanager
-def _registered(law: str) -> Iterator[None]:
-    """Have pre-sliding in the catalogue for the laws that name it, as a user would, and no longer."""
-    if "pre-sliding" not in law:
-        yield
-        return
-    register(PRESLIDING)
-    try:
-        yield
-    finally:
-        del EFFECTS[PRESLIDING.name]
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
@@ -160,11 +146,6 @@ def forecast(law: Law, record: xr.DataArray) -> tuple[Array, int]:
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """Identify one law on the first segments and forecast the last."""
-    with _registered(cell["law"]):
-        return _run(config, cell, int(seed.generate_state(1)[0]))
-
-
-def _run(config: Config, cell: Cell, seed: int) -> dict[str, Any]:
     read = {part: fb.dataset_record(f"{SET}/{part}") for part in (*config.identification, *config.validation)}
     system = read[config.identification[0]][1]
     told: dict[str, Any] = dict.fromkeys(("effects", "parameters", "verdict", "failed", "rival"), "")
@@ -178,7 +159,7 @@ def _run(config: Config, cell: Cell, seed: int) -> dict[str, Any]:
         report = fb.close_loop(
             [read[part][0] for part in config.identification],
             system,
-            seed=seed,
+            seed=int(seed.generate_state(1)[0]),
             noise=cell["noise"],
             **choice,
         )

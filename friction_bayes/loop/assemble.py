@@ -19,16 +19,24 @@ from friction_bayes.loop.effect_summaries import effect_summaries
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import held_out_error
 from friction_bayes.loop.friction import Distribution, friction_posterior
+from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.next_experiment import next_experiment
 from friction_bayes.loop.paper_procedure import paper_procedure
 from friction_bayes.loop.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.reference_force import compare_forces
-from friction_bayes.loop.residual_tests import ResidualTests, residual_tests
+from friction_bayes.loop.residual_tests import residual_tests
 from friction_bayes.loop.result import LoopReport, RecordTrace
 from friction_bayes.loop.sampler_check import sampler_check
+from friction_bayes.loop.segment import Segment
 from friction_bayes.loop.verdict import credible_count, verdict
 
-__all__ = ["assemble_report"]
+__all__ = [
+    "assemble_report",
+    "compare_with_reference",
+    "fitted_part",
+    "frequency_summary",
+    "friction_of_coulomb_model",
+]
 
 _MOST_RIVALS = 3
 
@@ -65,7 +73,7 @@ def assemble_report(
         found.fits, found.probabilities, rng_mixture, robust=bool(tests_after.failed)
     )
     after = friction_posterior(found.fits, draws, rng_mixture)
-    before = _friction_before(found.before, tests_before, rng_before)
+    before = friction_of_coulomb_model(found.before, rng_before)
     word = verdict(found.sets, found.probabilities, not tests_after.failed)
     effects = in_catalogue_order(found.sets[0])
     residual: dict[str, Any] = {"before": tests_before.to_dict(), "after": tests_after.to_dict()}
@@ -86,6 +94,9 @@ def assemble_report(
         noise=_noise(found),
         paper_procedure=paper_procedure(best, after, effects),
         frequency=_frequency(best, draws[0], after),
+        random_force=None,
+        left=_left(best, bool(tests_after.failed), after),
+        fitted=_fitted(best),
         next_experiment=_next_experiment(found) if word == "ambiguous" else None,
         reference_check=_reference(found, after, before, reference_friction, seed if check else None),
         elapsed_s=time.perf_counter() - started,
@@ -98,9 +109,9 @@ def assemble_report(
     )
 
 
-def _friction_before(fit: LoopFit, tests: ResidualTests, rng: np.random.Generator) -> Distribution:
+def friction_of_coulomb_model(fit: LoopFit, rng: np.random.Generator) -> Distribution:
     """Friction by the Coulomb model alone."""
-    _, draws = mixture_draws([fit], np.ones(1), rng, robust=bool(tests.failed))
+    _, draws = mixture_draws([fit], np.ones(1), rng, robust=bool(residual_tests(fit).failed))
     return friction_posterior([fit], draws, rng)
 
 
@@ -124,18 +135,53 @@ def _noise(found: SearchResult) -> dict[str, Any]:
 
 def _frequency(best: LoopFit, draws: Array, after: Distribution) -> dict[str, Any]:
     """The frequency found beside the declared one, and both forces where the two disagree."""
-    model, decay = best.model, best.model.segments[0].decay
-    declared, order = model.system.natural_frequency, decay.quantity.order
-    ratios = np.exp(model.value(draws, LOG_FREQUENCY_RATIO))
-    ratio, friction = float(ratios.mean()), float(after.draws.mean())
+    ratios = np.exp(best.model.value(draws, LOG_FREQUENCY_RATIO))
+    return frequency_summary(best.model.system.natural_frequency * ratios, best.model, after)
+
+
+def frequency_summary(frequencies: Array, model: LoopModel, after: Distribution) -> dict[str, Any]:
+    """Draws of the natural frequency [rad/s] beside the declared one, and both forces where they differ."""
+    declared, order = model.system.natural_frequency, model.segments[0].order
+    ratio, friction = float(frequencies.mean()) / declared, float(after.draws.mean())
     disagree = abs(ratio - 1.0) > FREQUENCY_TOLERANCE and after.unit == model.system.friction_unit
     return {
         "mean": declared * ratio,
-        "sd": declared * float(ratios.std(ddof=1)),
+        "sd": float(frequencies.std(ddof=1)),
         "declared": declared,
         "unit": "rad/s",
         "from_stiffness": friction / ratio**order if disagree else None,
         "from_mass": friction * ratio ** (2 - order) if disagree else None,
+    }
+
+
+def _left(best: LoopFit, failed: bool, after: Distribution) -> dict[str, Any]:
+    """What is left of a residual that fails its tests, all of it taken as structure."""
+    segment = best.model.segments[0]
+    rms = float(np.sqrt(np.mean(best.free_residuals[0] ** 2))) if failed else 0.0
+    return {
+        "structured_rms": rms,
+        "unit": segment.decay.unit,
+        "share_of_amplitude": rms / best.model.scales.signal,
+        # where the tests fail, the draws carry the scatter that the residual shows
+        "friction_could_shift_by": float(after.draws.std(ddof=1)) if failed else 0.0,
+        "depends_on": None,
+    }
+
+
+def _fitted(best: LoopFit) -> dict[str, Any]:
+    segment = best.model.segments[0]
+    return fitted_part(segment, segment.values.size, best.predictions[0].turning_times.size)
+
+
+def fitted_part(segment: Segment, samples: int, turning_points: int) -> dict[str, Any]:
+    """Which part of a record was fitted."""
+    start = segment.decay.start_time
+    return {
+        "from_s": start,
+        "to_s": float(start + segment.time[samples - 1]),
+        "samples": samples,
+        "half_cycles": max(turning_points - 1, 0),
+        "set_aside": int(np.count_nonzero(segment.sides[:samples])),
     }
 
 
@@ -147,16 +193,25 @@ def _reference(
     seed: int | None,
 ) -> dict[str, Any] | None:
     """Compare with a reference friction and, where a seed is given, with a sampler."""
-    check: dict[str, Any] = {}
-    if friction is not None:
-        check["friction"] = friction
-        check["error_before"] = float(before.draws.mean()) / friction - 1.0
-        check["error_after"] = float(after.draws.mean()) / friction - 1.0
-        low, high = np.quantile(after.draws, TAILS)
-        check["within_interval90"] = bool(low <= friction <= high)
+    check = compare_with_reference(after, before, friction) or {}
     if seed is not None:
         check["sampler"] = sampler_check(found.before, found.fits[0], seed)
     return check or None
+
+
+def compare_with_reference(
+    after: Distribution, before: Distribution, friction: float | None
+) -> dict[str, Any] | None:
+    """Compare with a friction known from elsewhere, where there is one."""
+    if friction is None:
+        return None
+    low, high = np.quantile(after.draws, TAILS)
+    return {
+        "friction": friction,
+        "error_before": float(before.draws.mean()) / friction - 1.0,
+        "error_after": float(after.draws.mean()) / friction - 1.0,
+        "within_interval90": bool(low <= friction <= high),
+    }
 
 
 def _trace(before: LoopFit, after: LoopFit, r: int, forces: tuple[Array, ...] | None) -> RecordTrace:

@@ -8,10 +8,14 @@ from dataclasses import dataclass
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects.presliding import PRESLIDING
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
+from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
 __all__ = [
+    "ALONG_MOTION_ALONE",
     "INCLUSION",
     "MOST_EFFECTS",
     "SENSOR_ZERO",
@@ -28,6 +32,8 @@ MOST_EFFECTS = 3
 """Effects at once, those of the sensor's zero and those that are certain not counted."""
 SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
 """An error of the sensor's zero comes besides: measured records hardly ever have none."""
+ALONG_MOTION_ALONE = frozenset({PRESLIDING.name, SENSOR_HYSTERESIS.name, RANDOM_FORCE.name})
+"""Effects that are weighed along the measured motion; the search tries them, the last apart, if named."""
 
 Names = frozenset[str]
 
@@ -66,6 +72,8 @@ class SearchResult:
         Autoregression of each record's noise; empty where it is white.
     trail : tuple of str
         The steps of the search.
+    white : LoopFit
+        The most probable under white noise.
     """
 
     sets: tuple[Names, ...]
@@ -74,6 +82,7 @@ class SearchResult:
     before: LoopFit
     ar: tuple[Array, ...]
     trail: tuple[str, ...]
+    white: LoopFit
 
 
 @dataclass(frozen=True)

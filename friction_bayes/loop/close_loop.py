@@ -18,11 +18,13 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.assemble import assemble_report
 from friction_bayes.loop.autoregression import fit_autoregression, is_coloured
-from friction_bayes.loop.candidate import SearchResult
+from friction_bayes.loop.candidate import ALONG_MOTION_ALONE, SearchResult
 from friction_bayes.loop.evidence import posterior_probabilities
 from friction_bayes.loop.fit import LoopFit, fit_growing_record
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.noise import NoiseModel
+from friction_bayes.loop.random_force.choice import fluctuating_force
+from friction_bayes.loop.random_force.report import random_force_report
 from friction_bayes.loop.reference_force import validate_force
 from friction_bayes.loop.result import LoopReport
 from friction_bayes.loop.search import Search
@@ -30,10 +32,13 @@ from friction_bayes.loop.segment import Segment, cut_records
 from friction_bayes.loop.starting_point import starting_point
 from friction_bayes.mechanics.effects import EFFECTS, effect_named
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["close_loop"]
 
 NOISES = ("auto", "white", "ar")
+RANDOM_FORCES = ("auto", "none")
+TOLERANCE = 0.2
 
 
 def close_loop(
@@ -44,6 +49,8 @@ def close_loop(
     effects: Sequence[str] | None = None,
     exclude: Sequence[str] = (),
     noise: str = "auto",
+    random_force: str = "auto",
+    tolerance: float = TOLERANCE,
     check: bool = False,
     reference_friction: float | None = None,
     reference_force: ArrayLike | None = None,
@@ -66,6 +73,13 @@ def close_loop(
         Effects that may not.
     noise : {"auto", "white", "ar"}
         White, autoregressive, or decided by the spectrum of the residual above the motion's harmonics.
+    random_force : {"auto", "none"}
+        Whether a force that fluctuates is looked for where effects and white noise do not explain the record.
+        It is in single records with ``noise="auto"``, of which none comes with a measured force or is to be
+        checked with a sampler.
+    tolerance : float
+        Root mean square of a force that follows the motion, over friction, below which a law with a random
+        force counts as complete although a test can tell that force from none.
     check : bool
         Sample the final posterior with emcee too.
     reference_friction : float, optional
@@ -87,12 +101,31 @@ def close_loop(
     started = time.perf_counter()
     if noise not in NOISES:
         raise InputError("noise", f"unknown choice {noise!r}", f"give one of {', '.join(NOISES)}")
+    if random_force not in RANDOM_FORCES:
+        choices = ", ".join(RANDOM_FORCES)
+        raise InputError("random_force", f"unknown choice {random_force!r}", f"give one of {choices}")
+    positive("tolerance", tolerance)
     if reference_friction is not None:
         positive("reference_friction", reference_friction)
     allowed = _allowed(effects, exclude)
+    left_out = ALONG_MOTION_ALONE if effects is None else {RANDOM_FORCE.name}
+    searched = tuple(name for name in allowed if name not in left_out)
     segments = cut_records(records, system)
     force = None if reference_force is None else validate_force(segments[0], reference_force)
-    found = _search(_calibrated(system, segments), segments, allowed, noise, progress)
+    system = _calibrated(system, segments)
+    found = _search(system, segments, searched, noise, progress)
+    sought = random_force == "auto" and noise == "auto" and RANDOM_FORCE.name in allowed
+    if sought and len(segments) == 1 and force is None and not check:
+        fluctuating = fluctuating_force(found, allowed)
+        if fluctuating is not None:
+            return random_force_report(
+                found,
+                fluctuating,
+                seed=seed,
+                started=started,
+                reference_friction=reference_friction,
+                tolerance=tolerance,
+            )
     return assemble_report(
         found,
         seed=seed,
@@ -133,7 +166,8 @@ def _search(
     search = Search(system, segments, allowed, ar, progress)
     _run(search)
     trail = search.trail
-    residuals = search.ranked()[0].fit.residuals
+    first = search.ranked()[0].fit
+    residuals = first.residuals
     if noise == "ar" or (noise == "auto" and _any_coloured(segments, residuals)):
         ar = _shared_autoregression(segments, residuals)
         order = max(a.size for a in ar)
@@ -143,7 +177,7 @@ def _search(
         search.start_from(white)
         _run(search)
         trail = [*trail, f"noise is autoregressive of order {order}: searched again", *search.trail]
-    return _result(search, tuple(trail))
+    return _result(search, tuple(trail), first)
 
 
 def _run(search: Search) -> None:
@@ -175,7 +209,7 @@ def _shared_autoregression(segments: tuple[Segment, ...], residuals: Sequence[Ar
     return tuple(shared[step] for step in steps)
 
 
-def _result(search: Search, trail: tuple[str, ...]) -> SearchResult:
+def _result(search: Search, trail: tuple[str, ...], white: LoopFit) -> SearchResult:
     """Weigh the candidates, and set the Coulomb model alone beside them."""
     ranked = search.ranked()
     sets = [c.effects for c in ranked]
@@ -196,6 +230,7 @@ def _result(search: Search, trail: tuple[str, ...]) -> SearchResult:
         before=before,
         ar=search.ar,
         trail=trail,
+        white=white,
     )
 
 

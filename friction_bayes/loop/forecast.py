@@ -9,9 +9,13 @@ import numpy as np
 
 from friction_bayes.loop.fit import LoopFit, fit_growing_record
 
-__all__ = ["FITTED_SHARE", "forecast_error", "held_out_error"]
+__all__ = ["FITTED_SHARE", "FORECAST", "forecast_error", "held_out_error"]
 
 FITTED_SHARE = 0.7
+FORECAST = (
+    "root mean square error over the last 30 % of the moving record of each model, "
+    "fitted anew to the first 70 %; the noise floor is the residual of the final fit to all of it"
+)
 
 
 def forecast_error(fit: LoopFit) -> float:
@@ -43,8 +47,5 @@ def held_out_error(before: LoopFit, after: LoopFit) -> dict[str, Any]:
         "after": forecast_error(after),
         "noise_floor": noise,
         "unit": after.model.segments[0].decay.unit,
-        "what": (
-            "root mean square error over the last 30 % of the moving record of each model, "
-            "fitted anew to the first 70 %; the noise floor is the residual of the final fit to all of it"
-        ),
+        "what": FORECAST,
     }

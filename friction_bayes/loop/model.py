@@ -24,7 +24,14 @@ from friction_bayes.loop.parameters import (
     scales_of,
 )
 from friction_bayes.loop.segment import Segment
-from friction_bayes.mechanics.effects import EFFECTS, NoiseEffect, Scales, SensorEffect, force_vector
+from friction_bayes.mechanics.effects import (
+    EFFECTS,
+    NoiseEffect,
+    ProcessEffect,
+    Scales,
+    SensorEffect,
+    force_vector,
+)
 from friction_bayes.mechanics.integrate import propagator
 
 __all__ = ["LoopModel", "Prediction", "RecordParameters", "changes_signal", "sensor_output"]
@@ -84,9 +91,12 @@ class RecordParameters(NamedTuple):
 
 
 def changes_signal(name: str) -> bool:
-    """Whether an effect changes the predicted signal: noise and what acts after it do not."""
+    """Whether an effect changes the predicted signal: random ones and what acts after noise do not."""
     effect = EFFECTS[name]
-    return not (isinstance(effect, NoiseEffect) or (isinstance(effect, SensorEffect) and effect.after_noise))
+    return not (
+        isinstance(effect, NoiseEffect | ProcessEffect)
+        or (isinstance(effect, SensorEffect) and effect.after_noise)
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,14 @@ from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import whiten
 
-__all__ = ["FALSE_ALARM_RATE", "Channel", "ResidualTests", "residual_tests", "standardised_residual"]
+__all__ = [
+    "FALSE_ALARM_RATE",
+    "Channel",
+    "ResidualTests",
+    "largest_line",
+    "residual_tests",
+    "standardised_residual",
+]
 
 FALSE_ALARM_RATE = 0.01
 """Probability that any channel fails where the residual is noise."""
@@ -131,7 +138,7 @@ def _noise_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> list[C
             # a record without noise: the residual is the integrator's error
             x = np.zeros(x.size)
         correlated.append(whiteness(x))
-        lines.append(_largest_line(x))
+        lines.append(largest_line(x))
         plain = fit.noises[r].residual[used] / fit.noises[r].sd
         far.append((int(np.count_nonzero(np.abs(plain) > _FAR)), x.size))
     lags = sum(w.lags for w in correlated)
@@ -221,7 +228,7 @@ def _binned(column: Array, share: Array, bins: int) -> Array:
     return out
 
 
-def _largest_line(x: Array) -> tuple[float, float]:
+def largest_line(x: Array) -> tuple[float, float]:
     """Largest ordinate of the periodogram over their mean, and its p-value (Fisher)."""
     power = np.abs(np.fft.rfft(x - x.mean())[1:-1]) ** 2
     mean = float(power.mean()) if power.size else 0.0

@@ -11,7 +11,30 @@ import xarray as xr
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.strict_json import plain
 
-__all__ = ["LoopReport", "RecordTrace"]
+__all__ = ["FluctuationTrace", "LoopReport", "RecordTrace"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FluctuationTrace:
+    """The force that the law of a record does not explain, along its smoothed motion.
+
+    Attributes
+    ----------
+    force, sd : ndarray, shape (n,)
+        Smoothed random force and its standard deviation, in ``unit``.
+    displacement, velocity : ndarray, shape (n,)
+        Of the smoothed motion [m and m/s, or rad and rad/s].
+    friction : float
+        Sliding friction, in ``unit``.
+    unit : str
+    """
+
+    force: Array
+    sd: Array
+    displacement: Array
+    velocity: Array
+    friction: float
+    unit: str
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,6 +59,8 @@ class RecordTrace:
     forces : tuple of ndarray or None
         Resisting force as measured, by the Coulomb model alone and by the final one, shape (n,) each, where
         a measured force was given.
+    fluctuation : FluctuationTrace or None
+        The random force, where there is one.
     """
 
     name: str
@@ -52,6 +77,7 @@ class RecordTrace:
     turning_times: Array
     turning_points: Array
     forces: tuple[Array, ...] | None = None
+    fluctuation: FluctuationTrace | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,6 +98,15 @@ class LoopReport:
     frequency : dict
         Mean and sd of what was found, ``declared`` sqrt(k/m), unit; where they differ ``from_stiffness`` and
         ``from_mass``, the friction after that each of the declared values gives, else None.
+    random_force : dict or None
+        ``sd``, ``share_of_friction``, ``correlation_time_s`` and ``probability`` of a force that fluctuates;
+        None where the record was explained without looking for one.
+    left : dict
+        What the law leaves that depends on the motion: ``structured_rms`` in the signal, its ``unit`` and
+        ``share_of_amplitude``, how far ``friction_could_shift_by`` it, and what it ``depends_on``.
+    fitted : dict
+        The part of the first record that was fitted: ``from_s``, ``to_s``, ``samples``, ``half_cycles`` and
+        how many samples were ``set_aside``.
     next_experiment : str or None
     reference_check : dict or None
         Of the sampler, or against a reference friction.
@@ -95,6 +130,9 @@ class LoopReport:
     noise: dict[str, Any]
     paper_procedure: dict[str, Any]
     frequency: dict[str, Any]
+    random_force: dict[str, Any] | None
+    left: dict[str, Any]
+    fitted: dict[str, Any]
     next_experiment: str | None
     reference_check: dict[str, Any] | None
     elapsed_s: float

@@ -13,14 +13,23 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import whiten
 from friction_bayes.loop.parameters import Coordinate
+from friction_bayes.loop.residual_tests import largest_line
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 
-__all__ = ["SpectralLine", "follows_motion", "has_line_of_motion", "strongest_lines"]
+__all__ = [
+    "SpectralLine",
+    "follows_motion",
+    "has_line_of_motion",
+    "line_beside_motion",
+    "strongest_lines",
+]
 
 _LINES = 2
 _LEAST_PERIODS = 2
 """Periods of a line within the record; with fewer it is a drift."""
+_CERTAIN = 1e-4
+"""p-value of the largest line of a spectrum below which it may be interference."""
 _HARMONICS = 3
 """Multiples of the motion's frequency, itself the first, at which a line is the motion's."""
 _WIDTH = 8
@@ -124,6 +133,17 @@ def has_line_of_motion(fit: LoopFit) -> bool:
         follows_motion(model.value(fit.z, "frequency", effect=PERIODIC_INTERFERENCE.name, record=r), segment)
         for r, segment in enumerate(model.segments)
     )
+
+
+def line_beside_motion(white: Array, segment: Segment) -> float | None:
+    """Frequency of the largest line of what should be white [Hz], if it is one and none of the motion's."""
+    if largest_line(white)[1] > _CERTAIN:
+        return None
+    size = 8 * white.size
+    power = np.abs(np.fft.rfft(white - white.mean(), size)) ** 2
+    frequency = np.fft.rfftfreq(size, segment.decay.step)
+    power[(frequency < _LEAST_PERIODS / segment.duration) | follows_motion(frequency, segment)] = 0.0
+    return float(frequency[np.argmax(power)])
 
 
 def strongest_lines(fit: LoopFit) -> Iterator[SpectralLine]:

@@ -19,7 +19,7 @@ from friction_bayes.mechanics.effects import BUILT_IN, ForceEffect, force_effect
 from friction_bayes.mechanics.motion import Motion, sample_times
 from friction_bayes.mechanics.trajectory import DONE, trajectory
 
-__all__ = ["DEFAULT_RTOL", "integrate", "propagate", "propagator"]
+__all__ = ["DEFAULT_RTOL", "force_along", "integrate", "propagate", "propagator"]
 
 DEFAULT_RTOL = 1e-11
 """Local error per step over the initial amplitude; keeps a hundred half cycles within 1e-9."""
@@ -51,6 +51,42 @@ def _plus(first: Callable[..., float], second: Callable[..., float], offset: int
 
 _BUILT_IN_FORCES = tuple(effect for effect in BUILT_IN if isinstance(effect, ForceEffect))
 _built_in_force = _total_force(_BUILT_IN_FORCES)
+
+
+def _driven(force: Callable[..., float], start: int) -> Callable[..., float]:
+    """Compile a force and one over time that drives the motion.
+
+    From place ``start`` on the parameter vector holds the spacing of its values [s] and the values, linear in
+    between; it acts with the motion, not against it as forces of the catalogue do.
+    """
+
+    @register_jitable
+    def both(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+        place = t / p[start]
+        k = min(int(place), p.size - start - 3)
+        low, high = p[start + 1 + k], p[start + 2 + k]
+        law = force(t, x, v, direction, friction, duration, mass, stiffness, p)
+        return law - low - (place - k) * (high - low)
+
+    return both
+
+
+_driven_built_in_force = _driven(_built_in_force, sum(len(effect.parameters) for effect in _BUILT_IN_FORCES))
+
+
+@njit(cache=True, nogil=True)
+def _propagate_driven(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol):  # type: ignore[no-untyped-def]
+    return trajectory(
+        _driven_built_in_force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol
+    )
+
+
+@njit(cache=True, nogil=True)
+def _built_in_along(time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+    out = np.empty(time.size)
+    for i in range(time.size):
+        out[i] = _built_in_force(time[i], x[i], v[i], direction[i], friction, duration, mass, stiffness, p)
+    return out
 
 
 @njit(cache=True, nogil=True)
@@ -108,11 +144,41 @@ def propagator(names: Sequence[str] = ()) -> Callable[..., Any]:
         Effects that will be used. Only where one of them was registered from outside is anything compiled:
         once a process, in a few seconds.
     """
+    return propagate if _all_built_in(names) else _compiled(force_effects())
+
+
+def force_along(names: Sequence[str] = ()) -> Callable[..., Any]:
+    """Return the function that evaluates the forces of effects along a motion.
+
+    It takes times, displacements, velocities and directions of shape (n,), then friction, duration, mass,
+    stiffness and the parameter vector as :func:`propagate` does, and returns the sum of the effects' forces
+    on the side of the restoring force, shape (n,); Coulomb friction itself is not part of it.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Effects that will be used; one registered from outside is compiled once a process.
+    """
+    return _built_in_along if _all_built_in(names) else _compiled_along(force_effects())
+
+
+def _all_built_in(names: Sequence[str]) -> bool:
     built_in = {effect.name for effect in BUILT_IN}
-    wanted = [effect for effect in force_effects() if effect.name in names]
-    if all(effect.name in built_in for effect in wanted):
-        return propagate
-    return _compiled(force_effects())
+    return all(effect.name in built_in for effect in force_effects() if effect.name in names)
+
+
+@lru_cache(maxsize=16)
+def _compiled_along(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
+    force = _total_force(effects)
+
+    @njit(nogil=True)
+    def along(time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+        out = np.empty(time.size)
+        for i in range(time.size):
+            out[i] = force(time[i], x[i], v[i], direction[i], friction, duration, mass, stiffness, p)
+        return out
+
+    return along
 
 
 def integrate(
@@ -124,6 +190,7 @@ def integrate(
     effects: Mapping[str, float] | None = None,
     *,
     duration: float | None = None,
+    driving: tuple[float, Array] | None = None,
     rtol: float = DEFAULT_RTOL,
 ) -> Motion:
     """Integrate the free decay half cycle by half cycle.
@@ -148,6 +215,9 @@ def integrate(
         ``{"NAME.PARAMETER": value}`` of force effects.
     duration : float, optional
         Length of the record [s], to which friction drift refers; by default that of ``time``.
+    driving : tuple of float and ndarray, optional
+        A force over time beside the others: the spacing [s] and two or more values [N or N m], the first at
+        ``time[0]``, linear in between. Of effects from outside the catalogue none may act beside it.
     rtol : float
         Local error per step over the initial amplitude.
 
@@ -175,7 +245,14 @@ def integrate(
             raise InputError(
                 f"effect {name}", "is not a force", f"give force effects alone: {', '.join(forces)}"
             )
-    status, x, v, acceleration, turning_times, turning_points, stop_time = propagator(tuple(values))(
+    propagate_forces, vector = propagator(tuple(values)), force_vector(values)
+    if driving is not None:
+        if not _all_built_in(tuple(values)):
+            raise InputError("driving", "acts beside effects from outside", "leave one of them out")
+        built_in = sum(len(effect.parameters) for effect in _BUILT_IN_FORCES)
+        propagate_forces = _propagate_driven
+        vector = np.concatenate([vector[:built_in], [driving[0]], driving[1]])
+    status, x, v, acceleration, turning_times, turning_points, stop_time = propagate_forces(
         times,
         x0,
         v0,
@@ -184,7 +261,7 @@ def integrate(
         float(system.stiffness),
         system.pendulum,
         duration,
-        force_vector(values),
+        vector,
         rtol,
     )
     if status != DONE or not _all_finite(x, v, acceleration):

@@ -23,8 +23,10 @@ from friction_bayes.mechanics.effects import (
     effect_named,
     parse_effects,
 )
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.integrate import integrate
 from friction_bayes.mechanics.motion import Motion
+from friction_bayes.mechanics.random_process import RTOL, random_force_path
 from friction_bayes.records.record import make_record
 
 __all__ = ["digitised", "noise_sd_for", "signal_to_noise_db", "simulate"]
@@ -131,7 +133,7 @@ def simulate(
         raise InputError("bits", f"{bits} bits without a range", "give sensor_range too")
     values = parse_effects(effects)
     contaminations = [name for name in values if isinstance(effect_named(name), NoiseEffect)]
-    if seed is None and (noise_sd > 0.0 or contaminations):
+    if seed is None and (noise_sd > 0.0 or contaminations or RANDOM_FORCE.name in values):
         raise InputError("seed", "is missing although there is noise", "give an integer")
     samples = round(duration * sampling_rate)
     if samples < 1:
@@ -144,7 +146,15 @@ def simulate(
         )
 
     time = np.arange(samples) / sampling_rate
-    motion = _motion(system, friction, initial_displacement, initial_velocity, time, effects, duration)
+    state = (initial_displacement, initial_velocity)
+    driving = None
+    if RANDOM_FORCE.name in values:
+        period = 2.0 * math.pi / system.natural_frequency
+        # a stream of its own: the noise is the same with and without
+        rng = np.random.default_rng(seed).spawn(1)[0]
+        sd, correlation_time = values[RANDOM_FORCE.name]
+        driving = random_force_path(sd, correlation_time, duration, period, rng)
+    motion = _motion(system, friction, state, time, effects, duration, driving)
     clean = motion.derivative(kind.order)
     noise = np.zeros(samples)
     if seed is not None:
@@ -191,20 +201,24 @@ def _sensed(system: Oscillator, quantity: str | None) -> Quantity:
 def _motion(
     system: Oscillator,
     friction: float,
-    displacement: float,
-    velocity: float,
+    state: tuple[float, float],
     time: Array,
     effects: Mapping[str, float] | None,
     duration: float,
+    driving: tuple[float, Array] | None,
 ) -> Motion:
     forces = {
         key: value
         for key, value in (effects or {}).items()
         if isinstance(effect_named(key.partition(".")[0]), ForceEffect)
     }
+    if driving is not None:
+        return integrate(
+            system, friction, *state, time, forces, duration=duration, driving=driving, rtol=RTOL
+        )
     if not forces and not system.pendulum:
-        return coulomb_decay(system, friction, displacement, velocity, time)
-    return integrate(system, friction, displacement, velocity, time, forces, duration=duration)
+        return coulomb_decay(system, friction, *state, time)
+    return integrate(system, friction, *state, time, forces, duration=duration)
 
 
 def _distorted(

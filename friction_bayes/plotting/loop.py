@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.text import percent, set_words
 from friction_bayes.loop.result import LoopReport
+from friction_bayes.plotting.fluctuation import plot_fluctuation
 from friction_bayes.plotting.loop_record import (
     draw_signal,
     plot_loop_force,
@@ -21,6 +22,7 @@ from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, cap
 __all__ = [
     "loop_figures",
     "plot_candidates",
+    "plot_fluctuation",
     "plot_loop",
     "plot_loop_force",
     "plot_loop_friction",
@@ -209,6 +211,8 @@ def loop_figures(report: LoopReport) -> dict[str, Figure]:
         figures[f"signal{suffix}"] = plot_loop_signal(trace)
         figures[f"residual{suffix}"] = plot_loop_residual(trace)
         figures[f"turning_points{suffix}"] = plot_turning_points(trace)
+        if trace.fluctuation is not None:
+            figures[f"fluctuation{suffix}"] = plot_fluctuation(trace)
         if trace.forces is not None:
             figures[f"force{suffix}"] = plot_loop_force(trace, unit=report.friction_after["unit"])
     return figures

@@ -19,6 +19,9 @@ _CAPTIONS = {
     "follows the motion is a missing effect; noise does not.",
     "turning_points": "Amplitude at the turning points, and its loss in each half cycle: constant for dry "
     "friction, a straight line for viscous damping, a parabola for drag.",
+    "fluctuation": "The force that the law does not explain, with its 90 % band: over time, and against "
+    "velocity, position and amplitude with means in bins. A random force follows none of them; what does is "
+    "an effect that the catalogue lacks.",
     "force": "The measured friction force, and that of both models.",
 }
 """Figures of a record, in the order of the page."""

@@ -21,6 +21,10 @@ CHANNELS = {
     "spectrum": "lines in the spectrum",
     "tails": "outliers",
     "saturation": "flat stretches at an end of the sensor's range",
+    "force_by_velocity": "the random force against the velocity",
+    "force_by_position": "the random force against the position",
+    "force_by_amplitude": "the random force against the amplitude",
+    "force_by_time": "the random force over time",
 }
 """What each test of the residual examines."""
 
@@ -56,6 +60,12 @@ def verdict_sentence(report: Report) -> str:
         return f"The record cannot tell {listed(tied)} apart; friction is averaged over them."
     failed = [words(name) for name in report["residual"]["after"]["failed"]]
     tests = f" (failed tests: {', '.join(failed)})" if failed else ""
+    on = report["left"]["depends_on"]
+    if on:
+        return (
+            f"The force that {name} and a fluctuation leave depends on the {on}{tests}: an effect that the "
+            "catalogue lacks."
+        )
     return (
         f"What is left of the record is neither noise nor an effect of the catalogue{tests}; "
         f"the closest candidate is {name}, which is not an explanation."
@@ -83,6 +93,9 @@ def loop_story(report: Report) -> list[tuple[str, str]]:
         rows.append((f"residual {when}", _tests(report["residual"][when], report["held_out_error"]["unit"])))
     rows.append(("frequency", _frequency(report)))
     rows.append(("noise", _noise(report["noise"], report["held_out_error"]["unit"])))
+    if report["random_force"]:
+        rows.append(("random force", _random_force(report["random_force"])))
+    rows.append(("left over", _left(report["left"], report["friction_after"]["unit"])))
     rows.append(("paper's procedure", paper_words(report["paper_procedure"])))
     if report["next_experiment"]:
         rows.append(("next experiment", report["next_experiment"]))
@@ -157,6 +170,25 @@ def _noise(noise: Mapping[str, Any], unit: str) -> str:
         return text + "white"
     order = f" of order {noise['order']}" if noise.get("order") else ""
     return text + f"autoregressive{order}, correlated over {number(noise['correlation_length_s'], 3)} s"
+
+
+def _random_force(force: Mapping[str, Any]) -> str:
+    sd, time = force["sd"], force["correlation_time_s"]
+    return (
+        f"{percent(force['probability'])}   sd {number(sd['mean'], 3)} ± {number(sd['sd'], 2)} {sd['unit']}, "
+        f"{number(force['share_of_friction'], 2)} of friction, correlated over {number(time['mean'], 2)} s"
+    )
+
+
+def _left(left: Mapping[str, Any], friction_unit: str) -> str:
+    if not left["structured_rms"] and not left["depends_on"]:
+        return "nothing that follows the motion"
+    on = f"a force that depends on the {left['depends_on']}, " if left["depends_on"] else ""
+    return (
+        f"{on}{number(left['structured_rms'], 2)} {left['unit']} of the signal "
+        f"({number(100.0 * left['share_of_amplitude'], 2)} % of the amplitude); friction could shift by "
+        f"{number(left['friction_could_shift_by'], 2)} {friction_unit}"
+    )
 
 
 def paper_words(procedure: Mapping[str, Any]) -> str:

@@ -63,7 +63,6 @@ ROOMS: dict[str, set[str]] = {
 
 # Modules that one folder alone uses, and why they do not lie there.
 AT_HOME = {
-    "mechanics.effects.presliding": "an effect to register, as docs/close-loop.md says",
     "monitor.fleet_report": "what monitoring says of a fleet, computed below the command that shows it",
     "records.fleet": "records of a fleet",
     "records.force": "recorded beside a record",

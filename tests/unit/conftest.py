@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from friction_bayes.loop.result import LoopReport, RecordTrace
+from friction_bayes.loop.result import FluctuationTrace, LoopReport, RecordTrace
 
 
 def summary(mean: float, sd: float, unit: str = "N") -> dict[str, object]:
@@ -36,6 +36,14 @@ def trace(rng: np.random.Generator, name: str = "a record", noise_sd: float = 1e
         turning_points_before=sign * line,
         turning_times=turns,
         turning_points=sign * size,
+        fluctuation=FluctuationTrace(
+            force=rng.normal(0.0, 0.1, time.size),
+            sd=np.full(time.size, 0.05),
+            displacement=after,
+            velocity=np.gradient(after, time),
+            friction=0.5,
+            unit="N",
+        ),
     )
 
 
@@ -95,6 +103,20 @@ def loop_report(rng: np.random.Generator) -> LoopReport:
             "from_stiffness": None,
             "from_mass": None,
         },
+        random_force={
+            "sd": summary(0.1, 0.01),
+            "share_of_friction": 0.2,
+            "correlation_time_s": summary(0.05, 0.01, "s"),
+            "probability": 0.99,
+        },
+        left={
+            "structured_rms": 1e-5,
+            "unit": "m",
+            "share_of_amplitude": 5e-4,
+            "friction_could_shift_by": 0.01,
+            "depends_on": None,
+        },
+        fitted={"from_s": 0.0, "to_s": 6.0, "samples": 600, "half_cycles": 19, "set_aside": 0},
         next_experiment="Add a record released from half the amplitude.",
         reference_check={
             "friction": 0.5,

@@ -75,6 +75,20 @@ def add_parser(commands: Any) -> None:
         help="white, autoregressive, or as the residual shows (default: auto)",
     )
     model.add_argument(
+        "--random-force",
+        default="auto",
+        metavar="auto|none",
+        help="look for a force that fluctuates where effects and noise do not explain the record, "
+        "or do not (default: auto)",
+    )
+    model.add_argument(
+        "--tolerance",
+        type=float,
+        metavar="SHARE",
+        help="share of friction below which a force left over that follows the motion does not matter "
+        "(default: 0.2)",
+    )
+    model.add_argument(
         "--check",
         action=argparse.BooleanOptionalAction,
         default=False,
@@ -145,6 +159,8 @@ def _names(text: str | None, option: str) -> tuple[str, ...] | None:
 def _search(
     arguments: argparse.Namespace, records: Sequence[xr.DataArray], system: Oscillator, **options: Any
 ) -> LoopReport:
+    if arguments.tolerance is not None:
+        options["tolerance"] = positive("--tolerance", arguments.tolerance)
     with progress_bar() as bar:
         task = bar.add_task("reading", total=None)
         fitted = 0
@@ -159,6 +175,7 @@ def _search(
             system,
             seed=arguments.seed,
             noise=arguments.noise,
+            random_force=arguments.random_force,
             check=arguments.check,
             reference_friction=arguments.reference_friction,
             progress=advance,

@@ -8,12 +8,21 @@ from __future__ import annotations
 
 from friction_bayes.mechanics.effects.asymmetric_friction import ASYMMETRIC_FRICTION
 from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
-from friction_bayes.mechanics.effects.effect import Effect, ForceEffect, NoiseEffect, Parameter, SensorEffect
+from friction_bayes.mechanics.effects.effect import (
+    Effect,
+    ForceEffect,
+    NoiseEffect,
+    Parameter,
+    ProcessEffect,
+    SensorEffect,
+)
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.effects.prior import Prior, Scales
 from friction_bayes.mechanics.effects.quadratic_drag import QUADRATIC_DRAG
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.registry import (
     EFFECTS,
     check_effects,
@@ -26,6 +35,7 @@ from friction_bayes.mechanics.effects.registry import (
 )
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
+from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 from friction_bayes.mechanics.effects.stribeck_friction import STRIBECK_FRICTION
 from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
@@ -38,6 +48,7 @@ __all__ = [
     "NoiseEffect",
     "Parameter",
     "Prior",
+    "ProcessEffect",
     "Scales",
     "SensorEffect",
     "check_effects",
@@ -56,8 +67,11 @@ BUILT_IN: tuple[Effect, ...] = (
     STRIBECK_FRICTION,
     FRICTION_DRIFT,
     CUBIC_STIFFNESS,
+    PRESLIDING,
+    RANDOM_FORCE,
     SENSOR_OFFSET,
     SENSOR_DRIFT,
+    SENSOR_HYSTERESIS,
     SENSOR_CLIPPING,
     PERIODIC_INTERFERENCE,
     OUTLIERS,

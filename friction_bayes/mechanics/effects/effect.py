@@ -13,7 +13,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.effects.prior import Prior, Scales
 
-__all__ = ["Effect", "ForceEffect", "NoiseEffect", "Parameter", "SensorEffect"]
+__all__ = ["Effect", "ForceEffect", "NoiseEffect", "Parameter", "ProcessEffect", "SensorEffect"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,3 +157,10 @@ class NoiseEffect(Effect):
     kind: ClassVar[str] = "noise"
 
     contaminate: Callable[..., Array]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProcessEffect(Effect):
+    """A random process that drives the motion beside the forces of the law."""
+
+    kind: ClassVar[str] = "process"

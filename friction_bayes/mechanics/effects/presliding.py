@@ -1,8 +1,7 @@
 """Pre-sliding: after a turning point the contact springs back before it slides (P. Dahl, 1976).
 
 Friction turns over a distance ``s`` from the turning point, ``r (1 - 2 exp(-s/s0))``, rather than at once. It
-shortens the half period, the more the smaller the amplitude. Not part of the catalogue from the start:
-``register(PRESLIDING)`` adds it.
+shortens the half period, the more the smaller the amplitude.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ PRESLIDING = ForceEffect(
     summary="r (1 - 2 exp(-s/s0)), s from the last turning point",
     parameters=(
         Parameter(
-            name="presliding_displacement",
+            name="displacement",
             unit="m",
             angular_unit="rad",
             low=0.0,

@@ -9,12 +9,12 @@ import pytest
 from scipy import special
 
 import friction_bayes as fb
+from decays import SYSTEM, short_decay
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.loop.parameters import effect_coordinates
 from friction_bayes.loop.segment import cut_records
 from friction_bayes.loop.spectral_lines import SpectralLine, follows_motion
 from friction_bayes.mechanics.effects import Scales
-from tests.decays import SYSTEM, short_decay
 
 N, STEP, NOISE = 400, 0.01, 0.02
 TIME = STEP * np.arange(N)

@@ -43,6 +43,9 @@ CATALOGUE = {
     "cubic_stiffness": ("force", {"cubic_stiffness": ("N/m3", "N m/rad3")}),
     "sensor_offset": ("sensor", {"offset": ("V", "V")}),
     "sensor_drift": ("sensor", {"offset": ("V", "V"), "rate": ("V/s", "V/s")}),
+    "presliding": ("force", {"displacement": ("m", "rad")}),
+    "random_force": ("process", {"sd": ("N", "N m"), "correlation_time": ("s", "s")}),
+    "sensor_hysteresis": ("sensor", {"half_width": ("V", "V")}),
     "sensor_clipping": ("sensor", {"level": ("V", "V")}),
     "periodic_interference": (
         "sensor",

@@ -1,29 +1,17 @@
-"""Pre-sliding without memory against SciPy with it, and what registration does."""
+"""Pre-sliding without memory against SciPy with it."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
-import pytest
 from scipy.integrate import solve_ivp
 
 from friction_bayes.core.system import Oscillator
-from friction_bayes.mechanics.effects import EFFECTS, register
-from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.integrate import integrate
 
 SYSTEM = Oscillator(mass=2.0, stiffness=200.0)
 FRICTION = 0.3
 RELEASE = 0.05
 DISTANCE = 2e-4
-
-
-@pytest.fixture
-def registered() -> Iterator[None]:
-    register(PRESLIDING)
-    yield
-    del EFFECTS[PRESLIDING.name]
 
 
 def with_memory(time: np.ndarray) -> np.ndarray:
@@ -58,12 +46,11 @@ def with_memory(time: np.ndarray) -> np.ndarray:
         x, start, direction = float(run.y[0, -1]), float(run.t[-1]), -direction
 
 
-@pytest.mark.usefixtures("registered")
 def test_speed_tells_the_distance_from_the_turning_point() -> None:
     time = np.linspace(0.0, 4.0, 2001)
     plain = integrate(SYSTEM, FRICTION, RELEASE, 0.0, time)
     ours = integrate(
-        SYSTEM, FRICTION, RELEASE, 0.0, time, {"presliding.presliding_displacement": DISTANCE}, duration=4.0
+        SYSTEM, FRICTION, RELEASE, 0.0, time, {"presliding.displacement": DISTANCE}, duration=4.0
     )
     exact = with_memory(time)
     effect = np.abs(exact - plain.displacement).max()
@@ -72,22 +59,16 @@ def test_speed_tells_the_distance_from_the_turning_point() -> None:
     np.testing.assert_allclose(ours.displacement, exact, atol=0.05 * effect)
 
 
-@pytest.mark.usefixtures("registered")
 def test_half_periods_shorten_with_the_amplitude() -> None:
     time = np.linspace(0.0, 4.0, 2001)
-    ours = integrate(SYSTEM, FRICTION, RELEASE, 0.0, time, {"presliding.presliding_displacement": DISTANCE})
+    ours = integrate(SYSTEM, FRICTION, RELEASE, 0.0, time, {"presliding.displacement": DISTANCE})
     half = np.diff(ours.turning_times)
     assert np.all(half < np.pi / 10.0)
     assert np.all(np.diff(half)[:-1] < 0.0)
 
 
-@pytest.mark.usefixtures("registered")
 def test_it_comes_to_rest_in_the_dead_band() -> None:
     time = np.linspace(0.0, 20.0, 2001)
-    ours = integrate(SYSTEM, FRICTION, RELEASE, 0.0, time, {"presliding.presliding_displacement": DISTANCE})
+    ours = integrate(SYSTEM, FRICTION, RELEASE, 0.0, time, {"presliding.displacement": DISTANCE})
     assert ours.stop_time < 10.0
     assert abs(ours.displacement[-1]) <= FRICTION / 200.0
-
-
-def test_it_is_not_in_the_catalogue_unasked() -> None:
-    assert PRESLIDING.name not in EFFECTS

@@ -13,6 +13,7 @@ from friction_bayes.loop.result import LoopReport
 from friction_bayes.plotting.loop import (
     loop_figures,
     plot_candidates,
+    plot_fluctuation,
     plot_loop,
     plot_loop_friction,
     plot_loop_residual,
@@ -158,11 +159,18 @@ def test_measured_force(loop_report: LoopReport) -> None:
 
 def test_all_figures_by_name(loop_report: LoopReport) -> None:
     record = loop_report.traces[0]
-    one = {"overview", "candidates", "friction", "signal", "residual", "turning_points"}
+    one = {"overview", "candidates", "friction", "signal", "residual", "turning_points", "fluctuation"}
     assert set(loop_figures(loop_report)) == one
     two = loop_figures(replace(loop_report, traces=(record, replace(record, name="another"))))
     assert {"signal_1", "residual_2", "turning_points_2"} <= set(two)
     assert "another" in texts(two["signal_2"])
+
+
+def test_the_force_left_is_drawn_against_all_it_may_depend_on(loop_report: LoopReport) -> None:
+    figure = plot_fluctuation(loop_report.traces[0])
+    labels = [axes.get_xlabel() for axes in figure.axes]
+    assert labels == ["time [s]", "velocity [m/s]", "position [m]", "amplitude [m]"]
+    assert "force left [N]" in texts(figure)
 
 
 def test_report_plots_itself_and_leaves_the_style(loop_report: LoopReport) -> None:

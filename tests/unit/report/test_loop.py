@@ -177,6 +177,17 @@ def test_story_has_every_line(loop_report: LoopReport) -> None:
     assert "disagrees, because of viscous damping and successive drops" in told["paper's procedure"]
     assert "inside the 90 % interval; error +30 % before, +6 % after" in told["reference"]
     assert "next experiment" in told
+    assert told["random force"].startswith(
+        "99.0 %   sd 0.1 ± 0.01 N, 0.2 of friction, correlated over 0.05 s"
+    )
+    assert told["left over"].startswith("1e-05 m of the signal (0.05 % of the amplitude)")
+
+
+def test_a_force_that_follows_the_motion_is_named(loop_report: LoopReport) -> None:
+    left = loop_report.left | {"depends_on": "position"}
+    report = replace(loop_report, verdict="unexplained", left=left).to_dict()
+    assert "depends on the position" in verdict_sentence(report)
+    assert dict(loop_story(report))["left over"].startswith("a force that depends on the position")
 
 
 def test_story_of_what_could_not_be_had(loop_report: LoopReport) -> None:

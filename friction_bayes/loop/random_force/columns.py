@@ -1,0 +1,187 @@
+"""The law of a motion as columns of a linear regression: each effect evaluated along the measured path.
+
+Columns are in natural units (see :mod:`friction_bayes.estimators.random_force.transition`), their
+coefficients are the effects' own parameters in SI units, with the priors of the catalogue. A parameter that
+only shapes a term is taken at a few values of its prior, one column each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.system import Oscillator
+from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
+from friction_bayes.loop.parameters import FRICTION_SHARE, STATE_SHARE
+from friction_bayes.loop.random_force.effect_columns import (
+    Column,
+    ForceEvaluator,
+    force_columns,
+    line_columns,
+    sensor_columns,
+)
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+
+__all__ = ["LawColumns", "law_columns"]
+
+_STIFFNESS_SD = 0.05
+"""Prior sd of the relative correction of the stiffness: the frequency is known to some per cent before."""
+
+
+@dataclass(frozen=True, eq=False)
+class LawColumns:
+    """Columns of a law along one measured path.
+
+    Attributes
+    ----------
+    columns : tuple of Column, length p
+    sensor : ndarray, shape (n, p)
+        What the sensor shows of each, natural units.
+    states : ndarray, shape (n, 2, p)
+        Displacement and velocity of each; none of a sensor's fault.
+    known : ndarray, shape (n,)
+        What the sensor shows of the terms without a coefficient.
+    known_states : ndarray, shape (n, 2)
+    friction : float
+        Friction [N or N m] that columns ``of_friction`` assume.
+    unit_force : float
+        Force of one natural unit [N or N m].
+    """
+
+    columns: tuple[Column, ...]
+    sensor: Array
+    states: Array
+    known: Array
+    known_states: Array
+    friction: float
+    unit_force: float
+
+    @property
+    def scale(self) -> Array:
+        """Prior sd of each coefficient, shape (p,)."""
+        return np.array([column.scale for column in self.columns])
+
+    @property
+    def positive(self) -> Mask:
+        """Which coefficients have to be positive, shape (p,)."""
+        return np.array([column.positive for column in self.columns])
+
+    @property
+    def always(self) -> list[int]:
+        """Columns that every set holds: start and stiffness."""
+        return [j for j, c in enumerate(self.columns) if c.kind not in ("friction", "effect")]
+
+    @property
+    def dry_friction(self) -> int:
+        """The column of Coulomb friction alone."""
+        return next(j for j, c in enumerate(self.columns) if c.kind == "friction" and not c.effect)
+
+    @property
+    def frictions(self) -> list[int]:
+        """The columns of friction, of which every set holds one."""
+        return [j for j, c in enumerate(self.columns) if c.kind == "friction"]
+
+    def alternatives(self, effect: str) -> list[tuple[int, ...]]:
+        """Columns of an effect for each of its shapes."""
+        found: dict[tuple[tuple[str, float], ...], list[int]] = {}
+        for j, column in enumerate(self.columns):
+            if column.effect == effect:
+                found.setdefault(column.shape, []).append(j)
+        return [tuple(columns) for columns in found.values()]
+
+
+def law_columns(
+    path: MeasuredPath,
+    row: Array,
+    order: int,
+    *,
+    system: Oscillator,
+    scales: Scales,
+    effects: Sequence[str],
+    w0: float,
+    friction: float,
+    duration: float,
+    line: float | None = None,
+) -> LawColumns:
+    """Evaluate the law along a path.
+
+    Parameters
+    ----------
+    path : MeasuredPath
+        In natural units of ``w0``.
+    row : ndarray, shape (3,)
+        Of the sensor.
+    order : int
+        Derivative that is measured.
+    system : Oscillator
+        The declared system.
+    scales : Scales
+        Of the priors.
+    effects : sequence of str
+        Force and sensor effects that may act.
+    w0 : float
+        Frequency of the natural units [rad/s].
+    friction : float
+        Rough friction in natural units.
+    duration : float
+        Length of the record [s], to which friction drift refers.
+    line : float, optional
+        Frequency of a line of interference [Hz].
+    """
+    ratio = w0 / system.natural_frequency
+    # the factor from the friction coefficient to force stays that of the declared system
+    mass = system.moving * ratio ** (order - 2)
+    stiffness = system.stiffness * ratio**order
+    unit = mass * w0**2
+    evaluator = ForceEvaluator(path, w0, mass, stiffness, friction * unit, duration)
+    amplitude = scales.amplitude * (system.natural_frequency / w0) ** order
+    columns = [
+        Column("displacement", STATE_SHARE * amplitude),
+        Column("velocity", STATE_SHARE * amplitude),
+        Column("stiffness", _STIFFNESS_SD),
+        Column("friction", FRICTION_SHARE * amplitude, positive=True),
+    ]
+    bend = np.sin if system.pendulum else np.asarray
+    nodes = [-bend(path.node_x), -path.direction]
+    samples = [-bend(path.x), -path.expected_direction]
+    for name in effects:
+        if isinstance(EFFECTS[name], ForceEffect):
+            for column, at_nodes, at_samples in force_columns(name, scales, evaluator):
+                columns.append(column)
+                nodes.append(at_nodes)
+                samples.append(at_samples)
+    nodes.append(path.node_x - bend(path.node_x))
+    samples.append(path.x - bend(path.x))
+    answered = force_response(path, np.column_stack(nodes))
+    direct = np.column_stack(samples)
+    start = initial_response(path.phase)
+    states = np.concatenate([start, answered[:, :, :-1]], axis=2)
+    sensor = at_sensor(states, row, np.column_stack([np.zeros((path.phase.size, 2)), direct[:, :-1]]))
+    known = at_sensor(answered[:, :, -1:], row, direct[:, -1:])[:, 0]
+    faults = []
+    for name in effects:
+        if isinstance(EFFECTS[name], SensorEffect) and name != PERIODIC_INTERFERENCE.name:
+            for column, fault in sensor_columns(name, scales, path, row, order, w0):
+                columns.append(column)
+                faults.append(fault)
+    if line is not None and PERIODIC_INTERFERENCE.name in effects:
+        for column, fault in line_columns(line, scales, path, order, w0):
+            columns.append(column)
+            faults.append(fault)
+    if faults:
+        sensor = np.column_stack([sensor, *faults])
+        states = np.concatenate([states, np.zeros((path.phase.size, 2, len(faults)))], axis=2)
+    return LawColumns(
+        columns=tuple(columns),
+        sensor=sensor,
+        states=states,
+        known=known,
+        known_states=answered[:, :, -1],
+        friction=friction * unit,
+        unit_force=unit,
+    )

@@ -1,0 +1,116 @@
+"""Draws from the posterior of a law under a random force, which every number of the report summarises."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.truncated_normal import truncated_draws
+
+__all__ = ["LawDraws", "law_draws"]
+
+_LEAST_PROBABILITY = 1e-4
+"""Of a set at a point of the grid, below which nothing is drawn from it."""
+
+
+@dataclass(frozen=True, eq=False)
+class LawDraws:
+    """Joint draws of coefficients, random force and noise.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (k, p)
+        Natural units as the columns have them; zero where a set lacks the column.
+    point, chosen : ndarray of int, shape (k,)
+        Point of the grid and set of columns of each draw.
+    friction : ndarray, shape (k,)
+        Friction force of the declared system [N or N m].
+    stiffness : ndarray, shape (k,)
+        Relative correction of the stiffness.
+    random_force : ndarray, shape (k,)
+        Sd of the random force [N or N m]; zero where there is none.
+    correlation_time : ndarray, shape (k,)
+        Its correlation time [s].
+    """
+
+    fit: ForceFit
+    coefficients: Array
+    point: Integers
+    chosen: Integers
+    friction: Array
+    stiffness: Array
+    random_force: Array
+    correlation_time: Array
+
+    def parameters(self, effect: str, chosen: Mask) -> dict[str, Array]:
+        """Parameters of an effect in those of the ``chosen`` draws, of shape (k,), that have it."""
+        law = self.fit.law
+        found: dict[str, list[Array]] = {}
+        for columns in law.alternatives(effect):
+            mine = chosen & self.fit.sets.columns[self.chosen][:, list(columns)].all(axis=1)
+            for j in columns:
+                column = law.columns[j]
+                if column.kind == "effect":
+                    values = self.coefficients[mine, j]
+                    if column.of_friction:
+                        values = values * law.friction / self.friction[mine]
+                    found.setdefault(column.parameter, []).append(values)
+            for name, value in law.columns[columns[0]].shape:
+                found.setdefault(name, []).append(np.full(int(mine.sum()), value))
+        return {name: np.concatenate(values) for name, values in found.items()}
+
+
+def law_draws(fit: ForceFit, rng: np.random.Generator, draws: int) -> LawDraws:
+    """Draw from each set at each point of the grid in proportion to its probability."""
+    posterior = fit.posterior
+    weight = np.where(posterior.weight > _LEAST_PROBABILITY, posterior.weight, 0.0)
+    counts = rng.multinomial(draws, (weight / weight.sum()).ravel())
+    coefficients = np.zeros((draws, fit.law.scale.size))
+    point, chosen = np.zeros(draws, dtype=np.intp), np.zeros(draws, dtype=np.intp)
+    noise = np.zeros(draws)
+    at = 0
+    for flat in np.flatnonzero(counts):
+        g, m = divmod(int(flat), weight.shape[1])
+        k = int(counts[flat])
+        mine = np.flatnonzero(fit.sets.columns[m])
+        mean, covariance = set_posterior(fit, g, m)
+        low = np.where(fit.law.positive[mine], 0.0, -np.inf)
+        drawn = truncated_draws(mean, covariance, low, np.full(mine.size, np.inf), rng, k)
+        coefficients[at : at + k, mine] = drawn
+        point[at : at + k], chosen[at : at + k] = g, m
+        noise[at : at + k] = np.sqrt(posterior.points[g].found.noise2[m])
+        at += k
+    stiffness = coefficients[:, fit.law.always[2]]
+    order = fit.segment.order
+    # the factor from the friction coefficient to force stays that of the declared system
+    factor = fit.law.unit_force * (1.0 + stiffness) ** (0.5 * (order - 2))
+    return LawDraws(
+        fit=fit,
+        coefficients=coefficients,
+        point=point,
+        chosen=chosen,
+        friction=coefficients[:, fit.law.frictions].sum(axis=1) * factor,
+        stiffness=stiffness,
+        random_force=posterior.ratio[point] * noise * factor,
+        correlation_time=posterior.tau[point] / fit.w0,
+    )
+
+
+def set_posterior(fit: ForceFit, g: int, m: int) -> tuple[Array, Array]:
+    """Mean and covariance of a set's coefficients at a point of the grid, before they are cut at zero."""
+    problem, point = fit.posterior.problem, fit.posterior.points[g]
+    gram = problem.whiten_at(point.ratio, point.tau).gram
+    inside = fit.sets.columns[m]
+    mine = np.flatnonzero(inside)
+    lam = point.found.full_noise2
+    reference = problem.reference
+    absent = gram[np.ix_(mine, np.flatnonzero(~inside))] @ reference[~inside]
+    right = gram[mine, -1] - lam * reference[mine] + absent
+    precision = gram[np.ix_(mine, mine)] + lam * np.eye(mine.size)
+    inverse = np.linalg.inv(precision)
+    mean = reference[mine] + inverse @ right
+    scale = fit.law.scale[mine]
+    return mean * scale, point.found.noise2[m] * 0.5 * (inverse + inverse.T) * np.outer(scale, scale)

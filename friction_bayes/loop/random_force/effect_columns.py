@@ -1,0 +1,187 @@
+"""Each effect of the catalogue as columns along a measured path: forces, faults of the sensor, lines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.loop.parameters import FRICTION_SHARE, Coordinate, effect_coordinates
+from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect, force_vector
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+from friction_bayes.mechanics.integrate import force_along
+
+__all__ = ["Column", "ForceEvaluator", "force_columns", "line_columns", "sensor_columns"]
+
+_SCORES = (-1.2, 0.0, 1.2)
+"""Where a parameter that shapes a term is taken, as normal scores of its prior."""
+_SMALL_SCORES = (-2.4, -1.6, -0.8, 0.0)
+"""The same of one whose prior begins at zero: each about three times the one before."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """What a column of the law is.
+
+    Attributes
+    ----------
+    kind : str
+        ``displacement``, ``velocity`` (of the start), ``stiffness``, ``friction`` or ``effect``.
+    scale : float
+        Prior standard deviation of the coefficient, before it is cut.
+    positive : bool
+        Whether the coefficient has to be positive.
+    effect, parameter : str
+        Effect that it belongs to, and the parameter that is its coefficient; a column of friction belongs to
+        the effect that bends it.
+    shape : tuple of (str, float)
+        Parameters that shape it, and their values.
+    of_friction : bool
+        Whether the coefficient is the parameter times the friction over the one that the column assumes.
+    """
+
+    kind: str
+    scale: float
+    positive: bool = False
+    effect: str = ""
+    parameter: str = ""
+    shape: tuple[tuple[str, float], ...] = ()
+    of_friction: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class ForceEvaluator:
+    """Forces of the catalogue along a path, as natural units want them."""
+
+    path: MeasuredPath
+    w0: float
+    mass: float
+    stiffness: float
+    friction: float
+    duration: float
+
+    def at(
+        self, values: Mapping[str, tuple[float, ...]], *, samples: bool, friction: float | None = None
+    ) -> Array:
+        """Forces, on the side of the motion's own acceleration, at the nodes or at the samples."""
+        path = self.path
+        if samples:
+            phase, x, v, direction = path.phase, path.x, path.v, path.expected_direction
+        else:
+            phase, x, v, direction = path.node_phase, path.node_x, path.node_v, path.direction
+        force = force_along(tuple(values))(
+            (phase - path.phase[0]) / self.w0,
+            np.ascontiguousarray(x),
+            np.ascontiguousarray(v) * self.w0,
+            np.ascontiguousarray(direction, dtype=np.float64),
+            self.friction if friction is None else friction,
+            self.duration,
+            self.mass,
+            self.stiffness,
+            force_vector(values),
+        )
+        return -np.asarray(force) / self.unit_force
+
+    @property
+    def unit_force(self) -> float:
+        return self.mass * self.w0**2
+
+
+def force_columns(
+    name: str, scales: Scales, evaluator: ForceEvaluator
+) -> Iterator[tuple[Column, Array, Array]]:
+    """Columns of a force effect at nodes and samples, one for each shape."""
+    first, *others = effect_coordinates(name, scales, 1)
+    size = first.prior.scale
+
+    def along(value: float, shape: tuple[float, ...], *, samples: bool, friction: float = 1.0) -> Array:
+        values = {name: (value, *shape)}
+        return evaluator.at(values, samples=samples, friction=friction * evaluator.friction)
+
+    shape = tuple(float(c.value(c.at_score(0.0))) for c in others)
+    base = along(size, shape, samples=False)
+    if not np.allclose(along(2.0 * size, shape, samples=False), 2.0 * base, rtol=1e-6, atol=0.0):
+        yield from _bent_friction(name, first, scales, evaluator)
+        return
+    twice = along(size, shape, samples=False, friction=2.0)
+    of_friction = not np.allclose(twice, base, rtol=1e-6, atol=0.0)
+    for score in _SCORES if others else (0.0,):
+        shape = tuple(float(c.value(c.at_score(score))) for c in others)
+        column = Column(
+            "effect",
+            size,
+            positive=first.prior.low == 0.0,
+            effect=name,
+            parameter=first.name,
+            shape=tuple(zip((c.name for c in others), shape, strict=True)),
+            of_friction=of_friction,
+        )
+        yield column, along(1.0, shape, samples=False), along(1.0, shape, samples=True)
+
+
+def _bent_friction(
+    name: str, first: Coordinate, scales: Scales, evaluator: ForceEvaluator
+) -> Iterator[tuple[Column, Array, Array]]:
+    """Coulomb friction and a term of fixed size in one column, whose coefficient is the friction."""
+    path, unit = evaluator.path, evaluator.unit_force / evaluator.friction
+    amplitude = scales.amplitude * (scales.system.natural_frequency / evaluator.w0) ** scales.quantity.order
+    for score in _SMALL_SCORES:
+        value = float(first.value(first.at_score(score)))
+        column = Column(
+            "friction",
+            FRICTION_SHARE * amplitude,
+            positive=True,
+            effect=name,
+            parameter=first.name,
+            shape=((first.name, value),),
+        )
+        at_nodes = unit * evaluator.at({name: (value,)}, samples=False) - path.direction
+        at_samples = unit * evaluator.at({name: (value,)}, samples=True) - path.expected_direction
+        yield column, at_nodes, at_samples
+
+
+def sensor_columns(
+    name: str, scales: Scales, path: MeasuredPath, row: Array, order: int, w0: float
+) -> Iterator[tuple[Column, Array]]:
+    """Columns of a fault of the sensor that is linear in its parameters."""
+    effect = EFFECTS[name]
+    assert isinstance(effect, SensorEffect)
+    time = (path.phase - path.phase[0]) / w0
+    unit = w0**order
+    clean = unit * (row[0] * path.x + row[1] * path.v)
+    coordinates = effect_coordinates(name, scales, 1)
+    for j, c in enumerate(coordinates):
+        values = [0.0] * len(coordinates)
+        values[j] = c.prior.scale
+        fault = (effect.distort(clean, time, *values) - clean) / (unit * c.prior.scale)
+        yield (
+            Column(
+                "effect",
+                c.prior.scale,
+                positive=c.prior.low == 0.0,
+                effect=name,
+                parameter=c.name,
+            ),
+            fault,
+        )
+
+
+def line_columns(
+    frequency: float, scales: Scales, path: MeasuredPath, order: int, w0: float
+) -> Iterator[tuple[Column, Array]]:
+    """Sine and cosine of a line of interference."""
+    scale = effect_coordinates(PERIODIC_INTERFERENCE.name, scales, 1)[0].prior.scale
+    angle = 2.0 * math.pi * frequency * (path.phase - path.phase[0]) / w0
+    for part, wave in (("sine", np.sin(angle)), ("cosine", np.cos(angle))):
+        column = Column(
+            "effect",
+            scale,
+            effect=PERIODIC_INTERFERENCE.name,
+            parameter=part,
+            shape=(("frequency", frequency),),
+        )
+        yield column, wave / w0**order

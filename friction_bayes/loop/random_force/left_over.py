@@ -1,0 +1,194 @@
+"""What a law and a random force leave: noise, or something that follows the motion.
+
+A random force takes up whatever moves the oscillator. Whether it depends on the motion is tested as a force:
+binned functions of the velocity, the position, the amplitude and the time, whitened like every column, beside
+the law. What passes is fluctuation; what fails and is large is an effect that the catalogue lacks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.estimators.random_force.response import at_sensor, force_response
+from friction_bayes.estimators.random_force.whitening import whiten
+from friction_bayes.loop.autoregression import fit_autoregression
+from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.residual_tests import FALSE_ALARM_RATE, Channel, largest_line
+
+__all__ = ["Dependence", "LeftOver", "what_is_left"]
+
+_BINS = 10
+_TIME_BINS = 8
+_FAR = 4.0
+_LEAST_SHARE = 0.05
+"""Share of a binned force, whitened, that the law must leave for it to test anything."""
+_PREDICTABLE = 0.005
+"""Share of the innovations' variance that their own past may predict before they count as structured."""
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """How far the force that is left depends on something.
+
+    Attributes
+    ----------
+    on : str
+        ``velocity``, ``position``, ``amplitude`` or ``time``.
+    channel : Channel
+        Its test.
+    force : float
+        Root mean square of that part of the force, its own uncertainty taken off, natural units.
+    friction : float
+        Friction that would take as much energy out of the motion as that part does, natural units.
+    signal : float
+        The same root mean square of what it adds to the innovations, in the unit of the signal.
+    """
+
+    on: str
+    channel: Channel
+    force: float
+    friction: float
+    signal: float
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOver:
+    """Tests of the innovations and of the force.
+
+    Attributes
+    ----------
+    channels : tuple of Channel
+    dependences : tuple of Dependence
+    predictable : float
+        Share of the innovations' variance that their own past predicts.
+    rms : float
+        Root mean square of the innovations in the unit of the signal.
+    """
+
+    channels: tuple[Channel, ...]
+    dependences: tuple[Dependence, ...]
+    predictable: float
+    rms: float
+
+    @property
+    def level(self) -> float:
+        """p-value below which a test fails."""
+        return FALSE_ALARM_RATE / len(self.channels)
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """Names of the tests that fail."""
+        return tuple(c.name for c in self.channels if c.p_value < self.level)
+
+    @property
+    def worst(self) -> Dependence | None:
+        """The largest dependence that fails its test."""
+        failed = [d for d in self.dependences if d.channel.p_value < self.level]
+        return max(failed, key=lambda d: d.force, default=None)
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether the innovations are noise in practice: no line, and next to nothing predictable."""
+        if "spectrum" in self.failed:
+            return False
+        return "whiteness" not in self.failed or self.predictable < _PREDICTABLE
+
+    def to_dict(self) -> dict[str, object]:
+        """Plain values, as those of a residual."""
+        return {
+            "rms": self.rms,
+            "passes": not self.failed,
+            "failed": list(self.failed),
+            "false_alarm_rate": FALSE_ALARM_RATE,
+            "channels": {
+                c.name: {"statistic": c.statistic, "degrees": c.degrees, "p_value": c.p_value}
+                for c in self.channels
+            },
+        }
+
+
+def what_is_left(fit: ForceFit) -> LeftOver:
+    """Test what the best law and its random force leave."""
+    x = fit.innovations[np.isfinite(fit.clock.variance)]
+    white = whiteness(x)
+    line, line_p = largest_line(x)
+    far = int(np.count_nonzero(np.abs(x) > _FAR))
+    expected = 2.0 * stats.norm.sf(_FAR)
+    channels = [
+        Channel("whiteness", white.statistic, white.lags, white.p_value),
+        Channel("spectrum", line, 2, line_p),
+        Channel("tails", float(far), x.size, float(stats.binom.sf(far - 1, x.size, expected))),
+    ]
+    dependences = tuple(_dependence(fit, on, bins) for on, bins in _binned_forces(fit))
+    ar = fit_autoregression(x)
+    lagged = sum(a * np.roll(x, k + 1) for k, a in enumerate(ar))
+    rest = (x - lagged)[ar.size :]
+    return LeftOver(
+        channels=(*channels, *(d.channel for d in dependences)),
+        dependences=dependences,
+        predictable=max(1.0 - float(np.var(rest) / np.var(x)), 0.0),
+        rms=float(fit.posterior.best.noise * fit.unit * np.sqrt(np.mean(x**2))),
+    )
+
+
+def _binned_forces(fit: ForceFit) -> Iterator[tuple[str, Array]]:
+    """Forces at the nodes of the path: one a bin, and with the direction of motion where that is another."""
+    path = fit.path
+    sign = path.direction[:, None]
+    turns = path.turning_x - np.mean(0.5 * (path.turning_x[1:] + path.turning_x[:-1]))
+    amplitude = np.interp(path.node_phase, path.turning, np.abs(turns))
+    yield "velocity", _indicator(path.node_v, 2 * _BINS)
+    position = _indicator(path.node_x, _BINS)
+    yield "position", np.hstack([position, sign * position])
+    yield "amplitude", sign * _indicator(amplitude, _BINS)
+    yield "time", sign * _indicator(path.node_phase, _TIME_BINS)
+
+
+def _indicator(values: Array, bins: int) -> Array:
+    """Which of equally wide bins each value lies in, shape (n, bins)."""
+    low, high = float(values.min()), float(values.max())
+    which = np.minimum(((values - low) / max(high - low, 1e-300) * bins).astype(int), bins - 1)
+    return np.asarray(which[:, None] == np.arange(bins), dtype=np.float64)
+
+
+def _dependence(fit: ForceFit, on: str, forces: Array) -> Dependence:
+    best = fit.posterior.best
+    law = np.flatnonzero(fit.sets.columns[fit.chosen])
+    answered = at_sensor(force_response(fit.path, forces), fit.row)
+    if fit.row[2]:
+        # the force itself at the samples: the mean over the nodes of the interval before
+        at_samples = np.zeros((fit.path.phase.size, forces.shape[1]))
+        np.add.at(at_samples, fit.path.interval + 1, forces * fit.path.node_weight[:, None])
+        at_samples[1:] /= np.diff(fit.path.phase)[:, None]
+        answered = answered + fit.row[2] * at_samples
+    block = np.column_stack([fit.law.sensor[:, law] * fit.law.scale[law], answered, fit.residual])
+    gram = whiten(block, fit.clock, fit.row, best.ratio, best.tau).gram / best.noise**2
+    p = law.size
+    known = gram[:p, :p] + np.eye(p)
+    shared = np.linalg.solve(known, gram[:p, p:])
+    rest = gram[p:, p:] - gram[:p, p:].T @ shared
+    own, score = rest[:-1, :-1], rest[:-1, -1]
+    norm = np.sqrt(np.maximum(np.diag(gram)[p:-1], 1e-300))
+    values, vectors = np.linalg.eigh(own / np.outer(norm, norm))
+    kept = values > _LEAST_SHARE
+    b = vectors[:, kept].T @ (score / norm)
+    statistic, degrees = float(np.sum(b * b / values[kept])), int(kept.sum())
+    channel = Channel(f"force_by_{on}", statistic, degrees, float(stats.chi2.sf(statistic, max(degrees, 1))))
+    # least squares of the bins that can be told from the law, and its variance
+    basis = vectors[:, kept] / norm[:, None]
+    coefficients = basis @ (b / values[kept])
+    covariance = basis @ np.diag(1.0 / values[kept]) @ basis.T
+    share = fit.path.node_weight / fit.path.node_weight.sum()
+    weighted = forces.T @ (forces * share[:, None])
+    square = float(coefficients @ weighted @ coefficients - np.sum(weighted * covariance))
+    signal = best.noise * fit.unit * math.sqrt(max(statistic - degrees, 0.0) / fit.samples)
+    power = float((share * fit.path.node_v) @ (forces @ coefficients))
+    friction = abs(power) / float(share @ np.abs(fit.path.node_v))
+    return Dependence(on, channel, math.sqrt(max(square, 0.0)), friction, signal)

@@ -1,0 +1,147 @@
+"""The loop with a force that fluctuates: its columns, what it finds, and what it leaves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from decays import SYSTEM
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import QUANTITIES
+from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.estimators.random_force.whitening import sensor_row
+from friction_bayes.loop.random_force.columns import law_columns
+from friction_bayes.mechanics.effects import Scales
+from friction_bayes.mechanics.integrate import integrate
+
+DURATION, RATE, FRICTION, RELEASE = 6.0, 200.0, 0.5, 0.02
+TIME = np.arange(int(DURATION * RATE)) / RATE
+SCALES = Scales(
+    system=SYSTEM,
+    quantity=QUANTITIES["displacement"],
+    amplitude=RELEASE,
+    duration=DURATION,
+    sampling_rate=RATE,
+)
+LINEAR = {
+    "viscous_damping": 0.01,
+    "quadratic_drag": 5.0,
+    "asymmetric_friction": 0.3,
+    "stribeck_friction": 0.5,
+    "friction_drift": 0.6,
+    "cubic_stiffness": 2e5,
+}
+
+
+@pytest.mark.parametrize("name", [*LINEAR, "presliding"])
+def test_columns_along_the_motion_add_up_to_the_motion(name: str) -> None:
+    """A law's own motion is what its columns answer to it, in the parameters' own units."""
+    w0 = SYSTEM.natural_frequency
+    row, friction = sensor_row(0), 1.1 * FRICTION / SYSTEM.stiffness
+
+    def columns_along(x: np.ndarray, v: np.ndarray):  # type: ignore[no-untyped-def]
+        path = MeasuredPath.through(w0 * TIME, x, v / w0)
+        return law_columns(
+            path,
+            row,
+            0,
+            system=SYSTEM,
+            scales=SCALES,
+            effects=(name,),
+            w0=w0,
+            friction=friction,
+            duration=DURATION,
+        )
+
+    still = columns_along(RELEASE * np.cos(w0 * TIME), -w0 * RELEASE * np.sin(w0 * TIME))
+    chosen = still.alternatives(name)[len(still.alternatives(name)) // 2]
+    column = still.columns[chosen[0]]
+    parameters = dict(column.shape)
+    if name in LINEAR:
+        parameters[column.parameter] = LINEAR[name]
+    effects = {f"{name}.{key}": value for key, value in parameters.items()}
+    motion = integrate(SYSTEM, FRICTION, RELEASE, 0.0, TIME, effects, duration=DURATION)
+    moving = min(motion.stop_time, DURATION) - 0.3 > TIME
+    assert moving.sum() > 500
+    law = columns_along(motion.displacement, motion.velocity)
+    coefficients = np.zeros(len(law.columns))
+    coefficients[0] = RELEASE
+    if name in LINEAR:
+        coefficients[law.dry_friction] = FRICTION / SYSTEM.stiffness
+        coefficients[chosen[0]] = LINEAR[name] * (FRICTION / law.friction if column.of_friction else 1.0)
+    else:
+        coefficients[chosen[0]] = FRICTION / SYSTEM.stiffness
+    answered = law.sensor @ coefficients
+    np.testing.assert_allclose(answered[moving], motion.displacement[moving], atol=2e-3 * RELEASE)
+
+
+def fluctuating(share: float = 0.3, **effects: float):  # type: ignore[no-untyped-def]
+    """Decay whose friction fluctuates by a share of itself, over a sixth of a period."""
+    force = {"random_force.sd": share * 0.07, "random_force.correlation_time": 0.1}
+    return fb.simulate(
+        SYSTEM,
+        friction=0.07,
+        initial_displacement=0.0147,
+        duration=30.0,
+        sampling_rate=100.0,
+        noise_sd=1e-5,
+        seed=3,
+        effects={**force, **effects},
+    )
+
+
+@pytest.fixture(scope="module")
+def report() -> fb.LoopReport:
+    return fb.close_loop([fluctuating()], SYSTEM, seed=1)
+
+
+def test_a_fluctuating_force_is_found_with_its_size(report: fb.LoopReport) -> None:
+    found = report.random_force
+    assert found is not None
+    assert found["probability"] > 0.99
+    assert found["sd"]["mean"] == pytest.approx(0.021, rel=0.2)
+    low, high = found["correlation_time_s"]["interval90"]
+    assert low < 0.1 < high
+    assert report.noise["sd"] == pytest.approx(1e-5, rel=0.1)
+    assert report.verdict in ("explained", "ambiguous")
+    assert report.effects[0]["name"] == "random_force"
+    assert report.left["depends_on"] is None
+
+
+def test_friction_under_it_is_one_posterior_that_covers_the_truth(report: fb.LoopReport) -> None:
+    friction = report.friction_after
+    low, high = friction["interval90"]
+    assert low < 0.07 < high
+    assert low < friction["mean"] < high
+    assert report.posterior["mixture"]["friction"].values.min() >= 0.0
+    draws = report.posterior["mixture"]["friction"].values
+    assert friction["mean"] == pytest.approx(float(draws.mean()))
+    assert np.quantile(draws, (0.05, 0.95)) == pytest.approx([low, high])
+    assert sum(c["probability"] for c in report.candidates) == pytest.approx(1.0)
+
+
+def test_its_forecast_has_a_band_that_holds(report: fb.LoopReport) -> None:
+    error = report.held_out_error
+    assert error["after"] < error["before"]
+    assert 0.6 < error["inside90"] <= 1.0
+
+
+def test_without_looking_for_it_the_old_way_is_taken() -> None:
+    report = fb.close_loop([fluctuating()], SYSTEM, seed=1, random_force="none", effects=["viscous_damping"])
+    assert report.random_force is None
+
+
+def test_a_force_that_follows_the_position_is_no_fluctuation() -> None:
+    """Cubic stiffness that may not be named is seen in the force that is left."""
+    record = fluctuating(0.1, **{"cubic_stiffness.cubic_stiffness": 3e4})
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=["viscous_damping", "random_force"])
+    assert report.left["depends_on"] == "position"
+    assert "force_by_position" in report.residual["after"]["failed"]
+    assert report.verdict == "unexplained"
+
+
+@pytest.mark.parametrize(("option", "value"), [("random_force", "maybe"), ("tolerance", -1.0)])
+def test_a_wrong_option_is_refused(option: str, value: object) -> None:
+    with pytest.raises(InputError, match=option):
+        fb.close_loop([fluctuating()], SYSTEM, seed=1, **{option: value})  # type: ignore[arg-type]
