@@ -22,6 +22,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import number, set_words
 from friction_bayes.decay.free_decay import find_free_decay
+from friction_bayes.loop.candidate import ALONG_MOTION_ALONE
 from friction_bayes.mechanics.effects import EFFECTS, force_effects
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.integrate import integrate
@@ -93,7 +94,11 @@ ALLOWED: dict[str, tuple[str, ...]] = {
         PRESLIDING.name,
     ),
     "the catalogue": (),
-    "the catalogue and pre-sliding": tuple(name for name in EFFECTS if name not in BOUND_TO_A_RECORD),
+    "the catalogue and pre-sliding": tuple(
+        name
+        for name in EFFECTS
+        if name not in (*BOUND_TO_A_RECORD, *ALONG_MOTION_ALONE) or name == PRESLIDING.name
+    ),
 }
 """Effects that each law may have; empty for all that do not belong to a record."""
 
