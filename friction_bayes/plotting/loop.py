@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from textwrap import fill
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -36,11 +39,19 @@ _FEWEST_BARS = 3
 _COUNTS = 5e-4
 _LEAST_DRAWS = 40
 """Draws of friction that a candidate needs for an interval of its own."""
+_MOST_INTERVALS = 6
+_LABEL = 44
+"""Characters in a line of a label."""
 
 
 def _records(report: LoopReport) -> str:
     first, others = report.traces[0].name, len(report.traces) - 1
     return f"{first} and {others} more" if others else first
+
+
+def _set_label(effects: Sequence[str]) -> str:
+    """Name a set of effects in lines short enough to leave room for the axes."""
+    return fill(set_words(effects), _LABEL)
 
 
 def _head(figure: Figure, text: str) -> None:
@@ -58,7 +69,7 @@ def _bars(report: LoopReport) -> int:
 def _draw_candidates(axes: Axes, report: LoopReport) -> None:
     count = _bars(report)
     shown, rest = report.candidates[:count], report.candidates[count:]
-    labels = [set_words(c["effects"]) for c in shown]
+    labels = [_set_label(c["effects"]) for c in shown]
     values = [float(c["probability"]) for c in shown]
     if rest:
         labels.append(f"{len(rest)} others together")
@@ -110,9 +121,9 @@ def _friction_rows(report: LoopReport) -> list[tuple[str, float, float, float, s
         own = draws[which == i]
         if own.size >= _LEAST_DRAWS:
             low, high = np.quantile(own, TAILS)
-            several.append((f"  {set_words(candidate['effects'])}", float(own.mean()), low, high, FAINT))
+            several.append((f"  {_set_label(candidate['effects'])}", float(own.mean()), low, high, FAINT))
     if len(several) > 1:
-        rows += several
+        rows += several[:_MOST_INTERVALS]
     rows.append(("after", after["mean"], *after["interval90"], MODEL))
     return rows
 
@@ -169,12 +180,12 @@ def plot_loop(report: LoopReport) -> Figure:
     """
     trace = report.traces[0]
     with styled():
-        figure = new_figure(11.0, 6.8)
+        figure = new_figure(11.0, 7.4)
         grid = figure.add_gridspec(2, 2)
         signal, candidates, friction = (figure.add_subplot(grid[p]) for p in ((0, 0), (0, 1), (1, 1)))
         draw_signal(signal, trace)
         signal.set_title(trace.name)
-        signal.legend(loc="upper right", ncols=3)
+        signal.legend(loc="upper right")
         stacked = grid[1, 0].subgridspec(2, 1)
         upper = figure.add_subplot(stacked[0])
         lower = figure.add_subplot(stacked[1], sharex=upper, sharey=upper)

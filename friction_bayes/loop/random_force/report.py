@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.summary import Summary
 from friction_bayes.loop.assemble import (
     compare_with_reference,
@@ -80,13 +80,13 @@ def random_force_report(
     before = friction_of_coulomb_model(found.before, rng_before)
     segment = fit.segment
     predicted = forecast(fit, rng_forecast)
-    in_best = _in_candidate(draws, best)
+    which = _candidate_of(draws, candidates)
     effects = in_catalogue_order(best)
     amplitude = float(np.max(np.abs(fit.path.x))) * fit.unit
     structured = max((d.signal for d in left.dependences if d is left.worst), default=0.0)
     return LoopReport(
         verdict=_verdict(draws, left, candidates, tolerance),
-        effects=[_effect(draws, name, in_best, candidates) for name in effects],
+        effects=[_effect(draws, name, which == 0, candidates) for name in effects],
         candidates=candidates,
         friction_before=before.to_dict(),
         friction_after=after.to_dict(),
@@ -119,7 +119,7 @@ def random_force_report(
         seed=seed,
         trail=[*found.trail, _step(fit)],
         traces=(_trace(found, fit, draws, factor, unit),),
-        posterior=_posterior(draws, after, effects, in_best, seed),
+        posterior=_posterior(draws, after, effects, which, seed),
     )
 
 
@@ -149,10 +149,13 @@ def _candidates(fit: ForceFit) -> list[dict[str, Any]]:
     return [{"effects": list(in_catalogue_order(names)), "probability": p / total} for names, p in ranked]
 
 
-def _in_candidate(draws: LawDraws, names: frozenset[str]) -> Mask:
-    """Which draws belong to a candidate, shape (k,)."""
-    sets = np.array([own == names - {RANDOM_FORCE.name} for own in draws.fit.sets.effects])
-    return np.asarray(sets[draws.chosen] & ((draws.random_force > 0.0) == (RANDOM_FORCE.name in names)))
+def _candidate_of(draws: LawDraws, candidates: list[dict[str, Any]]) -> Integers:
+    """Which candidate each draw belongs to, shape (k,); -1 where that is not listed."""
+    place = {frozenset(candidate["effects"]): i for i, candidate in enumerate(candidates)}
+    sets = draws.fit.sets.effects
+    without = np.array([place.get(names, -1) for names in sets])
+    beside = np.array([place.get(names | {RANDOM_FORCE.name}, -1) for names in sets])
+    return np.where(draws.random_force > 0.0, beside[draws.chosen], without[draws.chosen])
 
 
 def _effect(draws: LawDraws, name: str, in_best: Mask, candidates: list[dict[str, Any]]) -> dict[str, Any]:
@@ -257,9 +260,10 @@ def _law_states(fit: ForceFit) -> Array:
 
 
 def _posterior(
-    draws: LawDraws, after: Distribution, effects: tuple[str, ...], in_best: Mask, seed: int
+    draws: LawDraws, after: Distribution, effects: tuple[str, ...], which: Integers, seed: int
 ) -> xr.DataTree:
     """Draws in ArviZ's layout: those of the most probable candidate, and friction over all."""
+    in_best = which == 0
     variables = {"random_force.sd": draws.random_force[in_best]}
     variables["random_force.correlation_time"] = draws.correlation_time[in_best]
     variables["friction"] = draws.friction[in_best]
@@ -273,7 +277,7 @@ def _posterior(
     mixture = xr.Dataset(
         {
             "friction": (("chain", "draw"), after.draws[None], {"units": after.unit}),
-            "candidate": (("chain", "draw"), draws.chosen[None]),
+            "candidate": (("chain", "draw"), which[None]),
         }
     )
     return xr.DataTree.from_dict(
