@@ -20,6 +20,7 @@ from friction_bayes.loop.parameters import FRICTION_SHARE, STATE_SHARE
 from friction_bayes.loop.random_force.effect_columns import (
     Column,
     ForceEvaluator,
+    Shape,
     force_columns,
     line_columns,
     sensor_columns,
@@ -88,7 +89,7 @@ class LawColumns:
 
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:
         """Columns of an effect for each of its shapes."""
-        found: dict[tuple[tuple[str, float], ...], list[int]] = {}
+        found: dict[tuple[Shape, ...], list[int]] = {}
         for j, column in enumerate(self.columns):
             if column.effect == effect:
                 found.setdefault(column.shape, []).append(j)

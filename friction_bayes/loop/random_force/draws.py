@@ -15,6 +15,9 @@ __all__ = ["LawDraws", "law_draws"]
 _LEAST_PROBABILITY = 1e-4
 """Of a set at a point of the grid, below which nothing is drawn from it."""
 
+_GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+"""Its multiples, less their whole parts, fill the unit interval evenly from any of them on."""
+
 
 @dataclass(frozen=True, eq=False)
 class LawDraws:
@@ -58,8 +61,10 @@ class LawDraws:
                     if column.of_friction:
                         values = values * law.friction / self.friction[mine]
                     found.setdefault(column.parameter, []).append(values)
-            for name, value in law.columns[columns[0]].shape:
-                found.setdefault(name, []).append(np.full(int(mine.sum()), value))
+            for shape in law.columns[columns[0]].shape:
+                # the value taken stands for its part of the prior: each draw has its place in that
+                spread = (_GOLDEN * np.flatnonzero(mine)) % 1.0
+                found.setdefault(shape.name, []).append(shape.low + (shape.high - shape.low) * spread)
         return {name: np.concatenate(values) for name, values in found.items()}
 
 

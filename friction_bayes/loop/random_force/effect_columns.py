@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,12 +16,29 @@ from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect, forc
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.integrate import force_along
 
-__all__ = ["Column", "ForceEvaluator", "force_columns", "line_columns", "sensor_columns"]
+__all__ = ["Column", "ForceEvaluator", "Shape", "force_columns", "line_columns", "sensor_columns"]
 
 _SCORES = (-1.2, 0.0, 1.2)
 """Where a parameter that shapes a term is taken, as normal scores of its prior."""
 _SMALL_SCORES = (-2.4, -1.6, -0.8, 0.0)
 """The same of one whose prior begins at zero: each about three times the one before."""
+
+
+class Shape(NamedTuple):
+    """A parameter that shapes a column: where it is taken, and the values that this stands for.
+
+    Attributes
+    ----------
+    name : str
+    value : float
+    low, high : float
+        Ends of its part of the prior, halfway to its neighbours.
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)
@@ -38,8 +56,8 @@ class Column:
     effect, parameter : str
         Effect that it belongs to, and the parameter that is its coefficient; a column of friction belongs to
         the effect that bends it.
-    shape : tuple of (str, float)
-        Parameters that shape it, and their values.
+    shape : tuple of Shape
+        Parameters that shape it.
     of_friction : bool
         Whether the coefficient is the parameter times the friction over the one that the column assumes.
     """
@@ -49,7 +67,7 @@ class Column:
     positive: bool = False
     effect: str = ""
     parameter: str = ""
-    shape: tuple[tuple[str, float], ...] = ()
+    shape: tuple[Shape, ...] = ()
     of_friction: bool = False
 
 
@@ -110,17 +128,27 @@ def force_columns(
     twice = along(size, shape, samples=False, friction=2.0)
     of_friction = not np.allclose(twice, base, rtol=1e-6, atol=0.0)
     for score in _SCORES if others else (0.0,):
-        shape = tuple(float(c.value(c.at_score(score))) for c in others)
+        taken = tuple(_shape(c, score, _SCORES) for c in others)
+        shape = tuple(parameter.value for parameter in taken)
         column = Column(
             "effect",
             size,
             positive=first.prior.low == 0.0,
             effect=name,
             parameter=first.name,
-            shape=tuple(zip((c.name for c in others), shape, strict=True)),
+            shape=taken,
             of_friction=of_friction,
         )
         yield column, along(1.0, shape, samples=False), along(1.0, shape, samples=True)
+
+
+def _shape(coordinate: Coordinate, score: float, scores: Sequence[float]) -> Shape:
+    """A parameter at a normal score of its prior, one of several equally far apart."""
+    half = 0.5 * (scores[1] - scores[0])
+    low, value, high = (
+        float(coordinate.value(coordinate.at_score(each))) for each in (score - half, score, score + half)
+    )
+    return Shape(coordinate.name, value, low, high)
 
 
 def _bent_friction(
@@ -130,14 +158,15 @@ def _bent_friction(
     path, unit = evaluator.path, evaluator.unit_force / evaluator.friction
     amplitude = scales.amplitude * (scales.system.natural_frequency / evaluator.w0) ** scales.quantity.order
     for score in _SMALL_SCORES:
-        value = float(first.value(first.at_score(score)))
+        taken = _shape(first, score, _SMALL_SCORES)
+        value = taken.value
         column = Column(
             "friction",
             FRICTION_SHARE * amplitude,
             positive=True,
             effect=name,
             parameter=first.name,
-            shape=((first.name, value),),
+            shape=(taken,),
         )
         at_nodes = unit * evaluator.at({name: (value,)}, samples=False) - path.direction
         at_samples = unit * evaluator.at({name: (value,)}, samples=True) - path.expected_direction
@@ -176,12 +205,15 @@ def line_columns(
     """Sine and cosine of a line of interference."""
     scale = effect_coordinates(PERIODIC_INTERFERENCE.name, scales, 1)[0].prior.scale
     angle = 2.0 * math.pi * frequency * (path.phase - path.phase[0]) / w0
+    # a line further off by a quarter of a turn over the record would be another one
+    quarter = 0.25 * w0 / float(path.phase[-1] - path.phase[0])
+    taken = Shape("frequency", frequency, frequency - quarter, frequency + quarter)
     for part, wave in (("sine", np.sin(angle)), ("cosine", np.cos(angle))):
         column = Column(
             "effect",
             scale,
             effect=PERIODIC_INTERFERENCE.name,
             parameter=part,
-            shape=(("frequency", frequency),),
+            shape=(taken,),
         )
         yield column, wave / w0**order

@@ -43,7 +43,7 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     segment = fit.segment
     head = int(FITTED_SHARE * segment.moving)
     allowed = tuple(dict.fromkeys(column.effect for column in fit.law.columns if column.effect))
-    line = next((dict(c.shape)["frequency"] for c in fit.law.columns if c.parameter == "sine"), None)
+    line = next((c.shape[0].value for c in fit.law.columns if c.parameter == "sine"), None)
     first = fit_random_force(segment, fit.system, allowed, line=line, samples=head)
     if first is None:
         return None

@@ -57,7 +57,7 @@ def test_columns_along_the_motion_add_up_to_the_motion(name: str) -> None:
     still = columns_along(RELEASE * np.cos(w0 * TIME), -w0 * RELEASE * np.sin(w0 * TIME))
     chosen = still.alternatives(name)[len(still.alternatives(name)) // 2]
     column = still.columns[chosen[0]]
-    parameters = dict(column.shape)
+    parameters = {shape.name: shape.value for shape in column.shape}
     if name in LINEAR:
         parameters[column.parameter] = LINEAR[name]
     effects = {f"{name}.{key}": value for key, value in parameters.items()}
