@@ -15,7 +15,7 @@ from friction_bayes.plotting.style import ACCENT, FAINT, MODEL, caption, new_fig
 
 __all__ = ["draw_forecasts", "draw_gains", "draw_residuals", "main"]
 
-_COLUMNS = 3
+_COLUMNS = 4
 
 
 def draw_gains(dataset: xr.Dataset) -> Figure:
@@ -24,7 +24,7 @@ def draw_gains(dataset: xr.Dataset) -> Figure:
     before = dataset["held_out_before"].values / span
     after = dataset["held_out_after"].values / span
     floor = dataset["noise_floor"].values / span
-    figure = new_figure(7.4, 4.2)
+    figure = new_figure(7.4, 1.6 + 0.22 * before.size)
     axes = figure.add_subplot()
     places = np.arange(before.size)
     for place, x, y in zip(places, before, after, strict=True):
@@ -47,7 +47,7 @@ def draw_residuals(dataset: xr.Dataset) -> Figure:
     """What the final model leaves of each record."""
     count = dataset.sizes["record"]
     rows = -(-count // _COLUMNS)
-    figure = new_figure(9.6, 1.65 * rows)
+    figure = new_figure(11.4, 1.5 * rows)
     panels = figure.subplots(rows, _COLUMNS, squeeze=False).ravel()
     for k, axes in enumerate(panels):
         if k >= count:
@@ -57,7 +57,7 @@ def draw_residuals(dataset: xr.Dataset) -> Figure:
         time, signal, after = (case[name].dropna("sample").values for name in ("time", "signal", "after"))
         axes.axhline(0.0, color="#999999", lw=0.6)
         axes.plot(time, signal - after, color=MODEL, lw=0.7)
-        axes.set_title(case["record"].item(), fontsize=9.0)
+        axes.set_title(case["record"].item(), fontsize=8.0)
         axes.set_ylabel(f"[{case['unit'].item()}]", fontsize=8.0)
         axes.tick_params(labelsize=8.0)
         axes.locator_params(nbins=5)
