@@ -20,7 +20,7 @@ from friction_bayes.estimators.random_force.response import at_sensor, force_res
 from friction_bayes.estimators.random_force.whitening import whiten
 from friction_bayes.loop.autoregression import fit_autoregression
 from friction_bayes.loop.random_force.fit import ForceFit
-from friction_bayes.loop.residual_tests import FALSE_ALARM_RATE, Channel, largest_line
+from friction_bayes.loop.residual_tests import Channel, ResidualTests, largest_line
 
 __all__ = ["Dependence", "LeftOver", "what_is_left"]
 
@@ -59,38 +59,23 @@ class Dependence:
 
 
 @dataclass(frozen=True, eq=False)
-class LeftOver:
-    """Tests of the innovations and of the force.
+class LeftOver(ResidualTests):
+    """Tests of the innovations and of the force; ``rms`` is that of the innovations.
 
     Attributes
     ----------
-    channels : tuple of Channel
     dependences : tuple of Dependence
     predictable : float
         Share of the innovations' variance that their own past predicts.
-    rms : float
-        Root mean square of the innovations in the unit of the signal.
     """
 
-    channels: tuple[Channel, ...]
     dependences: tuple[Dependence, ...]
     predictable: float
-    rms: float
-
-    @property
-    def level(self) -> float:
-        """p-value below which a test fails."""
-        return FALSE_ALARM_RATE / len(self.channels)
-
-    @property
-    def failed(self) -> tuple[str, ...]:
-        """Names of the tests that fail."""
-        return tuple(c.name for c in self.channels if c.p_value < self.level)
 
     @property
     def worst(self) -> Dependence | None:
         """The largest dependence that fails its test."""
-        failed = [d for d in self.dependences if d.channel.p_value < self.level]
+        failed = [d for d in self.dependences if d.channel.name in self.failed]
         return max(failed, key=lambda d: d.force, default=None)
 
     @property
@@ -99,19 +84,6 @@ class LeftOver:
         if "spectrum" in self.failed:
             return False
         return "whiteness" not in self.failed or self.predictable < _PREDICTABLE
-
-    def to_dict(self) -> dict[str, object]:
-        """Plain values, as those of a residual."""
-        return {
-            "rms": self.rms,
-            "passes": not self.failed,
-            "failed": list(self.failed),
-            "false_alarm_rate": FALSE_ALARM_RATE,
-            "channels": {
-                c.name: {"statistic": c.statistic, "degrees": c.degrees, "p_value": c.p_value}
-                for c in self.channels
-            },
-        }
 
 
 def what_is_left(fit: ForceFit) -> LeftOver:
