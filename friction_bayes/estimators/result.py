@@ -265,7 +265,9 @@ def _random_force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
         ]
     notes = [
         f"the force fluctuates {about}, over {float(force.correlation_time.mean()):.2g} s "
-        f"(probability {force.probability:.3g}): the interval of friction counts it"
+        f"(probability {force.probability:.3g}): the interval of friction counts it",
+        "an effect that dry friction alone lacks, such as viscous damping, can pass for such a force and "
+        "shift friction by more than the interval says; close-loop tells them apart",
     ]
     periods = float(force.correlation_time.mean()) * fit.frequency / (2.0 * math.pi)
     if periods < _SUSPECT_PERIODS:

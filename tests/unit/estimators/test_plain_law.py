@@ -60,6 +60,24 @@ def test_a_fluctuating_force_widens_the_interval_and_is_reported(order: int, rng
     assert not any("residuals are not white" in note for note in report["notes"])
 
 
+def test_an_effect_that_passes_for_a_random_force_is_doubted() -> None:
+    record = fb.simulate(
+        fb.Oscillator(mass=10.0, stiffness=1000.0),
+        friction=0.07,
+        initial_displacement=0.0147,
+        duration=20.0,
+        sampling_rate=200.0,
+        noise_sd=2e-4,
+        seed=1,
+        effects={"viscous_damping.damping_ratio": 0.002},
+    )
+    found = fb.estimate(record, fb.Oscillator(mass=10.0, stiffness=1000.0))
+    assert found.random_force is not None
+    assert found.random_force.probability > 0.5
+    assert found.friction.ppf(0.05) > 0.07
+    assert any("can pass for such a force" in note for note in found.notes)
+
+
 def test_without_it_the_numbers_are_nearly_those_of_the_plain_fit(rng) -> None:
     values = motion(rng, 0.0)[0]
     noisy = values + 0.003 * RELEASE * rng.standard_normal(values.size)
