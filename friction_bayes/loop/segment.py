@@ -13,6 +13,7 @@ from scipy.ndimage import median_filter
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.block_means import block_means, samples_in_block
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import sampling_interval
@@ -25,9 +26,6 @@ _REST_KEPT = 0.15
 _SPIKE = 6.0
 """Distance from the neighbours' median, in robust standard deviations, of samples ignored when cutting."""
 _NEIGHBOURS = 7
-_OVERSAMPLED = 400.0
-"""Samples a period beyond which they are averaged."""
-_KEPT_SAMPLES = 200.0
 _STRAY_SPIKES = 1e-3
 """Share of spikes that chance explains: white noise has one sample in a million beyond six deviations."""
 
@@ -66,7 +64,7 @@ class Segment:
     def of_record(self, values: Array) -> Array:
         """Another quantity of the same record, shape (recorded,), at the segment's samples."""
         used = values[self.first : self.first + self.block * self.values.size]
-        return np.asarray(used.reshape(-1, self.block).mean(axis=1))
+        return block_means(used, self.block)
 
     @property
     def duration(self) -> float:
@@ -160,22 +158,17 @@ def _spikes(values: Array) -> tuple[Array, Mask]:
 
 
 def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int]:
-    """Means of blocks of samples where a period holds far more of them than its shape has detail.
-
-    Two hundred values a period keep the amplitude to 4e-5 and all that white noise leaves to be known; the
-    steps of an encoder average out. Flat samples and outliers are seen sample by sample alone.
-    """
+    """Means of blocks of samples; flat samples and outliers are seen sample by sample alone."""
     values = np.asarray(record.values, dtype=np.float64)
     clock = np.asarray(record["time"].values, dtype=np.float64)
     samples = 2.0 * math.pi / (system.natural_frequency * sampling_interval(record))
-    block = int(samples / _KEPT_SAMPLES)
+    block = samples_in_block(samples)
     # less than a period is refused for what it is, not for what is left of it
-    if not _OVERSAMPLED <= samples <= values.size or clipped_fraction(values)[1] is not None:
+    if block == 1 or samples > values.size or clipped_fraction(values)[1] is not None:
         return record, 1
     if np.count_nonzero(_spikes(values)[1]) > _STRAY_SPIKES * values.size:
         return record, 1
-    n = values.size // block
-    means = [np.asarray(x[: n * block].reshape(n, block).mean(axis=1)) for x in (clock, values)]
+    means = [block_means(x, block) for x in (clock, values)]
     return xr.DataArray(
         means[1], coords={"time": ("time", means[0], record["time"].attrs)}, attrs=record.attrs
     ), block

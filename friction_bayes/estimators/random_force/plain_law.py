@@ -24,20 +24,20 @@ from scipy import stats
 
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
+from friction_bayes.decay.block_means import block_means, samples_in_block
 from friction_bayes.decay.whiteness import Whiteness, whiteness
+from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
-from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, Problem, integrate
+from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, integrate
 from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
 from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
 from friction_bayes.estimators.random_force.subsets import all_sets
-from friction_bayes.estimators.random_force.whitening import Clock, Whitened, sensor_row, smooth, whiten
+from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
 
 __all__ = ["PlainDecay", "PlainPosterior", "plain_posterior"]
 
 _CENTRE = 0.3
 """Median of the random force's sd over the friction that explains the loss of amplitude."""
-_FINEST = 200.0
-"""Samples a period that are enough: more are averaged in blocks, but for an accelerometer, which jumps."""
 _SURELY_SLIDES = 3.0
 """Amplitude over ``r/k`` below which a half cycle may end in sticking, and is left out."""
 _LEAST_SAMPLES = 64
@@ -83,9 +83,9 @@ class PlainDecay:
 
     @property
     def block(self) -> int:
-        """How many samples are averaged into one."""
+        """How many samples are averaged into one; those of an accelerometer, which jumps, are not."""
         per_period = 2.0 * math.pi / (self.frequency * self.step)
-        return 1 if self.order == 2 else max(int(per_period / _FINEST), 1)
+        return 1 if self.order == 2 else samples_in_block(per_period)
 
     @property
     def usable(self) -> bool:
@@ -132,67 +132,12 @@ class PlainPosterior:
     innovations: Whiteness
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Regression:
-    """Columns along a motion, and the record as it is left by what is known.
-
-    ``states`` (n, 2, p) are displacement and velocity of the columns, ``known`` (n, 2) what is added.
-    """
-
-    clock: Clock
-    row: Array
-    names: tuple[str, ...]
-    columns: Array
-    states: Array
-    known: Array
-    target: Array
-    scale: Array
-    reference: Array
-
-    def whiten_at(self, ratio: float, tau: float, *, keep: bool = False) -> Whitened:
-        scaled = self.columns * self.scale
-        block = np.column_stack([scaled, self.target - scaled @ self.reference])
-        return whiten(block, self.clock, self.row, ratio, tau, keep=keep)
-
-    def motion(self, posterior: Posterior) -> Motion:
-        """Smooth the motion with the best law and random force."""
-        law, best = posterior.best_law(), posterior.best
-        residual = (self.target - self.columns @ law)[:, None]
-        fluctuation, covariance = smooth(residual, self.clock, self.row, best.ratio, best.tau)
-        states = fluctuation[:, :, 0].copy()
-        states[:, :2] += self.states @ law + self.known
-        return Motion(
-            states=states,
-            covariance=covariance * best.noise**2,
-            noise=best.noise,
-            force_sd=best.ratio * best.noise,
-            tau=best.tau,
-        )
-
-    @property
-    def problem(self) -> Problem:
-        size = len(self.names)
-        return Problem(
-            names=self.names,
-            scale=self.scale,
-            positive=np.zeros(size, np.bool_),
-            sets=all_sets(np.ones(size, np.bool_)),
-            log_prior=np.zeros(1),
-            reference=self.reference,
-            whiten_at=self.whiten_at,
-        )
-
-
 def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
-    """Average over the random force; None where nothing can be said of one.
-
-    The first round weighs forces along a motion smoothed without a law, and only to smooth again: what the
-    law explains is not noise of the motion.
-    """
+    """Average over the random force; None where nothing can be said of one."""
     if not decay.usable:
         return None
     frequency, block = decay.frequency, decay.block
-    averaged = _block_means(decay.values - decay.rest_position, block)
+    averaged = block_means(decay.values - decay.rest_position, block)
     row, step = sensor_row(decay.order), decay.step * block
     phase = np.asarray(step * np.arange(averaged.size))
     motion = first_motion(averaged / frequency**decay.order, Clock.of(frequency * phase), row)
@@ -201,27 +146,20 @@ def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
     n = _surely_sliding(motion, friction, frequency * step)
     if n < _LEAST_SAMPLES:
         return None
-    for last in (False, True):
+    prior = ForcePrior(centre=_CENTRE * friction)
+
+    def along(motion: Motion, frequency: float) -> LawRegression:
         clock = Clock.of(frequency * phase[:n])
-        regression = _regression(averaged[:n] / frequency**decay.order, clock, row, motion, friction, decay)
-        prior = ForcePrior(centre=_CENTRE * friction)
-        posterior = integrate(regression.problem, prior, motion.noise, only_mode=not last)
-        if not last:
-            kappa = posterior.best_law()[regression.names.index("stiffness")]
-            change = _corrected(kappa)
-            motion = regression.motion(posterior).at_frequency(change)
-            frequency *= change
+        return _regression(averaged[:n] / frequency**decay.order, clock, row, motion, friction, decay)
+
+    first = along(motion, frequency)
+    guessed = integrate(first.problem, prior, motion.noise, only_mode=True)
+    law = guessed.best_law()
+    change = frequency_change(law[first.stiffness])
+    frequency *= change
+    regression = along(first.smoothed(law, guessed.best).at_frequency(change), frequency)
+    posterior = integrate(regression.problem, prior, regression.motion.noise)
     return _in_units_of_the_signal(posterior, regression, decay, frequency)
-
-
-def _corrected(kappa: float) -> float:
-    """Frequency over the reference frequency; a law that would stop the oscillation is none."""
-    return math.sqrt(max(1.0 + kappa, 0.25))
-
-
-def _block_means(values: Array, block: int) -> Array:
-    n = values.size // block * block
-    return np.asarray(values[:n].reshape(-1, block).mean(axis=1))
 
 
 def _surely_sliding(motion: Motion, friction: float, step: float) -> int:
@@ -238,7 +176,7 @@ def _surely_sliding(motion: Motion, friction: float, step: float) -> int:
 
 def _regression(
     signal: Array, clock: Clock, row: Array, motion: Motion, friction: float, decay: PlainDecay
-) -> _Regression:
+) -> LawRegression:
     n = signal.size
     x, v = motion.states[:n, 0].copy(), motion.states[:n, 1].copy()
     path = MeasuredPath.through(clock.phase, x, v, motion.velocity_sd[:n])
@@ -261,39 +199,35 @@ def _regression(
         columns = np.column_stack([columns, np.ones(n)])
         states = np.concatenate([states, np.zeros((n, 2, 1))], axis=2)
         names, scale = (*names, "rest"), np.append(scale, 0.1 * amplitude)
-    target = signal - answered[:, 2]
-    # a reference law at the first guess of the force, so that nothing large is whitened later
-    first = whiten(
-        np.column_stack([columns * scale, target]), clock, row, motion.force_sd / motion.noise, motion.tau
-    )
-    reference = np.linalg.lstsq(first.gram[:-1, :-1], first.gram[:-1, -1], rcond=1e-13)[0]
-    return _Regression(
+    size = len(names)
+    return LawRegression(
         clock=clock,
         row=row,
         names=names,
         columns=columns,
         states=states,
-        known=known,
-        target=target,
+        known_states=known,
+        target=signal - answered[:, 2],
         scale=scale,
-        reference=np.asarray(reference, dtype=np.float64),
+        positive=np.zeros(size, np.bool_),
+        sets=all_sets(np.ones(size, np.bool_)),
+        log_prior=np.zeros(1),
+        stiffness=names.index("stiffness"),
+        motion=motion,
     )
 
 
 def _in_units_of_the_signal(
-    posterior: Posterior, regression: _Regression, decay: PlainDecay, frequency: float
+    posterior: Posterior, regression: LawRegression, decay: PlainDecay, frequency: float
 ) -> PlainPosterior:
     kappa = posterior.coefficient("stiffness", given_force=True)
-    found = frequency * _corrected(kappa.mean())
+    found = frequency * frequency_change(kappa.mean())
     # c is r / m over the reference frequency squared, u is w0**q r/k at the frequency found
     unit = frequency**2 * found ** (decay.order - 2)
     with_force = [point for point in posterior.points if point.ratio > 0.0]
     share = np.array([weight.sum() for weight in posterior.weight[posterior.ratio > 0.0]])
     noise = float(share @ [point.noise for point in with_force] / share.sum())
     best = posterior.best
-    whitened = regression.whiten_at(best.ratio, best.tau, keep=True).columns
-    assert whitened is not None
-    law = posterior.best_law() / regression.scale - regression.reference
     sd, tau = posterior.force_sd, posterior.correlation_time
     return PlainPosterior(
         probability=posterior.probability,
@@ -303,5 +237,5 @@ def _in_units_of_the_signal(
         frequency=found,
         frequency_sd=0.5 * frequency**2 / found * kappa.std(),
         noise_sd=noise * frequency**decay.order * math.sqrt(decay.block),
-        innovations=whiteness(whitened[:, -1] - whitened[:, :-1] @ law),
+        innovations=whiteness(regression.innovations(posterior.best_law(), best.ratio, best.tau)),
     )

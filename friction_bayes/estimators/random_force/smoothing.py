@@ -52,7 +52,9 @@ class Motion:
     def at_frequency(self, change: float) -> Motion:
         """Velocities in natural units of a reference frequency ``change`` times as high.
 
-        Force and correlation time, which serve as first guesses, are left.
+        Displacements have no unit of time: what a law with its stiffness corrected says of them holds for
+        a sensor of velocity or acceleration too. Force and correlation time, which serve as first guesses,
+        are left.
         """
         unit = np.array([1.0, 1.0 / change, 1.0])
         return replace(self, states=self.states * unit, covariance=self.covariance * np.outer(unit, unit))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.random_force.fit import ForceFit
@@ -115,7 +116,8 @@ def set_posterior(fit: ForceFit, g: int, m: int) -> tuple[Array, Array]:
     absent = gram[np.ix_(mine, np.flatnonzero(~inside))] @ reference[~inside]
     right = gram[mine, -1] - lam * reference[mine] + absent
     precision = gram[np.ix_(mine, mine)] + lam * np.eye(mine.size)
-    inverse = np.linalg.inv(precision)
-    mean = reference[mine] + inverse @ right
+    factor = cho_factor(precision)
+    mean = reference[mine] + cho_solve(factor, right)
+    covariance = cho_solve(factor, np.eye(mine.size))
     scale = fit.law.scale[mine]
-    return mean * scale, point.found.noise2[m] * 0.5 * (inverse + inverse.T) * np.outer(scale, scale)
+    return mean * scale, point.found.noise2[m] * 0.5 * (covariance + covariance.T) * np.outer(scale, scale)

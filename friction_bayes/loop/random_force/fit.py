@@ -10,16 +10,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
+from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
-from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, Problem, integrate
+from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, integrate
 from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
-from friction_bayes.estimators.random_force.whitening import Clock, Whitened, sensor_row, smooth, whiten
+from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.columns import LawColumns, law_columns
 from friction_bayes.loop.random_force.sets import ColumnSets, column_sets
@@ -69,22 +71,16 @@ class ForceFit:
         To which friction drift refers [s].
     w0 : float
         Frequency of the natural units [rad/s].
-    clock : Clock
-    row : ndarray, shape (3,)
     path : MeasuredPath
     law : LawColumns
     sets : ColumnSets
+    regression : LawRegression
+        The record on these columns.
     posterior : Posterior
     coefficients : ndarray, shape (p,)
         Of the best set at the best point.
-    chosen : int
-        The best set.
-    residual : ndarray, shape (n,)
-        Signal minus law, natural units.
     motion : Motion
         Smoothed with that law.
-    fluctuation, fluctuation_sd : ndarray, shape (n,)
-        The random force, natural units.
     """
 
     segment: Segment
@@ -93,18 +89,43 @@ class ForceFit:
     scales: Scales
     duration: float
     w0: float
-    clock: Clock
-    row: Array
     path: MeasuredPath
     law: LawColumns
     sets: ColumnSets
+    regression: LawRegression
     posterior: Posterior
     coefficients: Array
-    chosen: int
-    residual: Array
     motion: Motion
-    fluctuation: Array
-    fluctuation_sd: Array
+
+    @property
+    def clock(self) -> Clock:
+        """Time stamps and which samples are used."""
+        return self.regression.clock
+
+    @property
+    def row(self) -> Array:
+        """Row with which the sensor reads the state, shape (3,)."""
+        return self.regression.row
+
+    @property
+    def chosen(self) -> int:
+        """The best set."""
+        return int(np.argmax(self.posterior.best.found.log_weight))
+
+    @property
+    def residual(self) -> Array:
+        """Signal minus law, natural units, shape (n,)."""
+        return self.regression.residual(self.coefficients)
+
+    @property
+    def fluctuation(self) -> Array:
+        """The random force, natural units, shape (n,)."""
+        return self.motion.states[:, 2]
+
+    @property
+    def fluctuation_sd(self) -> Array:
+        """Its standard deviation, shape (n,)."""
+        return np.asarray(np.sqrt(self.motion.covariance[:, 2, 2]))
 
     @property
     def unit(self) -> float:
@@ -130,9 +151,7 @@ class ForceFit:
     def innovations(self) -> Array:
         """Whitened residuals under the best law, in standard deviations, shape (n,)."""
         best = self.posterior.best
-        white = whiten(self.residual[:, None], self.clock, self.row, best.ratio, best.tau, keep=True)
-        assert white.columns is not None
-        return np.asarray(white.columns[:, 0] / best.noise)
+        return self.regression.innovations(self.coefficients, best.ratio, best.tau) / best.noise
 
 
 def fit_random_force(
@@ -166,16 +185,13 @@ def fit_random_force(
     effects = tuple(name for name in EFFECTS if name in allowed and along_motion(EFFECTS[name]))
     n = _moving(segment) if samples is None else samples
     scales = scales_of((segment,), system)
-    time, order = segment.time[:n], segment.order
+    order = segment.order
     variance = np.where(segment.sides[:n] == 0.0, 1.0, np.inf)
+    elapsed = segment.time[:n] - segment.time[0]
     row = sensor_row(order)
-    w0 = segment.decay.frequency
-    signal = segment.values[:n] / w0**order
-    motion = first_motion(signal, Clock.of(w0 * (time - time[0]), variance), row)
-    change = 1.0
-    for turn in range(_MOST_ROUNDS):
-        clock = Clock.of(w0 * (time - time[0]), variance)
-        signal = segment.values[:n] / w0**order
+
+    def along(motion: Motion, w0: float, line: float | None) -> _Along | None:
+        clock = Clock.of(w0 * elapsed, variance)
         x, v = motion.states[:, :2].T.copy()
         path = MeasuredPath.through(clock.phase, x, v, motion.velocity_sd)
         if path.turning.size < _LEAST_TURNS:
@@ -194,36 +210,30 @@ def fit_random_force(
             line=line,
         )
         sets = column_sets(law, effects)
-        last = turn > 0 and (turn + 1 == _MOST_ROUNDS or abs(change - 1.0) < _SETTLED)
-        prior = ForcePrior(centre=_SHARE_OF_FRICTION * friction)
-        problem = _problem(law, sets, signal, clock, row, motion)
-        posterior = integrate(problem, prior, motion.noise, only_mode=not last)
-        coefficients = posterior.best_law()
-        best = posterior.best
-        residual = signal - law.known - law.sensor @ coefficients
-        fluctuation, covariance = smooth(residual[:, None], clock, row, best.ratio, best.tau)
-        states = fluctuation[:, :, 0].copy()
-        states[:, :2] += law.states @ coefficients + law.known_states
-        motion = Motion(
-            states=states,
-            covariance=covariance * best.noise**2,
-            noise=best.noise,
-            force_sd=best.ratio * best.noise,
-            tau=best.tau,
-        )
-        if not last:
-            change = math.sqrt(max(1.0 + coefficients[law.always[2]], 0.25))
-            if line is None:
-                white = whiten(residual[:, None], clock, row, best.ratio, best.tau, keep=True).columns
-                assert white is not None
-                line = line_beside_motion(white[:, 0], segment)
-            w0 *= change
-            motion.states[:, 1] /= change
-            motion.covariance[:, 1, 1] /= change**2
-            if order:
-                motion.states[:, :2] /= change**order
-            continue
-        break
+        regression = _regression(law, sets, segment.values[:n] / w0**order, clock, row, motion)
+        return _Along(path, law, sets, regression, ForcePrior(centre=_SHARE_OF_FRICTION * friction))
+
+    w0 = segment.decay.frequency
+    motion = first_motion(segment.values[:n] / w0**order, Clock.of(w0 * elapsed, variance), row)
+    found = along(motion, w0, line)
+    for _ in range(_MOST_ROUNDS - 1):
+        if found is None:
+            return None
+        guessed = integrate(found.regression.problem, found.prior, motion.noise, only_mode=True)
+        coefficients, best = guessed.best_law(), guessed.best
+        if line is None:
+            white = found.regression.innovations(coefficients, best.ratio, best.tau)
+            line = line_beside_motion(white, segment)
+        change = frequency_change(coefficients[found.regression.stiffness])
+        w0 *= change
+        motion = found.regression.smoothed(coefficients, best).at_frequency(change)
+        found = along(motion, w0, line)
+        if abs(change - 1.0) < _SETTLED:
+            break
+    if found is None:
+        return None
+    posterior = integrate(found.regression.problem, found.prior, motion.noise)
+    coefficients = posterior.best_law()
     return ForceFit(
         segment=segment,
         samples=n,
@@ -231,19 +241,24 @@ def fit_random_force(
         scales=scales,
         duration=segment.duration,
         w0=w0,
-        clock=clock,
-        row=row,
-        path=path,
-        law=law,
-        sets=sets,
+        path=found.path,
+        law=found.law,
+        sets=found.sets,
+        regression=found.regression,
         posterior=posterior,
         coefficients=coefficients,
-        chosen=int(np.argmax(best.found.log_weight)),
-        residual=residual,
-        motion=motion,
-        fluctuation=fluctuation[:, 2, 0],
-        fluctuation_sd=np.sqrt(motion.covariance[:, 2, 2]),
+        motion=found.regression.smoothed(coefficients, posterior.best),
     )
+
+
+class _Along(NamedTuple):
+    """A law along a motion."""
+
+    path: MeasuredPath
+    law: LawColumns
+    sets: ColumnSets
+    regression: LawRegression
+    prior: ForcePrior
 
 
 def _moving(segment: Segment) -> int:
@@ -264,28 +279,21 @@ def _friction_of_loss(path: MeasuredPath) -> float:
     return max(0.5 * slope, 1e-4 * float(amplitudes.max()) / amplitudes.size)
 
 
-def _problem(
+def _regression(
     law: LawColumns, sets: ColumnSets, signal: Array, clock: Clock, row: Array, motion: Motion
-) -> Problem:
-    """The regression, its record as the residual of a reference law."""
-    scale = law.scale
-    columns = law.sensor * scale
-    target = signal - law.known
-    first = whiten(np.column_stack([columns, target]), clock, row, motion.force_sd / motion.noise, motion.tau)
-    gram = first.gram[:-1, :-1]
-    ridge = 1e-10 * np.diag(np.diag(gram)) + 1e-300 * np.eye(scale.size)
-    reference = np.linalg.solve(gram + ridge, first.gram[:-1, -1])
-    block = np.column_stack([columns, target - columns @ reference])
-
-    def whiten_at(ratio: float, tau: float) -> Whitened:
-        return whiten(block, clock, row, ratio, tau)
-
-    return Problem(
-        names=tuple(str(j) for j in range(scale.size)),
-        scale=scale,
+) -> LawRegression:
+    return LawRegression(
+        clock=clock,
+        row=row,
+        names=tuple(str(j) for j in range(law.scale.size)),
+        columns=law.sensor,
+        states=law.states,
+        known_states=law.known_states,
+        target=signal - law.known,
+        scale=law.scale,
         positive=law.positive,
         sets=sets.columns,
         log_prior=sets.log_prior,
-        reference=np.asarray(reference, dtype=np.float64),
-        whiten_at=whiten_at,
+        stiffness=law.always[2],
+        motion=motion,
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import friction_bayes as fb
 from fluctuating_force import fluctuating_decay
@@ -28,11 +29,28 @@ def motion(rng: np.random.Generator, share: float, release: float = RELEASE) -> 
     )
 
 
-def estimated(values: np.ndarray, quantity: str, rng: np.random.Generator, **options) -> Estimate:
+def noisy_record(
+    values: np.ndarray, quantity: str, rng: np.random.Generator, unit: str | None = None
+) -> xr.DataArray:
     noisy = values + 0.003 * np.abs(values).max() * rng.standard_normal(values.size)
-    record = fb.make_record(STEP * np.arange(values.size), noisy, quantity, unit=options.pop("unit", None))
-    system = options.pop("system", LINEAR)
-    return fb.estimate(record, system, **options)
+    return fb.make_record(STEP * np.arange(values.size), noisy, quantity, unit=unit)
+
+
+def estimated(values: np.ndarray, quantity: str, rng: np.random.Generator, **options) -> Estimate:
+    record = noisy_record(values, quantity, rng, options.pop("unit", None))
+    return fb.estimate(record, options.pop("system", LINEAR), **options)
+
+
+def simulated(system: fb.Oscillator = LINEAR, **changes) -> xr.DataArray:
+    settings = {
+        "friction": 0.2,
+        "initial_displacement": RELEASE,
+        "duration": 20.0,
+        "sampling_rate": 100.0,
+        "noise_sd": 0.0,
+        "seed": 1,
+    }
+    return fb.simulate(system, **settings | changes)
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
@@ -61,17 +79,16 @@ def test_a_fluctuating_force_widens_the_interval_and_is_reported(order: int, rng
 
 
 def test_an_effect_that_passes_for_a_random_force_is_doubted() -> None:
-    record = fb.simulate(
-        fb.Oscillator(mass=10.0, stiffness=1000.0),
+    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
+    record = simulated(
+        system,
         friction=0.07,
         initial_displacement=0.0147,
-        duration=20.0,
         sampling_rate=200.0,
         noise_sd=2e-4,
-        seed=1,
         effects={"viscous_damping.damping_ratio": 0.002},
     )
-    found = fb.estimate(record, fb.Oscillator(mass=10.0, stiffness=1000.0))
+    found = fb.estimate(record, system)
     assert found.random_force is not None
     assert found.random_force.probability > 0.5
     assert found.friction.ppf(0.05) > 0.07
@@ -80,8 +97,7 @@ def test_an_effect_that_passes_for_a_random_force_is_doubted() -> None:
 
 def test_without_it_the_numbers_are_nearly_those_of_the_plain_fit(rng) -> None:
     values = motion(rng, 0.0)[0]
-    noisy = values + 0.003 * RELEASE * rng.standard_normal(values.size)
-    record = fb.make_record(STEP * np.arange(values.size), noisy, "displacement")
+    record = noisy_record(values, "displacement", rng)
     both = fb.estimate(record, LINEAR)
     plain = fb.estimate(record, LINEAR, random_force="none")
     assert both.random_force is not None
@@ -119,15 +135,7 @@ def test_rest_position_units_and_systems(rng) -> None:
 
 def test_a_pendulum_at_large_swings(rng) -> None:
     system = fb.Pendulum(inertia=0.02, stiffness=2.0)
-    record = fb.simulate(
-        system,
-        friction=0.02,
-        initial_displacement=1.0,
-        duration=20.0,
-        sampling_rate=100.0,
-        noise_sd=0.003,
-        seed=4,
-    )
+    record = simulated(system, friction=0.02, initial_displacement=1.0, noise_sd=0.003, seed=4)
     found = fb.estimate(record, system)
     assert found.random_force is not None
     assert found.random_force.probability < 0.3
@@ -136,25 +144,8 @@ def test_a_pendulum_at_large_swings(rng) -> None:
 
 
 def test_what_says_nothing_of_a_force_keeps_the_plain_numbers() -> None:
-    record = fb.simulate(
-        LINEAR,
-        friction=0.2,
-        initial_displacement=0.1,
-        duration=20.0,
-        sampling_rate=100.0,
-        noise_sd=0.0,
-        seed=1,
-    )
-    assert fb.estimate(record, LINEAR).random_force is None
-    short = fb.simulate(
-        LINEAR,
-        friction=0.2,
-        initial_displacement=0.1,
-        duration=2.0,
-        sampling_rate=25.0,
-        noise_sd=1e-3,
-        seed=1,
-    )
+    assert fb.estimate(simulated(), LINEAR).random_force is None
+    short = simulated(duration=2.0, sampling_rate=25.0, noise_sd=1e-3)
     assert fb.estimate(short, LINEAR).random_force is None
     assert fb.estimate(short, LINEAR, method="envelope").random_force is None
     with pytest.raises(InputError, match=r"random_force: unknown choice 'some'"):

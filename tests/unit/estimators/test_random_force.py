@@ -12,6 +12,7 @@ from scipy.stats import multivariate_normal
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
+from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.positive_orthant import confine, cut_moments, log_normal_mass
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem, integrate
@@ -324,3 +325,39 @@ def test_first_motion_finds_the_noise(rng) -> None:
     # the covariance is that given the start
     assert np.sqrt(np.mean(error[100:] ** 2 / found.covariance[100:, 0, 0])) < 2.0
     assert np.all(found.velocity_sd[1:] > 0.0)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_a_corrected_frequency_leaves_displacements_and_rescales_velocities(order, rng) -> None:
+    """A harmonic motion analysed at a reference frequency 3 % too low, in units of it and of its own."""
+    frequency, reference, time = 10.0, 10.0 / 1.03, np.arange(0.0, 15.0, 0.01)
+    motion = np.stack([np.cos(frequency * time), -np.sin(frequency * time)], axis=1)
+    measured = (motion[:, 0], frequency * motion[:, 1], -(frequency**2) * motion[:, 0])[order]
+    signal = measured / reference**order + 1e-3 * rng.standard_normal(time.size)
+    clock, row = Clock.of(reference * time), sensor_row(order)
+    first = first_motion(signal, clock, row)
+    path = MeasuredPath.through(clock.phase, *first.states[:, :2].T.copy())
+    answered, start = force_response(path, -path.node_x[:, None]), initial_response(clock.phase)
+    regression = LawRegression(
+        clock=clock,
+        row=row,
+        names=("displacement", "velocity", "stiffness"),
+        columns=np.hstack([at_sensor(start, row), at_sensor(answered, row, -path.x[:, None])]),
+        states=np.concatenate([start, answered], axis=2),
+        known_states=np.zeros((time.size, 2)),
+        target=signal,
+        scale=np.array([10.0, 10.0, 0.05]),
+        positive=np.zeros(3, bool),
+        sets=np.ones((1, 3), bool),
+        log_prior=np.zeros(1),
+        stiffness=2,
+        motion=first,
+    )
+    found = integrate(regression.problem, ForcePrior(centre=1e-3), first.noise, only_mode=True)
+    law = found.best_law()
+    change = frequency_change(law[regression.stiffness])
+    assert change == pytest.approx(1.03, abs=1e-3)
+    smoothed = regression.smoothed(law, found.best).at_frequency(change)
+    for j in (0, 1):
+        share = smoothed.states[:, j] @ motion[:, j] / (motion[:, j] @ motion[:, j])
+        assert share == pytest.approx(1.0, abs=2e-3)

@@ -1,0 +1,27 @@
+"""Means of blocks of samples, where a period holds far more samples than its shape has detail.
+
+Two hundred values a period keep the amplitude to 4e-5 and all that white noise leaves to be known; the steps
+of an encoder average out.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+
+__all__ = ["block_means", "samples_in_block"]
+
+_KEPT_SAMPLES = 200.0
+"""Least number of values a period that averaging leaves."""
+
+
+def samples_in_block(samples_per_period: float) -> int:
+    """How many samples may be averaged into one; 1 where they had better be kept as they are."""
+    return max(int(samples_per_period / _KEPT_SAMPLES), 1)
+
+
+def block_means(values: Array, block: int) -> Array:
+    """Means of successive blocks, shape (n // block,), of ``values``, shape (n,); an odd end is left out."""
+    n = values.size // block * block
+    return np.asarray(values[:n].reshape(-1, block).mean(axis=1))

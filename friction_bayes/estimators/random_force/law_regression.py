@@ -1,0 +1,134 @@
+"""A record as a regression on the columns of its law along the measured motion, given the random force.
+
+The first round weighs forces along a motion smoothed without a law, and only to smooth again: what the law
+explains is not noise of the motion. The next one goes along the motion smoothed with that law, in natural
+units of the frequency found.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.estimators.random_force.posterior import GridPoint, Problem
+from friction_bayes.estimators.random_force.smoothing import Motion
+from friction_bayes.estimators.random_force.whitening import Clock, Whitened, smooth, whiten
+
+__all__ = ["LawRegression", "frequency_change"]
+
+_RIDGE = 1e-10
+"""Of the reference law, over each column's own sum of squares: columns may be the same to rounding."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LawRegression:
+    """Columns along a motion, and the record as it is left by what is known.
+
+    Attributes
+    ----------
+    clock : Clock
+    row : ndarray, shape (3,)
+        Of the sensor.
+    names : tuple of str, length p
+        Of the columns.
+    columns : ndarray, shape (n, p)
+        What the sensor shows of each, natural units.
+    states : ndarray, shape (n, 2, p)
+        Displacement and velocity of each.
+    known_states : ndarray, shape (n, 2)
+        Of the terms without a coefficient.
+    target : ndarray, shape (n,)
+        The signal less what the sensor shows of these terms.
+    scale : ndarray, shape (p,)
+        Prior sd of the coefficients.
+    positive : ndarray of bool, shape (p,)
+        Which coefficients have to be positive.
+    sets : ndarray of bool, shape (m, p)
+        Sets of columns to weigh.
+    log_prior : ndarray, shape (m,)
+        Log prior probabilities of the sets.
+    stiffness : int
+        The column whose coefficient is the relative correction of the stiffness.
+    motion : Motion
+        What the columns go along; its force and noise are first guesses.
+    """
+
+    clock: Clock
+    row: Array
+    names: tuple[str, ...]
+    columns: Array
+    states: Array
+    known_states: Array
+    target: Array
+    scale: Array
+    positive: Mask
+    sets: Mask
+    log_prior: Array
+    stiffness: int
+    motion: Motion
+
+    @cached_property
+    def reference(self) -> Array:
+        """A law in units of ``scale``, shape (p,), near the record, so that nothing large is whitened."""
+        block = np.column_stack([self.columns * self.scale, self.target])
+        guess = self.motion
+        gram = whiten(block, self.clock, self.row, guess.force_sd / guess.noise, guess.tau).gram
+        own = gram[:-1, :-1]
+        ridge = np.diag(_RIDGE * np.diag(own) + 1e-300)
+        return np.asarray(cho_solve(cho_factor(own + ridge), gram[:-1, -1]))
+
+    def whiten_at(self, ratio: float, tau: float) -> Whitened:
+        """Whitened sums of the scaled columns and of the record less the reference law."""
+        scaled = self.columns * self.scale
+        block = np.column_stack([scaled, self.target - scaled @ self.reference])
+        return whiten(block, self.clock, self.row, ratio, tau)
+
+    @property
+    def problem(self) -> Problem:
+        """What is integrated over the random force."""
+        return Problem(
+            names=self.names,
+            scale=self.scale,
+            positive=self.positive,
+            sets=self.sets,
+            log_prior=self.log_prior,
+            reference=self.reference,
+            whiten_at=self.whiten_at,
+        )
+
+    def residual(self, law: Array) -> Array:
+        """The record less a law, shape (n,)."""
+        return np.asarray(self.target - self.columns @ law)
+
+    def innovations(self, law: Array, ratio: float, tau: float) -> Array:
+        """Its whitened residual, in units of the sensor noise, shape (n,)."""
+        white = whiten(self.residual(law)[:, None], self.clock, self.row, ratio, tau, keep=True).columns
+        assert white is not None
+        return np.asarray(white[:, 0])
+
+    def smoothed(self, law: Array, force: GridPoint) -> Motion:
+        """The motion under a law and a random force."""
+        residual = self.residual(law)[:, None]
+        fluctuation, covariance = smooth(residual, self.clock, self.row, force.ratio, force.tau)
+        states = fluctuation[:, :, 0].copy()
+        states[:, :2] += self.states @ law + self.known_states
+        return Motion(
+            states=states,
+            covariance=covariance * force.noise**2,
+            noise=force.noise,
+            force_sd=force.ratio * force.noise,
+            tau=force.tau,
+        )
+
+
+def frequency_change(kappa: float) -> float:
+    """Frequency over the reference frequency for a correction of the stiffness.
+
+    A law that would stop the oscillation is none.
+    """
+    return math.sqrt(max(1.0 + kappa, 0.25))
