@@ -13,11 +13,14 @@ import numpy as np
 
 __all__ = [
     "CATALOGUE",
+    "CONTACT_AND_SENSOR",
     "EXCLUSIVE",
     "FORCE_EFFECTS",
     "OUTSIDE",
     "Setting",
+    "draw_contact_or_sensor",
     "draw_effect",
+    "draw_force",
     "draw_outside",
     "pairs",
 ]
@@ -32,6 +35,15 @@ FORCE_EFFECTS = (
 )
 SENSOR_EFFECTS = ("sensor_offset", "sensor_drift", "sensor_clipping", "periodic_interference", "outliers")
 CATALOGUE = FORCE_EFFECTS + SENSOR_EFFECTS
+CONTACT_AND_SENSOR = (
+    "presliding",
+    "backlash",
+    "held_counts",
+    "timing_jitter",
+    "encoder_eccentricity",
+    "disturbed_release",
+)
+"""Kinds drawn for the records with a fluctuating force, beside those of the sealed test without one."""
 OUTSIDE = ("one_sided_spring", "rough_patch", "second_mode", "stick_slip_base")
 
 EXCLUSIVE = (
@@ -173,6 +185,58 @@ def draw_outside(
             "base_slips": tuple(np.cumsum(waits).tolist()),
         }
     raise ValueError(f"unknown effect {name!r}")
+
+
+def draw_contact_or_sensor(name: str, rng: np.random.Generator, at: Setting) -> dict[str, float]:
+    """Draw the parameters of one effect of the contact, the sensor's mechanism or its clock.
+
+    Ranges
+    ------
+    presliding
+        Displacement log-uniform 0.003 .. 0.05 of the initial amplitude.
+    backlash, held_counts
+        Half width (half the step of the encoder) log-uniform 0.3 .. 3 friction displacements ``d``.
+    timing_jitter
+        Of the sampling times, such that root mean square velocity times jitter is 0.5 .. 3 noise sd
+        (log-uniform).
+    encoder_eccentricity
+        Once a turn log-uniform 0.01 .. 0.1 of the motion's RMS, twice a turn 0.3 .. 1 of that.
+    disturbed_release
+        A hand's force of 2 .. 20 times friction (log-uniform) that swells and fades over the first 0.5 .. 3
+        half cycles.
+    """
+    if name == "presliding":
+        return {"presliding": log_uniform(rng, 0.003, 0.05)}
+    if name in ("backlash", "held_counts"):
+        return {name: at.friction * log_uniform(rng, 0.3, 3.0)}
+    if name == "timing_jitter":
+        return {"jitter_over_noise": log_uniform(rng, 0.5, 3.0)}
+    if name == "encoder_eccentricity":
+        once = log_uniform(rng, 0.01, 0.1)
+        return {
+            "once_a_turn": once,
+            "once_phase": rng.uniform(0.0, 2.0 * math.pi),
+            "twice_a_turn": once * rng.uniform(0.3, 1.0),
+            "twice_phase": rng.uniform(0.0, 2.0 * math.pi),
+        }
+    if name == "disturbed_release":
+        return {
+            "hand_force": either_sign(rng) * at.friction * log_uniform(rng, 2.0, 20.0),
+            "hand_until": math.pi * rng.uniform(0.5, 3.0),
+            "hand_frequency": rng.uniform(0.3, 3.0),
+        }
+    raise ValueError(f"unknown effect {name!r}")
+
+
+def draw_force(rng: np.random.Generator) -> dict[str, float]:
+    """Draw a fluctuating force: sd 0.05 .. 0.6 of friction, correlation time 0.01 .. 1 natural periods.
+
+    Both log-uniform.
+    """
+    return {
+        "force_over_friction": log_uniform(rng, 0.05, 0.6),
+        "force_correlation_time": 2.0 * math.pi * log_uniform(rng, 0.01, 1.0),
+    }
 
 
 def pairs(kind: str) -> list[tuple[str, str]]:

@@ -1,20 +1,32 @@
-"""Draw a record with a sealed truth: what the loop is given, and what it must find out, in two objects."""
+"""Draw a record with a sealed truth, all from one seed."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
-from experiments.blind.draws import CATALOGUE, OUTSIDE, Setting, draw_effect, draw_outside, log_uniform, pairs
+from experiments.blind.disturbed_motion import DisturbedMotion
+from experiments.blind.draws import (
+    CATALOGUE,
+    CONTACT_AND_SENSOR,
+    OUTSIDE,
+    Setting,
+    draw_contact_or_sensor,
+    draw_effect,
+    draw_outside,
+    log_uniform,
+    pairs,
+)
 from experiments.blind.laws import Law, Motion, integrate
+from experiments.blind.sealed import SealedRecord, Truth
+from experiments.blind.sensor_faults import with_sensor
 from friction_bayes import make_record
 
-__all__ = ["KINDS", "PAIR_KINDS", "SealedRecord", "Truth", "draw", "trace_of"]
+__all__ = ["KINDS", "PAIR_KINDS", "Integrator", "draw", "trace_of"]
 
 PAIR_KINDS = ("two_forces", "force_and_sensor", "two_sensors")
 KINDS = ("plain_coulomb", *CATALOGUE, *PAIR_KINDS, *OUTSIDE)
@@ -25,99 +37,27 @@ SAMPLES_PER_PERIOD = (60.0, 250.0)
 NATURAL_FREQUENCY_HZ = (0.2, 50.0)
 AMPLITUDE_M = (1e-4, 0.1)
 AMPLITUDE_RAD = (0.02, 0.6)
+WIDE_SWING_RAD = (0.5, 6.0)
+"""Where the sensor's error depends on the angle: within a small swing it is an offset and a scale."""
 MASS_KG = (0.05, 500.0)
 INERTIA_KG_M2 = (1e-4, 10.0)
 FRICTION_COEFFICIENT = (1e-5, 0.3)
 """Of the weight, for linear systems: what no bearing has is not drawn."""
 
 _GRAVITY = 9.80665
+_QUANTITIES = ("displacement", "acceleration", "angle")
+_MEASURED_BY = {
+    "backlash": ("displacement", "angle"),
+    "held_counts": ("displacement", "angle"),
+    "encoder_eccentricity": ("angle",),
+}
+"""Where not any quantity will do."""
+_NAMES = {"backlash": "sensor_hysteresis", "held_counts": "sensor_hysteresis"}
+"""What the loop calls an effect, where that is another name."""
+Integrator = Callable[[Law, float, float, float, dict[str, Any]], Motion | DisturbedMotion]
+"""Law, displacement, velocity, end and drawn strengths: the motion."""
+
 _LAW_FIELDS = frozenset(Law.__dataclass_fields__)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Truth:
-    """What the loop must find out.
-
-    Attributes
-    ----------
-    kind : str
-        One of :data:`KINDS`.
-    effects : tuple of str
-        Effects at work, whether or not they leave a trace.
-    visible : tuple of str
-        Effects that leave a trace in the measured quantity (see :func:`trace_of`).
-    outside : bool
-        Whether the effect is outside the catalogue.
-    friction : float
-        Sliding friction [N or N m].
-    parameters : dict
-        Dimensionless strengths, as drawn.
-    quantity : str
-        What is measured.
-    snr_db, noise_sd : float
-        Mean square of the moving, fault-free signal over the noise variance [dB]; noise [SI].
-    half_cycles : int
-        In the record.
-    samples_per_period : float
-        Sampling rate over natural frequency.
-    mid_motion, reaches_rest : bool
-        Whether the record begins in mid-motion, and whether it goes on into the rest.
-    """
-
-    kind: str
-    effects: tuple[str, ...]
-    visible: tuple[str, ...]
-    outside: bool
-    friction: float
-    parameters: dict[str, Any]
-    quantity: str
-    snr_db: float
-    noise_sd: float
-    half_cycles: int
-    samples_per_period: float
-    mid_motion: bool
-    reaches_rest: bool
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values, for a file kept apart from the record."""
-        return asdict(self)
-
-
-@dataclass(frozen=True, kw_only=True)
-class SealedRecord:
-    """A synthetic record for the loop, its system, and what only the judge may open.
-
-    Attributes
-    ----------
-    record : xarray.DataArray
-        The measurement.
-    system : dict
-        ``mass`` or ``inertia`` and ``stiffness``, SI.
-    truth : Truth
-        The seal.
-    times, clean : ndarray, shape (n,)
-        Dimensionless times, and the signal without noise and outliers but with the other sensor faults,
-        in ``A`` or ``A w0**2``.
-    noise_sd : float
-        In the same unit as ``clean``.
-    law, start : Law, tuple of float
-        Dimensionless law, initial displacement and velocity.
-    frequency : float
-        Mean frequency of the motion over the natural one.
-    rest_time : float
-        Dimensionless; infinite where the record ends before rest.
-    """
-
-    record: xr.DataArray
-    system: dict[str, float]
-    truth: Truth
-    times: NDArray[np.float64]
-    clean: NDArray[np.float64]
-    noise_sd: float
-    law: Law
-    start: tuple[float, float]
-    frequency: float
-    rest_time: float
 
 
 def trace_of(effects: tuple[str, ...], quantity: str) -> tuple[str, ...]:
@@ -138,18 +78,24 @@ def _effects_of(kind: str, rng: np.random.Generator) -> tuple[str, ...]:
     if kind in PAIR_KINDS:
         choices = pairs(kind)
         return choices[int(rng.integers(len(choices)))]
-    if kind in KINDS:
+    if kind in (*KINDS, *CONTACT_AND_SENSOR):
         return (kind,)
-    raise ValueError(f"unknown kind {kind!r}, one of {', '.join(KINDS)}")
+    raise ValueError(f"unknown kind {kind!r}, one of {', '.join((*KINDS, *CONTACT_AND_SENSOR))}")
 
 
 def _draw_motion(
-    kind: str, effects: tuple[str, ...], strength: float, spp: float, rng: np.random.Generator
-) -> tuple[dict[str, Any], Motion, tuple[float, float], float] | None:
+    kind: str,
+    effects: tuple[str, ...],
+    strength: float,
+    spp: float,
+    rng: np.random.Generator,
+    integrator: Integrator,
+) -> tuple[dict[str, Any], Motion | DisturbedMotion, tuple[float, float], float] | None:
     """Draw law and start; None if the record would not hold the stated number of half cycles."""
     aimed = int(rng.integers(HALF_CYCLES[0], HALF_CYCLES[1] + 1))
-    # "T" of a drifting friction must mean one thing: those records end before rest
-    rests = bool(rng.random() < 0.5) and "friction_drift" not in effects
+    # "T" of a drifting friction must mean one thing, and a contact that springs back never sticks: those
+    # records end before rest
+    rests = bool(rng.random() < 0.5) and not {"friction_drift", "presliding"} & set(effects)
     final = 0.0 if rests else rng.uniform(0.15, 0.6)
     shares = {name: rng.uniform(0.02, 0.5) / len(effects) for name in effects}
     lost = sum(shares[name] for name in effects if name in {"viscous_damping", "quadratic_drag"})
@@ -158,6 +104,8 @@ def _draw_motion(
     for name in effects:
         if kind in OUTSIDE:
             drawn |= draw_outside(name, rng, setting, strength)
+        elif kind in CONTACT_AND_SENSOR:
+            drawn |= draw_contact_or_sensor(name, rng, setting)
         else:
             drawn |= draw_effect(name, rng, setting, shares[name])
     mid_motion = bool(rng.random() < 0.5)
@@ -168,7 +116,7 @@ def _draw_motion(
         duration=setting.duration,
         **{key: value for key, value in drawn.items() if key in _LAW_FIELDS},
     )
-    motion = integrate(law, *start, setting.duration * (2.5 if rests else 1.0))
+    motion = integrator(law, *start, setting.duration * (2.5 if rests else 1.0), drawn)
     end = setting.duration
     if rests:
         if motion.rest_time is None:
@@ -182,14 +130,14 @@ def _draw_motion(
 
 
 def _draw_system(
-    quantity: str, friction: float, rng: np.random.Generator
+    quantity: str, friction: float, swing: tuple[float, float], rng: np.random.Generator
 ) -> tuple[dict[str, float], float, float]:
     """Draw system, natural frequency [rad/s] and initial amplitude [m or rad]."""
     while True:
         frequency = 2.0 * math.pi * log_uniform(rng, *NATURAL_FREQUENCY_HZ)
         if quantity == "angle":
             moving, name = log_uniform(rng, *INERTIA_KG_M2), "inertia"
-            amplitude = log_uniform(rng, *AMPLITUDE_RAD)
+            amplitude = log_uniform(rng, *swing)
             plausible = True
         else:
             moving, name = log_uniform(rng, *MASS_KG), "mass"
@@ -200,31 +148,35 @@ def _draw_system(
             return {name: moving, "stiffness": moving * frequency**2}, frequency, amplitude
 
 
-def _with_sensor(
-    signal: NDArray[np.float64], times: NDArray[np.float64], rms: float, drawn: dict[str, Any]
-) -> NDArray[np.float64]:
-    """Add what a sensor adds, noise, clipping and outliers apart."""
-    out = signal + rms * drawn.get("offset", 0.0) + rms * drawn.get("drift", 0.0) * times / times[-1]
-    if "interference_amplitude" in drawn:
-        angle = drawn["interference_frequency"] * times + drawn["interference_phase"]
-        out += rms * drawn["interference_amplitude"] * np.sin(angle)
-    if "mode_amplitude" in drawn:
-        envelope = rms * drawn["mode_amplitude"] * np.exp(-drawn["mode_decay"] * times)
-        out += envelope * np.cos(drawn["mode_frequency"] * times + drawn["mode_phase"])
-    return out
+def _rms_slope(signal: NDArray[np.float64], times: NDArray[np.float64], stop: float) -> float:
+    """Root mean square rate of change of the signal while the mass moves."""
+    slope = np.gradient(signal, times)[times < stop]
+    return float(np.sqrt(np.mean(slope**2)))
 
 
-def draw(kind: str, seed: np.random.SeedSequence | int, *, strength: float = 1.0) -> SealedRecord:
+def _undisturbed(law: Law, x: float, v: float, end: float, _: dict[str, Any]) -> Motion:
+    return integrate(law, x, v, end)
+
+
+def draw(
+    kind: str,
+    seed: np.random.SeedSequence | int,
+    *,
+    strength: float = 1.0,
+    integrator: Integrator = _undisturbed,
+) -> SealedRecord:
     """Draw one record of a kind.
 
     Parameters
     ----------
     kind : str
-        One of :data:`KINDS`.
+        One of :data:`KINDS`, or of the contact and sensor.
     seed : SeedSequence or int
         Decides everything; the same seed with another ``strength`` draws the same record otherwise.
     strength : float
         Multiplies effects outside the catalogue.
+    integrator : callable
+        Law, start, end and drawn strengths to motion.
 
     Returns
     -------
@@ -236,10 +188,11 @@ def draw(kind: str, seed: np.random.SeedSequence | int, *, strength: float = 1.0
     spp = float(rng.uniform(*SAMPLES_PER_PERIOD))
     attempt = None
     while attempt is None:
-        attempt = _draw_motion(kind, effects, strength, spp, rng)
+        attempt = _draw_motion(kind, effects, strength, spp, rng, integrator)
     drawn, motion, start, end = attempt
-    quantity = str(rng.choice(("displacement", "acceleration", "angle")))
-    system, natural_frequency, amplitude = _draw_system(quantity, drawn["friction"], rng)
+    quantity = str(rng.choice(_MEASURED_BY.get(kind, _QUANTITIES)))
+    swing = WIDE_SWING_RAD if kind == "encoder_eccentricity" else AMPLITUDE_RAD
+    system, natural_frequency, amplitude = _draw_system(quantity, drawn["friction"], swing, rng)
 
     times = np.arange(0.0, end, 2.0 * math.pi / spp)
     x, acceleration = motion.sample(times)
@@ -248,13 +201,18 @@ def draw(kind: str, seed: np.random.SeedSequence | int, *, strength: float = 1.0
     )
     stop = end if motion.rest_time is None else motion.rest_time
     rms = float(np.sqrt(np.mean(signal[times < stop] ** 2)))
-    clean = _with_sensor(signal, times, rms, drawn)
+    clean = with_sensor(signal, times, rms, amplitude, drawn)
     snr = float(rng.uniform(*SIGNAL_TO_NOISE_DB))
     noise_sd = rms * 10.0 ** (-snr / 20.0)
     noise = rng.normal(0.0, noise_sd, times.size)
     if "outlier_fraction" in drawn:
         noise[rng.random(times.size) < drawn["outlier_fraction"]] *= drawn["outlier_scale"]
     measured = clean + noise
+    if "jitter_over_noise" in drawn:
+        drawn["timing_jitter"] = drawn["jitter_over_noise"] * noise_sd / _rms_slope(signal, times, stop)
+        late = np.clip(times + rng.normal(0.0, drawn["timing_jitter"], times.size), 0.0, end)
+        taken = motion.sample(late)[1 if quantity == "acceleration" else 0]
+        measured = with_sensor(taken, times, rms, amplitude, drawn) + noise
     if "clipping" in drawn:
         level = drawn["clipping"] * float(np.max(np.abs(clean)))
         drawn["clipping_level"] = level
@@ -263,8 +221,8 @@ def draw(kind: str, seed: np.random.SeedSequence | int, *, strength: float = 1.0
     turns = motion.turning_times
     truth = Truth(
         kind=kind,
-        effects=effects,
-        visible=trace_of(effects, quantity),
+        effects=tuple(_NAMES.get(name, name) for name in effects),
+        visible=trace_of(tuple(_NAMES.get(name, name) for name in effects), quantity),
         outside=kind in OUTSIDE,
         friction=drawn["friction"] * amplitude * system["stiffness"],
         parameters=drawn,
@@ -285,7 +243,7 @@ def draw(kind: str, seed: np.random.SeedSequence | int, *, strength: float = 1.0
         times=times,
         clean=clean,
         noise_sd=noise_sd,
-        law=motion.law,
+        motion=motion,
         start=start,
         frequency=math.pi * (turns.size - 1) / float(turns[-1] - turns[0]),
         rest_time=math.inf if motion.rest_time is None else motion.rest_time,

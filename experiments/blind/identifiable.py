@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from experiments.blind.draws import CATALOGUE, EXCLUSIVE, OUTSIDE
 from experiments.blind.fitting import Problem, fit_set, physical_parameters
-from experiments.blind.generator import SealedRecord, draw
+from experiments.blind.generator import draw
 from experiments.blind.outliers import deviance_of_outliers, deviance_with_outliers
+from experiments.blind.sealed import SealedRecord
 
 __all__ = ["IDENTIFIABLE_LOSS", "UNEXPLAINED_LOSS", "closest_rival", "problem_of", "sealed_record"]
 
@@ -62,7 +63,7 @@ def problem_of(sealed: SealedRecord, clipped: bool = False) -> Problem:
         used=np.abs(signal) < level if clipped else np.ones(signal.size, dtype=bool),
         noise_sd=sealed.noise_sd,
         weight=float(stride),
-        end=sealed.law.duration,
+        end=sealed.motion.law.duration,
         order=2 if sealed.truth.quantity == "acceleration" else 0,
         rest_time=sealed.rest_time,
     )
@@ -73,7 +74,7 @@ def _losses(sealed: SealedRecord, size: int) -> Iterator[tuple[Effects, float]]:
     truth = sealed.truth
     guess = physical_parameters(
         frequency=sealed.frequency,
-        friction=sealed.law.friction,
+        friction=sealed.motion.law.friction,
         displacement=sealed.start[0],
         velocity=sealed.start[1],
     )

@@ -43,6 +43,9 @@ class Law:
         Friction higher around one position, ``d (1 + boost exp(-((x - centre)/width)**2))``.
     base_slips, base_creep, base_slip : tuple of float, float, float
         The support creeps at ``base_creep`` and jumps back by ``base_slip`` at the given times.
+    presliding : float
+        Displacement over which friction builds up again after a turning point; followed by
+        :mod:`experiments.blind.disturbed_motion` alone.
     """
 
     friction: float
@@ -62,6 +65,7 @@ class Law:
     base_slips: tuple[float, ...] = ()
     base_creep: float = 0.0
     base_slip: float = 0.0
+    presliding: float = 0.0
 
     def base(self, t: float, slips: int) -> float:
         """Position of the support after ``slips`` slips."""

@@ -174,8 +174,8 @@ def test_pairs_never_hold_one_effect_twice() -> None:
 
 
 def test_unknown_kind_is_refused() -> None:
-    with pytest.raises(ValueError, match="unknown kind 'backlash', one of plain_coulomb"):
-        draw("backlash", 1)
+    with pytest.raises(ValueError, match="unknown kind 'wear', one of plain_coulomb"):
+        draw("wear", 1)
 
 
 def test_identical_signals_are_found_out(seed: int) -> None:

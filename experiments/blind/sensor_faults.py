@@ -1,0 +1,73 @@
+"""What a sensor makes of the signal: noise, outliers, clipping and its clock apart."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["with_sensor"]
+
+Signal = NDArray[np.float64]
+
+
+def _play(signal: Signal, half_width: float) -> Signal:
+    """Backlash: the reading stays until the signal has moved by the play, and follows it from there."""
+    out = np.empty_like(signal)
+    reading = float(signal[0])
+    for i, value in enumerate(signal.tolist()):
+        reading = min(max(reading, value - half_width), value + half_width)
+        out[i] = reading
+    return out
+
+
+def _last_line(signal: Signal, step: float) -> Signal:
+    """Position of the encoder line that was passed last, in whichever direction: the count is held."""
+    out = np.empty_like(signal)
+    line = round(float(signal[0]) / step)
+    for i, value in enumerate((signal / step).tolist()):
+        # on the way up the line below, on the way down the line above
+        if value >= line + 1.0:
+            line = int(np.floor(value))
+        elif value <= line - 1.0:
+            line = int(np.ceil(value))
+        out[i] = line
+    return step * out
+
+
+def with_sensor(
+    signal: Signal, times: Signal, rms: float, amplitude: float, drawn: Mapping[str, Any]
+) -> Signal:
+    """Add what a sensor adds.
+
+    Parameters
+    ----------
+    signal, times : ndarray, shape (n,)
+        Dimensionless.
+    rms : float
+        Of the moving signal, in the unit of ``signal``.
+    amplitude : float
+        Initial amplitude [rad for an angle].
+    drawn : mapping
+        Strengths as drawn.
+    """
+    out = signal
+    if "backlash" in drawn:
+        out = _play(out, drawn["backlash"])
+    if "held_counts" in drawn:
+        out = _last_line(out, 2.0 * drawn["held_counts"])
+    if "once_a_turn" in drawn:
+        turned = amplitude * signal
+        error = drawn["once_a_turn"] * np.sin(turned + drawn["once_phase"])
+        error += drawn["twice_a_turn"] * np.sin(2.0 * turned + drawn["twice_phase"])
+        out = out + rms * error
+    out = out + rms * drawn.get("offset", 0.0) + rms * drawn.get("drift", 0.0) * times / times[-1]
+    if "interference_amplitude" in drawn:
+        angle = drawn["interference_frequency"] * times + drawn["interference_phase"]
+        out += rms * drawn["interference_amplitude"] * np.sin(angle)
+    if "mode_amplitude" in drawn:
+        envelope = rms * drawn["mode_amplitude"] * np.exp(-drawn["mode_decay"] * times)
+        out += envelope * np.cos(drawn["mode_frequency"] * times + drawn["mode_phase"])
+    return out
