@@ -207,15 +207,15 @@ def test_fit_finds_the_truth_from_a_smaller_model(seed: int) -> None:
     problem = problem_of(sealed)
     guess = physical_parameters(
         frequency=sealed.frequency,
-        friction=1.1 * sealed.law.friction,
+        friction=1.1 * sealed.motion.law.friction,
         displacement=sealed.start[0],
         velocity=sealed.start[1],
     )
     coulomb, base = fit_set(problem, frozenset(), {}, guess)
     loss, p = fit_set(problem, frozenset({"quadratic_drag"}), {frozenset(): base}, guess)
     assert loss < min(coulomb, 0.5)
-    assert p[5] == pytest.approx(sealed.law.drag, rel=0.02, abs=1e-5)
-    assert p[1] == pytest.approx(sealed.law.friction, rel=0.005)
+    assert p[5] == pytest.approx(sealed.motion.law.drag, rel=0.02, abs=1e-5)
+    assert p[1] == pytest.approx(sealed.motion.law.friction, rel=0.005)
 
 
 def test_expected_deviances_of_outliers(rng: np.random.Generator) -> None:
