@@ -123,13 +123,14 @@ def _next_experiment(found: SearchResult) -> str | None:
 
 def _noise(found: SearchResult) -> dict[str, Any]:
     best = found.fits[0]
-    step = best.model.segments[0].decay.step
+    segment = best.model.segments[0]
     order = max(a.size for a in found.ar)
     return {
         "model": "ar" if order else "white",
         "order": order,
         "sd": float(np.mean([np.std(e) for e in best.free_residuals])),
-        "correlation_length_s": float(max(correlation_length(a, step) for a in found.ar)),
+        "correlation_length_s": float(max(correlation_length(a, segment.decay.step) for a in found.ar)),
+        "step": segment.resolution,
     }
 
 

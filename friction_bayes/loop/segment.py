@@ -17,6 +17,7 @@ from friction_bayes.decay.block_means import block_means, samples_in_block
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import sampling_interval
+from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.records.record import validate_record
 
 __all__ = ["Segment", "cut_records"]
@@ -50,6 +51,8 @@ class Segment:
         Where in the record the first sample lies, and how many the record has.
     block : int
         Samples of the record that each value is the mean of.
+    resolution : float or None
+        Step of the digitiser or encoder, unit of the signal; None where none shows.
     """
 
     decay: FreeDecay
@@ -60,6 +63,12 @@ class Segment:
     first: int
     recorded: int
     block: int = 1
+    resolution: float | None = None
+
+    @property
+    def least_noise(self) -> float:
+        """Sd of the rounding to whole steps, a value, unit of the signal; zero where no step shows."""
+        return (self.resolution or 0.0) / math.sqrt(12.0 * self.block)
 
     def of_record(self, values: Array) -> Array:
         """Another quantity of the same record, shape (recorded,), at the segment's samples."""
@@ -119,6 +128,7 @@ def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Se
 def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     validate_record(record)
     recorded = record.size
+    resolution = quantisation_step(record.values)
     record, block = _averaged(record, system)
     values = np.ascontiguousarray(record.values, dtype=np.float64)
     smooth, spikes = _spikes(values)
@@ -146,6 +156,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
         first=first * block,
         recorded=recorded,
         block=block,
+        resolution=resolution,
     )
 
 

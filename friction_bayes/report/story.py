@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -166,6 +167,9 @@ def _frequency(report: Report) -> str:
 
 def _noise(noise: Mapping[str, Any], unit: str) -> str:
     text = f"sd {number(noise['sd'], 3)} {unit}, "
+    if noise.get("step"):
+        share = number(noise["sd"] * math.sqrt(12.0) / noise["step"], 3)
+        text += f"{share} of what rounding to steps of {number(noise['step'], 3)} {unit} leaves; "
     if noise["model"] == "white":
         return text + "white"
     order = f" of order {noise['order']}" if noise.get("order") else ""

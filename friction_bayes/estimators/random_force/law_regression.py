@@ -56,6 +56,8 @@ class LawRegression:
         The column whose coefficient is the relative correction of the stiffness.
     motion : Motion
         What the columns go along; its force and noise are first guesses.
+    least_noise : float
+        Least sd of the noise, that of the sensor's rounding, natural units.
     """
 
     clock: Clock
@@ -71,6 +73,7 @@ class LawRegression:
     log_prior: Array
     stiffness: int
     motion: Motion
+    least_noise: float = 0.0
 
     @cached_property
     def reference(self) -> Array:
@@ -99,6 +102,7 @@ class LawRegression:
             log_prior=self.log_prior,
             reference=self.reference,
             whiten_at=self.whiten_at,
+            least_noise2=self.least_noise**2,
         )
 
     def residual(self, law: Array) -> Array:

@@ -17,7 +17,7 @@ Priors, of the scale of this record: friction ``F`` as fitted without a random f
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
@@ -33,6 +33,7 @@ from friction_bayes.estimators.random_force.response import at_sensor, force_res
 from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
 from friction_bayes.estimators.random_force.subsets import all_sets
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
+from friction_bayes.records.quantisation import quantisation_step
 
 __all__ = ["PlainDecay", "PlainPosterior", "plain_posterior"]
 
@@ -147,10 +148,13 @@ def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
     if n < _LEAST_SAMPLES:
         return None
     prior = ForcePrior(centre=_CENTRE * friction)
+    rounding = (quantisation_step(decay.values) or 0.0) / math.sqrt(12.0 * block)
 
     def along(motion: Motion, frequency: float) -> LawRegression:
         clock = Clock.of(frequency * phase[:n])
-        return _regression(averaged[:n] / frequency**decay.order, clock, row, motion, friction, decay)
+        unit = frequency**decay.order
+        regression = _regression(averaged[:n] / unit, clock, row, motion, friction, decay)
+        return replace(regression, least_noise=rounding / unit)
 
     first = along(motion, frequency)
     guessed = integrate(first.problem, prior, motion.noise, only_mode=True)

@@ -104,6 +104,8 @@ class Problem:
         Reference law in units of ``scale``.
     whiten_at : callable, (q / sigma, tau) -> Whitened
         Whitened sums of ``[X scale | y - X scale reference]``.
+    least_noise2 : float
+        Least noise variance: of the sensor's rounding.
     """
 
     names: tuple[str, ...]
@@ -113,11 +115,19 @@ class Problem:
     log_prior: Array
     reference: Array
     whiten_at: Callable[[float, float], Whitened]
+    least_noise2: float = 0.0
 
     def weigh(self, ratio: float, tau: float) -> WeighedSets:
         """Weights and marginals of all sets given ``q / sigma`` and ``tau``."""
         whitened = self.whiten_at(ratio, tau)
-        return weigh_sets(whitened, self.reference, self.positive, self.sets, self.log_prior)
+        return weigh_sets(
+            whitened,
+            self.reference,
+            self.positive,
+            self.sets,
+            self.log_prior,
+            least_noise2=self.least_noise2,
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

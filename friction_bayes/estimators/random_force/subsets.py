@@ -10,7 +10,9 @@ prior precision in units of the noise, ``lam = s**2`` with ``s**2`` the noise va
 
 where ``R_S`` is the penalised sum of squares and the last two terms cut prior and posterior at zero. The
 record enters as residual of a reference law, so that nothing large is subtracted. The coefficients are given
-as normal, with the noise variance ``R_S/n``: ``n`` is hundreds at least.
+as normal, with the noise variance ``R_S/n``: ``n`` is hundreds at least. Where that would be below what the
+sensor's rounding leaves, the noise is that: the likelihood of ``R_S`` at this variance takes the place of its
+integral.
 """
 
 from __future__ import annotations
@@ -67,7 +69,13 @@ def all_sets(always: Mask) -> Mask:
 
 
 def weigh_sets(
-    whitened: Whitened, reference: Array, positive: Mask, sets: Mask, log_prior: Array
+    whitened: Whitened,
+    reference: Array,
+    positive: Mask,
+    sets: Mask,
+    log_prior: Array,
+    *,
+    least_noise2: float = 0.0,
 ) -> WeighedSets:
     """Weigh all sets, and give the marginals of their coefficients.
 
@@ -83,10 +91,19 @@ def weigh_sets(
         The columns in each set.
     log_prior : ndarray, shape (m,)
         Log prior probabilities of the sets.
+    least_noise2 : float
+        Least noise variance.
     """
     return WeighedSets(
         *_weigh_sets(
-            whitened.gram, whitened.log_determinant, whitened.used, reference, positive, sets, log_prior
+            whitened.gram,
+            whitened.log_determinant,
+            whitened.used,
+            reference,
+            positive,
+            sets,
+            log_prior,
+            least_noise2,
         )
     )
 
@@ -177,10 +194,11 @@ def _weigh_sets(
     positive: Mask,
     sets: Mask,
     log_prior: Array,
+    least_noise2: float,
 ) -> tuple[Array, Array, Array, Array, float]:
     m, p = sets.shape
     work, half, rhs = np.empty((p, p)), np.empty(p), np.empty(p)
-    lam = _full_noise(gram, used, work, half)
+    lam = max(_full_noise(gram, used, work, half), least_noise2)
     log_weight, noise2, bound = np.empty(m), np.empty(m), np.empty(m)
     index = np.empty(p, np.int64)
     location = np.full((m, p), np.nan)
@@ -197,8 +215,9 @@ def _weigh_sets(
             log_factor = _factor(work, size)
             total = max(total - _forward(work, rhs, size, half), _LEAST)
             if stage == 0:
-                noise2[s] = total / used
-                bound[s] = log_prior[s] - 0.5 * log_determinant - 0.5 * used * math.log(0.5 * total)
+                noise2[s] = max(total / used, least_noise2)
+                bound[s] = log_prior[s] - 0.5 * log_determinant
+                bound[s] -= 0.5 * (used * math.log(0.5 * used * noise2[s]) + total / noise2[s] - used)
                 bound[s] += 0.5 * size * math.log(lam) - 0.5 * log_factor
                 for a in range(size):
                     bound[s] += math.log(2.0) * positive[index[a]]

@@ -60,7 +60,8 @@ def _score(fit: ForceFit) -> float:
     log_determinant = fit.posterior.problem.whiten_at(best.ratio, best.tau).log_determinant
     variance = 2.0 * math.pi * (best.noise * fit.unit) ** 2
     parameters = int(fit.sets.columns[fit.chosen].sum()) + 2
-    return -0.5 * (n * math.log(variance) + n + log_determinant + parameters * math.log(n))
+    square = float(np.sum(fit.innovations**2))
+    return -0.5 * (n * math.log(variance) + square + log_determinant + parameters * math.log(n))
 
 
 def _score_of_search(fit: LoopFit, samples: int) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -211,6 +211,7 @@ def fit_random_force(
         )
         sets = column_sets(law, effects)
         regression = _regression(law, sets, segment.values[:n] / w0**order, clock, row, motion)
+        regression = replace(regression, least_noise=segment.least_noise / w0**order)
         return _Along(path, law, sets, regression, ForcePrior(centre=_SHARE_OF_FRICTION * friction))
 
     w0 = segment.decay.frequency

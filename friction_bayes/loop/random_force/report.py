@@ -126,7 +126,8 @@ def random_force_report(
 def _noise(fit: ForceFit) -> dict[str, Any]:
     """Noise of the sensor, a sample of the record: those of a block were averaged."""
     sd = fit.posterior.noise_sd * fit.unit * math.sqrt(fit.segment.block)
-    return {"model": "white", "order": 0, "sd": sd, "correlation_length_s": 0.0}
+    step = fit.segment.resolution
+    return {"model": "white", "order": 0, "sd": sd, "correlation_length_s": 0.0, "step": step}
 
 
 def _step(fit: ForceFit) -> str:

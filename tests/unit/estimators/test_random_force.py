@@ -250,6 +250,31 @@ def test_sets_are_weighed_as_one_by_one(rng) -> None:
     assert cut.log_weight[k] - free.log_weight[k] == pytest.approx(math.log(2.0) + mass, abs=1e-8)
 
 
+def test_noise_is_not_taken_below_its_least(rng) -> None:
+    """Above the least noise nothing changes; below it the likelihood is that of this noise."""
+    columns, record = rng.standard_normal((300, 2)), rng.standard_normal(300)
+    whitened = whiten(np.column_stack([columns, record]), Clock.of(np.arange(300.0)), sensor_row(0), 0.0, 1.0)
+    sets = all_sets(np.array([True, False]))
+
+    def weighed(least: float):  # type: ignore[no-untyped-def]
+        none = np.zeros(2)
+        return weigh_sets(whitened, none, np.zeros(2, np.bool_), sets, none, least_noise2=least)
+
+    np.testing.assert_array_equal(weighed(0.5).log_weight, weighed(0.0).log_weight)
+    bound = weighed(4.0)
+    np.testing.assert_array_equal(bound.noise2, 4.0)
+    for k, inside in enumerate(sets):
+        x = columns[:, inside]
+        penalised = x.T @ x + 4.0 * np.eye(x.shape[1])
+        mean = np.linalg.solve(penalised, x.T @ record)
+        rest = record @ record - mean @ penalised @ mean
+        expected = 0.5 * x.shape[1] * np.log(4.0) - 0.5 * np.linalg.slogdet(penalised)[1]
+        # the normal density of all samples, with the constant that the free noise leaves at its best
+        expected -= 0.5 * (300.0 * np.log(0.5 * 300.0 * 4.0) + rest / 4.0 - 300.0)
+        assert bound.log_weight[k] == pytest.approx(expected, abs=1e-8)
+        np.testing.assert_allclose(bound.scale2[k, inside], 4.0 * np.diag(np.linalg.inv(penalised)))
+
+
 def problem_along_known_motion(rng: np.random.Generator, force_sd: float) -> tuple[Problem, float]:
     """Start and friction of a slow decay, with a force of a given sd and unit noise."""
     phase = np.arange(600) * 0.2

@@ -145,3 +145,16 @@ def test_a_force_that_follows_the_position_is_no_fluctuation() -> None:
 def test_a_wrong_option_is_refused(option: str, value: object) -> None:
     with pytest.raises(InputError, match=option):
         fb.close_loop([fluctuating()], SYSTEM, seed=1, **{option: value})  # type: ignore[arg-type]
+
+
+def test_noise_is_at_least_what_rounding_to_the_sensors_steps_leaves() -> None:
+    """Steps as long as the fluctuation's own: the force would like to follow them."""
+    record = fluctuating()
+    step = 4e-5
+    record = record.copy(data=step * np.round(record.values / step))
+    report = fb.close_loop([record], SYSTEM, seed=1)
+    assert report.random_force is not None
+    assert report.noise["step"] == pytest.approx(step)
+    assert 0.99 < report.noise["sd"] * np.sqrt(12.0) / step < 1.3
+    low, high = report.friction_after["interval90"]
+    assert low < 0.07 < high
