@@ -67,7 +67,7 @@ class SearchResult:
         The fit of each.
     probabilities : ndarray, shape (sets,)
     before : LoopFit
-        The Coulomb model alone.
+        The Coulomb model alone, its rest position free: a sensor's zero is no misfit of the law.
     ar : tuple of ndarray
         Autoregression of each record's noise; empty where it is white.
     trail : tuple of str

@@ -33,6 +33,7 @@ from friction_bayes.loop.starting_point import starting_point
 from friction_bayes.mechanics.effects import EFFECTS, effect_named
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
 __all__ = ["close_loop"]
 
@@ -210,32 +211,33 @@ def _shared_autoregression(segments: tuple[Segment, ...], residuals: Sequence[Ar
 
 
 def _result(search: Search, trail: tuple[str, ...], white: LoopFit) -> SearchResult:
-    """Weigh the candidates, and set the Coulomb model alone beside them."""
+    """Weigh the candidates, and set the Coulomb model alone, its rest position free, beside them."""
     ranked = search.ranked()
     sets = [c.effects for c in ranked]
     fits = [c.fit for c in ranked]
     probabilities = posterior_probabilities(fits, np.array([c.log_weight for c in ranked]))
-    if frozenset() in sets:
-        before = fits[sets.index(frozenset())]
-    else:
+    if frozenset() not in sets:
         # samples held at an end of the range have no probability under a sensor that does not clip
-        before = _coulomb_alone(search)
         sets.append(frozenset())
-        fits.append(before)
+        fits.append(_coulomb_model(search))
         probabilities = np.append(probabilities, 0.0)
     return SearchResult(
         sets=tuple(sets),
         fits=tuple(fits),
         probabilities=probabilities,
-        before=before,
+        before=_coulomb_model(search, SENSOR_OFFSET.name),
         ar=search.ar,
         trail=trail,
         white=white,
     )
 
 
-def _coulomb_alone(search: Search) -> LoopFit:
-    model = LoopModel(search.system, search.segments)
+def _coulomb_model(search: Search, *zero: str) -> LoopFit:
+    """Fit Coulomb friction alone, about the sensor's zero or with an error of that."""
+    names = frozenset(zero)
+    if names in search.candidates:
+        return search.candidates[names].fit
+    model = LoopModel(search.system, search.segments, zero)
     fit = fit_growing_record(model, [NoiseModel(a) for a in search.ar], starting_point(model))
     if fit is None:
         name = search.segments[0].decay.name

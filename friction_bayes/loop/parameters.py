@@ -185,6 +185,7 @@ def scales_of(segments: Sequence[Segment], system: Oscillator) -> Scales:
         amplitude=largest / system.natural_frequency**order,
         duration=max(segment.duration for segment in segments),
         sampling_rate=1.0 / decay.step,
+        zero=max(abs(segment.decay.rest_position) for segment in segments),
     )
 
 

@@ -95,13 +95,16 @@ class Search:
         """Search."""
         root = self.sets.certain
         self._fit_from_first_periods(root)
-        if root not in self.candidates:
-            return
-        alone = self.candidates[root].fit
-        if residual_tests(alone).failed:
-            forces = [name for name in self.allowed if isinstance(EFFECTS[name], ForceEffect)]
-            for name in sorted(Expansion(alone, forces).informed, key=forces.index):
+        if root not in self.candidates or residual_tests(self.candidates[root].fit).failed:
+            # where the sensor's zero is far off, a fit without it points nowhere
+            for name in sorted(SENSOR_ZERO.intersection(self.allowed)):
                 self._fit_from_first_periods(root | {name})
+            if not self.candidates:
+                return
+            alone = self.ranked()[0]
+            forces = [name for name in self.allowed if isinstance(EFFECTS[name], ForceEffect)]
+            for name in sorted(Expansion(alone.fit, forces).informed, key=forces.index):
+                self._fit_from_first_periods(alone.effects | {name})
         expanded: dict[Names, float] = {}
         while len(expanded) < _MOST_CENTRES:
             centre = self._next_centre(expanded)

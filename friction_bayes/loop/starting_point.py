@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.loop.candidate import SENSOR_ZERO
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.parameters import DISPLACEMENT, FRICTION, LOG_FREQUENCY_RATIO, SHARED, VELOCITY
 from friction_bayes.loop.segment import Segment
@@ -15,7 +16,7 @@ __all__ = ["starting_point"]
 
 
 def starting_point(model: LoopModel) -> Array:
-    """Rough coordinates of the Coulomb model, each effect at its null."""
+    """Rough coordinates of the Coulomb model, each effect but an error of the sensor's zero at its null."""
     decay = model.segments[0].decay
     drops = []
     z = np.array([c.start for c in model.coordinates])
@@ -29,6 +30,9 @@ def starting_point(model: LoopModel) -> Array:
         drops.append(drop)
         put(displacement, DISPLACEMENT, r)
         put(velocity, VELOCITY, r)
+        for name in SENSOR_ZERO.intersection(model.effects):
+            j = model.index("offset", effect=name, record=r)
+            z[j] = model.coordinates[j].coordinate(segment.decay.rest_position)
     put(float(np.median(drops)) * model.system.stiffness, FRICTION)
     put(math.log(decay.frequency / model.system.natural_frequency), LOG_FREQUENCY_RATIO)
     return model.within_bounds(z)

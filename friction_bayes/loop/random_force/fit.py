@@ -215,7 +215,8 @@ def fit_random_force(
         return _Along(path, law, sets, regression, ForcePrior(centre=_SHARE_OF_FRICTION * friction))
 
     w0 = segment.decay.frequency
-    motion = first_motion(segment.values[:n] / w0**order, Clock.of(w0 * elapsed, variance), row)
+    about_rest = (segment.values[:n] - segment.decay.rest_position) / w0**order
+    motion = first_motion(about_rest, Clock.of(w0 * elapsed, variance), row)
     found = along(motion, w0, line)
     for _ in range(_MOST_ROUNDS - 1):
         if found is None:

@@ -32,6 +32,8 @@ class Scales:
         Length of the record [s].
     sampling_rate : float
         Samples per second [Hz].
+    zero : float
+        How far from the sensor's zero the record rests, as seen when it was cut, unit of the signal.
     """
 
     system: Oscillator
@@ -39,6 +41,7 @@ class Scales:
     amplitude: float
     duration: float
     sampling_rate: float
+    zero: float = 0.0
 
     @property
     def velocity(self) -> float:
@@ -49,6 +52,11 @@ class Scales:
     def signal(self) -> float:
         """Amplitude in the unit of the signal."""
         return float(self.amplitude * self.system.natural_frequency**self.quantity.order)
+
+    @property
+    def offset(self) -> float:
+        """Size of an error of the sensor's zero: a tenth of the amplitude, or all that is seen of it."""
+        return max(0.1 * self.signal, self.zero)
 
 
 @dataclass(frozen=True)

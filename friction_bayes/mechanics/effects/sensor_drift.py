@@ -17,9 +17,7 @@ SENSOR_DRIFT = SensorEffect(
     name="sensor_drift",
     summary="+ a + b t",
     parameters=(
-        Parameter(
-            name="offset", unit="signal", default=0.0, prior=lambda scales: normal(0.1 * scales.signal)
-        ),
+        Parameter(name="offset", unit="signal", default=0.0, prior=lambda scales: normal(scales.offset)),
         Parameter(
             name="rate",
             unit="signal/s",

@@ -16,7 +16,7 @@ def _distort(signal: Array, time: Array, offset: float) -> Array:
 SENSOR_OFFSET = SensorEffect(
     name="sensor_offset",
     summary="+ a",
-    parameters=(Parameter(name="offset", unit="signal", prior=lambda scales: normal(0.1 * scales.signal)),),
+    parameters=(Parameter(name="offset", unit="signal", prior=lambda scales: normal(scales.offset)),),
     excludes=("sensor_drift",),
     distort=_distort,
 )

@@ -170,3 +170,19 @@ def test_a_reference_friction_is_compared_with(seed: int) -> None:
 def test_wrong_options_are_named(options: dict[str, Any], place: str) -> None:
     with pytest.raises(fb.InputError, match=place):
         fb.close_loop([long_decay(seed=1)], SYSTEM, seed=1, **options)
+
+
+@pytest.mark.parametrize("amplitudes", [3.0, 340.0])
+def test_a_zero_far_off_is_no_misfit_of_the_law(amplitudes: float) -> None:
+    """Friction is what `estimate` finds, before and after, and the forecast gains nothing."""
+    record = long_decay(seed=4)
+    moved = record.copy(data=record.values + 0.05 * amplitudes)
+    estimate = fb.estimate(record, SYSTEM).friction
+    report = fb.close_loop([moved], SYSTEM, seed=1, effects=["sensor_offset", "cubic_stiffness"])
+    assert report.candidates[0]["effects"] == ["sensor_offset"]
+    for friction in (report.friction_before, report.friction_after):
+        assert friction["mean"] == pytest.approx(estimate.mean(), abs=0.5 * estimate.std())
+    error = report.held_out_error
+    assert error["before"] == pytest.approx(error["after"], rel=0.05)
+    empty = next(c for c in report.candidates if not c["effects"])
+    assert empty["probability"] < 1e-6
