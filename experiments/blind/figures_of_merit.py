@@ -12,7 +12,15 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import stats
 
-__all__ = ["Figure", "common_traits", "figures_of_merit", "median_error", "rate_error", "reliability"]
+__all__ = [
+    "Figure",
+    "common_traits",
+    "figures_of_merit",
+    "median_error",
+    "rate_error",
+    "reliability",
+    "reliability_limit",
+]
 
 Mask = NDArray[np.bool_]
 
@@ -117,10 +125,15 @@ def reliability(dataset: xr.Dataset, eligible: Mask) -> xr.Dataset:
     )
 
 
+def reliability_limit(diagram: xr.Dataset) -> float:
+    """Largest ``|z|`` of a bin that chance explains, at 5 % over all filled bins."""
+    filled = int((diagram["n"] > 0).sum())
+    return float(stats.norm.isf(_FAMILY_LEVEL / 2.0 / max(filled, 1)))
+
+
 def _reliability_figure(dataset: xr.Dataset, eligible: Mask) -> Figure:
     diagram = reliability(dataset, eligible)
-    filled = int((diagram["n"] > 0).sum())
-    limit = float(stats.norm.isf(_FAMILY_LEVEL / 2.0 / max(filled, 1)))
+    limit = reliability_limit(diagram)
     worst = float(np.abs(diagram["z"]).max())
     sure_and_wrong = eligible & ~dataset["right"].values & (dataset["said_probability"].values > 0.9)
     return Figure(

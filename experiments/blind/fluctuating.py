@@ -52,8 +52,8 @@ def draw_fluctuating(
     -------
     SealedRecord
         ``truth.effects`` and ``truth.visible`` hold ``random_force`` where there is one; its
-        ``truth.parameters`` are ``force_sd`` [N or N m] and ``force_over_friction``,
-        ``force_correlation_time`` (dimensionless).
+        ``truth.parameters`` are ``force_sd`` [N or N m], ``correlation_time_s``, and, as drawn,
+        ``force_over_friction`` and ``force_correlation_time``.
     """
     sequence = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
     # spawned without counting: the same sequence draws the same record again
@@ -79,7 +79,11 @@ def draw_fluctuating(
     parameters = sealed.truth.parameters
     if with_force:
         effects, visible = (*effects, RANDOM_FORCE), (*visible, RANDOM_FORCE)
-        parameters = parameters | force | {"force_sd": share * sealed.truth.friction}
+        parameters = parameters | {
+            **force,
+            "force_sd": share * sealed.truth.friction,
+            "correlation_time_s": correlation_time / sealed.natural_frequency,
+        }
     return replace(
         sealed, truth=replace(sealed.truth, effects=effects, visible=visible, parameters=parameters)
     )

@@ -239,6 +239,7 @@ def draw(
             times / natural_frequency, measured * unit, quantity, name="sealed record", synthetic=True
         ),
         system=system,
+        natural_frequency=natural_frequency,
         truth=truth,
         times=times,
         clean=clean,

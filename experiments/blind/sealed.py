@@ -75,6 +75,8 @@ class SealedRecord:
         The measurement.
     system : dict
         ``mass`` or ``inertia`` and ``stiffness``, SI.
+    natural_frequency : float
+        [rad/s].
     truth : Truth
         The seal.
     times, clean : ndarray, shape (n,)
@@ -92,6 +94,7 @@ class SealedRecord:
 
     record: xr.DataArray
     system: dict[str, float]
+    natural_frequency: float
     truth: Truth
     times: NDArray[np.float64]
     clean: NDArray[np.float64]
