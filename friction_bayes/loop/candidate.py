@@ -13,6 +13,7 @@ from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
 __all__ = [
     "ALONG_MOTION_ALONE",
@@ -32,8 +33,10 @@ MOST_EFFECTS = 3
 """Effects at once, those of the sensor's zero and those that are certain not counted."""
 SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
 """An error of the sensor's zero comes besides: measured records hardly ever have none."""
-ALONG_MOTION_ALONE = frozenset({PRESLIDING.name, SENSOR_HYSTERESIS.name, RANDOM_FORCE.name})
-"""Effects that are weighed along the measured motion; the search tries them, the last apart, if named."""
+ALONG_MOTION_ALONE = frozenset(
+    {PRESLIDING.name, SENSOR_HYSTERESIS.name, RANDOM_FORCE.name, TIMING_JITTER.name}
+)
+"""Effects that are weighed along the measured motion; the search tries the first two if named."""
 
 Names = frozenset[str]
 

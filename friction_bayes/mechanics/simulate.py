@@ -160,9 +160,10 @@ def simulate(
     if seed is not None:
         rng = np.random.default_rng(seed)
         noise = rng.normal(0.0, noise_sd, samples)
+        rate = np.gradient(clean, time) if samples > 1 else np.zeros(1)
         for effect, numbers in ((effect_named(name), values[name]) for name in contaminations):
             assert isinstance(effect, NoiseEffect)
-            noise = effect.contaminate(noise, rng, *numbers)
+            noise = effect.contaminate(noise, rate, rng, *numbers)
     signal = _distorted(clean, time, values, after_noise=False) + noise
     signal = _distorted(signal, time, values, after_noise=True)
     if full_scale is not None:

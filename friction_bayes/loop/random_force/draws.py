@@ -38,6 +38,8 @@ class LawDraws:
         Sd of the random force [N or N m]; zero where there is none.
     correlation_time : ndarray, shape (k,)
         Its correlation time [s].
+    timing_jitter : ndarray, shape (k,)
+        Sd of the time of a sample [s]; zero where there is no jitter.
     """
 
     fit: ForceFit
@@ -48,6 +50,7 @@ class LawDraws:
     stiffness: Array
     random_force: Array
     correlation_time: Array
+    timing_jitter: Array
 
     def parameters(self, effect: str, chosen: Mask) -> dict[str, Array]:
         """Parameters of an effect in those of the ``chosen`` draws, of shape (k,), that have it."""
@@ -102,7 +105,16 @@ def law_draws(fit: ForceFit, rng: np.random.Generator, draws: int) -> LawDraws:
         stiffness=stiffness,
         random_force=posterior.ratio[point] * noise * factor,
         correlation_time=posterior.tau[point] / fit.w0,
+        timing_jitter=_timing_jitter(fit, noise, rng),
     )
+
+
+def _timing_jitter(fit: ForceFit, noise: Array, rng: np.random.Generator) -> Array:
+    if fit.jitter is None or not fit.jitter.found:
+        return np.zeros_like(noise)
+    scatter = np.exp(fit.jitter.log_sd * rng.standard_normal(noise.size))
+    # as the noise, of a sample: those of a block were averaged
+    return np.asarray(fit.jitter.ratio * noise * scatter * np.sqrt(fit.segment.block) / fit.w0)
 
 
 def set_posterior(fit: ForceFit, g: int, m: int) -> tuple[Array, Array]:

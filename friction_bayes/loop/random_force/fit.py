@@ -25,6 +25,7 @@ from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.columns import LawColumns, law_columns
 from friction_bayes.loop.random_force.sets import ColumnSets, column_sets
+from friction_bayes.loop.random_force.timing import TimingJitter, find_timing_jitter
 from friction_bayes.loop.segment import Segment
 from friction_bayes.loop.spectral_lines import line_beside_motion
 from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales
@@ -32,6 +33,7 @@ from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTE
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
 __all__ = ["ForceFit", "along_motion", "fit_random_force"]
 
@@ -81,6 +83,8 @@ class ForceFit:
         Of the best set at the best point.
     motion : Motion
         Smoothed with that law.
+    jitter : TimingJitter or None
+        Of the sample times; None where it may not act.
     """
 
     segment: Segment
@@ -96,6 +100,7 @@ class ForceFit:
     posterior: Posterior
     coefficients: Array
     motion: Motion
+    jitter: TimingJitter | None
 
     @property
     def clock(self) -> Clock:
@@ -234,7 +239,16 @@ def fit_random_force(
             break
     if found is None:
         return None
-    posterior = integrate(found.regression.problem, found.prior, motion.noise)
+    regression, jitter = found.regression, None
+    posterior = integrate(regression.problem, found.prior, motion.noise)
+    if TIMING_JITTER.name in allowed:
+        # the prior is one of the time of a sample: in a mean of a block it counts less
+        prior = TIMING_JITTER.priors(scales)[0]
+        prior = replace(prior, location=prior.location * w0 / math.sqrt(segment.block))
+        jitter = find_timing_jitter(regression, posterior, found.path, order, prior)
+        if jitter.found:
+            regression = replace(regression, clock=jitter.clock)
+            posterior = integrate(regression.problem, found.prior, posterior.best.noise)
     coefficients = posterior.best_law()
     return ForceFit(
         segment=segment,
@@ -246,10 +260,11 @@ def fit_random_force(
         path=found.path,
         law=found.law,
         sets=found.sets,
-        regression=found.regression,
+        regression=regression,
         posterior=posterior,
         coefficients=coefficients,
-        motion=found.regression.smoothed(coefficients, posterior.best),
+        motion=regression.smoothed(coefficients, posterior.best),
+        jitter=jitter,
     )
 
 

@@ -15,6 +15,7 @@ from friction_bayes.loop.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.random_force.draws import LawDraws, law_draws
 from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
+from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
 __all__ = ["Forecast", "forecast"]
 
@@ -44,6 +45,8 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     head = int(FITTED_SHARE * segment.moving)
     allowed = tuple(dict.fromkeys(column.effect for column in fit.law.columns if column.effect))
     line = next((c.shape[0].value for c in fit.law.columns if c.parameter == "sine"), None)
+    if fit.jitter is not None and fit.jitter.found:
+        allowed = (*allowed, TIMING_JITTER.name)
     first = fit_random_force(segment, fit.system, allowed, line=line, samples=head)
     if first is None:
         return None
@@ -55,7 +58,11 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
         return None
     shift, variance = _fluctuation(first, time)
     middle = laws.mean(axis=0) + shift
-    sd = np.sqrt(laws.var(axis=0) + variance + (first.posterior.noise_sd * first.unit) ** 2)
+    noise = first.posterior.noise_sd * first.unit
+    if first.jitter is not None and first.jitter.found:
+        # the rate over the unit of phase, in which the jitter is given
+        noise = noise * np.hypot(1.0, first.jitter.ratio / first.unit * np.gradient(middle, first.w0 * time))
+    sd = np.sqrt(laws.var(axis=0) + variance + noise**2)
     used = segment.sides[head : segment.moving] == 0.0
     error = (segment.values[head : segment.moving] - middle[1:])[used]
     if error.size == 0:

@@ -33,6 +33,7 @@ from friction_bayes.loop.verdict import credible_count
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
 __all__ = ["random_force_report"]
 
@@ -144,6 +145,14 @@ def _candidates(fit: ForceFit) -> list[dict[str, Any]]:
     for used, extra in ((force, frozenset({RANDOM_FORCE.name})), (~force, frozenset())):
         for names, p in zip(fit.sets.effects, fit.posterior.weight[used].sum(axis=0), strict=True):
             probability[names | extra] = probability.get(names | extra, 0.0) + float(p)
+    if fit.jitter is not None:
+        # weighed by itself: what the noise grows with tells the sets of effects nothing
+        jitters, own = fit.jitter.probability, frozenset({TIMING_JITTER.name})
+        probability = {
+            names | extra: share * p
+            for names, p in probability.items()
+            for extra, share in ((own, jitters), (frozenset(), 1.0 - jitters))
+        }
     kept = {names: p for names, p in probability.items() if p > _LEAST_PROBABILITY}
     total = sum(kept.values())
     ranked = sorted(kept.items(), key=lambda item: -item[1])
@@ -154,6 +163,8 @@ def _candidate_of(draws: LawDraws, candidates: list[dict[str, Any]]) -> Integers
     """Which candidate each draw belongs to, shape (k,); -1 where that is not listed."""
     place = {frozenset(candidate["effects"]): i for i, candidate in enumerate(candidates)}
     sets = draws.fit.sets.effects
+    if draws.fit.jitter is not None and draws.fit.jitter.found:
+        sets = tuple(names | {TIMING_JITTER.name} for names in sets)
     without = np.array([place.get(names, -1) for names in sets])
     beside = np.array([place.get(names | {RANDOM_FORCE.name}, -1) for names in sets])
     return np.where(draws.random_force > 0.0, beside[draws.chosen], without[draws.chosen])
@@ -164,6 +175,8 @@ def _effect(draws: LawDraws, name: str, in_best: Mask, candidates: list[dict[str
     units = {p.name: p.unit_in(fit.system, fit.segment.decay.unit) for p in EFFECTS[name].parameters}
     if name == RANDOM_FORCE.name:
         parameters = {"sd": draws.random_force[in_best], "correlation_time": draws.correlation_time[in_best]}
+    elif name == TIMING_JITTER.name:
+        parameters = {"sd": draws.timing_jitter[in_best]}
     else:
         parameters = draws.parameters(name, in_best)
     if name == PERIODIC_INTERFERENCE.name:
@@ -267,6 +280,8 @@ def _posterior(
     in_best = which == 0
     variables = {"random_force.sd": draws.random_force[in_best]}
     variables["random_force.correlation_time"] = draws.correlation_time[in_best]
+    if TIMING_JITTER.name in effects:
+        variables["timing_jitter.sd"] = draws.timing_jitter[in_best]
     variables["friction"] = draws.friction[in_best]
     declared = draws.fit.w0 / draws.fit.system.natural_frequency
     variables[LOG_FREQUENCY_RATIO] = np.log(declared) + 0.5 * np.log1p(draws.stiffness[in_best])

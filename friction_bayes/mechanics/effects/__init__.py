@@ -38,6 +38,7 @@ from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 from friction_bayes.mechanics.effects.stribeck_friction import STRIBECK_FRICTION
+from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
 
 __all__ = [
@@ -74,6 +75,7 @@ BUILT_IN: tuple[Effect, ...] = (
     SENSOR_HYSTERESIS,
     SENSOR_CLIPPING,
     PERIODIC_INTERFERENCE,
+    TIMING_JITTER,
     OUTLIERS,
 )
 """The effects this package brings; the integrator is compiled for their forces ahead."""

@@ -151,7 +151,8 @@ class NoiseEffect(Effect):
     Attributes
     ----------
     contaminate : callable
-        ``contaminate(noise, rng, *values)`` returns the noise as it is then, shape (n,).
+        ``contaminate(noise, rate, rng, *values)`` returns the noise as it is then, shape (n,); ``rate`` is
+        the derivative of the clean signal by time, shape (n,).
     """
 
     kind: ClassVar[str] = "noise"

@@ -11,7 +11,8 @@ from friction_bayes.mechanics.effects.prior import half_normal, log_normal
 __all__ = ["OUTLIERS"]
 
 
-def _contaminate(noise: Array, rng: np.random.Generator, fraction: float, scale: float) -> Array:
+def _contaminate(noise: Array, rate: Array, rng: np.random.Generator, fraction: float, scale: float) -> Array:
+    del rate
     hit = rng.random(noise.size) < fraction
     return np.where(hit, rng.normal(0.0, scale, noise.size), noise)
 

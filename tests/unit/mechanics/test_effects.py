@@ -51,6 +51,7 @@ CATALOGUE = {
         "sensor",
         {"amplitude": ("V", "V"), "frequency": ("Hz", "Hz"), "phase": ("rad", "rad")},
     ),
+    "timing_jitter": ("noise", {"sd": ("s", "s")}),
     "outliers": ("noise", {"fraction": ("1", "1"), "scale": ("V", "V")}),
 }
 

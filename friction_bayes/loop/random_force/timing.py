@@ -1,0 +1,120 @@
+r"""Whether the noise grows with the rate of the signal: sample times that jitter.
+
+A sample that is late by ``s_t z`` is off by the rate of the signal times that, so that sample ``i`` has the
+variance ``sigma**2 (1 + (rate_i s_t / sigma)**2)``: the filter takes it as it is. The evidence of jitter is
+that at the mode of the random force, whose sd stays, with ``log s_t`` integrated by Laplace's method.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.special import expit
+
+from friction_bayes.estimators.random_force.law_regression import LawRegression
+from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.estimators.random_force.posterior import Posterior
+from friction_bayes.estimators.random_force.subsets import weigh_sets
+from friction_bayes.estimators.random_force.whitening import Clock, whiten
+from friction_bayes.loop.candidate import INCLUSION
+from friction_bayes.mechanics.effects import Prior
+
+__all__ = ["TimingJitter", "find_timing_jitter"]
+
+_SHARES = np.geomspace(0.05, 12.8, 9)
+"""Noise by jitter over the sensor's own, both over the whole record, between which the mode is sought."""
+_STENCIL = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class TimingJitter:
+    """Jitter of the sample times of a record, given that there is some, and how probable that is.
+
+    Attributes
+    ----------
+    probability : float
+    ratio : float
+        Its standard deviation, a phase, over that of the noise in natural units.
+    log_sd : float
+        Standard deviation of its logarithm.
+    clock : Clock
+        Time stamps with the noise that it makes of them.
+    """
+
+    probability: float
+    ratio: float
+    log_sd: float
+    clock: Clock
+
+    @property
+    def found(self) -> bool:
+        """Whether it is more probable than not."""
+        return self.probability > 0.5
+
+
+def find_timing_jitter(
+    regression: LawRegression, posterior: Posterior, path: MeasuredPath, order: int, prior: Prior
+) -> TimingJitter:
+    """Weigh jitter against none.
+
+    Parameters
+    ----------
+    regression : LawRegression
+        The record, without jitter.
+    posterior : Posterior
+        Of its random force.
+    path : MeasuredPath
+    order : int
+        Derivative that is measured.
+    prior : Prior
+        Log-normal, of the standard deviation of the time of one value, a phase.
+    """
+    clock, best = regression.clock, posterior.best
+    chosen = regression.sets[int(np.argmax(best.found.log_weight))]
+    reference = regression.reference[chosen]
+    scaled = (regression.columns * regression.scale)[:, chosen]
+    block = np.column_stack([scaled, regression.target - scaled @ reference])
+    # what is lost at a jump of the acceleration is no matter of time
+    rate = (path.v, np.gradient(path.v, path.phase), -path.v)[order]
+    mean_square = float(np.mean(rate**2))
+
+    def clock_at(ratio: float) -> Clock:
+        return Clock.of(clock.phase, clock.variance * (1.0 + (ratio * rate) ** 2))
+
+    def log_weight(clock: Clock, spread: float) -> tuple[float, float]:
+        found = weigh_sets(
+            whiten(block, clock, regression.row, best.ratio * spread, best.tau),
+            reference,
+            regression.positive[chosen],
+            np.ones((1, reference.size), dtype=np.bool_),
+            np.zeros(1),
+            least_noise2=regression.least_noise**2,
+        )
+        return float(found.log_weight[0]), math.sqrt(found.noise2[0])
+
+    def density(log_ratio: float) -> float:
+        """Log posterior density of the logarithm of the jitter; the noise gives what the jitter takes."""
+        ratio = math.exp(log_ratio)
+        value, noise = log_weight(clock_at(ratio), math.sqrt(1.0 + ratio**2 * mean_square))
+        jitter = ratio * noise
+        return value + float(prior.log_density(jitter)) + math.log(jitter)
+
+    grid = np.log(_SHARES / math.sqrt(mean_square))
+    values = [density(x) for x in grid]
+    k = min(max(int(np.argmax(values)), 1), grid.size - 2)
+    climbed = minimize_scalar(
+        lambda x: -density(x),
+        bounds=(grid[k - 1], grid[k + 1]),
+        method="bounded",
+        options={"xatol": 0.03, "maxiter": 12},
+    )
+    mode, top = float(climbed.x), -float(climbed.fun)
+    bend = (density(mode + _STENCIL) - 2.0 * top + density(mode - _STENCIL)) / _STENCIL**2
+    log_sd = 1.0 / math.sqrt(max(-bend, 1.0 / prior.scale**2))
+    log_evidence = top + 0.5 * math.log(2.0 * math.pi) + math.log(log_sd)
+    log_odds = math.log(INCLUSION / (1.0 - INCLUSION)) + log_evidence - log_weight(clock, 1.0)[0]
+    ratio = math.exp(mode)
+    return TimingJitter(float(expit(log_odds)), ratio, log_sd, clock_at(ratio))

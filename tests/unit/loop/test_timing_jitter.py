@@ -1,0 +1,99 @@
+"""Sample times that jitter: noise that grows with the rate of the signal, beside a force that fluctuates."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from fluctuating_force import fluctuating_decay
+from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
+from friction_bayes.loop.segment import cut_records
+from friction_bayes.mechanics.effects import EFFECTS
+
+SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
+STEP, RELEASE, FRICTION = 0.01, 0.02, 0.0002
+NOISE = 4e-5
+
+
+def record(rng: np.random.Generator, jitter: float, *, order: int = 0):  # type: ignore[no-untyped-def]
+    """A decay whose samples are taken early or late by a share of the sampling interval."""
+    motion = fluctuating_decay(
+        rng,
+        frequency=10.0,
+        friction=FRICTION,
+        release=RELEASE,
+        step=STEP,
+        samples=1500,
+        force_sd=0.2 * FRICTION,
+        correlation_time=0.1,
+    )
+    n = motion[0].size
+    # moved along the tangent: the third term is below a hundredth of the noise
+    late = jitter * STEP * rng.standard_normal(n)
+    values = motion[order] + late * motion[order + 1] + NOISE * 10.0**order * rng.standard_normal(n)
+    return fb.make_record(STEP * np.arange(n), values, ("displacement", "velocity")[order])
+
+
+def fitted(decay) -> ForceFit:  # type: ignore[no-untyped-def]
+    (segment,) = cut_records([decay], SYSTEM)
+    found = fit_random_force(segment, SYSTEM, ("viscous_damping", "timing_jitter", "sensor_offset"))
+    assert found is not None
+    assert found.jitter is not None
+    return found
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_jitter_is_found_with_its_size_and_leaves_the_sensors_noise(
+    rng: np.random.Generator, order: int
+) -> None:
+    # at full speed as large as the noise
+    fit = fitted(record(rng, 0.04, order=order))
+    assert fit.jitter.probability > 0.99
+    assert fit.posterior.noise_sd == pytest.approx(NOISE * (10.0 / fit.w0) ** order, rel=0.1)
+    jitter = fit.jitter.ratio * fit.posterior.noise_sd / fit.w0
+    assert jitter == pytest.approx(0.04 * STEP, rel=0.3)
+    assert abs(np.log(jitter / (0.04 * STEP))) < 5.0 * fit.jitter.log_sd
+    # the innovations are of one size at any speed
+    fast = np.abs(fit.path.v) > np.median(np.abs(fit.path.v))
+    assert np.var(fit.innovations[fast]) == pytest.approx(np.var(fit.innovations[~fast]), rel=0.3)
+
+
+def test_the_report_names_it_with_its_unit(rng: np.random.Generator) -> None:
+    report = fb.close_loop([record(rng, 0.1)], SYSTEM, seed=1)
+    named = {effect["name"]: effect for effect in report.effects}
+    jitter = named["timing_jitter"]
+    assert jitter["probability"] > 0.99
+    assert jitter["parameters"]["sd"]["unit"] == "s"
+    assert jitter["parameters"]["sd"]["mean"] == pytest.approx(0.1 * STEP, rel=0.3)
+    assert report.noise["sd"] == pytest.approx(NOISE, rel=0.2)
+    assert sum(c["probability"] for c in report.candidates) == pytest.approx(1.0)
+    assert (report.posterior["posterior"]["timing_jitter.sd"] > 0.0).all()
+    assert report.held_out_error["inside90"] > 0.6
+
+
+def test_where_it_may_not_act_it_is_not_weighed(rng: np.random.Generator) -> None:
+    (segment,) = cut_records([record(rng, 0.1)], SYSTEM)
+    fit = fit_random_force(segment, SYSTEM, ("viscous_damping",))
+    assert fit is not None
+    assert fit.jitter is None
+
+
+def test_simulated_jitter_is_noise_in_proportion_to_the_rate() -> None:
+    def decay(**effects: float):  # type: ignore[no-untyped-def]
+        return fb.simulate(
+            SYSTEM,
+            friction=0.02,
+            initial_displacement=RELEASE,
+            duration=20.0,
+            sampling_rate=100.0,
+            seed=1,
+            effects=effects,
+        )
+
+    clean = decay().values
+    late = decay(**{"timing_jitter.sd": 1e-3}).values - clean
+    rate = np.gradient(clean, STEP)
+    moving = np.abs(rate) > 0.1 * np.abs(rate).max()
+    assert np.std(late[moving] / rate[moving]) == pytest.approx(1e-3, rel=0.1)
+    assert EFFECTS["timing_jitter"].parameters[0].unit == "s"
