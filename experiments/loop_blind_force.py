@@ -17,6 +17,8 @@ from experiments.blind.draws import CONTACT_AND_SENSOR
 from experiments.blind.fluctuating import FLUCTUATING_KINDS, draw_fluctuating
 from experiments.blind.force_figures import AFTER, BEFORE, by_kind, figure_lines, reliability_lines
 from experiments.blind.force_scoring import force_score, other_effects
+from experiments.blind.identifiable import IDENTIFIABLE_LOSS
+from experiments.blind.oracle import judge
 from experiments.blind.scoring import KEPT_CANDIDATES, set_name
 from experiments.loop_blind import REFUSED
 from experiments.runner import Cell, Experiment, Row, main
@@ -25,6 +27,9 @@ __all__ = ["EXPERIMENT"]
 
 RUNS = {BEFORE: "none", AFTER: "auto"}
 """``random_force`` of ``close_loop``."""
+
+
+_UNBOUNDED = ("loss", "error_before", "error_after", "relative_width", "widths_off")
 
 
 @dataclass(frozen=True)
@@ -68,7 +73,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     seed_of_record, seed_of_loop = seed.spawn(2)
     sealed = draw_fluctuating(cell["kind"], seed_of_record, with_force=cell["fluctuates"])
     number = int(seed_of_loop.generate_state(1)[0])
-    truth = sealed.truth
+    truth, judged = sealed.truth, judge(sealed)
     result: dict[str, Any] = {
         "others": set_name(other_effects(truth)),
         "outside": truth.outside,
@@ -78,6 +83,11 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         "samples_per_period": truth.samples_per_period,
         "force_over_friction": truth.parameters.get("force_over_friction", 0.0),
         "correlation_periods": truth.parameters.get("force_correlation_time", math.nan) / (2.0 * math.pi),
+        "loss": judged.loss,
+        "rival": set_name(sorted(judged.rival)),
+        "identifiable": bool(other_effects(truth)) and not truth.outside and judged.loss >= IDENTIFIABLE_LOSS,
+        "force_loss": judged.force_loss,
+        "friction_sd": judged.friction_sd,
         "truth": json.dumps(truth.to_dict()),
     }
     for name, force in RUNS.items():
@@ -107,7 +117,9 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
         elif any(isinstance(value, str) for value in values):
             columns[name] = ("record", values)
         else:
-            columns[name] = ("record", [math.nan if value is None else value for value in values])
+            # JSON has no infinity: an error or a loss without bound, and a figure that is not there
+            null = math.inf if name.endswith(_UNBOUNDED) else math.nan
+            columns[name] = ("record", [null if value is None else value for value in values])
     return xr.Dataset(columns)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from experiments.blind.laws import Law
 
-__all__ = ["DisturbedMotion", "integrate_disturbed"]
+__all__ = ["DisturbedMotion", "acceleration_of", "integrate_disturbed"]
 
 _AT_REST = (
     math.pi
@@ -89,7 +89,7 @@ class DisturbedMotion:
         for i, knot in enumerate(owner.tolist()):
             contact = self.contacts[knot]
             if contact.sign:
-                acceleration[i] = _acceleration(self.law, contact, times[i], x[i], v[i], force[i])
+                acceleration[i] = acceleration_of(self.law, contact, times[i], x[i], v[i], force[i])
         return x, acceleration
 
 
@@ -103,7 +103,8 @@ def _built_up(law: Law, contact: _Contact, x: float) -> float:
     return 1.0 - (1.0 - contact.built_up) * math.exp(-abs(x - contact.turn) / law.presliding)
 
 
-def _acceleration(law: Law, contact: _Contact, t: float, x: float, v: float, force: float) -> float:
+def acceleration_of(law: Law, contact: _Contact, t: float, x: float, v: float, force: float) -> float:
+    """Acceleration of a mass in contact under a force."""
     friction = law.level(t, x, v, contact.sign) * _built_up(law, contact, x)
     return law.drive(t, x, v, contact.slips) - contact.sign * friction + force
 
@@ -113,13 +114,13 @@ def _step(
 ) -> tuple[float, float]:
     """One Runge-Kutta step of length ``h`` under ``force + slope (time - t)``."""
     middle = force + 0.5 * slope * h
-    a1 = _acceleration(law, contact, t, x, v, force)
+    a1 = acceleration_of(law, contact, t, x, v, force)
     v2 = v + 0.5 * h * a1
-    a2 = _acceleration(law, contact, t + 0.5 * h, x + 0.5 * h * v, v2, middle)
+    a2 = acceleration_of(law, contact, t + 0.5 * h, x + 0.5 * h * v, v2, middle)
     v3 = v + 0.5 * h * a2
-    a3 = _acceleration(law, contact, t + 0.5 * h, x + 0.5 * h * v2, v3, middle)
+    a3 = acceleration_of(law, contact, t + 0.5 * h, x + 0.5 * h * v2, v3, middle)
     v4 = v + h * a3
-    a4 = _acceleration(law, contact, t + h, x + h * v3, v4, force + slope * h)
+    a4 = acceleration_of(law, contact, t + h, x + h * v3, v4, force + slope * h)
     return x + h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4), v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
 
 

@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy import stats
 
 from experiments.blind.figures_of_merit import median_error, rate_error, reliability, reliability_limit
 from experiments.blind.fluctuating import FLUCTUATING_KINDS
 from experiments.blind.force_scoring import FOUND
+from experiments.blind.identifiable import IDENTIFIABLE_LOSS
 
 __all__ = ["AFTER", "BEFORE", "Line", "by_kind", "figure_lines", "reliability_lines"]
 
@@ -74,6 +76,16 @@ def _gross(run: xr.Dataset, eligible: Mask) -> str:
     return _share(run["widths_off"].values > _GROSS, eligible)
 
 
+def _width_over_best(dataset: xr.Dataset) -> Shown:
+    best = 2.0 * stats.norm.ppf(0.95) * dataset["friction_sd"].values
+
+    def shown(run: xr.Dataset, eligible: Mask) -> str:
+        values = (run["relative_width"].values / best)[eligible]
+        return f"{np.median(values):.2g} ± {median_error(values):.1g}"
+
+    return shown
+
+
 def _verdict(name: str) -> Shown:
     return lambda run, eligible: _share(run["verdict"].values == name, eligible)
 
@@ -97,11 +109,14 @@ def _figures(dataset: xr.Dataset) -> Iterator[tuple[str, str, Mask, Shown]]:
     yield "truth further from the mean than the interval is wide", "", inside, _gross
     yield "median friction error", "", inside, _median_of("error_after")
     yield "median width of the interval, over friction", "", inside, _median_of("relative_width")
+    yield "... over that of a judge who knows effects, force and noise", "", inside, _width_over_best(dataset)
     yield "true set of other effects among those holding 95 %", ">= 95 %", inside, held
-    yield "true set of other effects most probable", "", inside, _rate_of("right")
-    yield "random force found", "", inside, _found
+    told = inside & dataset["identifiable"].values.astype(bool)
+    yield "true set of other effects most probable, identifiable records", "", told, _rate_of("right")
+    seen = inside & (dataset["force_loss"].values >= IDENTIFIABLE_LOSS)
+    yield "random force found, where the true law loses 10 or more without it", "", seen, _found
     for name, chosen in sizes:
-        yield name, "", chosen, _found
+        yield name, "", seen & chosen, _found
     yield "90 % interval of random_force.sd covers, where told", "", inside, _rate_of("force_sd_covered")
     told = "90 % interval of random_force.correlation_time_s covers, where told"
     yield told, "", inside, _rate_of("correlation_time_covered")
@@ -119,8 +134,9 @@ def figure_lines(dataset: xr.Dataset) -> list[Line]:
     Parameters
     ----------
     dataset : xarray.Dataset
-        One entry a record: ``kind``, ``fluctuates``, ``outside``, ``quantity``, ``force_over_friction``, and
-        for both runs, by prefix, the fields of :func:`experiments.blind.force_scoring.force_score`.
+        One entry a record: ``kind``, ``fluctuates``, ``outside``, ``quantity``, ``force_over_friction``, what
+        :func:`experiments.blind.oracle.judge` says of it, and for both runs, by prefix, the fields of
+        :func:`experiments.blind.force_scoring.force_score`.
     """
     before, after = columns_of(dataset, BEFORE), columns_of(dataset, AFTER)
     lines = [
