@@ -2,8 +2,8 @@
 
 ``python -m benchmarks.sampler_calibration [--records N] [--seed S]`` prints p-values of the tests of each
 parameter's ranks. Start, friction, rest position, noise, size and correlation time of the force are drawn, a
-small record is drawn with them, and emcee samples its posterior; the rank of the truth among nearly independent
-draws is uniform. Given size and correlation time, the closed form itself is tested in
+small record is drawn with them, and emcee samples its posterior; the rank of the truth among nearly
+independent draws is uniform. Given size and correlation time, the closed form itself is tested in
 ``tests/statistical/test_random_force_calibration.py``, on a simulator that shares no code with the filter.
 """
 
