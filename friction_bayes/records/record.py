@@ -67,14 +67,11 @@ def make_record(
         raise InputError(
             name, f"{clock.size} times for {signal.size} samples", "give one time for each sample"
         )
-    stamps = xr.Variable("time", clock, {"units": "s", "standard_name": "time"})
-    return xr.DataArray(
-        signal * factor,
-        dims=("time",),
-        coords={"time": stamps},
-        name=kind.name,
-        attrs={"quantity": kind.name, "units": si_unit, "name": name, **attrs},
-    )
+    # as they are: xarray otherwise loads dask.array to see whether the arrays are Dask's
+    stamps = xr.Variable("time", clock, {"units": "s", "standard_name": "time"}, fastpath=True)
+    told = {"quantity": kind.name, "units": si_unit, "name": name, **attrs}
+    samples = xr.Variable("time", signal * factor, told, fastpath=True)
+    return xr.DataArray(samples, coords={"time": stamps}, name=kind.name)
 
 
 def record_quantity(record: xr.DataArray) -> Quantity:
