@@ -39,9 +39,12 @@ def duration(seconds: float) -> str:
     return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.1f} s"
 
 
+_SPELLED = {"presliding": "pre-sliding", "stribeck": "Stribeck"}
+
+
 def words(name: str) -> str:
     """Write a name of the program, such as ``viscous_damping``, as words."""
-    return name.replace("_", " ")
+    return " ".join(_SPELLED.get(part, part) for part in name.split("_"))
 
 
 def set_words(effects: Sequence[str]) -> str:

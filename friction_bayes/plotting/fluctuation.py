@@ -6,26 +6,34 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.result import RecordTrace
-from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, new_figure, styled
+from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
 __all__ = ["plot_fluctuation"]
 
-_BINS = 24
+_MOST_BINS = 24
+_SAMPLES_A_BIN = 12
+_LEAST_PASSES = 3
+"""Through a bin, for its mean to have a standard error."""
 _BAND = 1.645
 """Standard deviations on either side of a 90 % band."""
 
 
-def plot_fluctuation(trace: RecordTrace) -> Figure:
+def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None) -> Figure:
     """Draw the random force of a record over time and against velocity, position and amplitude.
 
-    Lines are means in bins, with two standard errors of independent samples; dashed lines are friction.
+    Against position, the two directions of motion have a line each; against amplitude, the part against the
+    motion is drawn, which is what friction that depends on the amplitude leaves. Lines are means in bins,
+    with two standard errors: of the passes through a bin, as the samples of one pass are not independent.
 
     Parameters
     ----------
     trace : RecordTrace
         With a random force.
+    depends_on : str, optional
+        ``velocity``, ``position``, ``amplitude`` or ``time``: what the force was found to depend on, which is
+        marked.
 
     Returns
     -------
@@ -34,42 +42,81 @@ def plot_fluctuation(trace: RecordTrace) -> Figure:
     found = trace.fluctuation
     assert found is not None
     amplitude = np.interp(trace.time, trace.turning_times, np.abs(trace.turning_points))
+    forward = found.velocity > 0.0
+    against = np.where(forward, -found.force, found.force)
+    length = "rad" if trace.quantity.startswith("ang") else "m"
     with styled():
-        figure = new_figure(9.0, 6.0)
+        figure = new_figure(9.0, 6.4)
         grid = figure.add_gridspec(2, 3)
-        whole = figure.add_subplot(grid[0, :])
+        over_time = figure.add_subplot(grid[0, :])
         reach = _BAND * found.sd
-        whole.fill_between(trace.time, found.force - reach, found.force + reach, color=FAINT, lw=0.0)
-        whole.plot(trace.time, found.force, color=MODEL, lw=0.6, rasterized=True)
-        whole.set_xlabel("time [s]")
-        whole.set_title(trace.name)
-        angular = trace.quantity.startswith("ang")
-        length = "rad" if angular else "m"
-        for place, values, label in (
-            (grid[1, 0], found.velocity, f"velocity [{length}/s]"),
-            (grid[1, 1], found.displacement, f"position [{length}]"),
-            (grid[1, 2], amplitude, f"amplitude [{length}]"),
+        over_time.fill_between(
+            trace.time, found.force - reach, found.force + reach, color=FAINT, lw=0.0, label="its 90 % band"
+        )
+        over_time.plot(trace.time, found.force, color=MODEL, lw=0.6, rasterized=True, label="force left")
+        over_time.set_xlabel("time [s]")
+        over_time.set_ylabel(f"force left [{found.unit}]")
+        over_time.set_title(trace.name)
+        panels = {"time": over_time}
+        for k, (name, unit, values, force) in enumerate(
+            (
+                ("velocity", f"{length}/s", found.velocity, found.force),
+                ("position", length, found.displacement, found.force),
+                ("amplitude", length, amplitude, against),
+            )
         ):
-            axes = figure.add_subplot(place)
-            axes.plot(values, found.force, ".", color=DATA, ms=1.6, mew=0.0, rasterized=True)
-            _draw_means(axes, values, found.force)
-            axes.set_xlabel(label)
+            axes = panels[name] = figure.add_subplot(grid[1, k])
+            size = 1.6 if values.size > 2000 else 3.0
+            axes.plot(values, force, ".", color=DATA, ms=size, mew=0.0, rasterized=True)
+            axes.set_xlabel(f"{name} [{unit}]")
             axes.locator_params(axis="x", nbins=5)
-        for axes in (figure.axes[0], figure.axes[1]):
-            axes.set_ylabel(f"force left [{found.unit}]")
-        for axes in figure.axes:
+        _draw_means(panels["velocity"], found.velocity, found.force, forward)
+        _draw_means(panels["amplitude"], amplitude, against, forward)
+        for direction, style, label in ((True, "-", "mean, forwards"), (False, ":", "mean, backwards")):
+            own = forward == direction
+            x, force = found.displacement[own], found.force[own]
+            _draw_means(panels["position"], x, force, forward[own], style, label)
+        panels["velocity"].set_ylabel(f"force left [{found.unit}]")
+        panels["amplitude"].set_ylabel(f"against the motion [{found.unit}]")
+        if depends_on is not None:
+            caption(panels[depends_on], f"depends on the {depends_on}")
+        for name, axes in panels.items():
             for level in (-found.friction, found.friction):
                 axes.axhline(level, color=ACCENT, lw=0.8, ls=(0, (4, 2)))
+            if name == "time":
+                axes.lines[-1].set_label("± friction")
+        handles, labels = over_time.get_legend_handles_labels()
+        more = panels["position"].get_legend_handles_labels()
+        figure.legend(handles + more[0][-2:], labels + more[1][-2:], loc="outside lower center", ncols=5)
     return figure
 
 
-def _draw_means(axes: Axes, values: Array, force: Array) -> None:
-    edges = np.linspace(values.min(), values.max(), _BINS + 1)
-    which = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, _BINS - 1)
-    count = np.bincount(which, minlength=_BINS)
-    used = count > 2
-    mean = np.bincount(which, force, _BINS)[used] / count[used]
-    square = np.bincount(which, force**2, _BINS)[used] / count[used]
-    error = np.sqrt(np.maximum(square - mean**2, 0.0) / count[used])
-    centre = 0.5 * (edges[1:] + edges[:-1])[used]
-    axes.errorbar(centre, mean, 2.0 * error, color=MODEL, lw=1.0, elinewidth=0.8)
+def _draw_means(
+    axes: Axes, values: Array, force: Array, forward: Mask, style: str = "-", label: str | None = None
+) -> None:
+    """Draw means in bins, and two standard errors of the passes through each.
+
+    A pass is a run of samples in one bin and in one direction; ``forward`` says which.
+    """
+    bins = int(np.clip(values.size / _SAMPLES_A_BIN, 4, _MOST_BINS))
+    edges = np.linspace(values.min(), values.max(), bins + 1)
+    place = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, bins - 1)
+    changes = (np.diff(place) != 0) | (np.diff(forward.astype(int)) != 0)
+    passing = np.concatenate([[0], np.cumsum(changes)])
+    bin_of_pass = place[np.concatenate([[0], np.flatnonzero(changes) + 1])]
+    samples, total = np.bincount(passing), np.bincount(passing, force)
+    count, passes = np.bincount(place, minlength=bins), np.bincount(bin_of_pass, minlength=bins)
+    mean = np.bincount(place, force, bins) / np.maximum(count, 1)
+    scatter = np.bincount(bin_of_pass, (total - samples * mean[bin_of_pass]) ** 2, bins)
+    error = np.where(passes < _LEAST_PASSES, np.nan, np.sqrt(scatter) / np.maximum(count, 1))
+    used, centre = count > 2, 0.5 * (edges[1:] + edges[:-1])
+    axes.errorbar(
+        centre[used],
+        mean[used],
+        2.0 * error[used],
+        color=MODEL,
+        lw=1.2,
+        ls=style,
+        elinewidth=0.8,
+        label=label,
+    )

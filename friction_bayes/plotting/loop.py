@@ -223,7 +223,7 @@ def loop_figures(report: LoopReport) -> dict[str, Figure]:
         figures[f"residual{suffix}"] = plot_loop_residual(trace)
         figures[f"turning_points{suffix}"] = plot_turning_points(trace)
         if trace.fluctuation is not None:
-            figures[f"fluctuation{suffix}"] = plot_fluctuation(trace)
+            figures[f"fluctuation{suffix}"] = plot_fluctuation(trace, report.left["depends_on"])
         if trace.forces is not None:
             figures[f"force{suffix}"] = plot_loop_force(trace, unit=report.friction_after["unit"])
     return figures

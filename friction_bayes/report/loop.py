@@ -20,8 +20,9 @@ _CAPTIONS = {
     "turning_points": "Amplitude at the turning points, and its loss in each half cycle: constant for dry "
     "friction, a straight line for viscous damping, a parabola for drag.",
     "fluctuation": "The force that the law does not explain, with its 90 % band: over time, and against "
-    "velocity, position and amplitude with means in bins. A random force follows none of them; what does is "
-    "an effect that the catalogue lacks.",
+    "velocity, position and amplitude with means in bins (bars: two standard errors). A random force follows "
+    "none of them; a line that stays away from zero by more than its bars is an effect that the catalogue "
+    "lacks, and the shape of it.",
     "force": "The measured friction force, and that of both models.",
 }
 """Figures of a record, in the order of the page."""
@@ -79,7 +80,7 @@ def _tiles(report: Mapping[str, Any]) -> list[tuple[str, str, str]]:
         if noise["model"] == "white"
         else f"correlated over {number(noise['correlation_length_s'], 3)} s"
     )
-    return [
+    tiles = [
         ("friction before", f"{number(before['mean'])} {unit}", f"90 %: {interval90(before)}"),
         ("friction after", f"{number(after['mean'])} {unit}", f"90 %: {interval90(after)}"),
         (
@@ -87,8 +88,14 @@ def _tiles(report: Mapping[str, Any]) -> list[tuple[str, str, str]]:
             number(error["after"] / error["before"] if known else None, 2),
             f"{number(error['before'], 3)} → {number(error['after'], 3)} {error['unit']}, held out",
         ),
-        ("noise", f"{number(noise['sd'], 3)} {error['unit']}", colour),
+        ("sensor noise", f"{number(noise['sd'], 3)} {error['unit']}", colour),
     ]
+    force = report["random_force"]
+    if force is not None and force["probability"] > 0.5:
+        time = number(force["correlation_time_s"]["mean"], 2)
+        remark = f"sd {number(force['sd']['mean'], 3)} {unit}, correlated over {time} s"
+        tiles.append(("random force", f"{100.0 * force['share_of_friction']:.0f} % of friction", remark))
+    return tiles
 
 
 def _made(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:

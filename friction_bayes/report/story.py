@@ -64,8 +64,8 @@ def verdict_sentence(report: Report) -> str:
     on = report["left"]["depends_on"]
     if on:
         return (
-            f"The force that {name} and a fluctuation leave depends on the {on}{tests}: an effect that the "
-            "catalogue lacks."
+            f"The force that is left depends on the {on}{tests}: an effect that the catalogue lacks; "
+            f"the closest candidate is {name}, which is not an explanation."
         )
     return (
         f"What is left of the record is neither noise nor an effect of the catalogue{tests}; "
@@ -93,10 +93,10 @@ def loop_story(report: Report) -> list[tuple[str, str]]:
     for when in ("before", "after"):
         rows.append((f"residual {when}", _tests(report["residual"][when], report["held_out_error"]["unit"])))
     rows.append(("frequency", _frequency(report)))
-    rows.append(("noise", _noise(report["noise"], report["held_out_error"]["unit"])))
+    rows.append(("sensor noise", _noise(report["noise"], report["held_out_error"]["unit"])))
     if report["random_force"]:
         rows.append(("random force", _random_force(report["random_force"])))
-    rows.append(("left over", _left(report["left"], report["friction_after"]["unit"])))
+    rows.append(("left over", _left(report)))
     rows.append(("paper's procedure", paper_words(report["paper_procedure"])))
     if report["next_experiment"]:
         rows.append(("next experiment", report["next_experiment"]))
@@ -139,7 +139,9 @@ def _held_out(error: Mapping[str, Any]) -> str:
     text = f"{number(before, 3)} {unit} before, {number(after, 3)} {unit} after"
     if before and after is not None:
         text += f", ratio {number(after / before, 2)}"
-    return f"{text}; noise floor {number(error['noise_floor'], 3)} {unit}"
+    text += f"; noise floor {number(error['noise_floor'], 3)} {unit}"
+    inside = error.get("inside90")
+    return text if inside is None else f"{text}; {percent(inside)} of the samples in the 90 % band"
 
 
 def _tests(tests: Mapping[str, Any], unit: str) -> str:
@@ -177,21 +179,24 @@ def _noise(noise: Mapping[str, Any], unit: str) -> str:
 
 
 def _random_force(force: Mapping[str, Any]) -> str:
-    sd, time = force["sd"], force["correlation_time_s"]
+    sd, time, probable = force["sd"], force["correlation_time_s"], force["probability"]
     return (
-        f"{percent(force['probability'])}   sd {number(sd['mean'], 3)} ± {number(sd['sd'], 2)} {sd['unit']}, "
-        f"{number(force['share_of_friction'], 2)} of friction, correlated over {number(time['mean'], 2)} s"
+        f"probability {percent(probable)}; {'' if probable > 0.5 else 'if there, '}"
+        f"sd {number(sd['mean'], 3)} ± {number(sd['sd'], 2)} {sd['unit']} over all candidates, "
+        f"{100.0 * force['share_of_friction']:.0f} % of friction, correlated over {number(time['mean'], 2)} s"
     )
 
 
-def _left(left: Mapping[str, Any], friction_unit: str) -> str:
+def _left(report: Report) -> str:
+    left, unit = report["left"], report["friction_after"]["unit"]
     if not left["structured_rms"] and not left["depends_on"]:
-        return "nothing that follows the motion"
-    on = f"a force that depends on the {left['depends_on']}, " if left["depends_on"] else ""
+        noise = "" if report["verdict"] != "unexplained" else ", yet it is no noise: see the tests that fail"
+        return f"nothing that follows the motion{noise}"
+    on = f"a force that depends on the {left['depends_on']}: " if left["depends_on"] else ""
     return (
         f"{on}{number(left['structured_rms'], 2)} {left['unit']} of the signal "
         f"({number(100.0 * left['share_of_amplitude'], 2)} % of the amplitude); friction could shift by "
-        f"{number(left['friction_could_shift_by'], 2)} {friction_unit}"
+        f"{number(left['friction_could_shift_by'], 2)} {unit}"
     )
 
 

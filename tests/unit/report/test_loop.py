@@ -173,12 +173,12 @@ def test_story_has_every_line(loop_report: LoopReport) -> None:
     assert "ratio 0.25" in told["held-out error"]
     assert told["residual before"].endswith("fails 1 of 2 tests: phase")
     assert told["residual after"].endswith("passes all 1 tests")
-    assert told["noise"] == "sd 0.0001 m, autoregressive of order 3, correlated over 0.02 s"
+    assert told["sensor noise"] == "sd 0.0001 m, autoregressive of order 3, correlated over 0.02 s"
     assert "disagrees, because of viscous damping and successive drops" in told["paper's procedure"]
     assert "inside the 90 % interval; error +30 % before, +6 % after" in told["reference"]
     assert "next experiment" in told
     assert told["random force"].startswith(
-        "99.0 %   sd 0.1 ± 0.01 N, 0.2 of friction, correlated over 0.05 s"
+        "probability 99.0 %; sd 0.1 ± 0.01 N over all candidates, 20 % of friction, correlated over 0.05 s"
     )
     assert told["left over"].startswith("1e-05 m of the signal (0.05 % of the amplitude)")
 
