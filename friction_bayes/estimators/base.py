@@ -39,6 +39,8 @@ class RandomForce:
         Friction coefficient of the signal without it, and with it.
     innovations : Whiteness
         Test of the whitened residuals at the most probable random force.
+    build_target : callable, () -> Target
+        Makes :attr:`target`.
     """
 
     probability: float
@@ -47,6 +49,12 @@ class RandomForce:
     coefficient_without: Any
     coefficient_with: Mixture
     innovations: Whiteness
+    build_target: Callable[[], Target] = field(repr=False)
+
+    @property
+    def target(self) -> Target:
+        """The posterior given that there is one, for the sampler; :attr:`Fit.target` is that without."""
+        return self.build_target()
 
     @property
     def share_of_friction(self) -> float:

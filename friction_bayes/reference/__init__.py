@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from friction_bayes.reference.sampling import sample_reference, sample_target
+from friction_bayes.reference.estimates import sample_reference
+from friction_bayes.reference.sampling import sample_target
 from friction_bayes.reference.tree import load_tree, save_tree
 
 __all__ = ["load_tree", "sample_reference", "sample_target", "save_tree"]

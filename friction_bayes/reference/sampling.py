@@ -8,7 +8,6 @@ import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from importlib.metadata import version
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,14 +15,12 @@ import xarray as xr
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError, NotConvergedWarning
-from friction_bayes.core.system import Oscillator
-from friction_bayes.estimators.estimate import estimate
 from friction_bayes.reference.convergence import MINIMUM_LENGTH, Convergence, diagnose
 from friction_bayes.reference.ensembles import Ensembles
 from friction_bayes.reference.tree import make_tree
 from friction_bayes.validation.mixing import mixing
 
-__all__ = ["sample_reference", "sample_target"]
+__all__ = ["sample_target"]
 
 
 BURN_IN = 10
@@ -32,60 +29,6 @@ BURN_IN = 10
 _FIRST_STEPS = 150
 _MARGIN = 1.15
 """Steps run over those needed, since the need is itself an estimate."""
-
-
-def sample_reference(
-    record: xr.DataArray,
-    system: Oscillator,
-    *,
-    method: str = "waveform",
-    prior: Mapping[str, float] | Any | None = None,
-    peaks: str = "highest",
-    start: float | None = None,
-    rest_position: float | None = None,
-    seed: int,
-    **options: Any,
-) -> xr.DataTree:
-    """Sample the posterior that :func:`friction_bayes.estimate` gives in closed form.
-
-    Parameters
-    ----------
-    record, system, method, prior, peaks, start, rest_position
-        As for :func:`friction_bayes.estimate`.
-    seed : int
-        Same seed, same bits.
-    **options
-        Further arguments of :func:`sample_target`.
-
-    Returns
-    -------
-    xarray.DataTree
-        As from :func:`sample_target`, with the attributes ``record``, ``method`` and ``friction_unit``.
-        Forces are those of the declared mass and stiffness, without their uncertainty.
-
-    Raises
-    ------
-    InputError
-        If the record cannot be used or an argument is wrong.
-
-    Warns
-    -----
-    NotConvergedWarning
-        If the steps were used up before the diagnostics were met.
-    """
-    closed_form = estimate(
-        record,
-        system,
-        method=method,
-        prior=prior,
-        peaks=peaks,
-        start=start,
-        rest_position=rest_position,
-        random_force="none",
-    )
-    tree = sample_target(closed_form.fit.target, seed=seed, **options)
-    tree.attrs.update(record=closed_form.decay.name, method=method, friction_unit=closed_form.friction_unit)
-    return tree
 
 
 def sample_target(

@@ -8,7 +8,7 @@ units of the frequency found.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -103,6 +103,21 @@ class LawRegression:
             reference=self.reference,
             whiten_at=self.whiten_at,
             least_noise2=self.least_noise**2,
+        )
+
+    def of_columns(self, chosen: Mask) -> LawRegression:
+        """The same record on some of the columns, ``chosen`` of shape (p,), as the one set that there is."""
+        mine = np.flatnonzero(chosen)
+        return replace(
+            self,
+            names=tuple(self.names[j] for j in mine),
+            columns=self.columns[:, mine],
+            states=self.states[:, :, mine],
+            scale=self.scale[mine],
+            positive=self.positive[mine],
+            sets=np.ones((1, mine.size), np.bool_),
+            log_prior=np.zeros(1),
+            stiffness=int(np.searchsorted(mine, self.stiffness)),
         )
 
     def residual(self, law: Array) -> Array:

@@ -17,11 +17,13 @@ Priors, of the scale of this record: friction ``F`` as fitted without a random f
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import stats
 
+from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means, samples_in_block
@@ -30,6 +32,7 @@ from friction_bayes.estimators.random_force.law_regression import LawRegression,
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, integrate
 from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
+from friction_bayes.estimators.random_force.sampler_target import force_target, half_cycle_blocks
 from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
 from friction_bayes.estimators.random_force.subsets import all_sets
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
@@ -121,6 +124,9 @@ class PlainPosterior:
         Of a sample, given that there is one.
     innovations : Whiteness
         Of the whitened residuals at the most probable random force.
+    target : callable, float -> Target
+        The same posterior given that there is a random force, for a sampler; from the factor from
+        ``coefficient`` to force.
     """
 
     probability: float
@@ -131,6 +137,7 @@ class PlainPosterior:
     frequency_sd: float
     noise_sd: float
     innovations: Whiteness
+    target: Callable[[float], Target] = field(repr=False)
 
 
 def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
@@ -163,7 +170,8 @@ def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
     frequency *= change
     regression = along(first.smoothed(law, guessed.best).at_frequency(change), frequency)
     posterior = integrate(regression.problem, prior, regression.motion.noise)
-    return _in_units_of_the_signal(posterior, regression, decay, frequency)
+    signal = averaged[:n] + decay.rest_position
+    return _in_units_of_the_signal(posterior, regression, prior, decay, frequency, signal)
 
 
 def _surely_sliding(motion: Motion, friction: float, step: float) -> int:
@@ -222,17 +230,47 @@ def _regression(
 
 
 def _in_units_of_the_signal(
-    posterior: Posterior, regression: LawRegression, decay: PlainDecay, frequency: float
+    posterior: Posterior,
+    regression: LawRegression,
+    prior: ForcePrior,
+    decay: PlainDecay,
+    frequency: float,
+    signal: Array,
 ) -> PlainPosterior:
     kappa = posterior.coefficient("stiffness", given_force=True)
     found = frequency * frequency_change(kappa.mean())
     # c is r / m over the reference frequency squared, u is w0**q r/k at the frequency found
     unit = frequency**2 * found ** (decay.order - 2)
+    # of a sample, where the regression has means of blocks
+    noise_unit = frequency**decay.order * math.sqrt(decay.block)
     with_force = [point for point in posterior.points if point.ratio > 0.0]
     share = np.array([weight.sum() for weight in posterior.weight[posterior.ratio > 0.0]])
     noise = float(share @ [point.noise for point in with_force] / share.sum())
     best = posterior.best
     sd, tau = posterior.force_sd, posterior.correlation_time
+
+    def target(force_factor: float) -> Target:
+        friction = regression.names.index("friction")
+
+        def natural(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
+            change = [frequency_change(kappa) for kappa in law[:, regression.stiffness]]
+            return {
+                "friction": force_factor * unit * law[:, friction],
+                "frequency": frequency * np.array(change),
+                "precision": (noise_unit * noise) ** -2.0,
+                "random_force_sd": force_factor * unit * q,
+                "correlation_time": tau / frequency,
+            }
+
+        return force_target(
+            regression,
+            prior,
+            natural=natural,
+            blocks=half_cycle_blocks(regression.clock.phase),
+            signal=signal,
+            unit=frequency**decay.order,
+        )
+
     return PlainPosterior(
         probability=posterior.probability,
         coefficient=posterior.coefficient("friction", given_force=True).scaled(unit),
@@ -240,6 +278,7 @@ def _in_units_of_the_signal(
         correlation_time=stats.lognorm(*tau.args, scale=tau.kwds["scale"] / frequency),
         frequency=found,
         frequency_sd=0.5 * frequency**2 / found * kappa.std(),
-        noise_sd=noise * frequency**decay.order * math.sqrt(decay.block),
+        noise_sd=noise * noise_unit,
         innovations=whiteness(regression.innovations(posterior.best_law(), best.ratio, best.tau)),
+        target=target,
     )

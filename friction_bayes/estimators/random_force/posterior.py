@@ -18,6 +18,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.optimize import minimize
 from scipy.special import logsumexp
@@ -29,7 +30,7 @@ from friction_bayes.estimators.random_force.positive_orthant import cut_moments
 from friction_bayes.estimators.random_force.subsets import WeighedSets, weigh_sets
 from friction_bayes.estimators.random_force.whitening import Whitened
 
-__all__ = ["ForcePrior", "GridPoint", "Posterior", "Problem", "integrate"]
+__all__ = ["ForcePrior", "GridPoint", "Posterior", "Problem", "at_resonance", "integrate"]
 
 _REACH = (0.003, 30.0)
 """Sizes of the force, over the prior's median, between which its mode is sought."""
@@ -76,12 +77,18 @@ class ForcePrior:
         if not (sizes and 0.0 < self.none <= 1.0):
             raise InputError("random force", f"prior {self}", "give positive sizes and 0 < none <= 1")
 
-    def log_density(self, q: float, tau: float) -> float:
-        """Log density in ``(log q, log tau)`` of the part with a force, its probability included."""
-        if self.none >= 1.0 or not self.tau_low <= tau <= self.tau_high:
-            return -math.inf
-        normal = stats.norm.logpdf(math.log(q), math.log(self.centre), self.spread)
-        return float(math.log1p(-self.none) + normal - math.log(math.log(self.tau_high / self.tau_low)))
+    def log_density(self, q: ArrayLike, tau: ArrayLike) -> Any:
+        """Log density in ``(log q, log tau)`` of the part with a force, its probability included.
+
+        Broadcasts over ``q`` and ``tau``; minus infinity beyond the bounds of ``tau``.
+        """
+        if self.none >= 1.0:
+            return np.full(np.broadcast_shapes(np.shape(q), np.shape(tau)), -math.inf)[()]
+        z = (np.log(q) - math.log(self.centre)) / self.spread
+        flat = math.log(self.spread) + math.log(math.log(self.tau_high / self.tau_low))
+        value = math.log1p(-self.none) - 0.5 * (z * z + math.log(2.0 * math.pi)) - flat
+        inside = (np.asarray(tau) >= self.tau_low) & (np.asarray(tau) <= self.tau_high)
+        return np.where(inside, value, -math.inf)[()]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -308,9 +315,10 @@ def integrate(problem: Problem, prior: ForcePrior, noise: float, *, only_mode: b
     return Posterior(problem, points)
 
 
-def _at_resonance(tau: float) -> float:
-    """Square root of the spectral density at resonance of a force of unit sd."""
-    return math.sqrt(2.0 * tau / (1.0 + tau * tau))
+def at_resonance(tau: ArrayLike) -> Any:
+    """Square root of the spectral density at resonance of a force of unit sd and correlation time ``tau``."""
+    phase = np.asarray(tau, dtype=np.float64)
+    return np.sqrt(2.0 * phase / (1.0 + phase * phase))[()]
 
 
 class _Density:
@@ -334,7 +342,7 @@ class _Density:
 
     def force(self, place: Array) -> tuple[float, float]:
         tau = math.exp(place[1])
-        return math.exp(place[0]) / _at_resonance(tau), tau
+        return math.exp(place[0]) / at_resonance(tau), tau
 
     def point(self, place: Array, log_cell: float) -> GridPoint:
         """Grid point of a place where the density has been evaluated."""
@@ -348,7 +356,7 @@ def _mode(density: _Density, prior: ForcePrior, noise: float) -> Array:
     low, high = (math.log(share * prior.centre / noise) for share in _REACH)
     log_sizes = np.linspace(low, high, 7)[1:-1]
     starts = [
-        np.array([size + math.log(_at_resonance(math.exp(log_tau))), log_tau])
+        np.array([size + math.log(at_resonance(math.exp(log_tau))), log_tau])
         for log_tau in _SCAN_LOG_TAU
         for size in log_sizes
     ]

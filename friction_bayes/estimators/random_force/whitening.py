@@ -99,12 +99,15 @@ class Whitened:
         How many samples were.
     columns : ndarray or None, shape (n, p)
         Whitened columns, zero in samples that were not used; None unless asked for.
+    variances : ndarray or None, shape (n,)
+        Of the innovations, in units of ``sigma**2``, nan in samples that were not used; None likewise.
     """
 
     gram: Array
     log_determinant: float
     used: int
     columns: Array | None = None
+    variances: Array | None = None
 
 
 def whiten(
@@ -131,11 +134,23 @@ def whiten(
     transitions, covariances = transition_table(clock.steps, clock.zeta, tau)
     gram = np.zeros((columns.shape[1], columns.shape[1]))
     kept = np.zeros(columns.shape if keep else (0, columns.shape[1]))
+    variances = np.full(len(kept), np.nan)
     log_determinant, used = _whiten(
-        columns, clock.index, transitions, covariances, ratio * ratio, row, clock.variance, gram, kept
+        columns,
+        clock.index,
+        transitions,
+        covariances,
+        ratio * ratio,
+        row,
+        clock.variance,
+        gram,
+        kept,
+        variances,
     )
     gram = gram + np.tril(gram, -1).T
-    return Whitened(gram, log_determinant, used, kept if keep else None)
+    if not keep:
+        return Whitened(gram, log_determinant, used)
+    return Whitened(gram, log_determinant, used, kept, variances)
 
 
 def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -> tuple[Array, Array]:
@@ -195,6 +210,7 @@ def _whiten(
     variance: Array,
     gram: Array,
     kept: Array,
+    variances: Array,
 ) -> tuple[float, int]:
     n, p = columns.shape
     x, v, d, e = np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p)
@@ -235,6 +251,7 @@ def _whiten(
                 gram[j, k] += ej * e[k]
         if kept.shape[0] > 0:
             kept[i] = e
+            variances[i] = s
     return log_determinant, used
 
 

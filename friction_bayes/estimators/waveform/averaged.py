@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.sensor_calibration import swing_frequency
+from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
 from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, RandomForce
 from friction_bayes.estimators.random_force.plain_law import PlainDecay, PlainPosterior, plain_posterior
 
-__all__ = ["Averaged", "averaged", "averaged_over_random_force"]
+__all__ = ["SURELY_NONE", "Averaged", "averaged", "averaged_over_random_force"]
 
-_SURELY_NONE = 1e-3
+SURELY_NONE = 1e-3
 """Probability of a random force below which the fit without one is the answer."""
 
 
@@ -46,7 +46,7 @@ class Averaged:
 def averaged(without: Averaged, found: PlainPosterior) -> Averaged:
     """Average both parts; the fit without a random force is the answer where there surely is none."""
     p = found.probability
-    if p < _SURELY_NONE:
+    if p < SURELY_NONE:
         return without
     frequency = (1.0 - p) * without.frequency + p * found.frequency
     variance = (1.0 - p) * (without.frequency_sd**2 + (without.frequency - frequency) ** 2)
@@ -112,5 +112,6 @@ def averaged_over_random_force(decay: FreeDecay, fit: Fit) -> Fit:
             coefficient_without=fit.coefficient,
             coefficient_with=found.coefficient,
             innovations=found.innovations,
+            build_target=lambda: found.target(force_factor(decay.system, decay.quantity, decay.unit)),
         ),
     )

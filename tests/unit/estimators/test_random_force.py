@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import cho_factor, cho_solve, expm
 from scipy.stats import multivariate_normal
 
+from dense_force import dense_covariance
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
@@ -31,33 +32,6 @@ def uneven_clock(rng: np.random.Generator, zeta: float) -> Clock:
     variance = rng.uniform(0.5, 2.0, 40)
     variance[[0, 7, 30]] = np.inf
     return Clock.of(phase, variance, zeta)
-
-
-def dense_covariance(phase: Array, zeta: float, tau: float) -> Array:
-    """Covariance (3 n, 3 n) of all states for unit sd, every step by quadrature of matrix exponentials."""
-    drift = np.array([[0.0, 1.0, 0.0], [-1.0, -2.0 * zeta, 1.0], [0.0, 0.0, -1.0 / tau]])
-    nodes, weights = np.polynomial.legendre.leggauss(12)
-    n = phase.size
-    own = np.zeros((n, 3, 3))
-    own[0, 2, 2] = 1.0
-    transitions = []
-    for i, h in enumerate(np.diff(phase), start=1):
-        pieces = math.ceil(h / min(tau, 0.5))
-        u = (0.5 * (nodes + 1.0) + np.arange(pieces)[:, None]).ravel() * h / pieces
-        weight = np.tile(0.5 * weights, pieces) * h / pieces
-        column = expm(drift * u[:, None, None])[:, :, 2]
-        transitions.append(expm(drift * h))
-        own[i] = transitions[-1] @ own[i - 1] @ transitions[-1].T
-        own[i] += 2.0 / tau * np.einsum("k,ka,kb->ab", weight, column, column)
-    full = np.zeros((n, 3, n, 3))
-    for i in range(n):
-        block = own[i]
-        full[i, :, i] = block
-        for j in range(i + 1, n):
-            block = transitions[j - 1] @ block
-            full[j, :, i] = block
-            full[i, :, j] = block.T
-    return full.reshape(3 * n, 3 * n)
 
 
 @pytest.mark.parametrize("ratio", [0.01, 1.0, 300.0])

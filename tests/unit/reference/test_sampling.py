@@ -214,7 +214,7 @@ def test_progress_is_told(target: Target) -> None:
 def test_from_a_record() -> None:
     record = short_decay(sampling_rate=200.0, noise_sd=5e-4)
     closed = fb.estimate(record, SYSTEM, random_force="none")
-    tree = sample_reference(record, SYSTEM, seed=4)
+    tree = sample_reference(record, SYSTEM, random_force="none", seed=4)
     friction = tree["posterior"]["friction"]
     error = friction.attrs["mcse_mean"]
     assert float(friction.mean()) == pytest.approx(closed.friction.mean(), abs=5.0 * error)

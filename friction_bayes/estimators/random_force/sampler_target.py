@@ -1,0 +1,293 @@
+r"""The posterior under a random force as a sampler sees it: every parameter free.
+
+.. math:: y \sim N(X b, \sigma^2 V(q/\sigma, \tau)), \quad b_j \sim N(0, s_j^2), \quad
+          p(\sigma) \propto 1/\sigma, \quad \log q \sim N, \quad \log\tau \sim U
+
+with ``s`` the prior sd of the coefficients, half-normal where a coefficient has to be positive, and the prior
+of ``q`` and ``tau`` that of :class:`friction_bayes.estimators.random_force.posterior.ForcePrior`. Likelihood
+and Gram matrices are those of the closed form. The closed form takes three short cuts that this does not: the
+prior precision of ``b`` in units of the noise found with all columns, the prior of ``q`` at the noise found
+given ``q/sigma`` and ``tau``, and normals for Student t distributions of hundreds of degrees of freedom; its
+grid and its moments of ``q`` and ``tau`` come on top. A sampler judges them all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logsumexp
+
+from friction_bayes.conjugate.likelihood import Target, signal_log_likelihood
+from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.errors import InputError
+from friction_bayes.estimators.random_force.interpolated_sums import InterpolatedSums
+from friction_bayes.estimators.random_force.law_regression import LawRegression
+from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem, at_resonance
+from friction_bayes.estimators.random_force.replication import drawn_fluctuation
+from friction_bayes.estimators.random_force.subsets import WeighedSets
+from friction_bayes.estimators.random_force.whitening import whiten
+
+__all__ = ["force_target", "half_cycle_blocks"]
+
+_REACH = 6.0
+"""Prior standard deviations of ``log q`` within which the posterior is looked for."""
+_COARSE = 0.5
+"""Step of that search in ``u`` and in ``log tau``."""
+_DEPTH = 25.0
+"""Nats below the best place, integrated over coefficients and noise, beyond which nothing is sampled."""
+_FINE = (56, 40)
+"""Steps of the interpolation in ``u`` and in ``log tau``."""
+_LOG_LIMIT = 300.0
+
+
+@dataclass(frozen=True, eq=False)
+class _Coordinates:
+    """Columns of a sampler's coordinates as what they stand for."""
+
+    scaled: Array
+    log_variance: Array
+    log_q: Array
+    log_tau: Array
+
+    @classmethod
+    def of(cls, theta: Array, scale: Array) -> _Coordinates:
+        return cls(theta[:, :-3] / scale, *theta[:, -3:].T)
+
+    @property
+    def places(self) -> Array:
+        """``(u, l)``, shape (m, 2)."""
+        log_ratio = self.log_q - 0.5 * self.log_variance
+        return np.column_stack([log_ratio + np.log(at_resonance(np.exp(self.log_tau))), self.log_tau])
+
+
+def force_target(
+    regression: LawRegression,
+    prior: ForcePrior,
+    *,
+    natural: Callable[[Array, Array, Array, Array], dict[str, Array]],
+    blocks: Integers,
+    signal: Array,
+    unit: float,
+) -> Target:
+    """Build the target of a regression given that there is a random force.
+
+    Parameters
+    ----------
+    regression : LawRegression
+        On one set of columns, see :meth:`LawRegression.of_columns`.
+    prior : ForcePrior
+        Of the random force.
+    natural : callable, (coefficients (m, p), noise sd (m,), q (m,), tau (m,)) -> dict
+        Natural parameters of draws, from those in natural units.
+    blocks : ndarray of int, shape (b,)
+        First sample of every half cycle.
+    signal : ndarray, shape (n,)
+        The record in its own unit.
+    unit : float
+        Natural unit in the unit of the signal.
+
+    Returns
+    -------
+    Target
+        Coordinates: the coefficients, ``log_variance`` of the sensor noise, ``log_force_sd`` and
+        ``log_correlation_time``, natural units. ``pointwise`` is the density of each half cycle given those
+        before it: under a random force half cycles are not independent given the parameters.
+    """
+    problem, scale, reference, positive = (
+        regression.problem,
+        regression.scale,
+        regression.reference,
+        regression.positive,
+    )
+    n = _samples(regression)
+    # the logarithm of the least variance: minus infinity where there is none
+    quietest = 2.0 * math.log(max(regression.least_noise, 1e-300))
+    axes = _axes(problem, prior, regression.motion.noise)
+    sums = InterpolatedSums.over(axes, lambda u, log_tau: regression.whiten_at(*_force(u, log_tau)))
+    centre, covariance = _moments(regression, prior, axes, sums)
+    log_normaliser = -0.5 * math.log(2.0 * math.pi) - np.log(scale) + math.log(2.0) * positive
+
+    def log_prior(theta: Array) -> Array:
+        at = _Coordinates.of(theta, scale)
+        inside = np.all((at.scaled >= 0.0) | ~positive, axis=1) & (at.log_variance >= quietest)
+        normal = (log_normaliser - 0.5 * at.scaled**2).sum(axis=1)
+        force = prior.log_density(np.exp(at.log_q), np.exp(at.log_tau))
+        return np.where(inside, normal + force, -np.inf)
+
+    def log_prob(theta: Array) -> Array:
+        at = _Coordinates.of(theta, scale)
+        places = at.places
+        out = np.full(len(theta), -np.inf)
+        use = np.flatnonzero(sums.inside(places) & (np.abs(at.log_variance) < _LOG_LIMIT))
+        if use.size:
+            factors, log_determinant = sums.at(places[use])
+            misfit = _misfit(factors, reference - at.scaled[use])
+            likelihood = signal_log_likelihood(misfit, at.log_variance[use], n) - 0.5 * log_determinant
+            out[use] = likelihood + log_prior(theta[use])
+        return out
+
+    def closed_form(theta: Array) -> Array:
+        return np.array([_closed_form(problem, prior, n, row) for row in theta])
+
+    def posterior(theta: Array) -> dict[str, Array]:
+        noise, q, tau = np.exp(0.5 * theta[:, -3]), np.exp(theta[:, -2]), np.exp(theta[:, -1])
+        return natural(theta[:, :-3], noise, q, tau)
+
+    def pointwise(theta: Array) -> Array:
+        at = _Coordinates.of(theta, scale)
+        rows = []
+        for law, log_v, (u, log_tau) in zip(theta[:, :-3], at.log_variance, at.places, strict=True):
+            rest = regression.residual(law)[:, None]
+            white = whiten(rest, regression.clock, regression.row, *_force(u, log_tau), keep=True)
+            assert white.columns is not None
+            assert white.variances is not None
+            used = np.isfinite(white.variances)
+            spread = math.log(2.0 * math.pi) + log_v + np.log(np.where(used, white.variances, 1.0))
+            each = np.where(used, -0.5 * (spread + white.columns[:, 0] ** 2 * math.exp(-log_v)), 0.0)
+            rows.append(np.add.reduceat(each, blocks))
+        return np.array(rows)
+
+    def predictive(theta: Array, rng: np.random.Generator) -> Array:
+        rows = []
+        for row in theta:
+            fluctuation = drawn_fluctuation(regression.clock, math.exp(row[-1]), rng) @ regression.row
+            noise = math.exp(0.5 * row[-3]) * rng.standard_normal(signal.size)
+            drawn = math.exp(row[-2]) * fluctuation + noise
+            rows.append(signal + unit * (drawn - regression.residual(row[:-3])))
+        return np.array(rows)
+
+    def prior_draws(rng: np.random.Generator, count: int) -> Array:
+        raise InputError("prior", "that of the noise is improper", "draw from a proper prior")
+
+    return Target(
+        names=(*regression.names, "log_variance", "log_force_sd", "log_correlation_time"),
+        log_prob=log_prob,
+        closed_form=closed_form,
+        centre=centre,
+        covariance=covariance,
+        posterior=posterior,
+        log_prior=log_prior,
+        pointwise=pointwise,
+        predictive=predictive,
+        prior_draws=prior_draws,
+        observed=signal,
+        observed_name="signal",
+    )
+
+
+def half_cycle_blocks(phase: Array) -> Integers:
+    """First sample of each half cycle of a clock, shape (n,); what is left over goes with the last."""
+    half_cycles = (phase - phase[0]) / math.pi
+    starts = np.searchsorted(half_cycles, np.arange(max(int(half_cycles[-1]), 1)))
+    return np.asarray(np.unique(starts), dtype=np.int64)
+
+
+def _force(u: float, log_tau: float) -> tuple[float, float]:
+    """``q / sigma`` and ``tau`` of a place."""
+    tau = math.exp(log_tau)
+    return math.exp(u) / float(at_resonance(tau)), tau
+
+
+def _misfit(factors: Array, rest: Array) -> Array:
+    """Whitened sums of squares, shape (m,), of ``y - X b`` with ``rest`` = reference - b, shape (m, p)."""
+    whitened = (factors[:, :, :-1] @ rest[:, :, None])[:, :, 0] + factors[:, :, -1]
+    return np.asarray((whitened**2).sum(axis=1))
+
+
+def _samples(regression: LawRegression) -> int:
+    return int(np.count_nonzero(np.isfinite(regression.clock.variance)))
+
+
+def _axes(problem: Problem, prior: ForcePrior, noise: float) -> tuple[Array, Array]:
+    """Axes of the smallest rectangle of ``(u, l)`` that holds all of the posterior that matters."""
+    tau = np.exp(np.linspace(math.log(prior.tau_low), math.log(prior.tau_high), 12))
+    middle = math.log(prior.centre / noise)
+    reach = _REACH * prior.spread
+    steps = math.ceil(2.0 * reach / _COARSE)
+    u = np.linspace(middle - reach + math.log(np.min(at_resonance(tau))), middle + reach, steps)
+    value = np.empty((u.size, tau.size))
+    for i, j in np.ndindex(*value.shape):
+        place = float(u[i]), math.log(tau[j])
+        value[i, j] = _log_weight(problem.weigh(*_force(*place)), prior, *place)
+    near = np.argwhere(value > value.max() - _DEPTH)
+    low, high = np.maximum(near.min(axis=0) - 1, 0), near.max(axis=0) + 1
+    ends = [
+        (axis[a], axis[min(b, axis.size - 1)]) for axis, a, b in zip((u, np.log(tau)), low, high, strict=True)
+    ]
+    first, second = (np.linspace(*end, steps + 1) for end, steps in zip(ends, _FINE, strict=True))
+    return first, second
+
+
+def _log_weight(found: WeighedSets, prior: ForcePrior, u: float, log_tau: float) -> float:
+    """Log evidence of a place times the prior there, at the noise found there."""
+    ratio, tau = _force(u, log_tau)
+    q = ratio * math.sqrt(found.noise2[0])
+    # the ends of the range of tau belong to it, whichever way they round
+    within = min(max(tau, prior.tau_low), prior.tau_high)
+    tau = within if math.isclose(tau, within, rel_tol=1e-9) else tau
+    return float(found.log_weight[0] + prior.log_density(q, tau))
+
+
+def _moments(
+    regression: LawRegression, prior: ForcePrior, axes: tuple[Array, Array], sums: InterpolatedSums
+) -> tuple[Array, Array]:
+    """Mean and covariance of the closed form in the sampler's coordinates, by sums over the grid."""
+    p, scale = len(regression.names), regression.scale
+    n = _samples(regression)
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    factors, log_determinant = sums.at(places)
+    upper, right, least = factors[:, :p, :p], factors[:, :p, p], factors[:, p, p] ** 2
+    quietest = regression.least_noise**2
+    lam = np.maximum(least / max(n - p, 1), quietest)
+    precision = upper.mT @ upper + lam[:, None, None] * np.eye(p)
+    inverse = np.linalg.inv(precision)
+    change = (upper.mT @ right[:, :, None])[:, :, 0] - lam[:, None] * regression.reference
+    moved = (inverse @ change[:, :, None])[:, :, 0]
+    mean = regression.reference + moved
+    noise2 = np.maximum((_misfit(factors, -moved) + lam * (mean**2).sum(axis=1)) / n, quietest)
+    log_tau = np.clip(places[:, 1], math.log(prior.tau_low), math.log(prior.tau_high))
+    log_ratio = places[:, 0] - np.log(at_resonance(np.exp(log_tau)))
+    log_q = log_ratio + 0.5 * np.log(noise2)
+    weight = prior.log_density(np.exp(log_q), np.exp(log_tau)) - 0.5 * (log_determinant + n * np.log(noise2))
+    weight += 0.5 * p * np.log(lam) - 0.5 * np.linalg.slogdet(precision)[1]
+    weight = np.exp(weight - logsumexp(weight))
+    each = np.column_stack([mean * scale, np.log(noise2), log_q, log_tau])
+    centre = weight @ each
+    away = each - centre
+    covariance = (weight[:, None] * away).T @ away
+    covariance[:p, :p] += np.einsum("g,gij->ij", weight * noise2, inverse) * np.outer(scale, scale)
+    # the noise variance given the place, and the force's sd with it
+    covariance[p : p + 2, p : p + 2] += np.array([[2.0, 1.0], [1.0, 0.5]]) / n
+    # where the sampler starts has to lie inside the support
+    sd = np.sqrt(np.diag(covariance))
+    centre[:p] = np.where(regression.positive, np.maximum(centre[:p], 0.5 * sd[:p]), centre[:p])
+    if quietest > 0.0:
+        centre[p] = max(centre[p], math.log(quietest) + 0.5 * sd[p])
+    return centre, covariance
+
+
+def _closed_form(problem: Problem, prior: ForcePrior, n: int, theta: Array) -> float:
+    """Log density of the closed form at one point, up to what all points share.
+
+    The evidence of the place times the conjugate posterior given it, a normal-inverse-gamma, cut where a
+    coefficient has to be positive; the mass that is cut off cancels in the product. Where the noise is at
+    the least that the sensor allows, the evidence has it there and is not its average.
+    """
+    at = _Coordinates.of(theta[None], problem.scale)
+    scaled, log_v = at.scaled[0], float(at.log_variance[0])
+    if np.any(scaled[problem.positive] < 0.0):
+        return -math.inf
+    u, log_tau = at.places[0]
+    ratio, tau = _force(u, log_tau)
+    whitened = problem.whiten_at(ratio, tau)
+    free = Problem(**{**vars(problem), "positive": np.zeros_like(problem.positive)}).weigh(ratio, tau)
+    lam, rest = free.full_noise2, n * free.noise2[0]
+    precision = whitened.gram[:-1, :-1] + lam * np.eye(scaled.size)
+    away = scaled - free.location[0]
+    log_density = 0.5 * np.linalg.slogdet(precision)[1] - 0.5 * scaled.size * log_v
+    log_density -= 0.5 * math.exp(-log_v) * (away @ precision @ away + rest)
+    log_density += 0.5 * n * (math.log(0.5 * rest) - log_v)
+    return float(log_density) + _log_weight(free, prior, u, log_tau)

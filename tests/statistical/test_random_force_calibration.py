@@ -1,0 +1,102 @@
+"""The regression under a random force, given its size and correlation time, is calibrated.
+
+The records come from a dense covariance by quadrature, which shares no code with the filter. Their noise has
+unit sd, which the analyst does not know: its prior is improper, and the record's hundreds of samples tell it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from dense_force import dense_covariance
+from friction_bayes import testing
+from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.estimators.random_force.positive_orthant import log_normal_mass
+from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
+from friction_bayes.estimators.random_force.subsets import weigh_sets
+from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, whiten
+
+RARE = 1e-4
+REPLICATIONS = 10_000
+FEW = 2_000
+SAMPLES = 200
+FRICTION = 2
+
+
+def design(order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Phase and columns of start, friction and rest along a known motion, times the prior sd of each."""
+    phase = np.arange(SAMPLES) * 0.3
+    amplitude = 100.0 - 0.5 * phase
+    path = MeasuredPath.through(phase, amplitude * np.cos(phase), -amplitude * np.sin(phase))
+    states = force_response(path, -path.direction[:, None])
+    row = sensor_row(order)
+    friction = at_sensor(states, row, -path.expected_direction[:, None])
+    columns = np.column_stack([at_sensor(initial_response(phase), row), friction, np.ones(SAMPLES)])
+    return phase, columns * np.array([30.0, 30.0, 0.5, 1.0])
+
+
+def calibrated(
+    order: int,
+    ratio: float,
+    tau: float,
+    positive: bool,
+    seed: int,
+    *,
+    wrong: float = 1.0,
+    count: int = REPLICATIONS,
+):
+    """Ranks of all coefficients, after the analyst took ``wrong`` times the force's size."""
+    phase, columns = design(order)
+    row, clock, size = sensor_row(order), Clock.of(phase), columns.shape[1]
+    read = np.kron(np.eye(SAMPLES), row)
+    covariance = ratio**2 * read @ dense_covariance(phase, 0.0, tau) @ read.T + np.eye(SAMPLES)
+    root = np.linalg.cholesky(covariance)
+    confined = (np.arange(size) == FRICTION) & positive
+
+    def draw_prior(rng: np.random.Generator, n: int) -> np.ndarray:
+        truth = rng.standard_normal((n, size))
+        return np.where(confined, np.abs(truth), truth)
+
+    def simulate(truth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        return truth @ columns.T + rng.standard_normal((len(truth), SAMPLES)) @ root.T
+
+    def cdf(data: np.ndarray, truth: np.ndarray) -> np.ndarray:
+        rows = []
+        for record, b in zip(data, truth, strict=True):
+            whitened = whiten(np.column_stack([columns, record]), clock, row, wrong * ratio, tau)
+            found = weigh_sets(whitened, np.zeros(size), confined, np.ones((1, size), np.bool_), np.zeros(1))
+            mean, sd = found.location[0], np.sqrt(found.scale2[0])
+            each = stats.norm.cdf((b - mean) / sd)
+            if positive:
+                z = mean[FRICTION] / sd[FRICTION]
+                beyond = stats.norm.logsf((b[FRICTION] - mean[FRICTION]) / sd[FRICTION])
+                each[FRICTION] = -math.expm1(beyond - log_normal_mass(float(z)))
+            rows.append(each)
+        return np.clip(rows, 0.0, 1.0)
+
+    return testing.assert_calibrated(
+        draw_prior, simulate, cdf, replications=count, seed=seed, false_alarm_rate=RARE
+    )
+
+
+@pytest.mark.parametrize(
+    ("order", "ratio", "tau", "positive"),
+    [
+        pytest.param(0, 0.5, 1.0, False, id="displacement"),
+        pytest.param(0, 3.0, 0.2, True, id="displacement, friction not negative"),
+        pytest.param(1, 0.5, 5.0, False, id="velocity"),
+        pytest.param(2, 2.0, 1.0, True, id="acceleration, friction not negative"),
+    ],
+)
+def test_given_the_force(order: int, ratio: float, tau: float, positive: bool, seed: int) -> None:
+    assert calibrated(order, ratio, tau, positive, seed).calibrated
+
+
+@pytest.mark.parametrize("wrong", [0.0, 2.0])
+def test_the_wrong_force_is_found(wrong: float, seed: int) -> None:
+    with pytest.raises(AssertionError, match="not calibrated over 2000 replications"):
+        calibrated(0, 0.5, 1.0, False, seed, wrong=wrong, count=FEW)

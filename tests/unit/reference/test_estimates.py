@@ -1,0 +1,94 @@
+"""An estimate that averages over a random force is sampled part by part."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import friction_bayes as fb
+from fluctuating_force import fluctuating_decay
+from friction_bayes.reference import checking, load_tree, save_tree
+from friction_bayes.reference.estimates import parts_of, sample_estimate
+from friction_bayes.validation.agreement import compare
+
+SYSTEM = fb.Oscillator(mass=2.0, stiffness=200.0)
+STEP = 0.02
+
+
+def record(share: float, seed: int) -> xr.DataArray:
+    rng = np.random.default_rng(seed)
+    values = fluctuating_decay(
+        rng,
+        frequency=10.0,
+        friction=0.001,
+        release=0.1,
+        step=STEP,
+        samples=900,
+        force_sd=share * 0.001,
+        correlation_time=0.2,
+    )[0]
+    noisy = values + 2e-4 * rng.standard_normal(values.size)
+    return fb.make_record(STEP * np.arange(values.size), noisy, "displacement")
+
+
+@pytest.fixture(scope="module")
+def undecided() -> fb.Estimate:
+    """With a force of 2 to 4 % of friction, of which the record cannot say whether it is there."""
+    found = (fb.estimate(record(0.03, seed), SYSTEM) for seed in range(30))
+    return next(one for one in found if 0.2 < one.random_force.probability < 0.8)
+
+
+@pytest.fixture(scope="module")
+def run(undecided: fb.Estimate) -> checking.ReferenceRun:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(checking, "sample_estimate", partial(sample_estimate, ess=300.0))
+        return checking.check_estimate(undecided, seed=3)
+
+
+def test_both_parts(undecided: fb.Estimate, run: checking.ReferenceRun, tmp_path) -> None:
+    parts = parts_of(run.tree)
+    assert len(parts) == 2
+    force = undecided.random_force
+    assert parts[0].attrs["random_force"] == int(force.probability > 0.5)
+    assert sorted(part.attrs["random_force"] for part in parts) == [0, 1]
+    by_kind = {part.attrs["random_force"]: part["posterior"].dataset for part in parts}
+    assert {"random_force_sd", "correlation_time"} <= set(by_kind[1].data_vars)
+    assert "random_force_sd" not in by_kind[0].data_vars
+    # the mixture has draws of both, in proportion
+    mixed = run.tree["mixture"].dataset["friction"]
+    assert mixed.dims == ("chain", "draw")
+    share = np.isin(mixed.values, by_kind[1]["friction"].values).mean()
+    assert share == pytest.approx(force.probability, abs=4.0 * np.sqrt(0.25 / mixed.size))
+    save_tree(run.tree, tmp_path / "reference.nc")
+    assert len(parts_of(load_tree(tmp_path / "reference.nc"))) == 2
+
+
+def test_the_check_is_of_the_mixture(undecided: fb.Estimate, run: checking.ReferenceRun) -> None:
+    summary, closed = run.summary, undecided.friction
+    assert summary["converged"]
+    assert summary["checked"] == "both parts, with a random force and without"
+    assert summary["rhat"] < 1.01
+    assert abs(summary["difference_in_sd"]) < 0.05
+    # the closed form's grid of the force is coarse where a record hardly tells: its sd is a few per cent off
+    assert summary["friction"]["sd"] == pytest.approx(closed.std(), rel=0.06)
+
+
+def test_a_part_that_does_not_count_is_not_sampled() -> None:
+    tree = fb.sample_reference(record(0.3, 1), SYSTEM, seed=3, ess=300.0)
+    assert len(parts_of(tree)) == 1
+    assert tree.attrs["random_force"] == 1
+    assert tree.attrs["friction_unit"] == "N"
+    closed = fb.estimate(record(0.3, 1), SYSTEM)
+    verdict = compare(
+        closed.friction,
+        tree["posterior"]["friction"].values.reshape(4, tree.attrs["walkers"], -1),
+        minimum_ess=300.0,
+        false_alarm_rate=1e-4,
+    )
+    assert verdict.agrees, verdict.because
+    without = fb.sample_reference(record(0.3, 1), SYSTEM, random_force="none", seed=3, ess=300.0)
+    assert without.attrs["random_force"] == 0
+    assert float(without["posterior"]["friction"].std()) < 0.5 * closed.friction.std()
