@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
@@ -18,6 +19,7 @@ from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 __all__ = [
     "ALONG_MOTION_ALONE",
     "INCLUSION",
+    "LEFT_TO_REGRESSION",
     "MOST_EFFECTS",
     "SENSOR_ZERO",
     "Candidate",
@@ -33,10 +35,10 @@ MOST_EFFECTS = 3
 """Effects at once, those of the sensor's zero and those that are certain not counted."""
 SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
 """An error of the sensor's zero comes besides: measured records hardly ever have none."""
-ALONG_MOTION_ALONE = frozenset(
-    {PRESLIDING.name, SENSOR_HYSTERESIS.name, RANDOM_FORCE.name, TIMING_JITTER.name}
-)
-"""Effects that are weighed along the measured motion; the search tries the first two if named."""
+LEFT_TO_REGRESSION = frozenset({RANDOM_FORCE.name, TIMING_JITTER.name, ENCODER_ECCENTRICITY.name})
+"""Effects that the search never tries."""
+ALONG_MOTION_ALONE = LEFT_TO_REGRESSION | {PRESLIDING.name, SENSOR_HYSTERESIS.name}
+"""Effects that are weighed along the measured motion; the search tries the others if named."""
 
 Names = frozenset[str]
 

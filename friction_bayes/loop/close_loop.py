@@ -18,7 +18,7 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.assemble import assemble_report
 from friction_bayes.loop.autoregression import fit_autoregression, is_coloured
-from friction_bayes.loop.candidate import ALONG_MOTION_ALONE, SearchResult
+from friction_bayes.loop.candidate import ALONG_MOTION_ALONE, LEFT_TO_REGRESSION, SearchResult
 from friction_bayes.loop.evidence import posterior_probabilities
 from friction_bayes.loop.fit import LoopFit, fit_growing_record
 from friction_bayes.loop.model import LoopModel
@@ -109,7 +109,7 @@ def close_loop(
     if reference_friction is not None:
         positive("reference_friction", reference_friction)
     allowed = _allowed(effects, exclude)
-    left_out = ALONG_MOTION_ALONE if effects is None else {RANDOM_FORCE.name}
+    left_out = ALONG_MOTION_ALONE if effects is None else LEFT_TO_REGRESSION
     searched = tuple(name for name in allowed if name not in left_out)
     segments = cut_records(records, system)
     force = None if reference_force is None else validate_force(segments[0], reference_force)

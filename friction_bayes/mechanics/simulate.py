@@ -132,6 +132,11 @@ def simulate(
     if full_scale is None and bits is not None:
         raise InputError("bits", f"{bits} bits without a range", "give sensor_range too")
     values = parse_effects(effects)
+    for effect in (effect_named(name) for name in values):
+        if isinstance(effect, SensorEffect) and effect.quantity not in (None, kind.name):
+            raise InputError(
+                f"effect {effect.name}", f"is none of a sensor of {kind.name}", f"measure {effect.quantity}"
+            )
     contaminations = [name for name in values if isinstance(effect_named(name), NoiseEffect)]
     if seed is None and (noise_sd > 0.0 or contaminations or RANDOM_FORCE.name in values):
         raise InputError("seed", "is missing although there is noise", "give an integer")

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
@@ -28,7 +29,8 @@ from friction_bayes.loop.random_force.sets import ColumnSets, column_sets
 from friction_bayes.loop.random_force.timing import TimingJitter, find_timing_jitter
 from friction_bayes.loop.segment import Segment
 from friction_bayes.loop.spectral_lines import line_beside_motion
-from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales
+from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales, SensorEffect
+from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
@@ -47,6 +49,7 @@ _LINEAR_FAULTS = (
     SENSOR_OFFSET.name,
     SENSOR_DRIFT.name,
     SENSOR_HYSTERESIS.name,
+    ENCODER_ECCENTRICITY.name,
     PERIODIC_INTERFERENCE.name,
 )
 
@@ -187,9 +190,13 @@ def fit_random_force(
     ForceFit or None
         None where the record holds too few turning points.
     """
-    effects = tuple(name for name in EFFECTS if name in allowed and along_motion(EFFECTS[name]))
-    n = _moving(segment) if samples is None else samples
     scales = scales_of((segment,), system)
+    effects = tuple(
+        name
+        for name in EFFECTS
+        if name in allowed and along_motion(EFFECTS[name]) and _may_act(name, segment, scales)
+    )
+    n = _moving(segment) if samples is None else samples
     order = segment.order
     variance = np.where(segment.sides[:n] == 0.0, 1.0, np.inf)
     elapsed = segment.time[:n] - segment.time[0]
@@ -276,6 +283,15 @@ class _Along(NamedTuple):
     sets: ColumnSets
     regression: LawRegression
     prior: ForcePrior
+
+
+def _may_act(name: str, segment: Segment, scales: Scales) -> bool:
+    effect = EFFECTS[name]
+    if not isinstance(effect, SensorEffect):
+        return True
+    # how far it swings is unknown in volts
+    calibrated = effect.quantity is None or segment.decay.unit not in UNCALIBRATED_UNITS
+    return calibrated and effect.may_act(scales)
 
 
 def _moving(segment: Segment) -> int:

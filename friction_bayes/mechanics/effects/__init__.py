@@ -16,6 +16,7 @@ from friction_bayes.mechanics.effects.effect import (
     ProcessEffect,
     SensorEffect,
 )
+from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
@@ -73,6 +74,7 @@ BUILT_IN: tuple[Effect, ...] = (
     SENSOR_OFFSET,
     SENSOR_DRIFT,
     SENSOR_HYSTERESIS,
+    ENCODER_ECCENTRICITY,
     SENSOR_CLIPPING,
     PERIODIC_INTERFERENCE,
     TIMING_JITTER,

@@ -136,12 +136,23 @@ class SensorEffect(Effect):
         counts from the start of the record.
     after_noise : bool
         Whether it acts on the noisy signal.
+    quantity : str or None
+        The one quantity whose sensors have it; None where any may.
+    least_swing : float
+        Amplitude of the motion below which it cannot be told from another fault.
     """
 
     kind: ClassVar[str] = "sensor"
 
     distort: Callable[..., Array]
     after_noise: bool = False
+    quantity: str | None = None
+    least_swing: float = 0.0
+
+    def may_act(self, scales: Scales) -> bool:
+        """Whether a sensor may have it, and the motion tells it from other faults."""
+        fits = self.quantity in (None, scales.quantity.name)
+        return fits and scales.amplitude >= self.least_swing
 
 
 @dataclass(frozen=True, kw_only=True)

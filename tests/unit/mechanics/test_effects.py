@@ -46,6 +46,10 @@ CATALOGUE = {
     "presliding": ("force", {"displacement": ("m", "rad")}),
     "random_force": ("process", {"sd": ("N", "N m"), "correlation_time": ("s", "s")}),
     "sensor_hysteresis": ("sensor", {"half_width": ("V", "V")}),
+    "encoder_eccentricity": (
+        "sensor",
+        dict.fromkeys(("once_sine", "once_cosine", "twice_sine", "twice_cosine"), ("V", "V")),
+    ),
     "sensor_clipping": ("sensor", {"level": ("V", "V")}),
     "periodic_interference": (
         "sensor",
