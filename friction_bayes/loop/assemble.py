@@ -95,6 +95,7 @@ def assemble_report(
         paper_procedure=paper_procedure(best, after, effects),
         frequency=_frequency(best, draws[0], after),
         random_force=None,
+        witnesses=None,
         left=_left(best, bool(tests_after.failed), after),
         fitted=_fitted(best),
         next_experiment=_next_experiment(found) if word == "ambiguous" else None,

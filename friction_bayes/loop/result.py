@@ -101,6 +101,9 @@ class LoopReport:
     random_force : dict or None
         ``sd``, ``share_of_friction``, ``correlation_time_s`` and ``probability`` of a force that fluctuates;
         None where the record was explained without looking for one.
+    witnesses : dict or None
+        Friction by the ``loss`` of amplitude and by the ``shape`` within a cycle, and whether they ``agree``;
+        None where no random force was kept.
     left : dict
         What the law leaves that depends on the motion: ``structured_rms`` in the signal, its ``unit`` and
         ``share_of_amplitude``, how far ``friction_could_shift_by`` it, and what it ``depends_on``.
@@ -131,6 +134,7 @@ class LoopReport:
     paper_procedure: dict[str, Any]
     frequency: dict[str, Any]
     random_force: dict[str, Any] | None
+    witnesses: dict[str, Any] | None
     left: dict[str, Any]
     fitted: dict[str, Any]
     next_experiment: str | None

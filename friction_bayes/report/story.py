@@ -96,6 +96,8 @@ def loop_story(report: Report) -> list[tuple[str, str]]:
     rows.append(("sensor noise", _noise(report["noise"], report["held_out_error"]["unit"])))
     if report["random_force"]:
         rows.append(("random force", _random_force(report["random_force"])))
+    if report["witnesses"]:
+        rows.append(("two witnesses", _witnesses(report["witnesses"])))
     rows.append(("left over", _left(report)))
     rows.append(("paper's procedure", paper_words(report["paper_procedure"])))
     if report["next_experiment"]:
@@ -184,6 +186,19 @@ def _random_force(force: Mapping[str, Any]) -> str:
         f"probability {percent(probable)}; {'' if probable > 0.5 else 'if there, '}"
         f"sd {number(sd['mean'], 3)} ± {number(sd['sd'], 2)} {sd['unit']} over all candidates, "
         f"{100.0 * force['share_of_friction']:.0f} % of friction, correlated over {number(time['mean'], 2)} s"
+    )
+
+
+def _witnesses(witnesses: Mapping[str, Any]) -> str:
+    outcome = "they agree"
+    if not witnesses["agree"]:
+        outcome = (
+            "they DISAGREE: an error of the sensor that follows the direction of motion, or an effect that "
+            "the law lacks; trust the loss of amplitude"
+        )
+    return (
+        f"{with_interval(witnesses['loss'])} by the loss of amplitude\n"
+        f"{with_interval(witnesses['shape'])} by the shape within a cycle\n{outcome}"
     )
 
 

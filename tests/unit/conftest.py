@@ -103,6 +103,7 @@ def loop_report(rng: np.random.Generator) -> LoopReport:
             "from_stiffness": None,
             "from_mass": None,
         },
+        witnesses={"loss": summary(0.5, 0.06), "shape": summary(-0.2, 0.02), "agree": False},
         random_force={
             "sd": summary(0.1, 0.01),
             "share_of_friction": 0.2,

@@ -27,6 +27,7 @@ from friction_bayes.loop.random_force.draws import LawDraws, law_draws
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.forecast import forecast
 from friction_bayes.loop.random_force.left_over import LeftOver, what_is_left
+from friction_bayes.loop.random_force.witnesses import Witnesses, two_witnesses
 from friction_bayes.loop.residual_tests import residual_tests
 from friction_bayes.loop.result import FluctuationTrace, LoopReport, RecordTrace
 from friction_bayes.loop.verdict import credible_count
@@ -106,6 +107,7 @@ def random_force_report(
             fit.w0 * np.sqrt(np.maximum(1.0 + draws.stiffness, 0.25)), found.before.model, after
         ),
         random_force=_random_force(draws, factor, unit, candidates),
+        witnesses=_witnesses(two_witnesses(fit, factor * fit.law.unit_force, unit)),
         left={
             "structured_rms": structured,
             "unit": segment.decay.unit,
@@ -208,6 +210,14 @@ def _random_force(
         "share_of_friction": _share_of_friction(draws),
         "correlation_time_s": Summary.of_draws(draws.correlation_time[force], "s").to_dict(),
         "probability": probability,
+    }
+
+
+def _witnesses(witnesses: Witnesses) -> dict[str, Any]:
+    return {
+        "loss": witnesses.loss.to_dict(),
+        "shape": witnesses.shape.to_dict(),
+        "agree": witnesses.agree,
     }
 
 

@@ -1,0 +1,96 @@
+"""Friction by the loss of amplitude and by the shape within a cycle."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from fluctuating_force import fluctuating_decay
+from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
+from friction_bayes.loop.random_force.witnesses import Witnesses, two_witnesses
+from friction_bayes.loop.segment import cut_records
+
+SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
+STEP, RELEASE, FRICTION, NOISE = 0.01, 0.02, 0.0002, 2e-5
+"""Friction is a length, over the stiffness."""
+
+
+def heard(
+    rng: np.random.Generator, *, held: float = 0.0, order: int = 0, effects: tuple[str, ...] = ()
+) -> tuple[Witnesses, ForceFit]:
+    """The witnesses of a decay whose sensor lags behind the direction by a length ``held``."""
+    motion = fluctuating_decay(
+        rng,
+        frequency=10.0,
+        friction=FRICTION,
+        release=RELEASE,
+        step=STEP,
+        samples=2000,
+        force_sd=0.2 * FRICTION,
+        correlation_time=0.1,
+    )
+    n = motion[0].size
+    values = motion[order] - held * np.sign(motion[1]) + NOISE * 10.0**order * rng.standard_normal(n)
+    record = fb.make_record(STEP * np.arange(n), values, ("displacement", "velocity", "acceleration")[order])
+    (segment,) = cut_records([record], SYSTEM)
+    fit = fit_random_force(segment, SYSTEM, effects)
+    assert fit is not None
+    return two_witnesses(fit, 1.0, "m"), fit
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_both_say_the_same_of_friction_alone(rng: np.random.Generator, order: int) -> None:
+    found, fit = heard(rng, order=order)
+    scale = 10.0**-order * fit.w0**order
+    for witness in (found.loss, found.shape):
+        assert witness.mean * scale == pytest.approx(FRICTION, abs=4.0 * witness.sd * scale)
+    assert found.loss.sd < 0.1 * FRICTION
+    # together they know no less than friction does in one column
+    joint = 1.0 / np.sqrt(1.0 / found.loss.sd**2 + 1.0 / found.shape.sd**2)
+    best = fit.posterior.best
+    own = np.sqrt(best.found.scale2[fit.chosen, fit.law.dry_friction]) * fit.law.scale[fit.law.dry_friction]
+    assert joint == pytest.approx(own, rel=0.3)
+
+
+def test_the_shape_is_deceived_by_held_counts_and_the_loss_is_not(rng: np.random.Generator) -> None:
+    found, _ = heard(rng, held=0.5 * FRICTION)
+    assert not found.agree
+    assert found.shape.mean < 0.7 * FRICTION
+    assert found.loss.mean == pytest.approx(FRICTION, abs=4.0 * found.loss.sd)
+
+
+def test_hysteresis_in_the_law_takes_most_of_it_away(rng: np.random.Generator) -> None:
+    """Nine tenths and more; the rest is the turning points, which the held counts displace too."""
+    seed = int(rng.integers(2**32))
+    deceived, _ = heard(np.random.default_rng(seed), held=0.5 * FRICTION)
+    found, fit = heard(np.random.default_rng(seed), held=0.5 * FRICTION, effects=("sensor_hysteresis",))
+    assert fit.sets.effects[fit.chosen] == {"sensor_hysteresis"}
+    assert abs(found.shape.mean - FRICTION) < 0.15 * abs(deceived.shape.mean - FRICTION)
+    assert found.loss.mean == pytest.approx(FRICTION, abs=4.0 * found.loss.sd)
+
+
+def test_chance_rarely_sets_them_at_odds(rng: np.random.Generator) -> None:
+    """One in 22 by the normal; of 12 five or more are one in 7,000."""
+    assert sum(not heard(rng)[0].agree for _ in range(12)) < 5
+
+
+def test_the_report_tells_of_both() -> None:
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.02,
+        initial_displacement=RELEASE,
+        duration=20.0,
+        sampling_rate=100.0,
+        noise_sd=NOISE,
+        seed=1,
+        effects={"random_force.sd": 0.006, "random_force.correlation_time": 0.1},
+    )
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=["random_force", "viscous_damping"])
+    witnesses = report.to_dict()["witnesses"]
+    for name in ("loss", "shape"):
+        low, high = witnesses[name]["interval90"]
+        assert low < witnesses[name]["mean"] < high
+        assert witnesses[name]["unit"] == "N"
+    assert witnesses["agree"] is True
+    assert witnesses["loss"]["mean"] == pytest.approx(0.02, rel=0.2)
