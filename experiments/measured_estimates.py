@@ -1,4 +1,4 @@
-"""What do the closed forms say of every measured record, does emcee agree, and what is left over?"""
+"""What do closed forms say of measured records, with and without a random force, and does emcee agree?"""
 
 from __future__ import annotations
 
@@ -14,22 +14,34 @@ import xarray as xr
 import friction_bayes as fb
 from experiments.closed_forms import closed_form_seconds
 from experiments.runner import Cell, Experiment, main
+from experiments.same_rig import RIGS, records_of, reduced_chi_square, sd_of_interval
 from experiments.tables import Row
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.summary import TAILS
+from friction_bayes.core.text import number, percent
 from friction_bayes.decay.half_cycles import half_cycles
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.mechanics.pendulum import sine_integral
 from friction_bayes.records.datasets import dataset_record, list_datasets
+from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.reference.checking import check_estimate
 
 __all__ = ["EXPERIMENT", "Config"]
 
 SERIES = ("time", "signal", "fit", "residual")
 NUMBERS = {
-    "friction": "posterior mean",
+    "friction": "posterior mean, averaged over a random force where the method does so",
     "low": "lower end of the 90 % interval",
     "high": "upper end of the 90 % interval",
+    "friction_without": "posterior mean with noise in the sensor alone, at the declared system",
+    "low_without": "lower end of its 90 % interval",
+    "high_without": "upper end of it",
+    "force_probability": "of a random force",
+    "force_sd": "mean of its standard deviation, in the unit of friction",
+    "force_share": "the same over friction",
+    "force_time": "mean of its correlation time [s]",
+    "innovations": "Ljung-Box statistic of the innovations under it over its 99.9 % quantile for white noise",
     "reference_mean": "mean of the draws",
     "reference_low": "5 % quantile of the draws",
     "reference_high": "95 % quantile of the draws",
@@ -40,14 +52,21 @@ NUMBERS = {
     "closed_form_s": "wall time of the closed form [s]",
     "sampler_s": "wall time of the sampler [s]",
     "frequency_ratio": "frequency found over the declared sqrt(k/m)",
+    "noise_sd": "posterior mean of the noise of a sample",
+    "rounding": "sd of the rounding to whole steps of the sensor, where it has any",
     "residual_sd": "standard deviation of signal less fit, over half the signal's span",
-    "lag1": "correlation of successive residuals",
     "ljung_box": "Ljung-Box statistic of the residuals over its 99.9 % quantile for white noise",
     "drop_early": "loss of amplitude (sine integral of a pendulum's angle) a half cycle, first third",
     "drop_late": "the same over the last third",
     "half_cycles": "half cycles between fitted turning points",
 }
 TEXTS = ("record", "method", "unit", "signal_unit", "quantity", "refused", "because")
+RESAMPLED_ENCODERS = {"map-single-pendulum": 2.0 * math.pi / 40000.0}
+"""Steps [rad] of encoders whose records were resampled, so that they show none."""
+UNSAMPLED = (("video-pendulum/1", "waveform"),)
+"""A large swing over six minutes, whose likelihood takes the sampler hours."""
+LARGEST_CHI_SQUARE = 2.0
+"""Of friction between records of one rig, reduced, to reach."""
 
 
 @dataclass(frozen=True)
@@ -75,27 +94,33 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         warnings.simplefilter("ignore")
         try:
             record, system = dataset_record(cell["record"])
-            estimate = fb.estimate(record, system, method=cell["method"], random_force="none")
+            estimate = fb.estimate(record, system, method=cell["method"])
+            # what emcee samples is the part without a random force, whose linearisation it judges
+            plain = fb.estimate(record, system, method=cell["method"], random_force="none")
         except fb.InputError as error:
             return {**texts, **numbers, **series, "refused": str(error)}
-        summary = check_estimate(estimate, seed=int(seed.generate_state(1)[0])).summary
+        sampled = {}
+        if (cell["record"], cell["method"]) not in UNSAMPLED:
+            sampled = _reference(check_estimate(plain, seed=int(seed.generate_state(1)[0])).summary)
     decay, fit = estimate.decay, estimate.fit
     assert fit.prediction is not None
     residual = decay.values - fit.prediction
-    numbers |= _friction(estimate) | _reference(summary) | _losses(decay)
+    numbers |= _friction(estimate) | _force(estimate) | _losses(decay)
+    numbers |= {name: sampled[name] for name in sampled if name != "because"}
     numbers["closed_form_s"] = closed_form_seconds(record, system, method=cell["method"])
     test = whiteness(residual)
     numbers |= {
         "frequency_ratio": estimate.frequency / system.natural_frequency,
+        "noise_sd": estimate.noise_sd,
+        "rounding": _step(cell["record"], record) / math.sqrt(12.0),
         "residual_sd": float(residual.std() / (0.5 * np.ptp(decay.values))),
-        "lag1": test.lag1,
         "ljung_box": test.statistic / test.limit,
     }
     texts |= {
         "unit": estimate.friction_unit,
         "signal_unit": decay.unit,
         "quantity": decay.quantity.name,
-        "because": summary["because"],
+        "because": sampled.get("because", ""),
     }
     stride = math.ceil(decay.values.size / config.points)
     kept = (decay.start_time + decay.time, decay.values, fit.prediction, residual)
@@ -103,14 +128,39 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     return {**texts, **numbers, **series}
 
 
+def _step(name: str, record: xr.DataArray) -> float:
+    """Step of the sensor, unit of the signal; nan where there is none."""
+    found = quantisation_step(record.values)
+    return RESAMPLED_ENCODERS.get(name.split("/")[0], math.nan) if found is None else found
+
+
 def _friction(estimate: fb.Estimate) -> dict[str, float]:
-    low, high = estimate.friction.ppf([0.05, 0.95])
-    return {"friction": float(estimate.friction.mean()), "low": float(low), "high": float(high)}
+    force = estimate.random_force
+    without = estimate.friction if force is None else force.coefficient_without
+    numbers = {}
+    for distribution, suffix in ((estimate.friction, ""), (without, "_without")):
+        low, high = distribution.ppf(TAILS)
+        mean = float(distribution.mean())
+        numbers |= {f"friction{suffix}": mean, f"low{suffix}": float(low), f"high{suffix}": float(high)}
+    return numbers
+
+
+def _force(estimate: fb.Estimate) -> dict[str, float]:
+    force = estimate.random_force
+    if force is None:
+        return {}
+    return {
+        "force_probability": force.probability,
+        "force_sd": float(force.sd.mean()),
+        "force_share": force.share_of_friction,
+        "force_time": float(force.correlation_time.mean()),
+        "innovations": force.innovations.statistic / force.innovations.limit,
+    }
 
 
 def _reference(summary: Mapping[str, Any]) -> dict[str, Any]:
     low, high = summary["friction"]["interval90"]
-    named = ("rhat", "ess_bulk", "ess_tail", "agrees", "sampler_s")
+    named = ("rhat", "ess_bulk", "ess_tail", "agrees", "sampler_s", "because")
     return {
         "reference_mean": summary["friction"]["mean"],
         "reference_low": low,
@@ -159,8 +209,34 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """One line a record and method."""
-    return [_row(dataset.isel(case=k)) for k in range(dataset.sizes["case"])]
+    """What records of one rig say of each other, then one line a record and method."""
+    return _rig_rows(dataset) + [_row(dataset.isel(case=k)) for k in range(dataset.sizes["case"])]
+
+
+def _rig_rows(dataset: xr.Dataset) -> list[Row]:
+    cases = dataset.isel(case=dataset["method"].values == EXPERIMENT.config.methods[0])
+    table = []
+    for rig in RIGS:
+        own = cases.isel(case=records_of(rig, cases["record"].values.tolist()))
+        if own.sizes["case"] < 2:
+            continue
+        found, plain = (
+            reduced_chi_square(
+                own[f"friction{suffix}"].values,
+                sd_of_interval(own[f"low{suffix}"].values, own[f"high{suffix}"].values),
+            )
+            for suffix in ("", "_without")
+        )
+        word = "reached" if found <= LARGEST_CHI_SQUARE else "missed"
+        table.append(
+            Row(
+                f"{rig}: reduced chi-square of friction between {own.sizes['case']} records",
+                f"{found:.2g}",
+                f"{plain:.2g}",
+                f"<= {LARGEST_CHI_SQUARE:g} with it: {word}",
+            )
+        )
+    return table
 
 
 def _row(case: xr.Dataset) -> Row:
@@ -169,37 +245,69 @@ def _row(case: xr.Dataset) -> Row:
         return Row(what, "refused", remark=case["refused"].item())
     value = {name: float(case[name]) for name in NUMBERS}
     verdict = {1.0: "agrees", 0.0: f"DISAGREES: {case['because'].item()}"}.get(value["agrees"], "not judged")
-    colour = (
-        "white"
-        if value["ljung_box"] < 1.0
-        else f"not white, successive ones correlate at {value['lag1']:.3f}"
-    )
+    unit = case["unit"].item()
+    averaged = math.isfinite(value["force_probability"])
     return Row(
         what,
-        f"{value['friction']:.5g} [{value['low']:.5g}, {value['high']:.5g}] {case['unit'].item()}",
-        f"{100.0 * value['residual_sd']:.2g} % of the amplitude, {colour}",
-        f"closed form {1e3 * value['closed_form_s']:.3g} ms, emcee {value['sampler_s']:.2g} s",
-        f"{value['reference_mean']:.5g} [{value['reference_low']:.5g}, {value['reference_high']:.5g}], "
-        f"R-hat {value['rhat']:.4f}, ESS {value['ess_bulk']:.0f}/{value['ess_tail']:.0f}, {verdict}",
+        f"{_interval(value, 'friction', 'low', 'high', 4)} {unit}",
+        f"{_interval(value, 'friction_without', 'low_without', 'high_without')} {unit}" if averaged else "",
+        f"{_random_force(value, unit)}; closed form {1e3 * value['closed_form_s']:.3g} ms",
+        _sampled(value, verdict),
     )
+
+
+def _sampled(value: Mapping[str, float], verdict: str) -> str:
+    if not math.isfinite(value["reference_mean"]):
+        return "not sampled"
+    return (
+        f"{_interval(value, 'reference_mean', 'reference_low', 'reference_high')}, "
+        f"R-hat {value['rhat']:.4f}, ESS {value['ess_bulk']:.0f}/{value['ess_tail']:.0f}, "
+        f"{value['sampler_s']:.2g} s, {verdict}"
+    )
+
+
+def _interval(value: Mapping[str, float], mean: str, low: str, high: str, digits: int = 5) -> str:
+    return f"{value[mean]:.{digits}g} [{value[low]:.{digits}g}, {value[high]:.{digits}g}]"
+
+
+def _random_force(value: Mapping[str, float], unit: str) -> str:
+    left = f"fit leaves {100.0 * value['residual_sd']:.2g} % of the amplitude, {_colour(value['ljung_box'])}"
+    if not math.isfinite(value["force_probability"]):
+        return left
+    return (
+        f"{left}; random force {percent(value['force_probability'])}, "
+        f"sd {number(value['force_sd'], 2)} {unit}, {value['force_share']:.0%} of friction, "
+        f"over {number(value['force_time'], 2)} s, "
+        f"innovations {_colour(value['innovations'])}"
+    )
+
+
+def _colour(ljung_box: float) -> str:
+    return "white" if ljung_box < 1.0 else "not white"
 
 
 def details(dataset: xr.Dataset) -> list[dict[str, str]]:
-    """What plain dry friction leaves out, a line a record: loss of amplitude early and late, frequency."""
+    """A line a record: sensor noise, and what plain dry friction leaves out in amplitude and frequency."""
     lines = []
     for k in np.flatnonzero(dataset["method"].values == EXPERIMENT.config.methods[0]):
         case = dataset.isel(case=k)
-        early, late, count = (float(case[name]) for name in ("drop_early", "drop_late", "half_cycles"))
-        if not math.isfinite(early):
+        value = {name: float(case[name]) for name in NUMBERS}
+        if case["refused"].item():
             continue
+        unit = case["signal_unit"].item()
+        early, late, count = value["drop_early"], value["drop_late"], value["half_cycles"]
+        told = math.isfinite(early)
+        ratio = value["noise_sd"] / value["rounding"]
         lines.append(
             {
                 "record": case["record"].item(),
-                "half cycles": f"{count:.0f}",
-                "loss a half cycle, first third": f"{early:.3g} {case['signal_unit'].item()}",
-                "last third": f"{late:.3g} {case['signal_unit'].item()}",
-                "early over late": f"{early / late:.2f}",
-                "frequency over sqrt(k/m)": f"{float(case['frequency_ratio']):.4f}",
+                "sensor noise": f"{value['noise_sd']:.3g} {unit}",
+                "over the sensor's step / sqrt(12)": f"{ratio:.2f}" if math.isfinite(ratio) else "–",
+                "half cycles": f"{count:.0f}" if told else "–",
+                "loss a half cycle, first third": f"{early:.3g} {unit}" if told else "–",
+                "last third": f"{late:.3g} {unit}" if told else "–",
+                "early over late": f"{early / late:.2f}" if told else "–",
+                "frequency over sqrt(k/m)": f"{value['frequency_ratio']:.4f}",
             }
         )
     return lines
@@ -207,13 +315,13 @@ def details(dataset: xr.Dataset) -> list[dict[str, str]]:
 
 EXPERIMENT = Experiment(
     name="measured_estimates",
-    question="What do closed forms say of every measured record, does emcee agree, and what is left over?",
+    question="What do closed forms say of measured records, with and without a random force?",
     config=Config(),
     cells=cells,
     run=run,
     assemble=assemble,
     rows=rows,
-    beside="signal less fit",
+    beside="without a random force",
     details=details,
 )
 

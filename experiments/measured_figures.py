@@ -9,9 +9,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from experiments.same_rig import RIGS, records_of
 from friction_bayes.plotting.style import ACCENT, DATA, MODEL, new_figure, save_figure, styled
 
-__all__ = ["draw", "main"]
+__all__ = ["draw", "draw_rigs", "main"]
 
 _HALF_CYCLES_SHOWN = 6.0
 
@@ -40,8 +41,46 @@ def draw(case: xr.Dataset) -> Figure:
     return figure
 
 
+def draw_rigs(dataset: xr.Dataset) -> Figure:
+    """Friction of the records of each rig with 90 % intervals, without a random force and with one."""
+    names = dataset["record"].values.tolist()
+    rigs = {rig: places for rig in RIGS if len(places := records_of(rig, names)) > 1}
+    with styled():
+        figure = new_figure(8.6, 0.9 + 2.1 * len(rigs))
+        panels = figure.subplots(len(rigs), 1, squeeze=False)[:, 0]
+        for axes, (rig, places) in zip(panels, rigs.items(), strict=True):
+            own = dataset.isel(case=places)
+            for suffix, shift, color, style, label in (
+                ("_without", -0.12, ACCENT, "s", "noise in the sensor alone"),
+                ("", 0.12, MODEL, "o", "averaged over a random force"),
+            ):
+                mean, low, high = (own[f"{name}{suffix}"].values for name in ("friction", "low", "high"))
+                place = np.arange(mean.size) + shift
+                axes.errorbar(
+                    place,
+                    mean,
+                    [mean - low, high - mean],
+                    color=color,
+                    fmt=style,
+                    ms=4.0,
+                    lw=1.6,
+                    label=label,
+                )
+            axes.set_xticks(range(len(places)), [names[k].partition("/")[2] for k in places], fontsize=8.0)
+            axes.set_ylabel(f"friction [{own['unit'].values[0]}]")
+            axes.axhline(0.0, color="#999999", lw=0.6)
+            axes.set_title(rig)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def _shown(record: str) -> bool:
+    """One release of each kind of the rig with twenty, every record of the others."""
+    return not record.startswith("pasco-oscillator") or record.endswith("-1")
+
+
 def main() -> None:
-    """Draw the first method's fit of every record."""
+    """Draw the first method's fit of the records, and friction of those of one rig side by side."""
     parser = argparse.ArgumentParser(prog="python -m experiments.measured_figures", description=__doc__)
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder (default %(default)s)")
     parser.add_argument(
@@ -53,8 +92,12 @@ def main() -> None:
         dataset.load()
     for k in range(dataset.sizes["case"]):
         case = dataset.isel(case=k)
-        if case["method"].item() == dataset["method"].values[0] and not case["refused"].item():
+        first = case["method"].item() == dataset["method"].values[0]
+        if first and _shown(case["record"].item()) and not case["refused"].item():
             save_figure(draw(case), options.out, case["record"].item().replace("/", "-"), formats=("png",))
+    cases = dataset.isel(case=dataset["method"].values == dataset["method"].values[0])
+    if any(len(records_of(rig, cases["record"].values.tolist())) > 1 for rig in RIGS):
+        save_figure(draw_rigs(cases), options.out, "friction", formats=("png",))
 
 
 if __name__ == "__main__":
