@@ -65,7 +65,8 @@ class Judgement:
     rival : frozenset of str
         Who; the set that fits best where several tie.
     force_loss : float
-        Expected deviance that the true law loses without a fluctuating force, its noise as large as need be.
+        Expected deviance that the true law, fitted anew, loses without a fluctuating force, its noise as
+        large as need be.
     friction_sd : float
         Of friction, relative, with the true set of effects, force and noise known.
     """
@@ -77,6 +78,29 @@ class Judgement:
 
 
 @dataclass(frozen=True)
+class _Variant:
+    """One way to have a set of effects, fitted.
+
+    Attributes
+    ----------
+    misfit : float
+        Chi-square of the true mean.
+    taken : float
+        Part of the expected sum of squares that the coefficients take up.
+    log_determinant : float
+        Of the Gram matrix.
+    coefficients, used : ndarray
+        And the columns that they belong to.
+    """
+
+    misfit: float
+    taken: float
+    log_determinant: float
+    coefficients: Array
+    used: NDArray[np.int64]
+
+
+@dataclass(frozen=True)
 class _Fits:
     """Least squares of every set of columns under one covariance, on one Gram matrix.
 
@@ -84,45 +108,65 @@ class _Fits:
     ----------
     gram : ndarray
         Of the whitened columns, the true mean last.
+    scatter : ndarray
+        True covariance of the products of the whitened columns with the whitened signal.
+    trace, log_determinant, samples : float, float, int
+        Expected sum of squares of the whitened signal about its mean, log determinant of the covariance.
     where : dict
         Effect: index arrays of its columns, one a variant.
     """
 
     gram: Array
+    scatter: Array
+    trace: float
+    log_determinant: float
+    samples: int
     where: dict[str, list[NDArray[np.int64]]]
 
-    def variants(self, effects: frozenset[str]) -> Iterator[tuple[float, Array, NDArray[np.int64]]]:
-        """Chi-square, coefficients and columns of each variant of a set."""
+    def variants(self, effects: frozenset[str]) -> Iterator[_Variant]:
+        """Every variant of a set."""
         for chosen in product(*(self.where[name] for name in sorted(effects))):
             used = np.concatenate([np.arange(NUISANCE), *chosen])
-            normal, right = self.gram[np.ix_(used, used)], self.gram[used, -1]
-            scale = 1.0 / np.sqrt(np.diag(normal))
-            scaled = normal * np.outer(scale, scale)
+            own, right = np.ix_(used, used), self.gram[used, -1]
+            scale = 1.0 / np.sqrt(np.diag(self.gram[own]))
+            scaled = self.gram[own] * np.outer(scale, scale)
             scaled[np.diag_indices(used.size)] += _RIDGE
-            solved = np.linalg.solve(scaled, right * scale) * scale
-            yield max(float(self.gram[-1, -1] - right @ solved), 0.0), solved, used
+            inverse = np.linalg.inv(scaled) * np.outer(scale, scale)
+            solved = inverse @ right
+            yield _Variant(
+                misfit=max(float(self.gram[-1, -1] - right @ solved), 0.0),
+                taken=float(np.sum(inverse * self.scatter[own])),
+                log_determinant=float(np.linalg.slogdet(scaled)[1]) - 2.0 * float(np.log(scale).sum()),
+                coefficients=solved,
+                used=used,
+            )
 
-    def misfit(self, effects: frozenset[str]) -> float:
-        """Lowest chi-square of the variants whose coefficients are all within their support."""
-        lowest = math.inf
-        for misfit, solved, used in self.variants(effects):
-            if misfit < lowest and self._supported(effects, solved, used):
-                lowest = misfit
-        return lowest
-
-    def _supported(self, effects: frozenset[str], solved: Array, used: NDArray[np.int64]) -> bool:
-        friction = solved[FRICTION]
-        coefficient = dict(zip(used.tolist(), solved.tolist(), strict=True))
+    def supported(self, effects: frozenset[str], variant: _Variant) -> bool:
+        """Whether every coefficient is within its support."""
+        friction = variant.coefficients[FRICTION]
+        coefficient = dict(zip(variant.used.tolist(), variant.coefficients.tolist(), strict=True))
         bounded = (
             (coefficient[index], _SUPPORT[name])
             for name in effects & _SUPPORT.keys()
-            for variant in self.where[name]
-            if (index := int(variant[0])) in coefficient
+            for columns in self.where[name]
+            if (index := int(columns[0])) in coefficient
         )
         return friction >= 0.0 and all(low * friction <= c <= high * friction for c, (low, high) in bounded)
 
+    def deviance(self, variant: _Variant, true: _Fits, true_variant: _Variant, misfit: float) -> float:
+        """Expected restricted deviance of one variant over the same columns under the true covariance.
 
-def _fits(lower: Array, columns: Columns, nuisance: list[Array], mean: Array) -> _Fits:
+        Its noise is as large as it has to be; columns take up what they can of the force's response under
+        either covariance, so that a force which an initial state or a frequency imitates counts as unseen.
+        """
+        free = self.samples - variant.used.size
+        mean_square = (self.trace - variant.taken + misfit) / free
+        volume = variant.log_determinant - true_variant.log_determinant
+        excess = self.log_determinant - true.log_determinant
+        return max(free * math.log(mean_square) + excess + volume, 0.0)
+
+
+def _fits(lower: Array, true_lower: Array, columns: Columns, nuisance: list[Array], mean: Array) -> _Fits:
     where: dict[str, list[NDArray[np.int64]]] = {}
     stacked, at = [np.column_stack(nuisance)], NUISANCE
     for name, variants in columns.items():
@@ -132,7 +176,16 @@ def _fits(lower: Array, columns: Columns, nuisance: list[Array], mean: Array) ->
             stacked.append(variant)
             at += variant.shape[1]
     white = solve_triangular(lower, np.column_stack([*stacked, mean]), lower=True)
-    return _Fits(white.T @ white, where)
+    colour = solve_triangular(lower, true_lower, lower=True)
+    products = colour.T @ white[:, :-1]
+    return _Fits(
+        gram=white.T @ white,
+        scatter=products.T @ products,
+        trace=float(np.sum(colour**2)),
+        log_determinant=2.0 * float(np.log(np.diag(lower)).sum()),
+        samples=lower.shape[0],
+        where=where,
+    )
 
 
 def _rivals(names: list[str], size: int) -> Iterator[frozenset[str]]:
@@ -205,31 +258,45 @@ def judge(sealed: SealedRecord) -> Judgement:
         return np.asarray(cholesky(whole[np.ix_(used, used)], lower=True))
 
     true_lower = lower_of(1.0, 1.0)
-    n = true_lower.shape[0]
-    true_log = 2.0 * float(np.log(np.diag(true_lower)).sum())
+    true = _fits(true_lower, true_lower, columns, nuisance, mean)
+    known = moving if moving <= columns.keys() else frozenset[str]()
+    nearest, own = min(enumerate(true.variants(known)), key=lambda pair: pair[1].misfit)
+    sd = 1.0 / math.sqrt(_information(true, own)) / motion.law.friction
     force_loss, best = 0.0, (math.inf, frozenset[str]())
-    friction_sd = math.nan
-    forces = _RIVAL_FORCES if share else _RIVAL_FORCES[1:2]
-    for factor, time_factor in forces:
-        lower = lower_of(factor, time_factor)
-        own_log = 2.0 * float(np.log(np.diag(lower)).sum())
-        trace = float(np.sum(solve_triangular(lower, true_lower, lower=True) ** 2))
-        fits = _fits(lower, columns, nuisance, mean)
-
-        def deviance(misfit: float, own_log: float = own_log, trace: float = trace) -> float:
-            return max(n * math.log((trace + misfit) / n) + own_log - true_log, 0.0)
-
+    for factor, time_factor in _RIVAL_FORCES if share else _RIVAL_FORCES[:1]:
+        fits = true
+        if (factor, time_factor) != _RIVAL_FORCES[0]:
+            fits = _fits(lower_of(factor, time_factor), true_lower, columns, nuisance, mean)
         if factor == 0.0:
-            force_loss = deviance(0.0)
-        if (factor, time_factor) == forces[0] and moving <= columns.keys():
-            _, _, index = min(fits.variants(moving), key=lambda fit: fit[0])
-            inverse = np.linalg.pinv(fits.gram[np.ix_(index, index)], hermitian=True, rcond=1e-13)
-            friction_sd = math.sqrt(inverse[FRICTION, FRICTION]) / motion.law.friction
+            same = next(v for i, v in enumerate(fits.variants(known)) if i == nearest)
+            force_loss = fits.deviance(same, true, own, misfit=0.0)
         for rival in _rivals(list(columns), size):
+            loss = min(
+                (
+                    fits.deviance(variant, true, true_variant, variant.misfit)
+                    for variant, true_variant in zip(fits.variants(rival), true.variants(rival), strict=True)
+                    if fits.supported(rival, variant)
+                ),
+                default=math.inf,
+            )
             for kept_scatter in {True, False} if scattered else {True}:
                 whole = rival | (scattered if kept_scatter else frozenset())
-                if len(whole) > size or _is_truth(whole, others):
-                    continue
-                loss = deviance(fits.misfit(rival)) + (0.0 if kept_scatter else lost)
-                best = min(best, (loss, whole), key=lambda pair: pair[0])
-    return Judgement(loss=best[0], rival=best[1], force_loss=force_loss, friction_sd=friction_sd)
+                if len(whole) <= size and not _is_truth(whole, others):
+                    best = min(
+                        best, (loss + (0.0 if kept_scatter else lost), whole), key=lambda pair: pair[0]
+                    )
+    return Judgement(
+        loss=best[0],
+        rival=best[1],
+        force_loss=force_loss,
+        friction_sd=sd if known == moving else math.nan,
+    )
+
+
+def _information(fits: _Fits, variant: _Variant) -> float:
+    """Inverse variance of friction beside the other columns of a variant."""
+    used = variant.used
+    scale = 1.0 / np.sqrt(np.diag(fits.gram[np.ix_(used, used)]))
+    scaled = fits.gram[np.ix_(used, used)] * np.outer(scale, scale)
+    inverse = np.linalg.pinv(scaled, hermitian=True, rcond=1e-13)
+    return float(1.0 / inverse[FRICTION, FRICTION] / scale[FRICTION] ** 2)
