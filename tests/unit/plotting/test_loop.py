@@ -171,6 +171,10 @@ def test_the_force_left_is_drawn_against_all_it_may_depend_on(loop_report: LoopR
     labels = [axes.get_xlabel() for axes in figure.axes]
     assert labels == ["time [s]", "velocity [m/s]", "position [m]", "amplitude [m]"]
     assert "force left [N]" in texts(figure)
+    assert "depends on" not in texts(figure)
+    marked = plot_fluctuation(loop_report.traces[0], "position").axes[2]
+    assert marked.get_xlabel() == "position [m]"
+    assert marked.get_title(loc="right") == "depends on the position"
 
 
 def test_report_plots_itself_and_leaves_the_style(loop_report: LoopReport) -> None:
