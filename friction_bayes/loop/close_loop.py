@@ -76,8 +76,7 @@ def close_loop(
         White, autoregressive, or decided by the spectrum of the residual above the motion's harmonics.
     random_force : {"auto", "none"}
         Whether a force that fluctuates is looked for where effects and white noise do not explain the record.
-        It is in single records with ``noise="auto"``, of which none comes with a measured force or is to be
-        checked with a sampler.
+        It is in single records with ``noise="auto"`` that do not come with a measured force.
     tolerance : float
         Root mean square of a force that follows the motion, over friction, below which a law with a random
         force counts as complete although a test can tell that force from none.
@@ -116,7 +115,7 @@ def close_loop(
     system = _calibrated(system, segments)
     found = _search(system, segments, searched, noise, progress)
     sought = random_force == "auto" and noise == "auto" and RANDOM_FORCE.name in allowed
-    if sought and len(segments) == 1 and force is None and not check:
+    if sought and len(segments) == 1 and force is None:
         fluctuating = fluctuating_force(found, allowed)
         if fluctuating is not None:
             return random_force_report(
@@ -124,6 +123,7 @@ def close_loop(
                 fluctuating,
                 seed=seed,
                 started=started,
+                check=check,
                 reference_friction=reference_friction,
                 tolerance=tolerance,
             )

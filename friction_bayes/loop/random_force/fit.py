@@ -81,6 +81,8 @@ class ForceFit:
     sets : ColumnSets
     regression : LawRegression
         The record on these columns.
+    prior : ForcePrior
+        Of the random force.
     posterior : Posterior
     coefficients : ndarray, shape (p,)
         Of the best set at the best point.
@@ -100,6 +102,7 @@ class ForceFit:
     law: LawColumns
     sets: ColumnSets
     regression: LawRegression
+    prior: ForcePrior
     posterior: Posterior
     coefficients: Array
     motion: Motion
@@ -268,6 +271,7 @@ def fit_random_force(
         law=found.law,
         sets=found.sets,
         regression=regression,
+        prior=found.prior,
         posterior=posterior,
         coefficients=coefficients,
         motion=regression.smoothed(coefficients, posterior.best),

@@ -27,6 +27,7 @@ from friction_bayes.loop.random_force.draws import LawDraws, law_draws
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.forecast import forecast
 from friction_bayes.loop.random_force.left_over import LeftOver, what_is_left
+from friction_bayes.loop.random_force.sampler_check import check_random_force
 from friction_bayes.loop.random_force.witnesses import Witnesses, two_witnesses
 from friction_bayes.loop.residual_tests import residual_tests
 from friction_bayes.loop.result import FluctuationTrace, LoopReport, RecordTrace
@@ -48,6 +49,7 @@ def random_force_report(
     *,
     seed: int,
     started: float,
+    check: bool,
     reference_friction: float | None,
     tolerance: float,
 ) -> LoopReport:
@@ -63,6 +65,8 @@ def random_force_report(
         Of the draws.
     started : float
         Reading of ``time.perf_counter`` when the loop began.
+    check : bool
+        Sample the most probable set of columns with emcee too.
     reference_friction : float or None
         Friction known from elsewhere [N or N m].
     tolerance : float
@@ -85,6 +89,9 @@ def random_force_report(
     which = _candidate_of(draws, candidates)
     effects = in_catalogue_order(best)
     amplitude = float(np.max(np.abs(fit.path.x))) * fit.unit
+    reference = compare_with_reference(after, before, reference_friction) or {}
+    if check:
+        reference["sampler"] = check_random_force(fit, factor, unit, seed)
     structured = max((d.signal for d in left.dependences if d is left.worst), default=0.0)
     return LoopReport(
         verdict=_verdict(draws, left, candidates, tolerance),
@@ -117,7 +124,7 @@ def random_force_report(
         },
         fitted=fitted_part(segment, fit.samples, fit.path.turning.size),
         next_experiment=None,
-        reference_check=compare_with_reference(after, before, reference_friction),
+        reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
         seed=seed,
         trail=[*found.trail, _step(fit)],

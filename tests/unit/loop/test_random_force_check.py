@@ -1,0 +1,78 @@
+"""The check of a law under a random force: emcee on the closed form's columns, confined to their support."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from fluctuating_force import fluctuating_decay
+from friction_bayes.loop.random_force import sampler_check
+from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
+from friction_bayes.loop.random_force.sampler_check import best_set, check_random_force, target_of_set
+from friction_bayes.loop.segment import cut_records
+
+SYSTEM = fb.Oscillator(mass=2.0, stiffness=200.0)
+STEP = 0.02
+EFFECTS = ("viscous_damping", "quadratic_drag", "random_force", "sensor_offset")
+
+
+@pytest.fixture(scope="module")
+def fit() -> ForceFit:
+    rng = np.random.default_rng(1)
+    values = fluctuating_decay(
+        rng,
+        frequency=10.0,
+        friction=0.001,
+        release=0.1,
+        step=STEP,
+        samples=1100,
+        force_sd=3e-4,
+        correlation_time=0.1,
+    )[0]
+    noisy = values + 3e-4 * rng.standard_normal(values.size)
+    record = fb.make_record(STEP * np.arange(values.size), noisy, "displacement")
+    found = fit_random_force(cut_records([record], SYSTEM)[0], SYSTEM, EFFECTS)
+    assert found is not None
+    return found
+
+
+def test_coefficients_stay_in_their_support(fit: ForceFit) -> None:
+    chosen = fit.sets.effects.index(frozenset({"viscous_damping"}))
+    target = target_of_set(fit, chosen)
+    assert len(target.names) == fit.sets.columns[chosen].sum() + 3
+    assert np.isfinite(target.log_prob(target.centre[None])).all()
+    positive = np.flatnonzero(fit.law.positive[fit.sets.columns[chosen]])
+    assert positive.size == 2
+    for j in positive:
+        theta = target.centre.copy()
+        theta[j] *= -1.0
+        assert target.log_prob(theta[None])[0] == -math.inf
+
+
+def test_closed_form_and_sampler_agree_on_friction(fit: ForceFit) -> None:
+    assert fit.sets.effects[best_set(fit)] == frozenset()
+    check = check_random_force(fit, 1.0, "N", seed=1)
+    assert check["converged"]
+    assert check["rhat"] < 1.01
+    assert check["agrees"] is True, check["because"]
+    assert check["friction"]["unit"] == "N"
+    assert check["friction"]["mean"] == pytest.approx(0.2, abs=4.0 * check["friction"]["sd"])
+
+
+def test_a_positive_coefficient_near_zero(fit: ForceFit, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Viscous damping that is not there: friction beside it is far from normal."""
+    viscous = fit.sets.effects.index(frozenset({"viscous_damping"}))
+    monkeypatch.setattr(sampler_check, "best_set", lambda fit: viscous)
+    # the set has a probability of a thousandth: its draws are drawn for it alone
+    alone = np.zeros_like(fit.posterior.weight)
+    alone[:, viscous] = fit.posterior.weight[:, viscous]
+    monkeypatch.setattr(fit.posterior, "weight", alone / alone.sum())
+    check = check_random_force(fit, 1.0, "N", seed=1)
+    sampled, closed = check["friction"], check["closed_form"]
+    assert sampled["mean"] == pytest.approx(closed["mean"], abs=0.12 * closed["sd"])
+    assert sampled["sd"] == pytest.approx(closed["sd"], rel=0.08)
+    # the size and the correlation time of the force mix slowly here, and the check says so by itself
+    assert check["converged"] or "not converged" in check["because"]
