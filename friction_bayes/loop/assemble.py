@@ -1,147 +1,158 @@
-"""From what a search found to the report: draws, tests of what is left, comparisons."""
+"""From the candidates to the report: one posterior, tests of what is left, comparisons."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from friction_bayes.core.arrays import Array, Integers
-from friction_bayes.core.summary import TAILS
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.core.text import set_words
 from friction_bayes.estimators.result import FREQUENCY_TOLERANCE
-from friction_bayes.loop.autoregression import correlation_length
 from friction_bayes.loop.candidate import SearchResult, in_catalogue_order
-from friction_bayes.loop.draws import mixture_draws
-from friction_bayes.loop.effect_summaries import effect_summaries
+from friction_bayes.loop.draws import candidate_draws
+from friction_bayes.loop.family import Family, FamilyDraws, Mixture, mixture_of
 from friction_bayes.loop.fit import LoopFit
-from friction_bayes.loop.forecast import held_out_error
-from friction_bayes.loop.friction import Distribution, friction_posterior
+from friction_bayes.loop.forecast import FORECAST, forecast_error
+from friction_bayes.loop.friction import Distribution, friction_scale, reported_friction
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.next_experiment import next_experiment
 from friction_bayes.loop.paper_procedure import paper_procedure
-from friction_bayes.loop.parameters import LOG_FREQUENCY_RATIO
-from friction_bayes.loop.reference_force import compare_forces
+from friction_bayes.loop.parameters import FRICTION
 from friction_bayes.loop.residual_tests import residual_tests
-from friction_bayes.loop.result import LoopReport, RecordTrace
-from friction_bayes.loop.sampler_check import sampler_check
-from friction_bayes.loop.segment import Segment
+from friction_bayes.loop.result import LoopReport
 from friction_bayes.loop.verdict import credible_count, verdict
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
-__all__ = [
-    "assemble_report",
-    "compare_with_reference",
-    "fitted_part",
-    "frequency_summary",
-    "friction_of_coulomb_model",
-]
+__all__ = ["assemble_report"]
 
 _MOST_RIVALS = 3
 
 
 def assemble_report(
     found: SearchResult,
+    families: Sequence[Family],
+    rng: np.random.Generator,
     *,
     seed: int,
     started: float,
     check: bool,
     reference_friction: float | None,
-    reference_force: Array | None,
+    force_error: dict[str, Any] | None,
 ) -> LoopReport:
-    """Draw from the candidates, test what they leave, and gather the report.
+    """Mix the candidates, test what the most probable leaves, and gather the report.
 
     Parameters
     ----------
     found : SearchResult
+        What the search found: the Coulomb model alone comes from it.
+    families : sequence of Family
+        All candidates; those of the search first.
+    rng : numpy.random.Generator
     seed : int
-        Of the draws.
+        That the generators come from.
     started : float
         Reading of ``time.perf_counter`` when the loop began.
     check : bool
         Sample the final posterior with emcee too.
     reference_friction : float or None
         Friction known from elsewhere [N or N m].
-    reference_force : ndarray or None
-        As from :func:`friction_bayes.loop.reference_force.validate_force`.
+    force_error : dict or None
+        Differences from a measured force, as from :func:`friction_bayes.loop.reference_force.compare_forces`.
     """
-    rng_mixture, rng_before = np.random.default_rng(seed).spawn(2)
-    best = found.fits[0]
-    tests_before, tests_after = residual_tests(found.before), residual_tests(best)
-    which, draws = mixture_draws(
-        found.fits, found.probabilities, rng_mixture, robust=bool(tests_after.failed)
-    )
-    after = friction_posterior(found.fits, draws, rng_mixture)
-    before = friction_of_coulomb_model(found.before, rng_before)
-    word = verdict(found.sets, found.probabilities, not tests_after.failed)
-    effects = in_catalogue_order(found.sets[0])
-    residual: dict[str, Any] = {"before": tests_before.to_dict(), "after": tests_after.to_dict()}
-    forces: tuple[Array, ...] | None = None
-    if reference_force is not None:
-        residual["force"], forces = compare_forces(found.before, best, reference_force)
+    rng_mixture, rng_before, rng_after = rng.spawn(3)
+    mixture = mixture_of(families, rng_mixture)
+    best, model = mixture.best, found.before.model
+    segment = model.segments[0]
+    after = reported_friction(mixture.draws.friction, model, rng_after)
+    before = _friction_of_coulomb_model(found.before, rng_before)
+    factor, _, unit = friction_scale(model)
+    effects = in_catalogue_order(mixture.sets[0])
+    word = verdict(mixture.sets, mixture.probabilities, best.explains)
+    residual: dict[str, Any] = {
+        "before": residual_tests(found.before).to_dict(),
+        "after": best.tests.to_dict(),
+    }
+    if force_error is not None:
+        residual["force"] = force_error
+    left = best.left()
+    reference = _compare_with_reference(after, before, reference_friction) or {}
+    if check:
+        reference["sampler"] = best.check(seed)
     return LoopReport(
         verdict=word,
-        effects=effect_summaries(found, draws[0]),
+        effects=[
+            {"name": name, "probability": mixture.probability(name), "parameters": best.parameters(name)}
+            for name in effects
+        ],
         candidates=[
-            {"effects": list(in_catalogue_order(s)), "probability": float(p)}
-            for s, p in zip(found.sets, found.probabilities, strict=True)
+            {"effects": list(in_catalogue_order(names)), "probability": float(p)}
+            for names, p in zip(mixture.sets, mixture.probabilities, strict=True)
         ],
         friction_before=before.to_dict(),
         friction_after=after.to_dict(),
-        held_out_error=held_out_error(found.before, best),
+        held_out_error={
+            "before": forecast_error(found.before),
+            **best.forecast(),
+            "unit": segment.decay.unit,
+            "what": FORECAST,
+        },
         residual=residual,
-        noise=_noise(found),
-        paper_procedure=paper_procedure(best, after, effects),
-        frequency=_frequency(best, draws[0], after),
-        random_force=None,
-        witnesses=None,
-        left=_left(best, bool(tests_after.failed), after),
-        fitted=_fitted(best),
-        next_experiment=_next_experiment(found) if word == "ambiguous" else None,
-        reference_check=_reference(found, after, before, reference_friction, seed if check else None),
+        noise=best.noise(),
+        paper_procedure=paper_procedure(found.fits[0], after, effects),
+        frequency=_frequency(mixture.draws.frequency, model, after),
+        random_force=_random_force(mixture, families, factor, unit),
+        witnesses=best.witnesses(),
+        left=left
+        | {"unit": segment.decay.unit, "friction_could_shift_by": factor * left["friction_could_shift_by"]},
+        fitted=_fitted(best, model),
+        next_experiment=_next_experiment(found, mixture) if word == "ambiguous" else None,
+        reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
         seed=seed,
-        trail=list(found.trail),
-        traces=tuple(
-            _trace(found.before, best, r, forces if r == 0 else None) for r in range(len(best.noises))
-        ),
-        posterior=_posterior(best, draws[0], after, which, seed),
+        trail=[step for family in families for step in family.trail],
+        traces=best.traces(),
+        posterior=_posterior(mixture, after, seed),
     )
 
 
-def friction_of_coulomb_model(fit: LoopFit, rng: np.random.Generator) -> Distribution:
+def _friction_of_coulomb_model(fit: LoopFit, rng: np.random.Generator) -> Distribution:
     """Friction by the Coulomb model alone."""
-    _, draws = mixture_draws([fit], np.ones(1), rng, robust=bool(residual_tests(fit).failed))
-    return friction_posterior([fit], draws, rng)
+    (draws,) = candidate_draws([fit], np.ones(1), rng, robust=bool(residual_tests(fit).failed))
+    return reported_friction(np.asarray(fit.model.value(draws, FRICTION)), fit.model, rng)
 
 
-def _next_experiment(found: SearchResult) -> str | None:
-    """The record that would decide between the most probable candidates."""
-    n = min(credible_count(found.probabilities), _MOST_RIVALS + 1)
-    return next_experiment(found.fits[:n], [set_words(in_catalogue_order(s)) for s in found.sets[:n]])
+def _next_experiment(found: SearchResult, mixture: Mixture) -> str | None:
+    """The record that would decide between the most probable candidates that the search fitted."""
+    credible = mixture.sets[: credible_count(mixture.probabilities)]
+    rivals = [names for names in credible if names in found.sets][: _MOST_RIVALS + 1]
+    if len(rivals) < 2:
+        return None
+    fits = [found.fits[found.sets.index(names)] for names in rivals]
+    return next_experiment(fits, [set_words(in_catalogue_order(names)) for names in rivals])
 
 
-def _noise(found: SearchResult) -> dict[str, Any]:
-    best = found.fits[0]
-    segment = best.model.segments[0]
-    order = max(a.size for a in found.ar)
+def _random_force(
+    mixture: Mixture, families: Sequence[Family], factor: float, unit: str
+) -> dict[str, Any] | None:
+    """Size and correlation time of the random force, given that there is one; None where none was weighed."""
+    draws = [family.draws.at(family.draws.random_force > 0.0) for family in families]
+    forced = FamilyDraws(**{name: np.concatenate([vars(d)[name] for d in draws]) for name in vars(draws[0])})
+    if forced.random_force.size < 2:
+        return None
     return {
-        "model": "ar" if order else "white",
-        "order": order,
-        "sd": float(np.mean([np.std(e) for e in best.free_residuals])),
-        "correlation_length_s": float(max(correlation_length(a, segment.decay.step) for a in found.ar)),
-        "step": segment.resolution,
+        "sd": Summary.of_draws(factor * forced.random_force, unit).to_dict(),
+        "share_of_friction": float(np.median(forced.random_force) / np.median(forced.friction)),
+        "correlation_time_s": Summary.of_draws(forced.correlation_time, "s").to_dict(),
+        "probability": mixture.probability(RANDOM_FORCE.name),
     }
 
 
-def _frequency(best: LoopFit, draws: Array, after: Distribution) -> dict[str, Any]:
-    """The frequency found beside the declared one, and both forces where the two disagree."""
-    ratios = np.exp(best.model.value(draws, LOG_FREQUENCY_RATIO))
-    return frequency_summary(best.model.system.natural_frequency * ratios, best.model, after)
-
-
-def frequency_summary(frequencies: Array, model: LoopModel, after: Distribution) -> dict[str, Any]:
+def _frequency(frequencies: Array, model: LoopModel, after: Distribution) -> dict[str, Any]:
     """Draws of the natural frequency [rad/s] beside the declared one, and both forces where they differ."""
     declared, order = model.system.natural_frequency, model.segments[0].order
     ratio, friction = float(frequencies.mean()) / declared, float(after.draws.mean())
@@ -156,27 +167,10 @@ def frequency_summary(frequencies: Array, model: LoopModel, after: Distribution)
     }
 
 
-def _left(best: LoopFit, failed: bool, after: Distribution) -> dict[str, Any]:
-    """What is left of a residual that fails its tests, all of it taken as structure."""
-    segment = best.model.segments[0]
-    rms = float(np.sqrt(np.mean(best.free_residuals[0] ** 2))) if failed else 0.0
-    return {
-        "structured_rms": rms,
-        "unit": segment.decay.unit,
-        "share_of_amplitude": rms / best.model.scales.signal,
-        # where the tests fail, the draws carry the scatter that the residual shows
-        "friction_could_shift_by": float(after.draws.std(ddof=1)) if failed else 0.0,
-        "depends_on": None,
-    }
-
-
-def _fitted(best: LoopFit) -> dict[str, Any]:
-    segment = best.model.segments[0]
-    return fitted_part(segment, segment.values.size, best.predictions[0].turning_times.size)
-
-
-def fitted_part(segment: Segment, samples: int, turning_points: int) -> dict[str, Any]:
-    """Which part of a record was fitted."""
+def _fitted(best: Family, model: LoopModel) -> dict[str, Any]:
+    """Which part of the first record was fitted."""
+    segment = model.segments[0]
+    samples, turning_points = best.fitted
     start = segment.decay.start_time
     return {
         "from_s": start,
@@ -187,21 +181,7 @@ def fitted_part(segment: Segment, samples: int, turning_points: int) -> dict[str
     }
 
 
-def _reference(
-    found: SearchResult,
-    after: Distribution,
-    before: Distribution,
-    friction: float | None,
-    seed: int | None,
-) -> dict[str, Any] | None:
-    """Compare with a reference friction and, where a seed is given, with a sampler."""
-    check = compare_with_reference(after, before, friction) or {}
-    if seed is not None:
-        check["sampler"] = sampler_check(found.before, found.fits[0], seed)
-    return check or None
-
-
-def compare_with_reference(
+def _compare_with_reference(
     after: Distribution, before: Distribution, friction: float | None
 ) -> dict[str, Any] | None:
     """Compare with a friction known from elsewhere, where there is one."""
@@ -216,50 +196,17 @@ def compare_with_reference(
     }
 
 
-def _trace(before: LoopFit, after: LoopFit, r: int, forces: tuple[Array, ...] | None) -> RecordTrace:
-    """One record with both models."""
-    segment, last = after.model.segments[r], after.predictions[r]
-    turns = last.turning_times
-    phase = (
-        np.interp(segment.time, turns, np.arange(turns.size))
-        if turns.size > 1
-        else np.zeros_like(segment.time)
+def _posterior(mixture: Mixture, after: Distribution, seed: int) -> xr.DataTree:
+    """Draws in ArviZ's layout: those of the most probable candidate, and friction over all."""
+    best = xr.Dataset(
+        {name: (("chain", "draw"), values[None]) for name, values in mixture.best.variables().items()}
     )
-    decay = segment.decay
-    return RecordTrace(
-        name=decay.name,
-        unit=decay.unit,
-        quantity=decay.quantity.name,
-        time=decay.start_time + segment.time,
-        signal=segment.values,
-        before=before.predictions[r].signal,
-        after=last.signal,
-        sides=segment.sides,
-        phase=phase,
-        turning_times_before=decay.start_time + before.predictions[r].turning_times,
-        turning_points_before=before.predictions[r].turning_points,
-        turning_times=decay.start_time + turns,
-        turning_points=last.turning_points,
-        forces=forces,
-    )
-
-
-def _posterior(best: LoopFit, draws: Array, after: Distribution, which: Integers, seed: int) -> xr.DataTree:
-    """Draws in ArviZ's layout."""
-    model = best.model
-    variables = {
-        model.numbered(c.label, c): (("chain", "draw"), np.asarray(c.value(draws[:, j]))[None])
-        for j, c in enumerate(model.coordinates)
-    }
-    mixture = xr.Dataset(
+    friction = xr.Dataset(
         {
             "friction": (("chain", "draw"), after.draws[None], {"units": after.unit}),
-            "candidate": (("chain", "draw"), which[None]),
+            "candidate": (("chain", "draw"), mixture.draws.candidate[None]),
         }
     )
     return xr.DataTree.from_dict(
-        {
-            "posterior": xr.Dataset(variables, attrs={"seed": seed}),
-            "mixture": mixture.assign_attrs(seed=seed),
-        }
+        {"posterior": best.assign_attrs(seed=seed), "mixture": friction.assign_attrs(seed=seed)}
     )

@@ -70,7 +70,11 @@ class SearchResult:
         Sets of effects, most probable first.
     fits : tuple of LoopFit
         The fit of each.
+    log_weights : ndarray, shape (sets,)
+        Log-evidence with the log-prior of each.
     probabilities : ndarray, shape (sets,)
+    allowed : tuple of str
+        Effects that were tried.
     before : LoopFit
         The Coulomb model alone, its rest position free: a sensor's zero is no misfit of the law.
     ar : tuple of ndarray
@@ -83,7 +87,9 @@ class SearchResult:
 
     sets: tuple[Names, ...]
     fits: tuple[LoopFit, ...]
+    log_weights: Array
     probabilities: Array
+    allowed: tuple[str, ...]
     before: LoopFit
     ar: tuple[Array, ...]
     trail: tuple[str, ...]

@@ -20,14 +20,15 @@ from friction_bayes.loop.assemble import assemble_report
 from friction_bayes.loop.autoregression import fit_autoregression, is_coloured
 from friction_bayes.loop.candidate import ALONG_MOTION_ALONE, LEFT_TO_REGRESSION, SearchResult
 from friction_bayes.loop.evidence import posterior_probabilities
+from friction_bayes.loop.family import Family
 from friction_bayes.loop.fit import LoopFit, fit_growing_record
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.noise import NoiseModel
-from friction_bayes.loop.random_force.choice import fluctuating_force
-from friction_bayes.loop.random_force.report import random_force_report
-from friction_bayes.loop.reference_force import validate_force
+from friction_bayes.loop.random_force.force_family import force_family
+from friction_bayes.loop.reference_force import compare_forces, validate_force
 from friction_bayes.loop.result import LoopReport
 from friction_bayes.loop.search import Search
+from friction_bayes.loop.search_family import SearchFamily
 from friction_bayes.loop.segment import Segment, cut_records
 from friction_bayes.loop.starting_point import starting_point
 from friction_bayes.mechanics.effects import EFFECTS, effect_named
@@ -75,8 +76,8 @@ def close_loop(
     noise : {"auto", "white", "ar"}
         White, autoregressive, or decided by the spectrum of the residual above the motion's harmonics.
     random_force : {"auto", "none"}
-        Whether a force that fluctuates is looked for where effects and white noise do not explain the record.
-        It is in single records with ``noise="auto"`` that do not come with a measured force.
+        Whether candidates with a force that fluctuates are weighed beside those without. They are in single
+        records with ``noise="auto"`` that do not come with a measured force.
     tolerance : float
         Root mean square of a force that follows the motion, over friction, below which a law with a random
         force counts as complete although a test can tell that force from none.
@@ -114,26 +115,23 @@ def close_loop(
     force = None if reference_force is None else validate_force(segments[0], reference_force)
     system = _calibrated(system, segments)
     found = _search(system, segments, searched, noise, progress)
+    rng_search, rng_force, rng_report = np.random.default_rng(seed).spawn(3)
+    error, forces = (None, None) if force is None else compare_forces(found.before, found.fits[0], force)
+    searched_sets = SearchFamily(found, allowed, rng_search, forces)
+    families: list[Family] = [searched_sets]
     sought = random_force == "auto" and noise == "auto" and RANDOM_FORCE.name in allowed
     if sought and len(segments) == 1 and force is None:
-        fluctuating = fluctuating_force(found, allowed)
-        if fluctuating is not None:
-            return random_force_report(
-                found,
-                fluctuating,
-                seed=seed,
-                started=started,
-                check=check,
-                reference_friction=reference_friction,
-                tolerance=tolerance,
-            )
+        fluctuating = force_family(searched_sets, allowed, tolerance, rng_force)
+        families += [fluctuating] if fluctuating is not None else []
     return assemble_report(
         found,
+        families,
+        rng_report,
         seed=seed,
         started=started,
         check=check,
         reference_friction=reference_friction,
-        reference_force=force,
+        force_error=error,
     )
 
 
@@ -215,16 +213,20 @@ def _result(search: Search, trail: tuple[str, ...], white: LoopFit) -> SearchRes
     ranked = search.ranked()
     sets = [c.effects for c in ranked]
     fits = [c.fit for c in ranked]
-    probabilities = posterior_probabilities(fits, np.array([c.log_weight for c in ranked]))
+    log_weights = np.array([c.log_weight for c in ranked])
+    probabilities = posterior_probabilities(fits, log_weights)
     if frozenset() not in sets:
         # samples held at an end of the range have no probability under a sensor that does not clip
         sets.append(frozenset())
         fits.append(_coulomb_model(search))
+        log_weights = np.append(log_weights, -np.inf)
         probabilities = np.append(probabilities, 0.0)
     return SearchResult(
         sets=tuple(sets),
         fits=tuple(fits),
+        log_weights=log_weights,
         probabilities=probabilities,
+        allowed=search.allowed,
         before=_coulomb_model(search, SENSOR_OFFSET.name),
         ar=search.ar,
         trail=trail,

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.arrays import Array
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.robust_covariance import robust_covariance
 from friction_bayes.loop.truncated_normal import truncated_draws
 
-__all__ = ["DRAWS", "mixture_draws", "posterior_draws"]
+__all__ = ["DRAWS", "candidate_draws", "posterior_draws"]
 
 DRAWS = 4000
 _LEAST_PROBABILITY = 1e-4
@@ -29,32 +29,24 @@ def posterior_draws(
     return truncated_draws(fit.centre[0], spread, *fit.model.support, rng, draws)
 
 
-def mixture_draws(
+def candidate_draws(
     fits: Sequence[LoopFit], probabilities: Array, rng: np.random.Generator, *, robust: bool
-) -> tuple[Integers, list[Array]]:
-    """Draw coordinates from each candidate in proportion to its probability.
+) -> list[Array]:
+    """Draw coordinates from each candidate in proportion to its probability, shape (k, p) each.
 
     Parameters
     ----------
     fits : sequence of LoopFit
-    probabilities : ndarray, shape (k,)
+    probabilities : ndarray, shape (c,)
     rng : numpy.random.Generator
     robust : bool
         Whether the draws carry the scatter of a residual that is more than noise.
-
-    Returns
-    -------
-    which : ndarray of int, shape (DRAWS,)
-        Candidate of each draw.
-    draws : list of ndarray, shape (k, p)
-        Draws of each candidate, empty where its share is too small.
     """
     kept = np.where(probabilities > _LEAST_PROBABILITY, probabilities, 0.0)
     counts = rng.multinomial(DRAWS, kept / kept.sum())
-    draws = [
+    return [
         posterior_draws(fit, rng, int(k), robust_covariance(fit) if robust else None)
         if k
         else np.empty((0, fit.z.size))
         for fit, k in zip(fits, counts, strict=True)
     ]
-    return np.repeat(np.arange(len(fits)), counts), draws

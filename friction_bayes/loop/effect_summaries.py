@@ -1,4 +1,4 @@
-"""The effects of the most probable candidate in the report: probability and parameters with units."""
+"""Parameters of an effect in the report: mean, standard deviation and unit."""
 
 from __future__ import annotations
 
@@ -8,54 +8,30 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.loop.candidate import SearchResult, in_catalogue_order
+from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.fit import LoopFit
+from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 
-__all__ = ["effect_summaries"]
+__all__ = ["noise_parameters", "parameter_summary", "parameter_units"]
 
 
-def effect_summaries(found: SearchResult, draws: Array) -> list[dict[str, Any]]:
-    """Name, inclusion probability and parameters of each effect of the most probable candidate.
-
-    Parameters
-    ----------
-    found : SearchResult
-    draws : ndarray, shape (k, p)
-        Coordinates of the most probable candidate.
-    """
-    best = found.fits[0]
-    summaries = []
-    for name in in_catalogue_order(found.sets[0]):
-        held = [name in s for s in found.sets]
-        unit = best.model.segments[0].decay.unit
-        units = {p.name: p.unit_in(best.model.system, unit) for p in EFFECTS[name].parameters}
-        parameters: dict[str, Any] = {}
-        for j, c in enumerate(best.model.coordinates):
-            if c.effect == name:
-                values = np.asarray(c.value(draws[:, j]))
-                key = best.model.numbered(c.name, c)
-                parameters[key] = {"mean": _mean(values), "sd": _sd(values), "unit": units[c.name]}
-        summaries.append(
-            {
-                "name": name,
-                "probability": float(found.probabilities[held].sum()),
-                "parameters": parameters or _noise_parameters(best, name, units),
-            }
-        )
-    return summaries
+def parameter_units(name: str, segment: Segment, system: Oscillator) -> dict[str, str]:
+    """Unit of each parameter of an effect, by name."""
+    return {p.name: p.unit_in(system, segment.decay.unit) for p in EFFECTS[name].parameters}
 
 
-def _mean(values: Array) -> float:
-    return float(values.mean()) if values.size else math.nan
+def parameter_summary(draws: Array, unit: str) -> dict[str, Any]:
+    """Mean, standard deviation and unit; not a number where there are too few draws."""
+    return {
+        "mean": float(draws.mean()) if draws.size else math.nan,
+        "sd": float(draws.std(ddof=1)) if draws.size > 1 else math.nan,
+        "unit": unit,
+    }
 
 
-def _sd(values: Array) -> float:
-    return float(values.std(ddof=1)) if values.size > 1 else math.nan
-
-
-def _noise_parameters(fit: LoopFit, name: str, units: dict[str, str]) -> dict[str, Any]:
+def noise_parameters(fit: LoopFit, name: str, units: dict[str, str]) -> dict[str, dict[str, Any]]:
     """Parameters that are no coordinates: those of the outliers, or the level that samples are held at."""
     segment, noise = fit.model.segments[0], fit.noises[0]
     if name == OUTLIERS.name:

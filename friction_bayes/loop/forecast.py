@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
-
-import numpy as np
 
 from friction_bayes.loop.fit import LoopFit, fit_growing_record
 
-__all__ = ["FITTED_SHARE", "FORECAST", "forecast_error", "held_out_error"]
+__all__ = ["FITTED_SHARE", "FORECAST", "forecast_error"]
 
 FITTED_SHARE = 0.7
 FORECAST = (
@@ -37,15 +34,3 @@ def forecast_error(fit: LoopFit) -> float:
         total += float(error @ error)
         count += error.size
     return math.sqrt(total / count) if count else math.nan
-
-
-def held_out_error(before: LoopFit, after: LoopFit) -> dict[str, Any]:
-    """Forecast errors of two models, as the report gives them."""
-    noise = math.sqrt(float(np.mean([np.var(e) for e in after.free_residuals])))
-    return {
-        "before": forecast_error(before),
-        "after": forecast_error(after),
-        "noise_floor": noise,
-        "unit": after.model.segments[0].decay.unit,
-        "what": FORECAST,
-    }

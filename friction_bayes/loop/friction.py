@@ -1,8 +1,7 @@
-"""Friction as a distribution: of one model, or averaged over the candidates."""
+"""Friction as a distribution: draws of it in the unit of the report."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,11 +10,9 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import Summary
-from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.parameters import FRICTION
 
-__all__ = ["Distribution", "friction_posterior", "friction_scale"]
+__all__ = ["Distribution", "friction_scale", "reported_friction"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,20 +44,9 @@ def friction_scale(model: LoopModel) -> tuple[float, float, str]:
     return 1.0, model.system.force_factor_relative_sd(decay.quantity), model.system.friction_unit
 
 
-def friction_posterior(
-    fits: Sequence[LoopFit], draws: Sequence[Array], rng: np.random.Generator
-) -> Distribution:
-    """Friction force of the candidates' draws, with the uncertainty of mass and stiffness where it was given.
-
-    Parameters
-    ----------
-    fits : sequence of LoopFit
-    draws : sequence of ndarray, shape (k, p)
-        Coordinates drawn from each, as from :func:`friction_bayes.loop.draws.mixture_draws`.
-    rng : numpy.random.Generator
-    """
-    values = np.concatenate([fit.model.value(own, FRICTION) for fit, own in zip(fits, draws, strict=True)])
-    factor, relative, unit = friction_scale(fits[0].model)
+def reported_friction(values: Array, model: LoopModel, rng: np.random.Generator) -> Distribution:
+    """Friction from draws of a model's, with the uncertainty of mass and stiffness where it was given."""
+    factor, relative, unit = friction_scale(model)
     if relative > 0.0:
         values = values * (1.0 + relative * rng.standard_normal(values.size))
     return Distribution(factor * values, unit)

@@ -99,11 +99,11 @@ class LoopReport:
         Mean and sd of what was found, ``declared`` sqrt(k/m), unit; where they differ ``from_stiffness`` and
         ``from_mass``, the friction after that each of the declared values gives, else None.
     random_force : dict or None
-        ``sd``, ``share_of_friction``, ``correlation_time_s`` and ``probability`` of a force that fluctuates;
-        None where the record was explained without looking for one.
+        ``probability`` of a force that fluctuates, and given that there is one its ``sd``,
+        ``share_of_friction`` and ``correlation_time_s``; None where none was weighed.
     witnesses : dict or None
         Friction by the ``loss`` of amplitude and by the ``shape`` within a cycle, and whether they ``agree``;
-        None where no random force was kept.
+        None where the most probable candidate was not weighed along the measured motion.
     left : dict
         What the law leaves that depends on the motion: ``structured_rms`` in the signal, its ``unit`` and
         ``share_of_amplitude``, how far ``friction_could_shift_by`` it, and what it ``depends_on``.

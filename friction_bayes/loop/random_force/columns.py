@@ -28,9 +28,9 @@ from friction_bayes.loop.random_force.effect_columns import (
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 
-__all__ = ["LawColumns", "law_columns"]
+__all__ = ["STIFFNESS_SD", "LawColumns", "law_columns"]
 
-_STIFFNESS_SD = 0.05
+STIFFNESS_SD = 0.05
 """Prior sd of the relative correction of the stiffness: the frequency is known to some per cent before."""
 
 
@@ -144,7 +144,7 @@ def law_columns(
     columns = [
         Column("displacement", STATE_SHARE * amplitude),
         Column("velocity", STATE_SHARE * amplitude),
-        Column("stiffness", _STIFFNESS_SD),
+        Column("stiffness", STIFFNESS_SD),
         Column("friction", FRICTION_SHARE * amplitude, positive=True),
     ]
     bend = np.sin if system.pendulum else np.asarray

@@ -72,10 +72,14 @@ class LawDraws:
         return {name: np.concatenate(values) for name, values in found.items()}
 
 
-def law_draws(fit: ForceFit, rng: np.random.Generator, draws: int) -> LawDraws:
-    """Draw from each set at each point of the grid in proportion to its probability."""
+def law_draws(fit: ForceFit, rng: np.random.Generator, draws: int, weight: Array | None = None) -> LawDraws:
+    """Draw from each set at each point of the grid in proportion to its probability.
+
+    Another ``weight`` than the posterior's may be given, shape (points, sets).
+    """
     posterior = fit.posterior
-    weight = np.where(posterior.weight > _LEAST_PROBABILITY, posterior.weight, 0.0)
+    weight = posterior.weight if weight is None else weight / weight.sum()
+    weight = np.where(weight > _LEAST_PROBABILITY, weight, 0.0)
     counts = rng.multinomial(draws, (weight / weight.sum()).ravel())
     coefficients = np.zeros((draws, fit.law.scale.size))
     point, chosen = np.zeros(draws, dtype=np.intp), np.zeros(draws, dtype=np.intp)

@@ -35,7 +35,10 @@ class TimingJitter:
 
     Attributes
     ----------
-    probability : float
+    log_odds : float
+        Of jitter against none, prior odds included.
+    log_volume : float
+        Logarithm of the prior probability of the jitters that ``clock`` stands for.
     ratio : float
         Its standard deviation, a phase, over that of the noise in natural units.
     log_sd : float
@@ -44,15 +47,21 @@ class TimingJitter:
         Time stamps with the noise that it makes of them.
     """
 
-    probability: float
+    log_odds: float
+    log_volume: float
     ratio: float
     log_sd: float
     clock: Clock
 
     @property
+    def probability(self) -> float:
+        """Probability that the sample times jitter."""
+        return float(expit(self.log_odds))
+
+    @property
     def found(self) -> bool:
         """Whether it is more probable than not."""
-        return self.probability > 0.5
+        return self.log_odds > 0.0
 
 
 def find_timing_jitter(
@@ -117,4 +126,5 @@ def find_timing_jitter(
     log_evidence = top + 0.5 * math.log(2.0 * math.pi) + math.log(log_sd)
     log_odds = math.log(INCLUSION / (1.0 - INCLUSION)) + log_evidence - log_weight(clock, 1.0)[0]
     ratio = math.exp(mode)
-    return TimingJitter(float(expit(log_odds)), ratio, log_sd, clock_at(ratio))
+    given = log_weight(clock_at(ratio), math.sqrt(1.0 + ratio**2 * mean_square))[0]
+    return TimingJitter(log_odds, log_evidence - given, ratio, log_sd, clock_at(ratio))

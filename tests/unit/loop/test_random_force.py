@@ -6,12 +6,17 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from decays import SYSTEM
+from decays import SYSTEM, short_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.whitening import sensor_row
+from friction_bayes.loop.evidence import log_evidence
 from friction_bayes.loop.random_force.columns import law_columns
+from friction_bayes.loop.random_force.evidence import log_evidence_without_force
+from friction_bayes.loop.random_force.fit import fit_random_force
+from friction_bayes.loop.search import Search
+from friction_bayes.loop.segment import cut_records
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.integrate import integrate
 
@@ -127,7 +132,54 @@ def test_its_forecast_has_a_band_that_holds(report: fb.LoopReport) -> None:
     assert 0.6 < error["inside90"] <= 1.0
 
 
-def test_without_looking_for_it_the_old_way_is_taken() -> None:
+def test_candidates_with_and_without_it_are_of_one_list(report: fb.LoopReport) -> None:
+    sets = [frozenset(c["effects"]) for c in report.candidates]
+    assert len(set(sets)) == len(sets)
+    assert frozenset() in sets
+    assert frozenset({"random_force"}) in sets
+    held = sum(c["probability"] for c in report.candidates if "random_force" in c["effects"])
+    assert report.random_force is not None
+    assert report.random_force["probability"] == pytest.approx(held)
+    effect = next(e for e in report.effects if e["name"] == "random_force")
+    assert effect["probability"] == pytest.approx(held)
+    draws = report.posterior["posterior"]["random_force.sd"].values
+    assert effect["parameters"]["sd"]["mean"] == pytest.approx(float(draws.mean()))
+    assert effect["parameters"]["sd"]["sd"] == pytest.approx(float(draws.std(ddof=1)))
+
+
+def test_without_a_force_both_weigh_a_law_alike(seed: int) -> None:
+    """The regression and the search approximate one evidence, here within a nat."""
+    (segment,) = cut_records([short_decay(seed=seed)], SYSTEM)
+    search = Search(SYSTEM, (segment,), ("viscous_damping",), (np.zeros(0),))
+    search.run()
+    fit = fit_random_force(segment, SYSTEM, search.allowed)
+    assert fit is not None
+    for names, candidate in search.candidates.items():
+        mine = log_evidence_without_force(fit, candidate.fit, names)
+        assert mine == pytest.approx(log_evidence(candidate.fit), abs=1.0)
+
+
+def test_no_force_is_made_of_the_jumps_in_an_acceleration(seed: int) -> None:
+    """Where the search's evidence falls short of the regression's, a force does not gain by it."""
+    record = short_decay(seed=seed, quantity="acceleration", noise_sd=0.01)
+    found = fb.close_loop([record], SYSTEM, seed=1, effects=["viscous_damping", "random_force"]).random_force
+    assert found is not None
+    assert found["probability"] < 0.3
+
+
+def test_a_record_without_one_hardly_notices(seed: int) -> None:
+    record = short_decay(seed=seed)
+    alone, averaged = (fb.close_loop([record], SYSTEM, seed=1, random_force=r) for r in ("none", "auto"))
+    assert averaged.random_force is not None
+    assert averaged.random_force["probability"] < 0.2
+    assert averaged.candidates[0]["effects"] == alone.candidates[0]["effects"]
+    assert averaged.friction_after["mean"] == pytest.approx(
+        alone.friction_after["mean"], abs=alone.friction_after["sd"]
+    )
+    assert averaged.friction_after["sd"] < 1.3 * alone.friction_after["sd"]
+
+
+def test_it_is_not_weighed_where_that_is_not_asked_for() -> None:
     report = fb.close_loop([fluctuating()], SYSTEM, seed=1, random_force="none", effects=["viscous_damping"])
     assert report.random_force is None
 

@@ -1,0 +1,181 @@
+"""Candidates that share a likelihood, as the report wants them, and one posterior of several such families.
+
+Every candidate of every family has its evidence on one scale, so that the posterior is one mixture over all.
+Numbers of the record are summaries of that mixture; what can only be told of one law, its residual and its
+parameters, is told of the most probable candidate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.loop.draws import DRAWS
+from friction_bayes.loop.residual_tests import ResidualTests
+from friction_bayes.loop.result import RecordTrace
+
+__all__ = ["Family", "FamilyDraws", "Mixture", "mixture_of"]
+
+Names = frozenset[str]
+
+_LEAST_PROBABILITY = 1e-9
+"""Of a candidate that is listed."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FamilyDraws:
+    """Draws from the posterior of a family, each candidate in proportion to its probability.
+
+    Attributes
+    ----------
+    candidate : ndarray of int, shape (k,)
+        Which of the family's sets each draw has.
+    friction : ndarray, shape (k,)
+        Friction force of the declared system [N or N m].
+    frequency : ndarray, shape (k,)
+        Natural frequency [rad/s].
+    random_force, correlation_time : ndarray, shape (k,)
+        Sd of the random force [N or N m], zero where there is none, and its correlation time [s].
+    """
+
+    candidate: Integers
+    friction: Array
+    frequency: Array
+    random_force: Array
+    correlation_time: Array
+
+    def at(self, index: Integers | Mask) -> FamilyDraws:
+        """Some of the draws."""
+        return FamilyDraws(**{name: values[index] for name, values in vars(self).items()})
+
+
+class Family(Protocol):
+    """Candidates that share a likelihood.
+
+    Attributes
+    ----------
+    sets : tuple of frozenset of str, length c
+        Effects of each candidate.
+    log_weights : ndarray, shape (c,)
+        Log evidence with the log prior of each, on the scale that all families share.
+    draws : FamilyDraws
+        Of :data:`friction_bayes.loop.draws.DRAWS` draws.
+    tests : ResidualTests
+        Of what the most probable candidate leaves.
+    explains : bool
+        Whether that is noise, or too little to matter.
+    trail : tuple of str
+        The steps that led to them.
+    fitted : tuple of int
+        Samples of the first record that were fitted, from its start, and turning points among them.
+    """
+
+    sets: tuple[Names, ...]
+    log_weights: Array
+    trail: tuple[str, ...]
+
+    @property
+    def draws(self) -> FamilyDraws: ...
+
+    @property
+    def tests(self) -> ResidualTests: ...
+
+    @property
+    def explains(self) -> bool: ...
+
+    @property
+    def fitted(self) -> tuple[int, int]: ...
+
+    def parameters(self, name: str) -> dict[str, dict[str, Any]]:
+        """Mean, sd and unit of the parameters of an effect of the most probable candidate."""
+        ...
+
+    def variables(self) -> dict[str, Array]:
+        """Draws of every parameter of the most probable candidate by name, shape (k,) each."""
+        ...
+
+    def left(self) -> dict[str, Any]:
+        """What the most probable candidate leaves; a shift of friction in the unit of force [N or N m]."""
+        ...
+
+    def check(self, seed: int) -> dict[str, Any]:
+        """Compare the posterior of the most probable candidate with a sampler's."""
+        ...
+
+    def witnesses(self) -> dict[str, Any] | None:
+        """Friction by the loss of amplitude and by the shape within a cycle; None where not compared."""
+        ...
+
+    def noise(self) -> dict[str, Any]:
+        """Model, sd and correlation length of the sensor's noise."""
+        ...
+
+    def forecast(self) -> dict[str, Any]:
+        """Error of the forecast of the most probable candidate, and the noise floor."""
+        ...
+
+    def traces(self) -> tuple[RecordTrace, ...]:
+        """Each record with the most probable candidate."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Mixture:
+    """The posterior over the candidates of all families.
+
+    Attributes
+    ----------
+    sets : tuple of frozenset of str, length c
+        Candidates, most probable first; the empty set is always among them.
+    probabilities : ndarray, shape (c,)
+    best : Family
+        Of the most probable candidate.
+    draws : FamilyDraws
+        Their ``candidate`` counts in ``sets``; -1 where that is not listed.
+    """
+
+    sets: tuple[Names, ...]
+    probabilities: Array
+    best: Family
+    draws: FamilyDraws
+
+    def probability(self, name: str) -> float:
+        """Probability that an effect acts."""
+        return float(self.probabilities[[name in names for names in self.sets]].sum())
+
+
+def mixture_of(families: Sequence[Family], rng: np.random.Generator) -> Mixture:
+    """Mix families in proportion to their evidence.
+
+    Parameters
+    ----------
+    families : sequence of Family
+        No set in two of them; one has the empty set.
+    rng : numpy.random.Generator
+    """
+    logs = np.concatenate([family.log_weights for family in families])
+    probability = np.exp(logs - logs.max())
+    probability /= probability.sum()
+    owner = np.repeat(np.arange(len(families)), [len(family.sets) for family in families])
+    everyone = [names for family in families for names in family.sets]
+    order = np.argsort(-probability, kind="stable")
+    listed = [i for i in order if probability[i] > _LEAST_PROBABILITY or not everyone[i]]
+    place = np.full(logs.size, -1)
+    place[listed] = np.arange(len(listed))
+    # no more than one by rounding
+    shares = np.minimum(np.bincount(owner, probability, minlength=len(families)), 1.0)
+    parts = []
+    for f, (family, count) in enumerate(zip(families, rng.multinomial(DRAWS, shares), strict=True)):
+        some = family.draws.at(np.sort(rng.permutation(DRAWS)[:count]))
+        parts.append(vars(some) | {"candidate": place[owner == f][some.candidate]})
+    kept = probability[listed]
+    return Mixture(
+        sets=tuple(everyone[i] for i in listed),
+        probabilities=kept / kept.sum(),
+        best=families[int(owner[order[0]])],
+        draws=FamilyDraws(**{name: np.concatenate([part[name] for part in parts]) for name in parts[0]}),
+    )

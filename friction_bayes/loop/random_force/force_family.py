@@ -1,0 +1,298 @@
+"""Sets of effects beside a random force as a family of candidates, weighed along the measured motion."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop.candidate import INCLUSION
+from friction_bayes.loop.draws import DRAWS
+from friction_bayes.loop.effect_summaries import parameter_summary, parameter_units
+from friction_bayes.loop.family import FamilyDraws
+from friction_bayes.loop.friction import friction_scale
+from friction_bayes.loop.noise import LEAST_NOISE
+from friction_bayes.loop.parameters import LOG_FREQUENCY_RATIO
+from friction_bayes.loop.random_force.draws import LawDraws, law_draws
+from friction_bayes.loop.random_force.evidence import log_scale
+from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
+from friction_bayes.loop.random_force.forecast import forecast
+from friction_bayes.loop.random_force.left_over import LeftOver, what_is_left
+from friction_bayes.loop.random_force.sampler_check import check_random_force
+from friction_bayes.loop.random_force.witnesses import two_witnesses
+from friction_bayes.loop.result import FluctuationTrace, RecordTrace
+from friction_bayes.loop.search_family import SearchFamily
+from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
+from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
+
+__all__ = ["ForceFamily", "force_family"]
+
+_LEAST = 1e-12
+"""Posterior probability of a set at a point of the grid that counts."""
+_LARGEST_SHARE = 1.0
+"""Sd of a random force over friction above which it is no fluctuation of it, but stands for the unknown."""
+
+
+def force_family(
+    search: SearchFamily, allowed: tuple[str, ...], tolerance: float, rng: np.random.Generator
+) -> ForceFamily | None:
+    """Weigh sets of effects beside a random force.
+
+    Returns
+    -------
+    ForceFamily or None
+        None where that cannot be done, or the force comes out larger than friction: its prior ends there.
+    """
+    found, white = search.found, search.found.white
+    silent = white.noises[0].sd <= LEAST_NOISE * white.model.scales.signal
+    if silent or SENSOR_CLIPPING.name in found.sets[0]:
+        return None
+    line = None
+    if PERIODIC_INTERFERENCE.name in white.model.effects:
+        line = float(white.model.value(white.z, "frequency", effect=PERIODIC_INTERFERENCE.name, record=0))
+    fit = fit_random_force(white.model.segments[0], white.model.system, allowed, line=line)
+    if fit is None or fit.share_of_friction > _LARGEST_SHARE:
+        return None
+    return ForceFamily(search, fit, allowed, tolerance, rng)
+
+
+class ForceFamily:
+    """Candidates weighed along the measured motion (see :class:`friction_bayes.loop.family.Family`).
+
+    All have a random force, except where the search leaves more than noise, or the sample times jitter: there
+    those without one, but with an effect which the search does not try, are candidates too.
+
+    Parameters
+    ----------
+    search : SearchFamily
+        What the search without a random force found.
+    fit : ForceFit
+    allowed : tuple of str
+        All effects that any family may have.
+    tolerance : float
+        Share of friction below which a force that depends on the motion does not matter.
+    rng : numpy.random.Generator
+        Of the draws.
+    """
+
+    def __init__(
+        self,
+        search: SearchFamily,
+        fit: ForceFit,
+        allowed: tuple[str, ...],
+        tolerance: float,
+        rng: np.random.Generator,
+    ) -> None:
+        self.found, self.fit = search.found, fit
+        self._tolerance = tolerance
+        self._rng_draws, self._rng_forecast = rng.spawn(2)
+        self._search_explains = search.explains
+        # the regression normalises the prior over its own sets
+        none = fit.sets.effects.index(frozenset())
+        others = len(set(allowed) - {RANDOM_FORCE.name}) * math.log1p(-INCLUSION)
+        scale = log_scale(fit, self.found.white) + others - float(fit.sets.log_prior[none])
+        # the weights are shared out to jitter and none, while the scale is that of none
+        jitters = 0.0 if fit.jitter is None else float(np.logaddexp(0.0, fit.jitter.log_odds))
+        shift = fit.posterior.log_evidence + scale + jitters
+        sums: dict[frozenset[str], float] = {}
+        for jitter, share in self._shares.items():
+            weight = share * fit.posterior.weight
+            for g, m in np.argwhere(weight > _LEAST):
+                names = self._names(g, m, jitter)
+                sums[names] = sums.get(names, 0.0) + float(weight[g, m])
+        ranked = sorted(
+            ((math.log(weight) + shift, names) for names, weight in sums.items()),
+            key=lambda pair: -pair[0],
+        )
+        self.sets = tuple(names for _, names in ranked)
+        self.log_weights = np.array([value for value, _ in ranked])
+        self.trail: tuple[str, ...] = (
+            f"along the measured motion: {len(fit.sets.effects)} sets of effects weighed with and without "
+            f"a random force, log evidence {fit.log_gain:+.1f} with it",
+        )
+
+    @cached_property
+    def _shares(self) -> dict[bool, Array]:
+        """Probability of jitter of the sample times, and of none, shape (g, m); zero where not weighed here.
+
+        It is weighed by itself: what the noise grows with tells the sets of effects nothing.
+        """
+        fit, jitter, tried = self.fit, self.fit.jitter, set(self.found.allowed)
+        forced = (fit.posterior.ratio > 0.0)[:, None]
+        beyond = np.array([not names <= tried for names in fit.sets.effects])
+        if self._search_explains:
+            beyond = np.zeros_like(beyond)
+        probability = 0.0 if jitter is None else jitter.probability
+        shares = {False: (1.0 - probability) * (forced | beyond)}
+        if jitter is not None:
+            here = forced | jitter.found | (not self._search_explains)
+            shares[True] = probability * (here & np.ones_like(beyond))
+        return shares
+
+    def _names(self, g: int, m: int, jitter: bool) -> frozenset[str]:
+        """Effects of a set at a point of the grid."""
+        force = {RANDOM_FORCE.name} if self.fit.posterior.ratio[g] > 0.0 else set()
+        return self.fit.sets.effects[m] | force | ({TIMING_JITTER.name} if jitter else set())
+
+    @cached_property
+    def _law_draws(self) -> LawDraws:
+        weight = sum(self._shares.values()) * self.fit.posterior.weight
+        return law_draws(self.fit, self._rng_draws, DRAWS, weight)
+
+    @cached_property
+    def draws(self) -> FamilyDraws:
+        drawn, fit, shift = self._law_draws, self.fit, self.left()["friction_could_shift_by"]
+        place = {names: i for i, names in enumerate(self.sets)}
+        share = {jitter: values[drawn.point, drawn.chosen] for jitter, values in self._shares.items()}
+        jitters = self._rng_draws.random(DRAWS) * sum(share.values()) < share.get(True, 0.0)
+        # friction that could move for what the law does not say: reflected, as friction is never negative
+        friction = np.abs(drawn.friction + shift * self._rng_draws.standard_normal(DRAWS))
+        return FamilyDraws(
+            candidate=np.array(
+                [
+                    place[self._names(g, m, jitter)]
+                    for g, m, jitter in zip(drawn.point, drawn.chosen, jitters, strict=True)
+                ]
+            ),
+            friction=friction,
+            frequency=fit.w0 * np.sqrt(np.maximum(1.0 + drawn.stiffness, 0.25)),
+            random_force=drawn.random_force,
+            correlation_time=drawn.correlation_time,
+        )
+
+    @property
+    def _of_best(self) -> Mask:
+        """Draws of the most probable candidate."""
+        return np.asarray(self.draws.candidate == 0)
+
+    @cached_property
+    def tests(self) -> LeftOver:
+        return what_is_left(self.fit)
+
+    @property
+    def explains(self) -> bool:
+        worst, limit = self.tests.worst, self._tolerance * float(np.median(self._law_draws.friction))
+        matters = worst is not None and worst.force * self.fit.law.unit_force > limit
+        return self.tests.is_noise and not matters
+
+    def parameters(self, name: str) -> dict[str, dict[str, Any]]:
+        units = parameter_units(name, self.fit.segment, self.fit.system)
+        draws = self._parameter_draws(name)
+        return {p.name: parameter_summary(draws[p.name], units[p.name]) for p in EFFECTS[name].parameters}
+
+    def variables(self) -> dict[str, Array]:
+        drawn, best = self._law_draws, self._of_best
+        declared = self.fit.w0 / self.fit.system.natural_frequency
+        return {
+            "friction": drawn.friction[best],
+            LOG_FREQUENCY_RATIO: np.log(declared) + 0.5 * np.log1p(drawn.stiffness[best]),
+        } | {
+            f"{name}.{parameter}": values
+            for name in self.sets[0]
+            for parameter, values in self._parameter_draws(name).items()
+        }
+
+    def _parameter_draws(self, name: str) -> dict[str, Array]:
+        drawn, best = self._law_draws, self._of_best
+        if name == TIMING_JITTER.name:
+            return {"sd": drawn.timing_jitter[best]}
+        if name == RANDOM_FORCE.name:
+            return {"sd": drawn.random_force[best], "correlation_time": drawn.correlation_time[best]}
+        values = drawn.parameters(name, best)
+        if name == PERIODIC_INTERFERENCE.name:
+            sine, cosine = values.pop("sine"), values.pop("cosine")
+            values |= {"amplitude": np.hypot(sine, cosine), "phase": np.arctan2(cosine, sine)}
+        return values
+
+    def left(self) -> dict[str, Any]:
+        """The largest force that follows the motion, if any does."""
+        worst, fit = self.tests.worst, self.fit
+        rms = 0.0 if worst is None else worst.signal
+        return {
+            "structured_rms": rms,
+            "share_of_amplitude": rms / (float(np.max(np.abs(fit.path.x))) * fit.unit),
+            "friction_could_shift_by": 0.0 if worst is None else worst.friction * fit.law.unit_force,
+            "depends_on": None if worst is None else worst.on,
+        }
+
+    def check(self, seed: int) -> dict[str, Any]:
+        factor, _, unit = friction_scale(self.found.before.model)
+        return check_random_force(self.fit, factor, unit, seed)
+
+    def witnesses(self) -> dict[str, Any]:
+        """Friction by the loss of amplitude and by the shape within a cycle, in the best law."""
+        factor, _, unit = friction_scale(self.found.before.model)
+        witnesses = two_witnesses(self.fit, factor * self.fit.law.unit_force, unit)
+        return {
+            "loss": witnesses.loss.to_dict(),
+            "shape": witnesses.shape.to_dict(),
+            "agree": witnesses.agree,
+        }
+
+    def noise(self) -> dict[str, Any]:
+        """Noise of the sensor, a sample of the record: those of a block were averaged."""
+        fit = self.fit
+        sd = fit.posterior.noise_sd * fit.unit * math.sqrt(fit.segment.block)
+        step = fit.segment.resolution
+        return {"model": "white", "order": 0, "sd": sd, "correlation_length_s": 0.0, "step": step}
+
+    def forecast(self) -> dict[str, Any]:
+        predicted = forecast(self.fit, self._rng_forecast)
+        return {
+            "after": None if predicted is None else predicted.rms,
+            "noise_floor": self.tests.rms,
+            "inside90": None if predicted is None else predicted.inside90,
+        }
+
+    @property
+    def fitted(self) -> tuple[int, int]:
+        return self.fit.samples, self.fit.path.turning.size
+
+    def traces(self) -> tuple[RecordTrace, ...]:
+        """The record with the Coulomb model and with the smoothed motion."""
+        fit, segment, decay, n = self.fit, self.fit.segment, self.fit.segment.decay, self.fit.samples
+        before = self.found.before.predictions[0]
+        turns = fit.path.turning / fit.w0
+        factor, _, unit = friction_scale(self.found.before.model)
+        scale = factor * fit.law.unit_force
+        trace = RecordTrace(
+            name=decay.name,
+            unit=decay.unit,
+            quantity=decay.quantity.name,
+            time=decay.start_time + segment.time[:n],
+            signal=segment.values[:n],
+            before=before.signal[:n],
+            after=self._smoothed_signal() * fit.unit,
+            sides=segment.sides[:n],
+            phase=np.interp(segment.time[:n], turns, np.arange(turns.size)),
+            turning_times_before=decay.start_time + before.turning_times,
+            turning_points_before=before.turning_points,
+            turning_times=decay.start_time + turns,
+            turning_points=fit.path.turning_x,
+            fluctuation=FluctuationTrace(
+                force=scale * fit.fluctuation,
+                sd=scale * fit.fluctuation_sd,
+                displacement=fit.path.x,
+                velocity=fit.path.v * fit.w0,
+                friction=factor * float(np.median(self._law_draws.friction)),
+                unit=unit,
+            ),
+        )
+        return (trace,)
+
+    def _smoothed_signal(self) -> Array:
+        """What the sensor shows of the smoothed motion, natural units, shape (n,)."""
+        fit = self.fit
+        if fit.row[2]:
+            # an accelerometer reads the forces of the law too
+            law = fit.law.states @ fit.coefficients + fit.law.known_states
+            others = np.column_stack([fit.motion.states[:, :2] - law, fit.fluctuation])
+            return np.asarray(fit.segment.values[: fit.samples] / fit.unit - fit.residual + others @ fit.row)
+        faults = [j for j in range(len(fit.law.columns)) if not np.any(fit.law.states[:, :, j])]
+        return np.asarray(fit.motion.states @ fit.row + fit.law.sensor[:, faults] @ fit.coefficients[faults])

@@ -1,0 +1,188 @@
+"""The candidates of the search as a family: noise in the sensor alone, white or autoregressive."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.loop.autoregression import correlation_length
+from friction_bayes.loop.candidate import INCLUSION, SearchResult
+from friction_bayes.loop.draws import candidate_draws
+from friction_bayes.loop.effect_summaries import noise_parameters, parameter_summary, parameter_units
+from friction_bayes.loop.family import FamilyDraws
+from friction_bayes.loop.fit import LoopFit
+from friction_bayes.loop.forecast import forecast_error
+from friction_bayes.loop.parameters import FRICTION, LOG_FREQUENCY_RATIO
+from friction_bayes.loop.residual_tests import ResidualTests, residual_tests
+from friction_bayes.loop.result import RecordTrace
+from friction_bayes.loop.sampler_check import sampler_check
+
+__all__ = ["SearchFamily"]
+
+
+class SearchFamily:
+    """What a search found, as a family of candidates (see :class:`friction_bayes.loop.family.Family`).
+
+    Parameters
+    ----------
+    found : SearchResult
+    allowed : tuple of str
+        All effects that any family may have: those that the search does not try are absent from its sets.
+    rng : numpy.random.Generator
+        Of the draws.
+    forces : tuple of ndarray, optional
+        Measured force and those of both models, to go with the first record's trace.
+    """
+
+    def __init__(
+        self,
+        found: SearchResult,
+        allowed: tuple[str, ...],
+        rng: np.random.Generator,
+        forces: tuple[Array, ...] | None = None,
+    ) -> None:
+        self.found, self.forces = found, forces
+        self.sets, self.trail = found.sets, found.trail
+        absent = len(allowed) - len(found.allowed)
+        self.log_weights = found.log_weights + absent * math.log1p(-INCLUSION) + _of_autoregression(found)
+        self._rng = rng
+
+    @property
+    def best(self) -> LoopFit:
+        """The most probable."""
+        return self.found.fits[0]
+
+    @cached_property
+    def tests(self) -> ResidualTests:
+        return residual_tests(self.best)
+
+    @property
+    def explains(self) -> bool:
+        return not self.tests.failed
+
+    @cached_property
+    def _coordinates(self) -> list[Array]:
+        """Coordinates drawn from each candidate, shape (k, p)."""
+        found = self.found
+        return candidate_draws(found.fits, found.probabilities, self._rng, robust=not self.explains)
+
+    @cached_property
+    def draws(self) -> FamilyDraws:
+        pairs = list(zip(self.found.fits, self._coordinates, strict=True))
+        friction = np.concatenate([fit.model.value(z, FRICTION) for fit, z in pairs])
+        ratio = np.exp(np.concatenate([fit.model.value(z, LOG_FREQUENCY_RATIO) for fit, z in pairs]))
+        return FamilyDraws(
+            candidate=np.repeat(np.arange(len(pairs)), [len(z) for _, z in pairs]),
+            friction=friction,
+            frequency=self.best.model.system.natural_frequency * ratio,
+            random_force=np.zeros_like(friction),
+            correlation_time=np.zeros_like(friction),
+        )
+
+    def parameters(self, name: str) -> dict[str, dict[str, Any]]:
+        model = self.best.model
+        units = parameter_units(name, model.segments[0], model.system)
+        found = {
+            model.numbered(c.name, c): parameter_summary(
+                np.asarray(c.value(self._coordinates[0][:, j])), units[c.name]
+            )
+            for j, c in enumerate(model.coordinates)
+            if c.effect == name
+        }
+        return found or noise_parameters(self.best, name, units)
+
+    def variables(self) -> dict[str, Array]:
+        model, draws = self.best.model, self._coordinates[0]
+        return {
+            model.numbered(c.label, c): np.asarray(c.value(draws[:, j]))
+            for j, c in enumerate(model.coordinates)
+        }
+
+    def left(self) -> dict[str, Any]:
+        """What is left of a residual that fails its tests, all of it taken as structure."""
+        rms = 0.0 if self.explains else float(np.sqrt(np.mean(self.best.free_residuals[0] ** 2)))
+        return {
+            "structured_rms": rms,
+            "share_of_amplitude": rms / self.best.model.scales.signal,
+            # where the tests fail, the draws carry the scatter that the residual shows
+            "friction_could_shift_by": 0.0 if self.explains else float(self.draws.friction.std(ddof=1)),
+            "depends_on": None,
+        }
+
+    def check(self, seed: int) -> dict[str, Any]:
+        return sampler_check(self.found.before, self.best, seed)
+
+    def witnesses(self) -> None:
+        """Not compared: that takes the columns of a regression."""
+
+    def noise(self) -> dict[str, Any]:
+        ar, segment = self.found.ar, self.best.model.segments[0]
+        order = max(a.size for a in ar)
+        return {
+            "model": "ar" if order else "white",
+            "order": order,
+            "sd": float(np.mean([np.std(e) for e in self.best.free_residuals])),
+            "correlation_length_s": float(max(correlation_length(a, segment.decay.step) for a in ar)),
+            "step": segment.resolution,
+        }
+
+    def forecast(self) -> dict[str, Any]:
+        noise = math.sqrt(float(np.mean([np.var(e) for e in self.best.free_residuals])))
+        return {"after": forecast_error(self.best), "noise_floor": noise}
+
+    @property
+    def fitted(self) -> tuple[int, int]:
+        return self.best.model.segments[0].values.size, self.best.predictions[0].turning_times.size
+
+    def traces(self) -> tuple[RecordTrace, ...]:
+        records = range(len(self.best.noises))
+        return tuple(
+            _trace(self.found.before, self.best, r, self.forces if r == 0 else None) for r in records
+        )
+
+
+def _of_autoregression(found: SearchResult) -> float:
+    """What the evidence of coloured noise lacks beside that of other noise.
+
+    Its coefficients were fitted, at Schwarz's price; the first samples, of which it has no density, are taken
+    to be as probable as the others.
+    """
+    best, value = found.fits[0], 0.0
+    for ar, noise in zip(found.ar, best.noises, strict=True):
+        if ar.size:
+            counted = int(np.count_nonzero(noise.weight > 0.0))
+            value -= 0.5 * noise.deviance * (noise.weight.size - counted) / counted
+            value -= 0.5 * ar.size * math.log(counted)
+    return value
+
+
+def _trace(before: LoopFit, after: LoopFit, r: int, forces: tuple[Array, ...] | None) -> RecordTrace:
+    """One record with both models."""
+    segment, last = after.model.segments[r], after.predictions[r]
+    turns = last.turning_times
+    phase = (
+        np.interp(segment.time, turns, np.arange(turns.size))
+        if turns.size > 1
+        else np.zeros_like(segment.time)
+    )
+    decay = segment.decay
+    return RecordTrace(
+        name=decay.name,
+        unit=decay.unit,
+        quantity=decay.quantity.name,
+        time=decay.start_time + segment.time,
+        signal=segment.values,
+        before=before.predictions[r].signal,
+        after=last.signal,
+        sides=segment.sides,
+        phase=phase,
+        turning_times_before=decay.start_time + before.predictions[r].turning_times,
+        turning_points_before=before.predictions[r].turning_points,
+        turning_times=decay.start_time + turns,
+        turning_points=last.turning_points,
+        forces=forces,
+    )

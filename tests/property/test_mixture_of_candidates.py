@@ -1,0 +1,68 @@
+"""Whatever the candidates, their report is of one posterior."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from friction_bayes.core.summary import Summary
+from friction_bayes.loop.draws import DRAWS
+from friction_bayes.loop.family import FamilyDraws, mixture_of
+
+NAMES = ("viscous_damping", "quadratic_drag", "friction_drift", "sensor_offset")
+
+
+class Made:
+    """Candidates whose friction is a number of their own, with a spread."""
+
+    def __init__(self, sets: list[frozenset[str]], log_weights: list[float], level: float, seed: int) -> None:
+        order = np.argsort(log_weights)[::-1]
+        self.sets = tuple(sets[i] for i in order)
+        self.log_weights = np.array(log_weights)[order]
+        self.levels = level + np.arange(len(sets))
+        rng = np.random.default_rng(seed)
+        shares = np.exp(self.log_weights - self.log_weights.max())
+        chosen = rng.choice(len(sets), size=DRAWS, p=shares / shares.sum())
+        force = np.array([float("random_force" in names) for names in self.sets])[chosen]
+        self.draws = FamilyDraws(
+            candidate=chosen,
+            friction=np.exp(self.levels[chosen] * rng.standard_normal(DRAWS)),
+            frequency=np.ones(DRAWS),
+            random_force=force,
+            correlation_time=force,
+        )
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    plain=st.lists(st.floats(-60.0, 60.0), min_size=1, max_size=5),
+    forced=st.lists(st.floats(-60.0, 60.0), min_size=0, max_size=5),
+    level=st.floats(0.1, 3.0),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_every_summary_is_of_one_posterior(
+    plain: list[float], forced: list[float], level: float, seed: int
+) -> None:
+    sets = [frozenset(NAMES[:k]) for k in range(5)]
+    families = [Made(sets[: len(plain)], plain, level, seed)]
+    if forced:
+        beside = [names | {"random_force"} for names in sets[: len(forced)]]
+        families.append(Made(beside, forced, level + 0.5, seed + 1))
+    mixture = mixture_of(families, np.random.default_rng(seed))  # type: ignore[arg-type]
+    assert abs(mixture.probabilities.sum() - 1.0) < 1e-9
+    assert np.all(np.diff(mixture.probabilities) <= 0.0)
+    assert len(set(mixture.sets)) == len(mixture.sets)
+    assert frozenset() in mixture.sets
+    assert mixture.best.sets[0] == mixture.sets[0]
+    drawn = mixture.draws
+    assert drawn.candidate.size == DRAWS
+    # five standard errors of a share, of draws of draws
+    for i, p in enumerate(mixture.probabilities):
+        share = np.mean(drawn.candidate == i)
+        assert abs(share - p) < 5.0 * np.sqrt(2.0 * p * (1.0 - p) / DRAWS) + 5.0 / DRAWS
+    forced_share = np.mean(drawn.random_force > 0.0)
+    p = mixture.probability("random_force")
+    assert abs(forced_share - p) < 5.0 * np.sqrt(2.0 * p * (1.0 - p) / DRAWS) + 5.0 / DRAWS
+    summary = Summary.of_draws(drawn.friction, "N")
+    assert summary.interval90[0] <= summary.mean <= summary.interval90[1]
