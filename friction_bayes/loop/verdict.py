@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["CREDIBLE_MASS", "credible_candidates", "credible_count", "verdict"]
 
@@ -40,4 +41,7 @@ def verdict(sets: Sequence[frozenset[str]], probabilities: Array, is_noise: bool
         return "unexplained"
     if not sets[0]:
         return "adequate"
-    return "explained" if credible_count(probabilities) == 1 else "ambiguous"
+    # a random force is no rival of the law that it comes beside
+    law = sets[0] - {RANDOM_FORCE.name}
+    held = float(np.sum(probabilities[[names - {RANDOM_FORCE.name} == law for names in sets]]))
+    return "explained" if held >= CREDIBLE_MASS else "ambiguous"

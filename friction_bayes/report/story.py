@@ -52,6 +52,9 @@ def verdict_sentence(report: Report) -> str:
     if report["verdict"] == "adequate":
         return "Coulomb friction alone explains the record: what is left is noise."
     if report["verdict"] == "explained":
+        law = set(best["effects"]) - {"random_force"}
+        same = [c for c in report["candidates"] if set(c["effects"]) - {"random_force"} == law]
+        share = percent(sum(c["probability"] for c in same))
         return f"Coulomb friction with {name} explains the record ({share}): what is left is noise."
     if report["verdict"] == "ambiguous":
         credible = credible_candidates(report["candidates"])

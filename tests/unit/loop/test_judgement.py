@@ -17,6 +17,7 @@ from friction_bayes.mechanics.integrate import integrate
 NONE: frozenset[str] = frozenset()
 VISCOUS = frozenset({"viscous_damping"})
 DRIFT = frozenset({"friction_drift"})
+FORCE = frozenset({"random_force"})
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +34,8 @@ def ambiguous() -> LoopReport:
         ([VISCOUS, DRIFT], [0.96, 0.04], True, "explained"),
         ([VISCOUS, DRIFT], [0.94, 0.06], True, "ambiguous"),
         ([VISCOUS, DRIFT], [0.96, 0.04], False, "unexplained"),
+        ([VISCOUS, VISCOUS | FORCE, DRIFT], [0.9, 0.06, 0.04], True, "explained"),
+        ([VISCOUS, DRIFT | FORCE], [0.9, 0.1], True, "ambiguous"),
     ],
 )
 def test_verdict_follows_the_rule(
