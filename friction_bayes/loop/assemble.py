@@ -28,7 +28,7 @@ from friction_bayes.loop.result import LoopReport
 from friction_bayes.loop.verdict import credible_count, verdict
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
-__all__ = ["assemble_report"]
+__all__ = ["assemble_report", "frequency_summary"]
 
 _MOST_RIVALS = 3
 
@@ -104,7 +104,7 @@ def assemble_report(
         residual=residual,
         noise=best.noise(),
         paper_procedure=paper_procedure(found.fits[0], after, effects),
-        frequency=_frequency(mixture.draws.frequency, model, after),
+        frequency=frequency_summary(mixture.draws.frequency, model, after),
         random_force=_random_force(mixture, families, factor, unit),
         witnesses=best.witnesses(),
         left=left
@@ -152,7 +152,7 @@ def _random_force(
     }
 
 
-def _frequency(frequencies: Array, model: LoopModel, after: Distribution) -> dict[str, Any]:
+def frequency_summary(frequencies: Array, model: LoopModel, after: Distribution) -> dict[str, Any]:
     """Draws of the natural frequency [rad/s] beside the declared one, and both forces where they differ."""
     declared, order = model.system.natural_frequency, model.segments[0].order
     ratio, friction = float(frequencies.mean()) / declared, float(after.draws.mean())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import xarray as xr
@@ -25,6 +25,8 @@ from friction_bayes.loop.fit import LoopFit, fit_growing_record
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.noise import NoiseModel
 from friction_bayes.loop.random_force.force_family import force_family
+from friction_bayes.loop.random_force.joint_fit import fit_together
+from friction_bayes.loop.random_force.joint_report import joint_report, only_searched
 from friction_bayes.loop.reference_force import compare_forces, validate_force
 from friction_bayes.loop.result import LoopReport
 from friction_bayes.loop.search import Search
@@ -52,6 +54,7 @@ def close_loop(
     exclude: Sequence[str] = (),
     noise: str = "auto",
     random_force: str = "auto",
+    varying_friction: bool = False,
     tolerance: float = TOLERANCE,
     check: bool = False,
     reference_friction: float | None = None,
@@ -76,8 +79,12 @@ def close_loop(
     noise : {"auto", "white", "ar"}
         White, autoregressive, or decided by the spectrum of the residual above the motion's harmonics.
     random_force : {"auto", "none"}
-        Whether candidates with a force that fluctuates are weighed beside those without. They are in single
-        records with ``noise="auto"`` that do not come with a measured force.
+        Whether candidates with a force that fluctuates are weighed beside those without. They are with
+        ``noise="auto"`` where no measured force comes with the records; several are not checked then.
+    varying_friction : bool
+        Take it that friction differs between the records: each one's is drawn from one normal distribution,
+        whose mean is the friction reported. Left out, records that are weighed along their motions together
+        decide by their evidence whether it does.
     tolerance : float
         Root mean square of a force that follows the motion, over friction, below which a law with a random
         force counts as complete although a test can tell that force from none.
@@ -108,6 +115,8 @@ def close_loop(
     positive("tolerance", tolerance)
     if reference_friction is not None:
         positive("reference_friction", reference_friction)
+    if varying_friction:
+        _validate_varying(len(records), noise, check=check, reference_force=reference_force is not None)
     allowed = _allowed(effects, exclude)
     left_out = ALONG_MOTION_ALONE if effects is None else LEFT_TO_REGRESSION
     searched = tuple(name for name in allowed if name not in left_out)
@@ -115,7 +124,7 @@ def close_loop(
     force = None if reference_force is None else validate_force(segments[0], reference_force)
     system = _calibrated(system, segments)
     found = _search(system, segments, searched, noise, progress)
-    rng_search, rng_force, rng_report = np.random.default_rng(seed).spawn(3)
+    rng_search, rng_force, rng_report, rng_together = np.random.default_rng(seed).spawn(4)
     error, forces = (None, None) if force is None else compare_forces(found.before, found.fits[0], force)
     searched_sets = SearchFamily(found, allowed, rng_search, forces)
     families: list[Family] = [searched_sets]
@@ -123,7 +132,7 @@ def close_loop(
     if sought and len(segments) == 1 and force is None:
         fluctuating = force_family(searched_sets, allowed, tolerance, rng_force)
         families += [fluctuating] if fluctuating is not None else []
-    return assemble_report(
+    report = assemble_report(
         found,
         families,
         rng_report,
@@ -133,6 +142,30 @@ def close_loop(
         reference_friction=reference_friction,
         force_error=error,
     )
+    several = sought and len(segments) > 1 and force is None and not check and not only_searched(found)
+    if not (several or varying_friction):
+        return report
+    unwanted = () if random_force == "auto" else (RANDOM_FORCE.name,)
+    weighed = [name for name in allowed if name not in unwanted]
+    together = fit_together(segments, system, weighed, varying=varying_friction)
+    if together is None:
+        if varying_friction:
+            name = segments[0].decay.name
+            raise InputError(name, "too few turning points for a friction of its own", "leave the record out")
+        return report
+    report = joint_report(report, found, together, rng_together, tolerance=tolerance)
+    return replace(report, elapsed_s=time.perf_counter() - started)
+
+
+def _validate_varying(records: int, noise: str, *, check: bool, reference_force: bool) -> None:
+    """Friction that varies is weighed along the measured motions, which not everything goes with."""
+    place = "varying_friction"
+    if records < 2:
+        raise InputError(place, "one record", "give the records between which friction differs")
+    if noise == "ar":
+        raise InputError(place, "with noise 'ar'", "leave the noise at auto or white")
+    if check or reference_force:
+        raise InputError(place, "with check or a measured force", "leave one of the two out")
 
 
 def _allowed(effects: Sequence[str] | None, exclude: Sequence[str]) -> tuple[str, ...]:

@@ -110,6 +110,10 @@ class LoopReport:
     fitted : dict
         The part of the first record that was fitted: ``from_s``, ``to_s``, ``samples``, ``half_cycles`` and
         how many samples were ``set_aside``.
+    friction_between_records : dict or None
+        Where several records were weighed together: ``probability`` that friction differs between them, its
+        ``spread`` given that, ``share_of_friction``, ``reduced_chi_square`` of the frictions that each has by
+        itself, and ``records`` with ``name`` and ``friction`` of each.
     next_experiment : str or None
     reference_check : dict or None
         Of the sampler, or against a reference friction.
@@ -144,6 +148,7 @@ class LoopReport:
     trail: list[str]
     traces: tuple[RecordTrace, ...]
     posterior: xr.DataTree
+    friction_between_records: dict[str, Any] | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Fields of ``report.json``; numbers that are not finite are None."""

@@ -26,6 +26,7 @@ __all__ = [
     "loop_figures",
     "plot_candidates",
     "plot_fluctuation",
+    "plot_friction_between_records",
     "plot_loop",
     "plot_loop_force",
     "plot_loop_friction",
@@ -167,6 +168,40 @@ def plot_loop_friction(report: LoopReport) -> Figure:
     return figure
 
 
+def plot_friction_between_records(report: LoopReport) -> Figure:
+    """Draw each record's friction with its 90 % interval, their mean, and the spread between them.
+
+    Parameters
+    ----------
+    report : LoopReport
+        Of several records that were weighed together.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    between, after = report.friction_between_records, report.friction_after
+    assert between is not None
+    rows = [(record["name"], record["friction"]) for record in between["records"]]
+    with styled():
+        figure = new_figure(8.0, 1.4 + 0.32 * (len(rows) + 1))
+        axes = figure.add_subplot()
+        if between["spread"]:
+            sd = between["spread"]["mean"]
+            axes.axvspan(after["mean"] - sd, after["mean"] + sd, color=FAINT, alpha=0.35, lw=0.0)
+        for place, (_, friction) in enumerate([*rows, ("mean", after)]):
+            color = MODEL if place == len(rows) else DATA
+            axes.plot(friction["interval90"], [place] * 2, color=color, lw=2.2)
+            axes.plot([friction["mean"]], [place], "o", ms=5.0, color=color)
+        axes.set_yticks(range(len(rows) + 1), [*(name for name, _ in rows), "mean"])
+        axes.set_ylim(len(rows) + 0.5, -0.5)
+        axes.tick_params(axis="y", left=False)
+        axes.locator_params(axis="x", nbins=6)
+        axes.set_xlabel(f"friction [{after['unit']}], 90 % intervals; shaded: mean and spread")
+        _head(figure, f"friction between records: differs at {percent(between['probability'])}")
+    return figure
+
+
 def plot_loop(report: LoopReport) -> Figure:
     """Draw a report at a glance: the first record, its residual, the candidates and friction.
 
@@ -217,6 +252,8 @@ def loop_figures(report: LoopReport) -> dict[str, Figure]:
         "candidates": plot_candidates(report),
         "friction": plot_loop_friction(report),
     }
+    if report.friction_between_records is not None:
+        figures["friction_between_records"] = plot_friction_between_records(report)
     for i, trace in enumerate(report.traces, start=1):
         suffix = f"_{i}" if len(report.traces) > 1 else ""
         figures[f"signal{suffix}"] = plot_loop_signal(trace)

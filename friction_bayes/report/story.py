@@ -9,7 +9,15 @@ from typing import Any
 from friction_bayes.core.text import duration, listed, number, percent, set_words, with_interval, words
 from friction_bayes.loop.verdict import credible_candidates
 
-__all__ = ["CHANNELS", "effect_lines", "loop_story", "paper_words", "sampler_lines", "verdict_sentence"]
+__all__ = [
+    "CHANNELS",
+    "between_records",
+    "effect_lines",
+    "loop_story",
+    "paper_words",
+    "sampler_lines",
+    "verdict_sentence",
+]
 
 CHANNELS = {
     "phase": "mean by phase and direction of the motion, in thirds of the record",
@@ -35,6 +43,8 @@ _FAULTS = {
     "telescoping_drops": "successive drops that share a peak (its interval is too wide)",
 }
 _MOST_NAMED = 3
+_CONTRADICTORY = 4.0
+"""Reduced chi-square of the records' own frictions from which on they contradict each other."""
 
 Report = Mapping[str, Any]
 
@@ -89,6 +99,8 @@ def loop_story(report: Report) -> list[tuple[str, str]]:
         ("friction before", with_interval(report["friction_before"])),
         ("friction after", with_interval(report["friction_after"])),
     ]
+    if report["friction_between_records"]:
+        rows.append(("between records", between_records(report["friction_between_records"])))
     if report["effects"]:
         rows.append(("effects", "\n".join(effect_lines(report["effects"]))))
     rows.append(("candidates", "\n".join(_candidate_lines(report))))
@@ -113,6 +125,24 @@ def loop_story(report: Report) -> list[tuple[str, str]]:
     if "sampler" in check:
         rows.append(("emcee", "\n".join(sampler_lines(check["sampler"]))))
     return rows
+
+
+def between_records(between: Mapping[str, Any]) -> str:
+    """Whether friction differs between the records, by how much, and each one's."""
+    p, spread = between["probability"], between["spread"]
+    lines = [f"{percent(p)} that friction differs between the records"]
+    if spread:
+        lines[0] += f", by {with_interval(spread)}, {number(100.0 * between['share_of_friction'], 2)} % of it"
+    if p > 0.5:
+        lines.append("friction after is the mean of the distribution that each record's is drawn from")
+    chi_square = between["reduced_chi_square"]
+    if chi_square > _CONTRADICTORY:
+        lines.append(
+            f"fitted one by one they contradict each other (reduced chi-square {number(chi_square, 2)}): "
+            "--varying-friction takes it that friction differs"
+        )
+    lines += [f"{record['name']}   {with_interval(record['friction'])}" for record in between["records"]]
+    return "\n".join(lines)
 
 
 def effect_lines(effects: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -82,6 +82,12 @@ def add_parser(commands: Any) -> None:
         "or do not (default: auto)",
     )
     model.add_argument(
+        "--varying-friction",
+        action="store_true",
+        help="friction differs between the records: report its mean, its spread and each record's own "
+        "(default: as the records show)",
+    )
+    model.add_argument(
         "--tolerance",
         type=float,
         metavar="SHARE",
@@ -176,6 +182,7 @@ def _search(
             seed=arguments.seed,
             noise=arguments.noise,
             random_force=arguments.random_force,
+            varying_friction=arguments.varying_friction,
             check=arguments.check,
             reference_friction=arguments.reference_friction,
             progress=advance,

@@ -19,7 +19,7 @@ from friction_bayes.estimators.random_force.posterior import GridPoint, Problem
 from friction_bayes.estimators.random_force.smoothing import Motion
 from friction_bayes.estimators.random_force.whitening import Clock, Whitened, smooth, whiten
 
-__all__ = ["LawRegression", "frequency_change"]
+__all__ = ["LawRegression", "frequency_change", "near_least_squares"]
 
 _RIDGE = 1e-10
 """Of the reference law, over each column's own sum of squares: columns may be the same to rounding."""
@@ -81,15 +81,17 @@ class LawRegression:
         block = np.column_stack([self.columns * self.scale, self.target])
         guess = self.motion
         gram = whiten(block, self.clock, self.row, guess.force_sd / guess.noise, guess.tau).gram
-        own = gram[:-1, :-1]
-        ridge = np.diag(_RIDGE * np.diag(own) + 1e-300)
-        return np.asarray(cho_solve(cho_factor(own + ridge), gram[:-1, -1]))
+        return near_least_squares(gram)
+
+    def whitened(self, reference: Array, ratio: float, tau: float) -> Whitened:
+        """Whitened sums of the scaled columns and of the record less a law in units of ``scale``."""
+        scaled = self.columns * self.scale
+        block = np.column_stack([scaled, self.target - scaled @ reference])
+        return whiten(block, self.clock, self.row, ratio, tau)
 
     def whiten_at(self, ratio: float, tau: float) -> Whitened:
-        """Whitened sums of the scaled columns and of the record less the reference law."""
-        scaled = self.columns * self.scale
-        block = np.column_stack([scaled, self.target - scaled @ self.reference])
-        return whiten(block, self.clock, self.row, ratio, tau)
+        """The same about the reference law."""
+        return self.whitened(self.reference, ratio, tau)
 
     @property
     def problem(self) -> Problem:
@@ -143,6 +145,13 @@ class LawRegression:
             force_sd=force.ratio * force.noise,
             tau=force.tau,
         )
+
+
+def near_least_squares(gram: Array) -> Array:
+    """Coefficients near those of least squares, shape (p,), from sums of columns and, last, the record."""
+    own = gram[:-1, :-1]
+    ridge = np.diag(_RIDGE * np.diag(own) + 1e-300)
+    return np.asarray(cho_solve(cho_factor(own + ridge), gram[:-1, -1]))
 
 
 def frequency_change(kappa: float) -> float:

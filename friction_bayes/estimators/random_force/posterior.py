@@ -15,7 +15,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,7 +30,7 @@ from friction_bayes.estimators.random_force.positive_orthant import cut_moments
 from friction_bayes.estimators.random_force.subsets import WeighedSets, weigh_sets
 from friction_bayes.estimators.random_force.whitening import Whitened
 
-__all__ = ["ForcePrior", "GridPoint", "Posterior", "Problem", "at_resonance", "integrate"]
+__all__ = ["ForcePrior", "GridPoint", "Posterior", "Problem", "Weighable", "at_resonance", "integrate"]
 
 _REACH = (0.003, 30.0)
 """Sizes of the force, over the prior's median, between which its mode is sought."""
@@ -89,6 +89,26 @@ class ForcePrior:
         value = math.log1p(-self.none) - 0.5 * (z * z + math.log(2.0 * math.pi)) - flat
         inside = (np.asarray(tau) >= self.tau_low) & (np.asarray(tau) <= self.tau_high)
         return np.where(inside, value, -math.inf)[()]
+
+
+class Weighable(Protocol):
+    """What is integrated over the random force: of a record as :class:`Problem`, or of several."""
+
+    @property
+    def names(self) -> tuple[str, ...]: ...
+
+    @property
+    def scale(self) -> Array: ...
+
+    @property
+    def positive(self) -> Mask: ...
+
+    @property
+    def sets(self) -> Mask: ...
+
+    def weigh(self, ratio: float, tau: float) -> WeighedSets:
+        """Weights and marginals of all sets given ``q / sigma`` and ``tau``."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -167,7 +187,7 @@ class Posterior:
 
     Parameters
     ----------
-    problem : Problem
+    problem : Weighable
         The regression.
     points : sequence of GridPoint, length g
         Where it has been evaluated.
@@ -182,7 +202,7 @@ class Posterior:
         Of the points, see :class:`GridPoint`.
     """
 
-    def __init__(self, problem: Problem, points: list[GridPoint]) -> None:
+    def __init__(self, problem: Weighable, points: list[GridPoint]) -> None:
         self.problem, self.points = problem, points
         joint = np.array([point.found.log_weight + point.log_volume for point in points])
         self.log_evidence = float(logsumexp(joint))
@@ -271,14 +291,14 @@ class Posterior:
         return stats.lognorm(max(sd, 1e-9), scale=math.exp(mean))
 
 
-def integrate(problem: Problem, prior: ForcePrior, noise: float, *, only_mode: bool = False) -> Posterior:
+def integrate(problem: Weighable, prior: ForcePrior, noise: float, *, only_mode: bool = False) -> Posterior:
     """Evaluate the posterior where it is: without a force, and on cells grown outward from the mode with one.
 
     Neighbours of every cell near the best are looked at in turn, so that ridges and edges are followed.
 
     Parameters
     ----------
-    problem : Problem
+    problem : Weighable
         The regression.
     prior : ForcePrior
         Of the random force.
@@ -324,7 +344,7 @@ def at_resonance(tau: ArrayLike) -> Any:
 class _Density:
     """Log posterior of ``(u, log tau)``, remembered; ``q`` follows from the noise found there."""
 
-    def __init__(self, problem: Problem, prior: ForcePrior) -> None:
+    def __init__(self, problem: Weighable, prior: ForcePrior) -> None:
         self.problem, self.prior = problem, prior
         self.known: dict[tuple[float, ...], tuple[float, float, WeighedSets]] = {}
 

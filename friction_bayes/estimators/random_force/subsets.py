@@ -22,12 +22,13 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.estimators.random_force.positive_orthant import confine
 from friction_bayes.estimators.random_force.whitening import Whitened
 
-__all__ = ["WeighedSets", "all_sets", "weigh_sets"]
+__all__ = ["WeighedSets", "all_sets", "full_noise2", "set_posterior", "weigh_sets"]
 
 _NEGLIGIBLE = 12.0
 """Nats below the best at which a set's mass of positive coefficients is not computed any more."""
@@ -68,6 +69,35 @@ def all_sets(always: Mask) -> Mask:
     return sets
 
 
+def full_noise2(whitened: Whitened) -> float:
+    """Noise variance of least squares with all columns, of sums as :func:`weigh_sets` takes them."""
+    p = len(whitened.gram) - 1
+    return float(_full_noise(whitened.gram, whitened.used, np.empty((p, p)), np.empty(p)))
+
+
+def set_posterior(
+    gram: Array, reference: Array, columns: Mask, lam: float, noise2: float
+) -> tuple[Array, Array]:
+    """Mean and covariance of a set's coefficients, before they are cut at zero.
+
+    Parameters
+    ----------
+    gram : ndarray, shape (p + 1, p + 1)
+        Sums as :func:`weigh_sets` takes them.
+    reference : ndarray, shape (p,)
+    columns : ndarray of bool, shape (p,)
+        The set.
+    lam, noise2 : float
+        Noise variance with all columns, in units of which the prior precision is one, and in the set.
+    """
+    mine = np.flatnonzero(columns)
+    absent = gram[np.ix_(mine, np.flatnonzero(~columns))] @ reference[~columns]
+    right = gram[mine, -1] - lam * reference[mine] + absent
+    factor = cho_factor(gram[np.ix_(mine, mine)] + lam * np.eye(mine.size))
+    covariance = cho_solve(factor, np.eye(mine.size))
+    return reference[mine] + cho_solve(factor, right), noise2 * 0.5 * (covariance + covariance.T)
+
+
 def weigh_sets(
     whitened: Whitened,
     reference: Array,
@@ -76,6 +106,7 @@ def weigh_sets(
     log_prior: Array,
     *,
     least_noise2: float = 0.0,
+    lam: float | None = None,
 ) -> WeighedSets:
     """Weigh all sets, and give the marginals of their coefficients.
 
@@ -93,6 +124,8 @@ def weigh_sets(
         Log prior probabilities of the sets.
     least_noise2 : float
         Least noise variance.
+    lam : float, optional
+        Noise variance with all columns, where there are more than these.
     """
     return WeighedSets(
         *_weigh_sets(
@@ -104,6 +137,7 @@ def weigh_sets(
             sets,
             log_prior,
             least_noise2,
+            max(full_noise2(whitened), least_noise2) if lam is None else lam,
         )
     )
 
@@ -195,10 +229,10 @@ def _weigh_sets(
     sets: Mask,
     log_prior: Array,
     least_noise2: float,
+    lam: float,
 ) -> tuple[Array, Array, Array, Array, float]:
     m, p = sets.shape
     work, half, rhs = np.empty((p, p)), np.empty(p), np.empty(p)
-    lam = max(_full_noise(gram, used, work, half), least_noise2)
     log_weight, noise2, bound = np.empty(m), np.empty(m), np.empty(m)
     index = np.empty(p, np.int64)
     location = np.full((m, p), np.nan)

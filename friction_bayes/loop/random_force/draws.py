@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.estimators.random_force.subsets import set_posterior
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.truncated_normal import truncated_draws
 
-__all__ = ["LawDraws", "law_draws"]
+__all__ = ["LEAST_PROBABILITY", "LawDraws", "law_draws", "laws_drawn"]
 
-_LEAST_PROBABILITY = 1e-4
+LEAST_PROBABILITY = 1e-4
 """Of a set at a point of the grid, below which nothing is drawn from it."""
 
 _GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
@@ -79,7 +79,7 @@ def law_draws(fit: ForceFit, rng: np.random.Generator, draws: int, weight: Array
     """
     posterior = fit.posterior
     weight = posterior.weight if weight is None else weight / weight.sum()
-    weight = np.where(weight > _LEAST_PROBABILITY, weight, 0.0)
+    weight = np.where(weight > LEAST_PROBABILITY, weight, 0.0)
     counts = rng.multinomial(draws, (weight / weight.sum()).ravel())
     coefficients = np.zeros((draws, fit.law.scale.size))
     point, chosen = np.zeros(draws, dtype=np.intp), np.zeros(draws, dtype=np.intp)
@@ -89,13 +89,37 @@ def law_draws(fit: ForceFit, rng: np.random.Generator, draws: int, weight: Array
         g, m = divmod(int(flat), weight.shape[1])
         k = int(counts[flat])
         mine = np.flatnonzero(fit.sets.columns[m])
-        mean, covariance = set_posterior(fit, g, m)
+        mean, covariance = _set_posterior(fit, g, m)
         low = np.where(fit.law.positive[mine], 0.0, -np.inf)
         drawn = truncated_draws(mean, covariance, low, np.full(mine.size, np.inf), rng, k)
         coefficients[at : at + k, mine] = drawn
         point[at : at + k], chosen[at : at + k] = g, m
         noise[at : at + k] = np.sqrt(posterior.points[g].found.noise2[m])
         at += k
+    return laws_drawn(
+        fit,
+        coefficients,
+        point=point,
+        chosen=chosen,
+        ratio=posterior.ratio[point],
+        tau=posterior.tau[point],
+        noise=noise,
+        rng=rng,
+    )
+
+
+def laws_drawn(
+    fit: ForceFit,
+    coefficients: Array,
+    *,
+    point: Integers,
+    chosen: Integers,
+    ratio: Array,
+    tau: Array,
+    noise: Array,
+    rng: np.random.Generator,
+) -> LawDraws:
+    """Drawn coefficients, random forces ``ratio`` times the noise, and what follows from them."""
     stiffness = coefficients[:, fit.law.always[2]]
     order = fit.segment.order
     # the factor from the friction coefficient to force stays that of the declared system
@@ -107,8 +131,8 @@ def law_draws(fit: ForceFit, rng: np.random.Generator, draws: int, weight: Array
         chosen=chosen,
         friction=coefficients[:, fit.law.frictions].sum(axis=1) * factor,
         stiffness=stiffness,
-        random_force=posterior.ratio[point] * noise * factor,
-        correlation_time=posterior.tau[point] / fit.w0,
+        random_force=ratio * noise * factor,
+        correlation_time=tau / fit.w0,
         timing_jitter=_timing_jitter(fit, noise, rng),
     )
 
@@ -121,19 +145,13 @@ def _timing_jitter(fit: ForceFit, noise: Array, rng: np.random.Generator) -> Arr
     return np.asarray(fit.jitter.ratio * noise * scatter * np.sqrt(fit.segment.block) / fit.w0)
 
 
-def set_posterior(fit: ForceFit, g: int, m: int) -> tuple[Array, Array]:
+def _set_posterior(fit: ForceFit, g: int, m: int) -> tuple[Array, Array]:
     """Mean and covariance of a set's coefficients at a point of the grid, before they are cut at zero."""
-    problem, point = fit.posterior.problem, fit.posterior.points[g]
-    gram = problem.whiten_at(point.ratio, point.tau).gram
-    inside = fit.sets.columns[m]
-    mine = np.flatnonzero(inside)
-    lam = point.found.full_noise2
-    reference = problem.reference
-    absent = gram[np.ix_(mine, np.flatnonzero(~inside))] @ reference[~inside]
-    right = gram[mine, -1] - lam * reference[mine] + absent
-    precision = gram[np.ix_(mine, mine)] + lam * np.eye(mine.size)
-    factor = cho_factor(precision)
-    mean = reference[mine] + cho_solve(factor, right)
-    covariance = cho_solve(factor, np.eye(mine.size))
-    scale = fit.law.scale[mine]
-    return mean * scale, point.found.noise2[m] * 0.5 * (covariance + covariance.T) * np.outer(scale, scale)
+    point, regression = fit.posterior.points[g], fit.regression
+    gram = regression.whiten_at(point.ratio, point.tau).gram
+    found = point.found
+    mean, covariance = set_posterior(
+        gram, regression.reference, fit.sets.columns[m], found.full_noise2, found.noise2[m]
+    )
+    scale = fit.law.scale[fit.sets.columns[m]]
+    return mean * scale, covariance * np.outer(scale, scale)

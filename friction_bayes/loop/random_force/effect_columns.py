@@ -70,6 +70,16 @@ class Column:
     shape: tuple[Shape, ...] = ()
     of_friction: bool = False
 
+    @property
+    def own(self) -> bool:
+        """Whether each record has a coefficient of its own: of its start, and of its sensor's faults.
+
+        A fault of one sign, such as backlash, is of the sensor and the same in all records.
+        """
+        if self.kind == "effect":
+            return isinstance(EFFECTS[self.effect], SensorEffect) and not self.positive
+        return self.kind in ("displacement", "velocity")
+
 
 @dataclass(frozen=True, eq=False)
 class ForceEvaluator:

@@ -10,53 +10,32 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, integrate
-from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
-from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
+from friction_bayes.estimators.random_force.smoothing import Motion
+from friction_bayes.estimators.random_force.whitening import Clock
 from friction_bayes.loop.parameters import scales_of
-from friction_bayes.loop.random_force.columns import LawColumns, law_columns
-from friction_bayes.loop.random_force.sets import ColumnSets, column_sets
+from friction_bayes.loop.random_force.columns import LawColumns
+from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.random_force.sets import ColumnSets
 from friction_bayes.loop.random_force.timing import TimingJitter, find_timing_jitter
 from friction_bayes.loop.segment import Segment
 from friction_bayes.loop.spectral_lines import line_beside_motion
-from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales, SensorEffect
-from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
-from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
-from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
-from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
-from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
-__all__ = ["ForceFit", "along_motion", "fit_random_force"]
+__all__ = ["ForceFit", "fit_random_force", "force_fit"]
 
 _MOST_ROUNDS = 4
 _SETTLED = 2e-3
 """Correction of the stiffness above which the effects are evaluated once more."""
-_SHARE_OF_FRICTION = 0.2
-"""Median of the prior of the force's sd, in frictions that alone explain the loss of amplitude."""
-_LEAST_TURNS = 4
-_LINEAR_FAULTS = (
-    SENSOR_OFFSET.name,
-    SENSOR_DRIFT.name,
-    SENSOR_HYSTERESIS.name,
-    ENCODER_ECCENTRICITY.name,
-    PERIODIC_INTERFERENCE.name,
-)
-
-
-def along_motion(effect: Effect) -> bool:
-    """Whether an effect can be evaluated along a measured motion: forces, and linear faults of the sensor."""
-    return isinstance(effect, ForceEffect) or effect.name in _LINEAR_FAULTS
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +108,14 @@ class ForceFit:
         return self.regression.residual(self.coefficients)
 
     @property
+    def smoothed_signal(self) -> Array:
+        """What the sensor shows of the smoothed motion, natural units, shape (n,)."""
+        law = self.law.states @ self.coefficients + self.law.known_states
+        beside = np.column_stack([self.motion.states[:, :2] - law, self.fluctuation])
+        shown = self.law.known + self.law.sensor @ self.coefficients
+        return np.asarray(shown + beside @ self.row)
+
+    @property
     def fluctuation(self) -> Array:
         """The random force, natural units, shape (n,)."""
         return self.motion.states[:, 2]
@@ -193,46 +180,10 @@ def fit_random_force(
     ForceFit or None
         None where the record holds too few turning points.
     """
-    scales = scales_of((segment,), system)
-    effects = tuple(
-        name
-        for name in EFFECTS
-        if name in allowed and along_motion(EFFECTS[name]) and _may_act(name, segment, scales)
-    )
-    n = _moving(segment) if samples is None else samples
-    order = segment.order
-    variance = np.where(segment.sides[:n] == 0.0, 1.0, np.inf)
-    elapsed = segment.time[:n] - segment.time[0]
-    row = sensor_row(order)
-
-    def along(motion: Motion, w0: float, line: float | None) -> _Along | None:
-        clock = Clock.of(w0 * elapsed, variance)
-        x, v = motion.states[:, :2].T.copy()
-        path = MeasuredPath.through(clock.phase, x, v, motion.velocity_sd)
-        if path.turning.size < _LEAST_TURNS:
-            return None
-        friction = _friction_of_loss(path)
-        law = law_columns(
-            path,
-            row,
-            order,
-            system=system,
-            scales=scales,
-            effects=effects,
-            w0=w0,
-            friction=friction,
-            duration=segment.duration,
-            line=line,
-        )
-        sets = column_sets(law, effects)
-        regression = _regression(law, sets, segment.values[:n] / w0**order, clock, row, motion)
-        regression = replace(regression, least_noise=segment.least_noise / w0**order)
-        return _Along(path, law, sets, regression, ForcePrior(centre=_SHARE_OF_FRICTION * friction))
-
+    record = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
     w0 = segment.decay.frequency
-    about_rest = (segment.values[:n] - segment.decay.rest_position) / w0**order
-    motion = first_motion(about_rest, Clock.of(w0 * elapsed, variance), row)
-    found = along(motion, w0, line)
+    motion = record.first_motion(w0)
+    found = record.along(motion, w0, line)
     for _ in range(_MOST_ROUNDS - 1):
         if found is None:
             return None
@@ -244,93 +195,45 @@ def fit_random_force(
         change = frequency_change(coefficients[found.regression.stiffness])
         w0 *= change
         motion = found.regression.smoothed(coefficients, best).at_frequency(change)
-        found = along(motion, w0, line)
+        found = record.along(motion, w0, line)
         if abs(change - 1.0) < _SETTLED:
             break
     if found is None:
         return None
-    regression, jitter = found.regression, None
-    posterior = integrate(regression.problem, found.prior, motion.noise)
+    posterior, jitter = integrate(found.regression.problem, found.prior, motion.noise), None
     if TIMING_JITTER.name in allowed:
         # the prior is one of the time of a sample: in a mean of a block it counts less
-        prior = TIMING_JITTER.priors(scales)[0]
+        prior = TIMING_JITTER.priors(record.scales)[0]
         prior = replace(prior, location=prior.location * w0 / math.sqrt(segment.block))
-        jitter = find_timing_jitter(regression, posterior, found.path, order, prior)
+        jitter = find_timing_jitter(found.regression, posterior, found.path, segment.order, prior)
         if jitter.found:
-            regression = replace(regression, clock=jitter.clock)
-            posterior = integrate(regression.problem, found.prior, posterior.best.noise)
-    coefficients = posterior.best_law()
+            found = found._replace(regression=replace(found.regression, clock=jitter.clock))
+            posterior = integrate(found.regression.problem, found.prior, posterior.best.noise)
+    return force_fit(record, found, posterior, posterior.best_law(), jitter)
+
+
+def force_fit(
+    record: MovingRecord,
+    found: LawAlongMotion,
+    posterior: Posterior,
+    coefficients: Array,
+    jitter: TimingJitter | None,
+) -> ForceFit:
+    """The analysis of a record, its motion smoothed with the law of these coefficients."""
     return ForceFit(
-        segment=segment,
-        samples=n,
-        system=system,
-        scales=scales,
-        duration=segment.duration,
-        w0=w0,
+        segment=record.segment,
+        samples=record.samples,
+        system=record.system,
+        scales=record.scales,
+        duration=record.segment.duration,
+        w0=found.w0,
         path=found.path,
         law=found.law,
         sets=found.sets,
-        regression=regression,
+        regression=found.regression,
         prior=found.prior,
         posterior=posterior,
         coefficients=coefficients,
-        motion=regression.smoothed(coefficients, posterior.best),
+        motion=found.regression.smoothed(coefficients, posterior.best),
         jitter=jitter,
-    )
-
-
-class _Along(NamedTuple):
-    """A law along a motion."""
-
-    path: MeasuredPath
-    law: LawColumns
-    sets: ColumnSets
-    regression: LawRegression
-    prior: ForcePrior
-
-
-def _may_act(name: str, segment: Segment, scales: Scales) -> bool:
-    effect = EFFECTS[name]
-    if not isinstance(effect, SensorEffect):
-        return True
-    # how far it swings is unknown in volts
-    calibrated = effect.quantity is None or segment.decay.unit not in UNCALIBRATED_UNITS
-    return calibrated and effect.may_act(scales)
-
-
-def _moving(segment: Segment) -> int:
-    """Samples before the last half cycle where the motion stops: the law of a stuck contact is another."""
-    if not segment.decay.stops:
-        return segment.moving
-    half_cycle = math.pi / (segment.decay.frequency * segment.decay.step)
-    return max(segment.moving - int(half_cycle), 2)
-
-
-def _friction_of_loss(path: MeasuredPath) -> float:
-    """Friction that alone would explain the loss of amplitude, natural units."""
-    turns = path.turning_x
-    middle = float(np.mean(0.5 * (turns[1:] + turns[:-1])))
-    amplitudes = np.abs(turns - middle)
-    order = np.arange(amplitudes.size) - 0.5 * (amplitudes.size - 1)
-    slope = -float(order @ amplitudes) / float(order @ order)
-    return max(0.5 * slope, 1e-4 * float(amplitudes.max()) / amplitudes.size)
-
-
-def _regression(
-    law: LawColumns, sets: ColumnSets, signal: Array, clock: Clock, row: Array, motion: Motion
-) -> LawRegression:
-    return LawRegression(
-        clock=clock,
-        row=row,
-        names=tuple(str(j) for j in range(law.scale.size)),
-        columns=law.sensor,
-        states=law.states,
-        known_states=law.known_states,
-        target=signal - law.known,
-        scale=law.scale,
-        positive=law.positive,
-        sets=sets.columns,
-        log_prior=sets.log_prior,
-        stiffness=law.always[2],
-        motion=motion,
     )

@@ -1,0 +1,217 @@
+"""Several records under one law, each with start, sensor faults, fluctuation and perhaps friction of its own.
+
+Each record is analysed alone first, which gives its motion and how large its noise and its random force are
+beside those of the others. Then all sets of effects are weighed on all records at once, twice: along these
+motions, and along those smoothed with the common law.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.system import Oscillator
+from friction_bayes.estimators.random_force.law_regression import frequency_change
+from friction_bayes.estimators.random_force.posterior import GridPoint, Posterior, integrate
+from friction_bayes.estimators.random_force.smoothing import Motion
+from friction_bayes.estimators.random_force.subsets import WeighedSets
+from friction_bayes.loop.parameters import scales_of
+from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force, force_fit
+from friction_bayes.loop.random_force.joint_problem import JointProblem, Member, Spread
+from friction_bayes.loop.random_force.moving_record import (
+    LawAlongMotion,
+    MovingRecord,
+    force_prior,
+    friction_of_loss,
+)
+from friction_bayes.loop.segment import Segment
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+
+__all__ = ["SPREADS", "JointFit", "fit_together"]
+
+SPREADS = np.geomspace(1e-3, 0.6, 13)
+"""Spreads of friction between records that are weighed, over friction; all are as probable."""
+_DIFFERS = 0.5
+"""Prior probability that friction differs between records."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JointFit:
+    """What the analysis of several records found.
+
+    Attributes
+    ----------
+    alone : tuple of ForceFit, length r
+        Each record by itself.
+    records : tuple of MovingRecord, length r
+    along : tuple of LawAlongMotion, length r
+        The law along each motion, in natural units of one frequency.
+    problem : JointProblem
+    posterior : Posterior
+        Of the shared coefficients.
+    spreads : ndarray, shape (k,)
+        Spreads of friction that were weighed, over ``level``; zero for none.
+    level : float
+        Friction that these are shares of, natural units.
+    """
+
+    alone: tuple[ForceFit, ...]
+    records: tuple[MovingRecord, ...]
+    along: tuple[LawAlongMotion, ...]
+    problem: JointProblem
+    posterior: Posterior
+    spreads: Array
+    level: float
+
+    @property
+    def spread_of(self) -> Array:
+        """Spread of each of the posterior's sets, shape (k m,)."""
+        return np.repeat(self.spreads, len(self.along[0].sets.effects))
+
+    @property
+    def probability_of_spread(self) -> float:
+        """Probability that friction differs between the records."""
+        return float(self.posterior.weight[:, self.spread_of > 0.0].sum())
+
+    @cached_property
+    def fits(self) -> tuple[ForceFit, ...]:
+        """Each record under the most probable law and random force."""
+        best, size = self.posterior.best, len(self.along[0].sets.effects)
+        row = int(np.argmax(best.found.log_weight))
+        said = self.problem.conditional(best, row)
+        laws = said.laws(self.posterior.best_law()[said.columns][None])[0]
+        return tuple(
+            force_fit(record, found, _alone_at(found, member, best, row, row % size), law, alone.jitter)
+            for record, found, member, law, alone in zip(
+                self.records, self.along, self.problem.members, laws, self.alone, strict=True
+            )
+        )
+
+
+def fit_together(
+    segments: Sequence[Segment], system: Oscillator, allowed: Sequence[str], *, varying: bool
+) -> JointFit | None:
+    """Analyse several records of one quantity.
+
+    Parameters
+    ----------
+    segments : sequence of Segment, length r
+    system : Oscillator
+        The declared system.
+    allowed : sequence of str
+        Effects that may act.
+    varying : bool
+        Whether friction is known to differ between the records; else that is as probable as not.
+
+    Returns
+    -------
+    JointFit or None
+        None where a record holds too few turning points.
+    """
+    fits = [fit_random_force(segment, system, allowed) for segment in segments]
+    alone = tuple(fit for fit in fits if fit is not None)
+    if len(alone) < len(fits):
+        return None
+    corrections = [frequency_change(fit.coefficients[fit.regression.stiffness]) for fit in alone]
+    w0 = float(np.median([fit.w0 * change for fit, change in zip(alone, corrections, strict=True)]))
+    motions = [fit.motion.at_frequency(w0 / fit.w0) for fit in alone]
+    scales = scales_of(segments, system)
+    records = tuple(
+        replace(
+            MovingRecord.of(fit.segment, system, allowed, scales, fit.samples), variance=fit.clock.variance
+        )
+        for fit in alone
+    )
+    first = _weighed(alone, records, motions, w0, allowed, varying=varying, only_mode=True)
+    if first is None:
+        return None
+    one = first.fits[0]
+    change = frequency_change(one.coefficients[one.regression.stiffness])
+    motions = [fit.motion.at_frequency(change) for fit in first.fits]
+    return _weighed(alone, records, motions, w0 * change, allowed, varying=varying, only_mode=False)
+
+
+def _weighed(
+    alone: tuple[ForceFit, ...],
+    records: tuple[MovingRecord, ...],
+    motions: Sequence[Motion],
+    w0: float,
+    allowed: Sequence[str],
+    *,
+    varying: bool,
+    only_mode: bool,
+) -> JointFit | None:
+    """Weigh all sets along motions in natural units of ``w0``; None where one has too few turning points."""
+    friction = float(np.median([friction_of_loss(fit.path) for fit in alone]))
+    along = []
+    for record, motion, line in zip(records, motions, _lines(alone), strict=True):
+        found = record.along(motion, w0, line, friction)
+        if found is None:
+            return None
+        along.append(found)
+    law, sets = along[0].law, along[0].sets
+    rubs = sets.columns[:, law.frictions].any(axis=1)
+    level = float(np.median([fit.coefficients[fit.law.frictions].sum() for fit in alone])) or friction
+    spreads = SPREADS if varying else np.append(0.0, SPREADS)
+    share = np.full(spreads.size, (1.0 if varying else _DIFFERS) / SPREADS.size)
+    share[spreads == 0.0] = 1.0 - _DIFFERS
+    sd = spreads * level / law.scale[law.dry_friction]
+    problem = JointProblem(
+        _members(alone, along),
+        np.array([column.own for column in law.columns]),
+        Spread(column=law.dry_friction, sets=np.asarray(rubs), sd=sd, log_prior=np.log(share)),
+    )
+    noise = math.exp(float(np.mean([math.log(motion.noise) for motion in motions])))
+    prior = (
+        force_prior(friction) if RANDOM_FORCE.name in allowed else replace(force_prior(friction), none=1.0)
+    )
+    posterior = integrate(problem, prior, noise, only_mode=only_mode)
+    return JointFit(
+        alone=alone,
+        records=records,
+        along=tuple(along),
+        problem=problem,
+        posterior=posterior,
+        spreads=spreads,
+        level=level,
+    )
+
+
+def _lines(alone: Sequence[ForceFit]) -> list[float | None]:
+    """Frequency of each record's line of interference; one that has none is tried at another's."""
+    own = [
+        next((column.shape[0].value for column in fit.law.columns if column.parameter == "sine"), None)
+        for fit in alone
+    ]
+    other = next((line for line in own if line is not None), None)
+    return [other if line is None else line for line in own]
+
+
+def _members(alone: Sequence[ForceFit], along: Sequence[LawAlongMotion]) -> list[Member]:
+    """The records with the sizes of noise and force, beside each other, that each has by itself."""
+    noises = np.array([math.log(fit.posterior.noise_sd) for fit in alone])
+    forces = np.array([math.log(fit.posterior.force_sd.median()) for fit in alone])
+    noises, forces = np.exp(noises - noises.mean()), np.exp(forces - forces.mean())
+    return [
+        Member(regression=found.regression, noise=float(noise), force=float(force))
+        for found, noise, force in zip(along, noises, forces, strict=True)
+    ]
+
+
+def _alone_at(found: LawAlongMotion, member: Member, point: GridPoint, row: int, chosen: int) -> Posterior:
+    """One set at one point of the grid as the posterior of one record."""
+    size = len(found.sets.effects)
+    log_weight = np.full(size, -np.inf)
+    log_weight[chosen] = 0.0
+    nothing = np.full(found.sets.columns.shape, np.nan)
+    noise2 = np.full(size, float(point.found.noise2[row]) * member.noise**2)
+    weighed = WeighedSets(log_weight, nothing, nothing, noise2, point.found.full_noise2 * member.noise**2)
+    ratio = point.ratio * member.force / member.noise
+    return Posterior(
+        found.regression.problem, [GridPoint(ratio=ratio, tau=point.tau, log_volume=0.0, found=weighed)]
+    )

@@ -1,0 +1,317 @@
+r"""Several records under one law: what each has of its own is integrated out, and what is left adds up.
+
+Given the random force a record is ``y = S b + O a + e`` with coefficients ``b`` that all records share and
+``a`` of its own: its start, the faults of its sensor. With the sums ``G`` of ``[O S y]`` and the normal prior
+of ``a``, of precision ``lam`` in units of the noise as in
+:mod:`friction_bayes.estimators.random_force.subsets`, the record says of ``b`` what the sums
+
+.. math:: G_{SS} - G_{SO}\,(G_{OO}+\lambda I)^{-1} G_{OS}
+
+say, and :math:`\tfrac12\log|G_{OO}+\lambda I| - \tfrac{|O|}{2}\log\lambda` comes off its log evidence. The
+sums of the records are added, and the sets are weighed on them as on those of one record.
+
+One coefficient may differ between the records, about a mean that they share: the deviation is one more
+column of each record's own, whose prior sd is the spread between them. The spread is taken at a few values,
+none among them, each of which makes every set another one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.estimators.random_force.law_regression import LawRegression, near_least_squares
+from friction_bayes.estimators.random_force.posterior import GridPoint
+from friction_bayes.estimators.random_force.subsets import (
+    WeighedSets,
+    full_noise2,
+    set_posterior,
+    weigh_sets,
+)
+from friction_bayes.estimators.random_force.whitening import Whitened
+
+__all__ = ["Conditional", "JointProblem", "Member", "Spread"]
+
+_RIDGE = 1e-10
+"""Over a column's own sum of squares: columns may be the same to rounding."""
+_NEVER = -1e6
+"""Log prior probability of what makes no sense."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Member:
+    """One record among several.
+
+    Attributes
+    ----------
+    regression : LawRegression
+        The record on its columns, which are the same ones for all records.
+    noise : float
+        Its sensor noise over the common one.
+    force : float
+        Its random force over the common one.
+    """
+
+    regression: LawRegression
+    noise: float = 1.0
+    force: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Spread:
+    """The column whose coefficient may differ between the records, and by how much.
+
+    Attributes
+    ----------
+    column : int
+    sets : ndarray of bool, shape (m,)
+        Sets in which it may.
+    sd : ndarray, shape (k,)
+        Prior sd of the deviations, in units of the column's prior sd; zero for none.
+    log_prior : ndarray, shape (k,)
+        Log prior probabilities of these.
+    """
+
+    column: int
+    sets: Mask
+    sd: Array
+    log_prior: Array
+
+
+class JointProblem:
+    """A regression of several records, integrated over the random force as that of one is.
+
+    Its sets hold the shared columns alone, once for each spread: set ``m`` of ``n`` at spread ``j`` is number
+    ``j n + m``.
+
+    Parameters
+    ----------
+    members : sequence of Member, length r
+    own : ndarray of bool, shape (p,)
+        Columns whose coefficient is each record's own. Their priors are normal.
+    spread : Spread
+    """
+
+    def __init__(self, members: Sequence[Member], own: Mask, spread: Spread) -> None:
+        first = members[0].regression
+        self.members, self.own, self.spread = tuple(members), own, spread
+        self.names, self.scale, self.positive = first.names, first.scale, first.positive
+        self.sets = np.tile(first.sets & ~own, (spread.sd.size, 1))
+        meant = (spread.sd[:, None] == 0.0) | spread.sets
+        self.log_prior = np.where(meant, spread.log_prior[:, None] + first.log_prior, _NEVER).ravel()
+        self._own_sets, self._own_set = np.unique(first.sets & own, axis=0, return_inverse=True)
+        self.references = self._least_squares()
+        self._least_noise2 = max((m.regression.least_noise / m.noise) ** 2 for m in self.members)
+
+    def weigh(self, ratio: float, tau: float) -> WeighedSets:
+        """Weights and marginals of all sets given the common ``q / sigma`` and ``tau``."""
+        grams, log_determinant, used = self._sums(ratio, tau)
+        lam = self._full_noise2(grams, used)
+        rows, shared = len(self.sets), np.flatnonzero(~self.own)
+        log_weight, noise2 = np.empty(rows), np.empty(rows)
+        location, scale2 = np.full(self.sets.shape, np.nan), np.full(self.sets.shape, np.nan)
+        for j in range(self.spread.sd.size):
+            for i in range(len(self._own_sets)):
+                mine = j * self._own_set.size + np.flatnonzero(self._own_set == i)
+                left = self._eliminated(grams, i, j, lam)
+                found = weigh_sets(
+                    Whitened(left.gram, log_determinant + left.log_determinant, used),
+                    self.references[0, shared],
+                    self.positive[shared],
+                    np.ascontiguousarray(self.sets[np.ix_(mine, shared)]),
+                    self.log_prior[mine],
+                    least_noise2=self._least_noise2,
+                    lam=lam,
+                )
+                log_weight[mine], noise2[mine] = found.log_weight, found.noise2
+                location[np.ix_(mine, shared)], scale2[np.ix_(mine, shared)] = found.location, found.scale2
+        return WeighedSets(log_weight, location, scale2, noise2, lam)
+
+    def conditional(self, point: GridPoint, row: int) -> Conditional:
+        """What the records say of all coefficients in one set at a point of the grid."""
+        j, m = divmod(row, self._own_set.size)
+        i, lam = int(self._own_set[m]), point.found.full_noise2
+        left = self._eliminated(self._sums(point.ratio, point.tau)[0], i, j, lam)
+        shared, noise2 = ~self.own, float(point.found.noise2[row])
+        columns = np.flatnonzero(self.sets[row])
+        mean, covariance = set_posterior(
+            left.gram, self.references[0, shared], self.sets[row, shared], lam, noise2
+        )
+        scale = self.scale[columns]
+        return Conditional(
+            problem=self,
+            mean=mean * scale,
+            covariance=covariance * np.outer(scale, scale),
+            columns=columns,
+            inside=self._own_sets[i],
+            deviation=float(self.spread.sd[j]),
+            noise=math.sqrt(noise2),
+            left=left,
+            centre=self._centre(self._own_sets[i], j),
+        )
+
+    def _sums(self, ratio: float, tau: float) -> tuple[Array, float, int]:
+        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1)."""
+        grams, log_determinant, used = [], 0.0, 0
+        for member, reference in zip(self.members, self.references, strict=True):
+            record = member.regression.whitened(reference, ratio * member.force / member.noise, tau)
+            grams.append(record.gram / member.noise**2)
+            log_determinant += record.log_determinant + record.used * math.log(member.noise**2)
+            used += record.used
+        return np.array(grams), log_determinant, used
+
+    def _full_noise2(self, grams: Array, used: int) -> float:
+        """Noise variance of least squares with all columns, and deviations where there may be any."""
+        mixing = self._mixing(self.own, float(self.spread.sd.max()))
+        own = np.zeros((len(grams), mixing.shape[2] - np.count_nonzero(~self.own) - 1))
+        left = _eliminate(grams, mixing, own, 0.0)
+        return max(full_noise2(Whitened(left.gram, 0.0, used - own.size)), self._least_noise2)
+
+    def _eliminated(self, grams: Array, i: int, j: int, lam: float) -> _Eliminated:
+        """Integrate out the own columns of own set ``i`` with the deviations of spread ``j``."""
+        inside = self._own_sets[i]
+        mixing = self._mixing(inside, float(self.spread.sd[j]))
+        # what the reference has and the set lacks goes back into the record
+        mixing[:, :-1, -1] += np.where(self.own & ~inside, self.references, 0.0)
+        return _eliminate(grams, mixing, self._centre(inside, j), lam)
+
+    def _mixing(self, inside: Mask, deviation: float) -> Array:
+        """Own columns, shared ones and the record as combinations of a record's columns, (r, p + 1, q)."""
+        p = self.own.size
+        unit = np.eye(p + 1)
+        deviating = [deviation * unit[:, [self.spread.column]]] if deviation > 0.0 else []
+        columns = [unit[:, :-1][:, inside], *deviating, unit[:, :-1][:, ~self.own], unit[:, -1:]]
+        return np.tile(np.hstack(columns), (len(self.members), 1, 1))
+
+    def _centre(self, inside: Mask, j: int) -> Array:
+        """The reference of the own columns, shape (r, k); that of deviations is zero."""
+        none = np.zeros((len(self.members), int(self.spread.sd[j] > 0.0)))
+        return np.hstack([self.references[:, inside], none])
+
+    def _least_squares(self) -> Array:
+        """A law near each record, of the same shared coefficients, in units of ``scale``, shape (r, p)."""
+        grams = []
+        for member in self.members:
+            guess = member.regression.motion
+            zero = np.zeros(self.scale.size)
+            gram = member.regression.whitened(zero, guess.force_sd / guess.noise, guess.tau).gram
+            grams.append(gram / guess.noise**2)
+        none = np.zeros((len(grams), np.count_nonzero(self.own)))
+        left = _eliminate(np.array(grams), self._mixing(self.own, 0.0), none, 0.0)
+        together = near_least_squares(left.gram)
+        references = np.empty((len(grams), self.scale.size))
+        references[:, ~self.own] = together
+        references[:, self.own] = left.own(together[None])[:, 0]
+        return references
+
+
+class _Eliminated(NamedTuple):
+    """Sums without the records' own columns, and what gives these back.
+
+    ``root`` (r, k, k) is the Cholesky factor of each record's own block, ``cross`` (r, k, s + 1) its inverse
+    times the sums of own columns with the shared ones and the record.
+    """
+
+    gram: Array
+    log_determinant: float
+    root: Array
+    cross: Array
+
+    def own(self, shared: Array, score: Array | None = None) -> Array:
+        """Own coefficients, shape (r, n, k), given shared ones, shape (n, s), both less their reference.
+
+        With normal scores, shape (r, n, k), draws for a noise of unit variance instead of means.
+        """
+        right = self.cross[:, :, -1][:, :, None] - self.cross[:, :, :-1] @ shared.T
+        if score is not None:
+            right = right + score.transpose(0, 2, 1)
+        return np.asarray(np.linalg.solve(self.root.transpose(0, 2, 1), right).transpose(0, 2, 1))
+
+
+def _eliminate(grams: Array, mixing: Array, centre: Array, lam: float) -> _Eliminated:
+    """Integrate out the columns that are first in ``mixing``; for ``lam`` zero, by least squares.
+
+    Parameters
+    ----------
+    grams : ndarray, shape (r, p + 1, p + 1)
+    mixing : ndarray, shape (r, p + 1, k + s + 1)
+    centre : ndarray, shape (r, k)
+        Reference of these columns' coefficients, whose prior mean is zero.
+    lam : float
+        Precision of that prior.
+    """
+    k = centre.shape[1]
+    sums = mixing.transpose(0, 2, 1) @ grams @ mixing
+    own, cross = sums[:, :k, :k].copy(), sums[:, :k, k:].copy()
+    diagonal = np.einsum("rkk->rk", own)
+    diagonal += lam if lam > 0.0 else _RIDGE * diagonal + 1e-300
+    cross[:, :, -1] -= lam * centre
+    root = np.asarray(np.linalg.cholesky(own), dtype=np.float64)
+    cross = np.asarray(np.linalg.solve(root, cross), dtype=np.float64)
+    gram = (sums[:, k:, k:] - cross.transpose(0, 2, 1) @ cross).sum(axis=0)
+    gram[-1, -1] += lam * float(np.sum(centre**2))
+    prior = centre.size * math.log(lam) if lam > 0.0 else 0.0
+    return _Eliminated(gram, 2.0 * float(np.log(np.einsum("rkk->rk", root)).sum()) - prior, root, cross)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Conditional:
+    """What the records say of all coefficients in one set at a point of the grid.
+
+    Attributes
+    ----------
+    problem : JointProblem
+    mean, covariance : ndarray, shapes (s,), (s, s)
+        Of the shared coefficients in the set, natural units, before they are cut at zero.
+    columns : ndarray of int, shape (s,)
+        Which these are.
+    inside : ndarray of bool, shape (p,)
+        Own columns in the set.
+    deviation : float
+        Prior sd of the deviations.
+    noise : float
+        Of the sensor, the common one.
+    left : _Eliminated
+        Sums of the shared columns.
+    centre : ndarray, shape (r, k)
+        Reference of the own coefficients.
+    """
+
+    problem: JointProblem
+    mean: Array
+    covariance: Array
+    columns: Integers
+    inside: Mask
+    deviation: float
+    noise: float
+    left: _Eliminated
+    centre: Array
+
+    def laws(self, shared: Array, rng: np.random.Generator | None = None) -> Array:
+        """Coefficients of each record, natural units, shape (n, r, p), the deviation within the column's.
+
+        Parameters
+        ----------
+        shared : ndarray, shape (n, s)
+            Shared coefficients in the set.
+        rng : numpy.random.Generator, optional
+            To draw the records' own coefficients; their means where left out.
+        """
+        problem, left = self.problem, self.left
+        n, records, k = len(shared), *self.centre.shape
+        laws = np.zeros((n, records, problem.own.size))
+        laws[:, :, self.columns] = (shared / problem.scale[self.columns])[:, None]
+        together = np.flatnonzero(~problem.own)
+        away = laws[:, 0, together] - problem.references[0, together]
+        score = None if rng is None else self.noise * rng.standard_normal((records, n, k))
+        own = left.own(away, score).transpose(1, 0, 2) + self.centre
+        inside = np.flatnonzero(self.inside)
+        laws[:, :, inside] = own[:, :, : inside.size]
+        if k > inside.size:
+            laws[:, :, problem.spread.column] += self.deviation * own[:, :, -1]
+        return laws * problem.scale

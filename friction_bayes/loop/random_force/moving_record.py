@@ -1,0 +1,211 @@
+"""A record while it moves, and its law along a motion: what one round of an analysis regresses on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS
+from friction_bayes.core.system import Oscillator
+from friction_bayes.estimators.random_force.law_regression import LawRegression
+from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.estimators.random_force.posterior import ForcePrior
+from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
+from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
+from friction_bayes.loop.random_force.columns import LawColumns, law_columns
+from friction_bayes.loop.random_force.sets import ColumnSets, column_sets
+from friction_bayes.loop.segment import Segment
+from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales, SensorEffect
+from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
+from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
+from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+
+__all__ = ["LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "friction_of_loss"]
+
+_SHARE_OF_FRICTION = 0.2
+"""Median of the prior of the force's sd, in frictions that alone explain the loss of amplitude."""
+_LEAST_TURNS = 4
+_LINEAR_FAULTS = (
+    SENSOR_OFFSET.name,
+    SENSOR_DRIFT.name,
+    SENSOR_HYSTERESIS.name,
+    ENCODER_ECCENTRICITY.name,
+    PERIODIC_INTERFERENCE.name,
+)
+
+
+def along_motion(effect: Effect) -> bool:
+    """Whether an effect can be evaluated along a measured motion: forces, and linear faults of the sensor."""
+    return isinstance(effect, ForceEffect) or effect.name in _LINEAR_FAULTS
+
+
+class LawAlongMotion(NamedTuple):
+    """A law along a motion.
+
+    Attributes
+    ----------
+    w0 : float
+        Frequency of the natural units [rad/s].
+    path : MeasuredPath
+    law : LawColumns
+    sets : ColumnSets
+    regression : LawRegression
+    prior : ForcePrior
+    """
+
+    w0: float
+    path: MeasuredPath
+    law: LawColumns
+    sets: ColumnSets
+    regression: LawRegression
+    prior: ForcePrior
+
+
+@dataclass(frozen=True, eq=False)
+class MovingRecord:
+    """The samples of a record while it moves, and the effects that may act.
+
+    Attributes
+    ----------
+    segment : Segment
+    samples : int
+        How many of its samples are used.
+    system : Oscillator
+    effects : tuple of str
+    scales : Scales
+        Of the priors.
+    variance : ndarray, shape (samples,)
+        Noise variances of the samples beside each other, infinite for those that are clipped.
+    """
+
+    segment: Segment
+    samples: int
+    system: Oscillator
+    effects: tuple[str, ...]
+    scales: Scales
+    variance: Array
+
+    @classmethod
+    def of(
+        cls,
+        segment: Segment,
+        system: Oscillator,
+        allowed: Sequence[str],
+        scales: Scales,
+        samples: int | None = None,
+    ) -> MovingRecord:
+        """Leave out what cannot be evaluated along a motion, and the last half cycle of one that stops."""
+        effects = tuple(
+            name
+            for name in EFFECTS
+            if name in allowed and along_motion(EFFECTS[name]) and _may_act(name, segment, scales)
+        )
+        n = _moving(segment) if samples is None else samples
+        variance = np.where(segment.sides[:n] == 0.0, 1.0, np.inf)
+        return cls(segment, n, system, effects, scales, variance)
+
+    def signal(self, w0: float) -> Array:
+        """The samples in natural units of a frequency, shape (n,)."""
+        return self.segment.values[: self.samples] / w0**self.segment.order
+
+    def clock(self, w0: float) -> Clock:
+        """Their time stamps."""
+        time = self.segment.time[: self.samples]
+        return Clock.of(w0 * (time - time[0]), self.variance)
+
+    def first_motion(self, w0: float) -> Motion:
+        """The motion before any law is known."""
+        order = self.segment.order
+        about_rest = self.signal(w0) - self.segment.decay.rest_position / w0**order
+        return first_motion(about_rest, self.clock(w0), sensor_row(order))
+
+    def along(
+        self, motion: Motion, w0: float, line: float | None, friction: float | None = None
+    ) -> LawAlongMotion | None:
+        """The law along a motion; None where that holds too few turning points.
+
+        Parameters
+        ----------
+        motion : Motion
+        w0 : float
+            Frequency of the natural units [rad/s].
+        line : float or None
+            Frequency of a line of interference [Hz].
+        friction : float, optional
+            Rough friction, natural units; what explains the loss of amplitude where left out.
+        """
+        row, clock = sensor_row(self.segment.order), self.clock(w0)
+        x, v = motion.states[:, :2].T.copy()
+        path = MeasuredPath.through(clock.phase, x, v, motion.velocity_sd)
+        if path.turning.size < _LEAST_TURNS:
+            return None
+        rough = friction_of_loss(path) if friction is None else friction
+        law = law_columns(
+            path,
+            row,
+            self.segment.order,
+            system=self.system,
+            scales=self.scales,
+            effects=self.effects,
+            w0=w0,
+            friction=rough,
+            duration=self.segment.duration,
+            line=line,
+        )
+        sets = column_sets(law, self.effects)
+        regression = LawRegression(
+            clock=clock,
+            row=row,
+            names=tuple(str(j) for j in range(law.scale.size)),
+            columns=law.sensor,
+            states=law.states,
+            known_states=law.known_states,
+            target=self.signal(w0) - law.known,
+            scale=law.scale,
+            positive=law.positive,
+            sets=sets.columns,
+            log_prior=sets.log_prior,
+            stiffness=law.always[2],
+            motion=motion,
+            least_noise=self.segment.least_noise / w0**self.segment.order,
+        )
+        return LawAlongMotion(w0, path, law, sets, regression, force_prior(rough))
+
+
+def force_prior(friction: float) -> ForcePrior:
+    """Prior of the random force beside a rough friction, natural units."""
+    return ForcePrior(centre=_SHARE_OF_FRICTION * friction)
+
+
+def _may_act(name: str, segment: Segment, scales: Scales) -> bool:
+    effect = EFFECTS[name]
+    if not isinstance(effect, SensorEffect):
+        return True
+    # how far it swings is unknown in volts
+    calibrated = effect.quantity is None or segment.decay.unit not in UNCALIBRATED_UNITS
+    return calibrated and effect.may_act(scales)
+
+
+def _moving(segment: Segment) -> int:
+    """Samples before the last half cycle where the motion stops: the law of a stuck contact is another."""
+    if not segment.decay.stops:
+        return segment.moving
+    half_cycle = math.pi / (segment.decay.frequency * segment.decay.step)
+    return max(segment.moving - int(half_cycle), 2)
+
+
+def friction_of_loss(path: MeasuredPath) -> float:
+    """Friction that alone would explain the loss of amplitude, natural units."""
+    turns = path.turning_x
+    middle = float(np.mean(0.5 * (turns[1:] + turns[:-1])))
+    amplitudes = np.abs(turns - middle)
+    order = np.arange(amplitudes.size) - 0.5 * (amplitudes.size - 1)
+    slope = -float(order @ amplitudes) / float(order @ order)
+    return max(0.5 * slope, 1e-4 * float(amplitudes.max()) / amplitudes.size)

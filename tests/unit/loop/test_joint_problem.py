@@ -1,0 +1,173 @@
+"""Several records under one law: own columns integrated out against all of them at once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from friction_bayes.estimators.random_force.law_regression import LawRegression
+from friction_bayes.estimators.random_force.posterior import GridPoint
+from friction_bayes.estimators.random_force.smoothing import Motion
+from friction_bayes.estimators.random_force.subsets import weigh_sets
+from friction_bayes.estimators.random_force.whitening import Clock, Whitened, sensor_row
+from friction_bayes.loop.random_force.joint_problem import JointProblem, Member, Spread
+
+OWN = np.array([True, True, False, False, False, True])
+POSITIVE = np.array([False, False, True, True, False, False])
+SETS = np.array(
+    [
+        [True, True, True, False, False, False],
+        [True, True, True, True, False, False],
+        [True, True, True, False, True, True],
+        [True, True, True, True, True, True],
+    ]
+)
+LOG_PRIOR = np.log([0.2, 0.2, 0.3, 0.3])
+EVERY = np.ones(4, bool)
+NONE = Spread(column=2, sets=EVERY, sd=np.zeros(1), log_prior=np.zeros(1))
+SOME = Spread(column=2, sets=EVERY, sd=np.array([0.0, 0.03, 0.3]), log_prior=np.log([0.5, 0.3, 0.2]))
+RATIO, TAU = 0.7, 1.3
+
+
+def record(rng: np.random.Generator, samples: int, noise: float, friction: float) -> LawRegression:
+    """A record of six columns that look like nothing in particular, and three coefficients."""
+    columns = rng.standard_normal((samples, 6)) + np.linspace(0.0, 1.0, samples)[:, None]
+    scale = np.array([5.0, 5.0, 2.0, 0.5, 0.5, 1.0])
+    law = np.array([1.0, -2.0, friction, 0.01, 0.01, 0.02])
+    still = np.zeros((samples, 3))
+    return LawRegression(
+        clock=Clock.of(0.2 * np.arange(samples)),
+        row=sensor_row(0),
+        names=tuple("abcdef"),
+        columns=columns,
+        states=np.zeros((samples, 2, 6)),
+        known_states=np.zeros((samples, 2)),
+        target=columns @ law + noise * rng.standard_normal(samples),
+        scale=scale,
+        positive=POSITIVE,
+        sets=SETS,
+        log_prior=LOG_PRIOR,
+        stiffness=4,
+        motion=Motion(states=still, covariance=np.zeros((samples, 3, 3)), noise=noise, force_sd=0.1, tau=1.0),
+    )
+
+
+@pytest.fixture
+def members(rng: np.random.Generator) -> tuple[Member, ...]:
+    sizes = ((60, 0.1, 1.0), (80, 0.2, 1.1), (50, 0.05, 0.9))
+    noises = [noise / 0.1 for _, noise, _ in sizes]
+    return tuple(
+        Member(regression=record(rng, *size), noise=noise, force=0.5 * noise)
+        for size, noise in zip(sizes, noises, strict=True)
+    )
+
+
+def dense(members: tuple[Member, ...], spread: Spread) -> tuple[Whitened, np.ndarray, np.ndarray]:
+    """Sums of all columns at once: own ones of each record, deviations of unit prior sd, shared ones.
+
+    With them the sets, and the shared columns.
+    """
+    r, own, shared = len(members), np.flatnonzero(OWN), np.flatnonzero(~OWN)
+    size = r * own.size + r + shared.size
+    gram, log_determinant, used = np.zeros((size + 1, size + 1)), 0.0, 0
+    deviation = spread.sd[spread.sd > 0.0]
+    for i, member in enumerate(members):
+        ratio = RATIO * member.force / member.noise
+        whitened = member.regression.whitened(np.zeros(6), ratio, TAU)
+        place = np.concatenate([i * own.size + np.arange(own.size), [r * own.size + i]])
+        place = np.concatenate([place, r * own.size + r + np.arange(shared.size), [size]])
+        take = np.concatenate([own, [spread.column], shared, [6]])
+        weight = np.ones(take.size)
+        weight[own.size] = deviation[0] if deviation.size else 0.0
+        part = whitened.gram[np.ix_(take, take)] * np.outer(weight, weight) / member.noise**2
+        gram[np.ix_(place, place)] += part
+        log_determinant += whitened.log_determinant + 2.0 * whitened.used * np.log(member.noise)
+        used += whitened.used
+    sets = np.hstack(
+        [np.tile(SETS[:, own], r), np.full((len(SETS), r), bool(deviation.size)), SETS[:, shared]]
+    )
+    return Whitened(gram, log_determinant, used), sets, r * own.size + r + np.arange(shared.size)
+
+
+@pytest.mark.parametrize("sd", [0.0, 0.03, 0.3])
+def test_own_columns_integrated_out_are_all_columns_at_once(members, sd: float) -> None:
+    spread = Spread(column=2, sets=EVERY, sd=np.array([sd]), log_prior=np.zeros(1))
+    joint = JointProblem(members, OWN, spread)
+    found = joint.weigh(RATIO, TAU)
+    whitened, sets, together = dense(members, spread)
+    positive = np.zeros(sets.shape[1], bool)
+    positive[together] = POSITIVE[~OWN]
+    expected = weigh_sets(whitened, np.zeros(sets.shape[1]), positive, sets, LOG_PRIOR, lam=found.full_noise2)
+    # sets far behind are not weighed to the end, and own columns are weighed apart
+    near = expected.log_weight > expected.log_weight.max() - 12.0
+    assert near.sum() >= 2
+    np.testing.assert_allclose(found.log_weight[near], expected.log_weight[near], rtol=1e-7)
+    np.testing.assert_allclose(found.noise2, expected.noise2, rtol=1e-7)
+    for name in ("location", "scale2"):
+        mine, theirs = getattr(found, name)[:, ~OWN], getattr(expected, name)[:, together]
+        np.testing.assert_allclose(mine[near], theirs[near], rtol=1e-5)
+
+
+def test_the_noise_of_all_columns_counts_each_once(members) -> None:
+    joint = JointProblem(members, OWN, NONE)
+    found = joint.weigh(RATIO, TAU)
+    gram = dense(members, NONE)[0].gram
+    used = np.flatnonzero(np.diag(gram)[:-1])
+    law = np.linalg.solve(gram[np.ix_(used, used)], gram[used, -1])
+    rest = gram[-1, -1] - law @ gram[used, -1]
+    samples = sum(member.regression.target.size for member in members)
+    assert found.full_noise2 == pytest.approx(rest / (samples - used.size), rel=1e-6)
+
+
+def test_one_record_is_what_it_is_alone(members) -> None:
+    alone = members[0].regression
+    joint = JointProblem([Member(regression=alone)], OWN, NONE).weigh(RATIO, TAU)
+    found = alone.problem.weigh(RATIO, TAU)
+    np.testing.assert_allclose(joint.log_weight, found.log_weight, rtol=1e-9)
+    np.testing.assert_allclose(joint.location[:, ~OWN], found.location[:, ~OWN], rtol=1e-6)
+
+
+def test_copies_of_a_record_say_the_same_and_are_surer(members) -> None:
+    alone = members[0].regression
+    one, four = (
+        JointProblem([Member(regression=alone)] * copies, OWN, NONE).weigh(RATIO, TAU) for copies in (1, 4)
+    )
+    np.testing.assert_allclose(four.location[0, 2], one.location[0, 2], rtol=1e-3)
+    assert four.scale2[0, 2] == pytest.approx(one.scale2[0, 2] / 4.0, rel=0.05)
+
+
+def test_records_laws_are_the_coefficients_of_all_columns_at_once(members) -> None:
+    spread = Spread(column=2, sets=EVERY, sd=np.array([0.03]), log_prior=np.zeros(1))
+    joint = JointProblem(members, OWN, spread)
+    found = joint.weigh(RATIO, TAU)
+    point = GridPoint(ratio=RATIO, tau=TAU, log_volume=0.0, found=found)
+    row = 3
+    said = joint.conditional(point, row)
+    laws = said.laws(said.mean[None])[0]
+    whitened, sets, together = dense(members, spread)
+    inside = np.flatnonzero(sets[row])
+    gram = whitened.gram[np.ix_(inside, inside)] + found.full_noise2 * np.eye(inside.size)
+    solved = np.zeros(sets.shape[1])
+    solved[inside] = np.linalg.solve(gram, whitened.gram[inside, -1])
+    for i in range(3):
+        np.testing.assert_allclose(laws[i, OWN], (solved[3 * i : 3 * i + 3] * joint.scale[OWN]), rtol=1e-5)
+        friction = (solved[together[0]] + 0.03 * solved[9 + i]) * joint.scale[2]
+        assert laws[i, 2] == pytest.approx(friction, rel=1e-6)
+    drawn = said.laws(np.tile(said.mean, (4000, 1)), np.random.default_rng(1))
+    np.testing.assert_allclose(drawn.mean(axis=0), laws, atol=5.0 * drawn.std(axis=0).max() / 60.0)
+
+
+def test_a_spread_that_is_there_is_seen_and_weighed(members) -> None:
+    joint = JointProblem(members, OWN, SOME)
+    found = joint.weigh(RATIO, TAU)
+    by_spread = np.logaddexp.reduce(found.log_weight.reshape(3, -1), axis=1)
+    assert by_spread[1:].max() > by_spread[0] + 1.0
+    assert joint.sets.shape == (12, 6)
+
+
+def test_a_set_without_the_column_does_not_deviate(members) -> None:
+    spread = Spread(column=2, sets=EVERY & [False, True, True, True], sd=SOME.sd, log_prior=SOME.log_prior)
+    log_weight = JointProblem(members, OWN, spread).weigh(RATIO, TAU).log_weight.reshape(3, 4)
+    assert np.isfinite(log_weight[:, 1:]).all()
+    assert np.isfinite(log_weight[0, 0])
+    assert np.all(log_weight[1:, 0] < log_weight[0, 0] - 100.0)

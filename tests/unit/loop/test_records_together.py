@@ -1,0 +1,106 @@
+"""Several records weighed together along their motions: what they share, and friction that differs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from decays import SYSTEM
+from friction_bayes.core.errors import InputError
+from friction_bayes.plotting.loop import plot_friction_between_records
+from friction_bayes.report.story import loop_story
+
+EFFECTS = ["viscous_damping", "stribeck_friction", "sensor_offset", "random_force"]
+
+
+def releases(*frictions: float, offset: float = 0.0):  # type: ignore[no-untyped-def]
+    """Decays released from one place, each with a friction of its own; the last sensor is off its zero."""
+    return [
+        fb.simulate(
+            SYSTEM,
+            friction=friction,
+            initial_displacement=0.0147,
+            duration=12.0,
+            sampling_rate=100.0,
+            noise_sd=2e-4,
+            seed=k,
+            effects={"sensor_offset.offset": offset} if k == len(frictions) - 1 else {},
+        ).assign_attrs(name=f"release-{k}")
+        for k, friction in enumerate(frictions)
+    ]
+
+
+@pytest.fixture(scope="module")
+def report() -> fb.LoopReport:
+    return fb.close_loop(releases(0.0665, 0.0735, offset=2e-3), SYSTEM, seed=1, effects=EFFECTS)
+
+
+def test_frictions_that_differ_are_no_law(report: fb.LoopReport) -> None:
+    between = report.friction_between_records
+    assert between is not None
+    assert between["probability"] > 0.99
+    assert 0.03 < between["share_of_friction"] < 0.3
+    assert between["reduced_chi_square"] > 4.0
+    assert report.candidates[0]["effects"] == ["sensor_offset"]
+    for record, truth in zip(between["records"], (0.0665, 0.0735), strict=True):
+        assert record["friction"]["mean"] == pytest.approx(truth, abs=4.0 * record["friction"]["sd"])
+        assert record["friction"]["sd"] < 0.02 * truth
+    low, high = report.friction_after["interval90"]
+    assert low < 0.07 < high
+    assert report.friction_after["sd"] > 2.0 * between["records"][0]["friction"]["sd"]
+
+
+def test_each_record_has_start_sensor_and_trace_of_its_own(report: fb.LoopReport) -> None:
+    offsets = report.effects[0]["parameters"]
+    assert abs(offsets["offset[0]"]["mean"]) < 5.0 * offsets["offset[0]"]["sd"]
+    assert offsets["offset[1]"]["mean"] == pytest.approx(2e-3, abs=5.0 * offsets["offset[1]"]["sd"])
+    assert {"displacement[1]", "velocity[0]", "friction[1]"} <= set(report.posterior["posterior"].data_vars)
+    for trace in report.traces:
+        assert np.sqrt(np.mean((trace.signal - trace.after) ** 2)) == pytest.approx(2e-4, rel=0.1)
+    assert sum(c["probability"] for c in report.candidates) == pytest.approx(1.0)
+
+
+def test_contradiction_is_said_and_drawn(report: fb.LoopReport) -> None:
+    told = dict(loop_story(report.to_dict()))["between records"]
+    assert "contradict each other" in told
+    assert "--varying-friction" in told
+    assert "release-1" in told
+    labels = [text.get_text() for text in plot_friction_between_records(report).axes[0].get_yticklabels()]
+    assert labels == ["release-0", "release-1", "mean"]
+
+
+def test_one_friction_stays_one() -> None:
+    found = fb.close_loop(releases(0.07, 0.07), SYSTEM, seed=1, effects=EFFECTS)
+    between = found.friction_between_records
+    assert between is not None
+    assert between["probability"] < 0.6
+    assert between["reduced_chi_square"] < 4.0
+    low, high = found.friction_after["interval90"]
+    assert low < 0.07 < high
+    assert "contradict" not in dict(loop_story(found.to_dict()))["between records"]
+
+
+def test_it_can_be_demanded_without_a_random_force() -> None:
+    found = fb.close_loop(
+        releases(0.0665, 0.0735), SYSTEM, seed=1, effects=["viscous_damping"], varying_friction=True
+    )
+    between = found.friction_between_records
+    assert between is not None
+    assert between["probability"] == pytest.approx(1.0)
+    assert found.random_force is None
+
+
+@pytest.mark.parametrize(
+    ("records", "options", "problem"),
+    [
+        (1, {}, "one record"),
+        (2, {"noise": "ar"}, "noise 'ar'"),
+        (2, {"check": True}, "check or a measured force"),
+    ],
+)
+def test_what_it_does_not_go_with_is_refused(records: int, options: dict, problem: str) -> None:
+    with pytest.raises(InputError, match=f"varying_friction.*{problem}"):
+        fb.close_loop(
+            releases(*[0.07] * records), SYSTEM, seed=1, effects=EFFECTS, varying_friction=True, **options
+        )
