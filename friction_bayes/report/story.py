@@ -43,6 +43,8 @@ _FAULTS = {
     "telescoping_drops": "successive drops that share a peak (its interval is too wide)",
 }
 _MOST_NAMED = 3
+_NOTABLE_ROUNDING = 0.1
+"""Rounding over sensor noise below which a step is that of printed digits, or tells nothing of the noise."""
 _CONTRADICTORY = 4.0
 """Reduced chi-square of the records' own frictions from which on they contradict each other."""
 
@@ -204,8 +206,9 @@ def _frequency(report: Report) -> str:
 
 def _noise(noise: Mapping[str, Any], unit: str) -> str:
     text = f"sd {number(noise['sd'], 3)} {unit}, "
-    if noise.get("step"):
-        share = number(noise["sd"] * math.sqrt(12.0) / noise["step"], 3)
+    rounding = (noise.get("step") or 0.0) / math.sqrt(12.0)
+    if rounding > _NOTABLE_ROUNDING * noise["sd"]:
+        share = number(noise["sd"] / rounding, 3)
         text += f"{share} of what rounding to steps of {number(noise['step'], 3)} {unit} leaves; "
     if noise["model"] == "white":
         return text + "white"
