@@ -18,19 +18,27 @@ from friction_bayes.loop.draws import candidate_draws
 from friction_bayes.loop.family import Family, FamilyDraws, Mixture, mixture_of
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import FORECAST, forecast_error
-from friction_bayes.loop.friction import Distribution, friction_scale, reported_friction
+from friction_bayes.loop.friction import (
+    Distribution,
+    dry_friction,
+    friction_of_loss,
+    friction_scale,
+    reported_friction,
+)
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.next_experiment import next_experiment
 from friction_bayes.loop.paper_procedure import paper_procedure
 from friction_bayes.loop.parameters import FRICTION
 from friction_bayes.loop.residual_tests import residual_tests
-from friction_bayes.loop.result import LoopReport
+from friction_bayes.loop.result import LoopReport, RecordTrace
 from friction_bayes.loop.verdict import credible_count, verdict
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["assemble_report", "frequency_summary"]
 
 _MOST_RIVALS = 3
+_LEAST_TURNS = 3
+"""Turning points that show a loss of amplitude about a middle."""
 
 
 def assemble_report(
@@ -43,6 +51,7 @@ def assemble_report(
     check: bool,
     reference_friction: float | None,
     force_error: dict[str, Any] | None,
+    tolerance: float,
 ) -> LoopReport:
     """Mix the candidates, test what the most probable leaves, and gather the report.
 
@@ -63,6 +72,8 @@ def assemble_report(
         Friction known from elsewhere [N or N m].
     force_error : dict or None
         Differences from a measured force, as from :func:`friction_bayes.loop.reference_force.compare_forces`.
+    tolerance : float
+        Share of the loss of amplitude from which on dry friction matters.
     """
     rng_mixture, rng_before, rng_after = rng.spawn(3)
     mixture = mixture_of(families, rng_mixture)
@@ -79,7 +90,7 @@ def assemble_report(
     }
     if force_error is not None:
         residual["force"] = force_error
-    left = best.left()
+    left, traces = best.left(), best.traces()
     reference = _compare_with_reference(after, before, reference_friction) or {}
     if check:
         reference["sampler"] = best.check(seed)
@@ -95,6 +106,7 @@ def assemble_report(
         ],
         friction_before=before.to_dict(),
         friction_after=after.to_dict(),
+        dry_friction=dry_friction(after, _loss(traces[0], mixture, model), tolerance),
         held_out_error={
             "before": forecast_error(found.before),
             **best.forecast(),
@@ -115,7 +127,7 @@ def assemble_report(
         elapsed_s=time.perf_counter() - started,
         seed=seed,
         trail=[step for family in families for step in family.trail],
-        traces=best.traces(),
+        traces=traces,
         posterior=_posterior(mixture, after, seed),
     )
 
@@ -136,6 +148,16 @@ def _next_experiment(found: SearchResult, mixture: Mixture) -> str | None:
     return next_experiment(fits, [set_words(in_catalogue_order(names)) for names in rivals])
 
 
+def _loss(trace: RecordTrace, mixture: Mixture, model: LoopModel) -> float:
+    """Friction that alone would explain the loss of amplitude, as friction is reported."""
+    if trace.turning_points.size < _LEAST_TURNS:
+        return 0.0
+    system, order = model.system, model.segments[0].order
+    ratio = float(mixture.draws.frequency.mean()) / system.natural_frequency
+    factor, _, _ = friction_scale(model)
+    return factor * system.stiffness * ratio**order * friction_of_loss(trace.turning_points)
+
+
 def _random_force(
     mixture: Mixture, families: Sequence[Family], factor: float, unit: str
 ) -> dict[str, Any] | None:
@@ -144,9 +166,10 @@ def _random_force(
     forced = FamilyDraws(**{name: np.concatenate([vars(d)[name] for d in draws]) for name in vars(draws[0])})
     if forced.random_force.size < 2:
         return None
+    friction = float(np.median(forced.friction))
     return {
         "sd": Summary.of_draws(factor * forced.random_force, unit).to_dict(),
-        "share_of_friction": float(np.median(forced.random_force) / np.median(forced.friction)),
+        "share_of_friction": float(np.median(forced.random_force)) / friction if friction else None,
         "correlation_time_s": Summary.of_draws(forced.correlation_time, "s").to_dict(),
         "probability": mixture.probability(RANDOM_FORCE.name),
     }

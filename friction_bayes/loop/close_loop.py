@@ -87,7 +87,8 @@ def close_loop(
         decide by their evidence whether it does.
     tolerance : float
         Root mean square of a force that follows the motion, over friction, below which a law with a random
-        force counts as complete although a test can tell that force from none.
+        force counts as complete although a test can tell that force from none; share of the loss of
+        amplitude that dry friction takes where it matters.
     check : bool
         Sample the final posterior with emcee too.
     reference_friction : float, optional
@@ -141,6 +142,7 @@ def close_loop(
         check=check,
         reference_friction=reference_friction,
         force_error=error,
+        tolerance=tolerance,
     )
     several = sought and len(segments) > 1 and force is None and not check and not only_searched(found)
     if not (several or varying_friction):

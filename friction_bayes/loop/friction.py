@@ -12,7 +12,7 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import Summary
 from friction_bayes.loop.model import LoopModel
 
-__all__ = ["Distribution", "friction_scale", "reported_friction"]
+__all__ = ["Distribution", "dry_friction", "friction_of_loss", "friction_scale", "reported_friction"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,3 +50,41 @@ def reported_friction(values: Array, model: LoopModel, rng: np.random.Generator)
     if relative > 0.0:
         values = values * (1.0 + relative * rng.standard_normal(values.size))
     return Distribution(factor * values, unit)
+
+
+def friction_of_loss(turning_points: Array) -> float:
+    """Friction over stiffness that alone would explain the loss of amplitude.
+
+    Parameters
+    ----------
+    turning_points : ndarray, shape (turns,)
+        Displacements at which the motion turns, three at least.
+    """
+    middle = float(np.mean(0.5 * (turning_points[1:] + turning_points[:-1])))
+    amplitudes = np.abs(turning_points - middle)
+    order = np.arange(amplitudes.size) - 0.5 * (amplitudes.size - 1)
+    slope = -float(order @ amplitudes) / float(order @ order)
+    return max(0.5 * slope, 1e-4 * float(amplitudes.max()) / amplitudes.size)
+
+
+def dry_friction(friction: Distribution, loss: float, tolerance: float) -> dict[str, Any]:
+    """Whether dry friction matters: the probability that it takes more than a share of the loss.
+
+    Its upper limit is that of the draws that have any: with those that have none it would be zero as soon as
+    these are 95 %.
+
+    Parameters
+    ----------
+    friction : Distribution
+        Draws of friction.
+    loss : float
+        Friction that alone would explain the loss of amplitude, in the same unit.
+    tolerance : float
+        Share of the loss from which on friction matters.
+    """
+    rubs = friction.draws[friction.draws > 0.0]
+    return {
+        "probability": float(np.mean(friction.draws > tolerance * loss)),
+        "upper95": float(np.quantile(rubs, 0.95)) if rubs.size else 0.0,
+        "unit": friction.unit,
+    }

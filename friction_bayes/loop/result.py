@@ -94,13 +94,16 @@ class LoopReport:
         Effects and probability, most probable first.
     friction_before, friction_after : dict
         Mean, sd, 90 % interval, unit.
+    dry_friction : dict
+        Whether dry friction matters: ``probability`` that it takes more than the tolerance's share of the
+        loss of amplitude, ``upper95`` below which it lies with 95 % if there is any, and ``unit``.
     held_out_error, residual, noise, paper_procedure : dict
     frequency : dict
         Mean and sd of what was found, ``declared`` sqrt(k/m), unit; where they differ ``from_stiffness`` and
         ``from_mass``, the friction after that each of the declared values gives, else None.
     random_force : dict or None
         ``probability`` of a force that fluctuates, and given that there is one its ``sd``,
-        ``share_of_friction`` and ``correlation_time_s``; None where none was weighed.
+        ``share_of_friction`` (None without friction) and ``correlation_time_s``; None where none was weighed.
     witnesses : dict or None
         Friction by the ``loss`` of amplitude and by the ``shape`` within a cycle, and whether they ``agree``;
         None where the most probable candidate was not weighed along the measured motion.
@@ -132,6 +135,7 @@ class LoopReport:
     candidates: list[dict[str, Any]]
     friction_before: dict[str, Any]
     friction_after: dict[str, Any]
+    dry_friction: dict[str, Any]
     held_out_error: dict[str, Any]
     residual: dict[str, Any]
     noise: dict[str, Any]

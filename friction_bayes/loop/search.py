@@ -101,7 +101,7 @@ class Search:
                 self._fit_from_first_periods(root | {name})
             if not self.candidates:
                 return
-            alone = self.ranked()[0]
+            alone = self.candidates.get(root, self.ranked()[0])
             forces = [name for name in self.allowed if isinstance(EFFECTS[name], ForceEffect)]
             for name in sorted(Expansion(alone.fit, forces).informed, key=forces.index):
                 self._fit_from_first_periods(alone.effects | {name})

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.ndimage import median_filter
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import whiten
 from friction_bayes.loop.parameters import Coordinate
-from friction_bayes.loop.residual_tests import largest_line
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 
@@ -21,15 +21,25 @@ __all__ = [
     "SpectralLine",
     "follows_motion",
     "has_line_of_motion",
-    "line_beside_motion",
+    "lines_beside_motion",
     "strongest_lines",
 ]
 
 _LINES = 2
+_MOST_LINES = 8
+"""Lines of one record along the measured motion: a second mode, its products, the mains."""
+_BAND = 0.05
+"""Distance from the harmonics, over the motion's frequency, within which its own changes make lines."""
+_NEIGHBOURS = 61
+"""Ordinates of a spectrum that show what a line stands out of."""
+_LEAST_SAMPLES = 500
+"""The spectrum of fewer has no surroundings to speak of."""
+_APART = 4.0
+"""Distance between two lines times the length of the record: those of a windowed record are four wide."""
 _LEAST_PERIODS = 2
 """Periods of a line within the record; with fewer it is a drift."""
 _CERTAIN = 1e-4
-"""p-value of the largest line of a spectrum below which it may be interference."""
+"""Lines as large as the largest that noise is expected to have, below which it may be interference."""
 _HARMONICS = 3
 """Multiples of the motion's frequency, itself the first, at which a line is the motion's."""
 _WIDTH = 8
@@ -135,15 +145,41 @@ def has_line_of_motion(fit: LoopFit) -> bool:
     )
 
 
-def line_beside_motion(white: Array, segment: Segment) -> float | None:
-    """Frequency of the largest line of what should be white [Hz], if it is one and none of the motion's."""
-    if largest_line(white)[1] > _CERTAIN:
-        return None
-    size = 8 * white.size
-    power = np.abs(np.fft.rfft(white - white.mean(), size)) ** 2
-    frequency = np.fft.rfftfreq(size, segment.decay.step)
-    power[(frequency < _LEAST_PERIODS / segment.duration) | follows_motion(frequency, segment)] = 0.0
-    return float(frequency[np.argmax(power)])
+def lines_beside_motion(
+    signals: Sequence[Array], segment: Segment, known: Sequence[float] = ()
+) -> tuple[float, ...]:
+    """Frequencies of lines [Hz] that stand out of their surroundings in a spectrum, none the motion's.
+
+    Parameters
+    ----------
+    signals : sequence of ndarray, shape (n,)
+        What is searched: innovations, and the random force, which hides what the oscillator answers to.
+    segment : Segment
+    known : sequence of float
+        Lines that have been found [Hz]: another one lies apart from them.
+    """
+    n = signals[0].size
+    if n < _LEAST_SAMPLES:
+        return ()
+    window = np.hanning(n)
+    frequency = np.fft.rfftfreq(n, segment.decay.step)
+    order = frequency * 2.0 * math.pi / segment.decay.frequency
+    barred = (np.abs(order - np.rint(order)) < _BAND) | (frequency < _LEAST_PERIODS / segment.duration)
+    for line in known:
+        barred |= np.abs(frequency - line) * segment.duration < _APART
+    height = np.zeros(frequency.size)
+    for signal in signals:
+        power = np.abs(np.fft.rfft((signal - signal.mean()) * window)) ** 2
+        # the median of exponential ordinates is ln 2 of their mean
+        around = median_filter(power, _NEIGHBOURS, mode="nearest") / math.log(2.0)
+        height = np.maximum(height, power / np.maximum(around, 1e-300))
+    height[barred] = 0.0
+    found: list[float] = []
+    while len(known) + len(found) < _MOST_LINES and n * math.exp(-float(height.max())) < _CERTAIN:
+        line = float(frequency[np.argmax(height)])
+        found.append(line)
+        height[np.abs(frequency - line) * segment.duration < _APART] = 0.0
+    return tuple(found)
 
 
 def strongest_lines(fit: LoopFit) -> Iterator[SpectralLine]:

@@ -94,7 +94,9 @@ def _tiles(report: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     if force is not None and force["probability"] > 0.5:
         time = number(force["correlation_time_s"]["mean"], 2)
         remark = f"sd {number(force['sd']['mean'], 3)} {unit}, correlated over {time} s"
-        tiles.append(("random force", f"{100.0 * force['share_of_friction']:.0f} % of friction", remark))
+        share = force["share_of_friction"]
+        size = "no friction to compare with" if share is None else f"{100.0 * share:.0f} % of friction"
+        tiles.append(("random force", size, remark))
     return tiles
 
 

@@ -47,6 +47,8 @@ _NOTABLE_ROUNDING = 0.1
 """Rounding over sensor noise below which a step is that of printed digits, or tells nothing of the noise."""
 _CONTRADICTORY = 4.0
 """Reduced chi-square of the records' own frictions from which on they contradict each other."""
+_UNSEEN = 0.1
+"""Probability that dry friction matters below which it is not seen, and its upper limit is told."""
 
 Report = Mapping[str, Any]
 
@@ -100,6 +102,7 @@ def loop_story(report: Report) -> list[tuple[str, str]]:
         ("verdict", f"{report['verdict'].upper()}: {verdict_sentence(report)}"),
         ("friction before", with_interval(report["friction_before"])),
         ("friction after", with_interval(report["friction_after"])),
+        ("dry friction", _dry_friction(report["dry_friction"])),
     ]
     if report["friction_between_records"]:
         rows.append(("between records", between_records(report["friction_between_records"])))
@@ -218,10 +221,12 @@ def _noise(noise: Mapping[str, Any], unit: str) -> str:
 
 def _random_force(force: Mapping[str, Any]) -> str:
     sd, time, probable = force["sd"], force["correlation_time_s"], force["probability"]
+    share = force["share_of_friction"]
+    of_friction = "" if share is None else f", {100.0 * share:.0f} % of friction"
     return (
         f"probability {percent(probable)}; {'' if probable > 0.5 else 'if there, '}"
-        f"sd {number(sd['mean'], 3)} ± {number(sd['sd'], 2)} {sd['unit']} over all candidates, "
-        f"{100.0 * force['share_of_friction']:.0f} % of friction, correlated over {number(time['mean'], 2)} s"
+        f"sd {number(sd['mean'], 3)} ± {number(sd['sd'], 2)} {sd['unit']} over all candidates"
+        f"{of_friction}, correlated over {number(time['mean'], 2)} s"
     )
 
 
@@ -236,6 +241,13 @@ def _witnesses(witnesses: Mapping[str, Any]) -> str:
         f"{with_interval(witnesses['loss'])} by the loss of amplitude\n"
         f"{with_interval(witnesses['shape'])} by the shape within a cycle\n{outcome}"
     )
+
+
+def _dry_friction(dry: Mapping[str, Any]) -> str:
+    if dry["probability"] < _UNSEEN:
+        limit = f"below {number(dry['upper95'], 2)} {dry['unit']} with 95 %"
+        return f"none can be seen; if there is any, it is {limit}" if dry["upper95"] else "none can be seen"
+    return f"matters with {percent(dry['probability'])}"
 
 
 def _left(report: Report) -> str:

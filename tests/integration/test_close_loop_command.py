@@ -24,6 +24,7 @@ FIELDS = {
     "candidates",
     "friction_before",
     "friction_after",
+    "dry_friction",
     "held_out_error",
     "residual",
     "noise",
@@ -159,7 +160,7 @@ def test_table_of_a_clipped_and_offset_record(
         r"held-out error +0\.00\d+ m before, ",
         r"residual before +RMS 0\.00\d+ m; fails \d of 9 tests: ",
         r"residual after +RMS [\d.e-]+ m; ",
-        r"noise +sd [\d.e-]+ m, white\n",
+        r"sensor noise +sd [\d.e-]+ m, white\n",
         r"paper's procedure +no result: clipped: ",
     ):
         assert re.search(f"^{row}", shown.out, re.MULTILINE), row

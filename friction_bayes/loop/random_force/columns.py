@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
@@ -84,16 +85,19 @@ class LawColumns:
 
     @property
     def frictions(self) -> list[int]:
-        """The columns of friction, of which every set holds one."""
+        """The columns of friction, of which a set holds one or, where nothing rubs, none."""
         return [j for j, c in enumerate(self.columns) if c.kind == "friction"]
 
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:
-        """Columns of an effect for each of its shapes."""
+        """Columns of an effect for each of its shapes; all lines of interference are one."""
         found: dict[tuple[Shape, ...], list[int]] = {}
         for j, column in enumerate(self.columns):
             if column.effect == effect:
                 found.setdefault(column.shape, []).append(j)
-        return [tuple(columns) for columns in found.values()]
+        shapes = list(found.values())
+        if effect == PERIODIC_INTERFERENCE.name:
+            shapes = [list(chain(*shapes))] if shapes else []
+        return [tuple(columns) for columns in shapes]
 
 
 def law_columns(
@@ -107,7 +111,7 @@ def law_columns(
     w0: float,
     friction: float,
     duration: float,
-    line: float | None = None,
+    lines: Sequence[float] = (),
 ) -> LawColumns:
     """Evaluate the law along a path.
 
@@ -131,8 +135,8 @@ def law_columns(
         Rough friction in natural units.
     duration : float
         Length of the record [s], to which friction drift refers.
-    line : float, optional
-        Frequency of a line of interference [Hz].
+    lines : sequence of float
+        Frequencies of lines of interference [Hz], the strongest first.
     """
     ratio = w0 / system.natural_frequency
     # the factor from the friction coefficient to force stays that of the declared system
@@ -170,10 +174,11 @@ def law_columns(
             for column, fault in sensor_columns(name, scales, path, row, order, w0):
                 columns.append(column)
                 faults.append(fault)
-    if line is not None and PERIODIC_INTERFERENCE.name in effects:
-        for column, fault in line_columns(line, scales, path, order, w0):
-            columns.append(column)
-            faults.append(fault)
+    if PERIODIC_INTERFERENCE.name in effects:
+        for line in lines:
+            for column, fault in line_columns(line, scales, path, order, w0):
+                columns.append(column)
+                faults.append(fault)
     if faults:
         sensor = np.column_stack([sensor, *faults])
         states = np.concatenate([states, np.zeros((path.phase.size, 2, len(faults)))], axis=2)

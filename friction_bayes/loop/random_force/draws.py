@@ -11,7 +11,7 @@ from friction_bayes.estimators.random_force.subsets import set_posterior
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.truncated_normal import truncated_draws
 
-__all__ = ["LEAST_PROBABILITY", "LawDraws", "law_draws", "laws_drawn"]
+__all__ = ["LEAST_PROBABILITY", "LawDraws", "law_draws", "laws_drawn", "unit_force"]
 
 LEAST_PROBABILITY = 1e-4
 """Of a set at a point of the grid, below which nothing is drawn from it."""
@@ -56,19 +56,24 @@ class LawDraws:
         """Parameters of an effect in those of the ``chosen`` draws, of shape (k,), that have it."""
         law = self.fit.law
         found: dict[str, list[Array]] = {}
+        held = self.fit.sets.columns[self.chosen]
+        own = [j for j, column in enumerate(law.columns) if column.effect == effect]
         for columns in law.alternatives(effect):
-            mine = chosen & self.fit.sets.columns[self.chosen][:, list(columns)].all(axis=1)
+            mine = chosen & (held[:, own] == np.isin(own, columns)).all(axis=1)
+            # of several lines of interference the strongest, which comes first
+            shape = law.columns[columns[0]].shape
             for j in columns:
                 column = law.columns[j]
-                if column.kind == "effect":
+                if column.kind == "effect" and column.shape == shape:
                     values = self.coefficients[mine, j]
                     if column.of_friction:
                         values = values * law.friction / self.friction[mine]
                     found.setdefault(column.parameter, []).append(values)
-            for shape in law.columns[columns[0]].shape:
+            for parameter in shape:
                 # the value taken stands for its part of the prior: each draw has its place in that
                 spread = (_GOLDEN * np.flatnonzero(mine)) % 1.0
-                found.setdefault(shape.name, []).append(shape.low + (shape.high - shape.low) * spread)
+                values = parameter.low + (parameter.high - parameter.low) * spread
+                found.setdefault(parameter.name, []).append(values)
         return {name: np.concatenate(values) for name, values in found.items()}
 
 
@@ -121,9 +126,7 @@ def laws_drawn(
 ) -> LawDraws:
     """Drawn coefficients, random forces ``ratio`` times the noise, and what follows from them."""
     stiffness = coefficients[:, fit.law.always[2]]
-    order = fit.segment.order
-    # the factor from the friction coefficient to force stays that of the declared system
-    factor = fit.law.unit_force * (1.0 + stiffness) ** (0.5 * (order - 2))
+    factor = unit_force(fit, stiffness)
     return LawDraws(
         fit=fit,
         coefficients=coefficients,
@@ -135,6 +138,12 @@ def laws_drawn(
         correlation_time=tau / fit.w0,
         timing_jitter=_timing_jitter(fit, noise, rng),
     )
+
+
+def unit_force(fit: ForceFit, stiffness: Array) -> Array:
+    """Force of one natural unit [N or N m] at drawn corrections of the stiffness, shape (k,)."""
+    # the factor from the friction coefficient to force stays that of the declared system
+    return np.asarray(fit.law.unit_force * (1.0 + stiffness) ** (0.5 * (fit.segment.order - 2)))
 
 
 def _timing_jitter(fit: ForceFit, noise: Array, rng: np.random.Generator) -> Array:

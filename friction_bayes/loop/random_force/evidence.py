@@ -51,8 +51,12 @@ def log_scale(fit: ForceFit, white: LoopFit) -> float:
 
 
 def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset[str]) -> float:
-    """Log evidence of a set of effects alone, by the regression in the search's conventions."""
-    mine = [m for m, names in enumerate(fit.sets.effects) if names == effects]
+    """Log evidence of a set of effects alone, by the regression in the search's conventions.
+
+    With dry friction, which the search always has.
+    """
+    rubs = np.asarray(fit.sets.columns[:, fit.law.frictions].any(axis=1))
+    mine = [m for m, names in enumerate(fit.sets.effects) if names == effects and rubs[m]]
     point = fit.posterior.points[int(np.argmin(fit.posterior.ratio))]
     weight, prior = logsumexp(point.found.log_weight[mine]), logsumexp(fit.sets.log_prior[mine])
     return float(weight - prior) + _log_convention(fit, white)

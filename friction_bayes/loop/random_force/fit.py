@@ -21,14 +21,16 @@ from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, integrate
 from friction_bayes.estimators.random_force.smoothing import Motion
 from friction_bayes.estimators.random_force.whitening import Clock
+from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.columns import LawColumns
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.random_force.sets import ColumnSets
 from friction_bayes.loop.random_force.timing import TimingJitter, find_timing_jitter
 from friction_bayes.loop.segment import Segment
-from friction_bayes.loop.spectral_lines import line_beside_motion
+from friction_bayes.loop.spectral_lines import lines_beside_motion
 from friction_bayes.mechanics.effects import Scales
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
 __all__ = ["ForceFit", "fit_random_force", "force_fit"]
@@ -131,11 +133,24 @@ class ForceFit:
         return float(self.w0**self.segment.order)
 
     @property
-    def share_of_friction(self) -> float:
-        """Sd of the random force over friction, in the best law."""
+    def lines(self) -> tuple[float, ...]:
+        """Frequencies of the lines of interference that may be there [Hz], the strongest first."""
+        sines = [c for c in self.law.columns if c.parameter == "sine"]
+        return tuple(column.shape[0].value for column in sines)
+
+    def comparable_friction(self, friction: Array) -> float:
+        """Friction that a force is compared with, natural units: the median of draws [N or N m].
+
+        Of a decay without dry friction it is what alone would explain the loss of amplitude.
+        """
+        median = float(np.median(friction)) / self.law.unit_force
+        return max(median, friction_of_loss(self.path.turning_x))
+
+    @property
+    def share_of_loss(self) -> float:
+        """Sd of the random force over the friction that alone would explain the loss of amplitude."""
         best = self.posterior.best
-        friction = float(self.coefficients[self.law.frictions].sum())
-        return best.ratio * best.noise / max(friction, 1e-300)
+        return best.ratio * best.noise / friction_of_loss(self.path.turning_x)
 
     @property
     def log_gain(self) -> float:
@@ -157,7 +172,6 @@ def fit_random_force(
     system: Oscillator,
     allowed: Sequence[str],
     *,
-    line: float | None = None,
     samples: int | None = None,
 ) -> ForceFit | None:
     """Analyse one record.
@@ -169,9 +183,6 @@ def fit_random_force(
         The declared system.
     allowed : sequence of str
         Effects that may act.
-    line : float, optional
-        Frequency of a line of interference that may be there [Hz]; looked for in the innovations of the first
-        round when left out.
     samples : int, optional
         Use the first so many alone.
 
@@ -183,20 +194,24 @@ def fit_random_force(
     record = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
     w0 = segment.decay.frequency
     motion = record.first_motion(w0)
-    found = record.along(motion, w0, line)
+    lines: tuple[float, ...] = ()
+    found = record.along(motion, w0, lines)
     for _ in range(_MOST_ROUNDS - 1):
         if found is None:
             return None
         guessed = integrate(found.regression.problem, found.prior, motion.noise, only_mode=True)
         coefficients, best = guessed.best_law(), guessed.best
-        if line is None:
-            white = found.regression.innovations(coefficients, best.ratio, best.tau)
-            line = line_beside_motion(white, segment)
+        white = found.regression.innovations(coefficients, best.ratio, best.tau)
+        smoothed = found.regression.smoothed(coefficients, best)
+        more: tuple[float, ...] = ()
+        if PERIODIC_INTERFERENCE.name in record.effects:
+            more = lines_beside_motion((white, smoothed.states[:, 2]), segment, lines)
+        lines = (*lines, *more)
         change = frequency_change(coefficients[found.regression.stiffness])
         w0 *= change
-        motion = found.regression.smoothed(coefficients, best).at_frequency(change)
-        found = record.along(motion, w0, line)
-        if abs(change - 1.0) < _SETTLED:
+        motion = smoothed.at_frequency(change)
+        found = record.along(motion, w0, lines)
+        if abs(change - 1.0) < _SETTLED and not more:
             break
     if found is None:
         return None

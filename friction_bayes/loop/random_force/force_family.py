@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.candidate import INCLUSION
@@ -35,8 +36,9 @@ __all__ = ["ForceFamily", "force_family"]
 
 _LEAST = 1e-12
 """Posterior probability of a set at a point of the grid that counts."""
-_LARGEST_SHARE = 1.0
-"""Sd of a random force over friction above which it is no fluctuation of it, but stands for the unknown."""
+_LARGEST_SHARE = 1.5
+"""Sd of a random force, over the friction that alone would explain the loss of amplitude, above which it is
+no fluctuation but stands for the unknown."""
 
 
 def force_family(
@@ -47,17 +49,15 @@ def force_family(
     Returns
     -------
     ForceFamily or None
-        None where that cannot be done, or the force comes out larger than friction: its prior ends there.
+        None where that cannot be done, or the force comes out larger than what the loss of amplitude could be
+        friction of: its prior ends there.
     """
     found, white = search.found, search.found.white
     silent = white.noises[0].sd <= LEAST_NOISE * white.model.scales.signal
     if silent or SENSOR_CLIPPING.name in found.sets[0]:
         return None
-    line = None
-    if PERIODIC_INTERFERENCE.name in white.model.effects:
-        line = float(white.model.value(white.z, "frequency", effect=PERIODIC_INTERFERENCE.name, record=0))
-    fit = fit_random_force(white.model.segments[0], white.model.system, allowed, line=line)
-    if fit is None or fit.share_of_friction > _LARGEST_SHARE:
+    fit = fit_random_force(white.model.segments[0], white.model.system, allowed)
+    if fit is None or fit.share_of_loss > _LARGEST_SHARE:
         return None
     return ForceFamily(search, fit, allowed, tolerance, rng)
 
@@ -94,9 +94,9 @@ class ForceFamily:
         self._rng_draws, self._rng_forecast = rng.spawn(2)
         self._search_explains = search.explains
         # the regression normalises the prior over its own sets
-        none = fit.sets.effects.index(frozenset())
+        none = logsumexp(fit.sets.log_prior[[not names for names in fit.sets.effects]])
         others = len(set(allowed) - {RANDOM_FORCE.name}) * math.log1p(-INCLUSION)
-        scale = log_scale(fit, self.found.white) + others - float(fit.sets.log_prior[none])
+        scale = log_scale(fit, self.found.white) + others - float(none)
         # the weights are shared out to jitter and none, while the scale is that of none
         jitters = 0.0 if fit.jitter is None else float(np.logaddexp(0.0, fit.jitter.log_odds))
         shift = fit.posterior.log_evidence + scale + jitters
@@ -112,9 +112,11 @@ class ForceFamily:
         )
         self.sets = tuple(names for _, names in ranked)
         self.log_weights = np.array([value for value, _ in ranked])
+        lines = ", ".join(f"{line:.4g}" for line in fit.lines)
         self.trail: tuple[str, ...] = (
             f"along the measured motion: {len(fit.sets.effects)} sets of effects weighed with and without "
-            f"a random force, log evidence {fit.log_gain:+.1f} with it",
+            f"a random force, log evidence {fit.log_gain:+.1f} with it"
+            + (f"; lines of interference that may be there: {lines} Hz" if lines else ""),
         )
 
     @cached_property
@@ -177,9 +179,8 @@ class ForceFamily:
 
     @property
     def explains(self) -> bool:
-        worst, limit = self.tests.worst, self._tolerance * float(np.median(self._law_draws.friction))
-        matters = worst is not None and worst.force * self.fit.law.unit_force > limit
-        return self.tests.is_noise and not matters
+        friction = self.fit.comparable_friction(self._law_draws.friction)
+        return not self.tests.matters(self._tolerance, friction)
 
     def parameters(self, name: str) -> dict[str, dict[str, Any]]:
         units = parameter_units(name, self.fit.segment, self.fit.system)

@@ -7,20 +7,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.estimators.random_force.law_regression import frequency_change
 from friction_bayes.estimators.random_force.transition import discretise
+from friction_bayes.estimators.random_force.whitening import smooth
 from friction_bayes.loop.forecast import FITTED_SHARE
 from friction_bayes.loop.model import LoopModel, changes_signal
 from friction_bayes.loop.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.random_force.draws import LawDraws, law_draws
 from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
 __all__ = ["Forecast", "forecast"]
 
 _DRAWS = 40
 """Laws that are simulated: their scatter adds to a band that the random force makes for the most part."""
+_NORMAL90 = 1.6448536269514722
+"""Half width of the central 90 % of a normal, in standard deviations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,41 +45,64 @@ class Forecast:
 
 
 def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
-    """Fit the first part of the record anew and forecast the rest; None where that fails."""
+    """Fit the first part of the record anew and forecast the rest; None where that fails.
+
+    The forecast is the posterior predictive mean: draws over all sets of effects and sizes of the random
+    force, each from the state at which its own law and force leave the first part.
+    """
     segment = fit.segment
     head = int(FITTED_SHARE * segment.moving)
     allowed = tuple(dict.fromkeys(column.effect for column in fit.law.columns if column.effect))
-    line = next((c.shape[0].value for c in fit.law.columns if c.parameter == "sine"), None)
     if fit.jitter is not None and fit.jitter.found:
         allowed = (*allowed, TIMING_JITTER.name)
-    first = fit_random_force(segment, fit.system, allowed, line=line, samples=head)
+    first = fit_random_force(segment, fit.system, allowed, samples=head)
     if first is None:
         return None
     time = segment.time[head - 1 : segment.moving]
     draws = law_draws(first, rng, _DRAWS)
-    signals = [_simulated(draws, k, time) for k in range(_DRAWS)]
-    laws = np.array([signal for signal in signals if signal is not None])
-    if laws.size == 0:
+    points, which = np.unique(draws.point, return_inverse=True)
+    states, spreads = _last_states(draws, points, which)
+    shifts, variances = _fluctuation(first, points, states[:, 2], which, spreads, time)
+    signals = [_simulated(draws, k, states[k, :2], time) for k in range(_DRAWS)]
+    finite = np.array([signal is not None for signal in signals])
+    if not finite.any():
         return None
-    shift, variance = _fluctuation(first, time)
-    middle = laws.mean(axis=0) + shift
+    laws = np.array([signal for signal in signals if signal is not None]) + shifts[finite]
+    middle = laws.mean(axis=0)
     noise = first.posterior.noise_sd * first.unit
     if first.jitter is not None and first.jitter.found:
         # the rate over the unit of phase, in which the jitter is given
         noise = noise * np.hypot(1.0, first.jitter.ratio / first.unit * np.gradient(middle, first.w0 * time))
-    sd = np.sqrt(laws.var(axis=0) + variance + noise**2)
+    sd = np.sqrt(laws.var(axis=0) + variances[which[finite]].mean(axis=0) + noise**2)
     used = segment.sides[head : segment.moving] == 0.0
     error = (segment.values[head : segment.moving] - middle[1:])[used]
     if error.size == 0:
         return None
-    reach = 1.6448536269514722 * sd[1:][used]
+    reach = _NORMAL90 * sd[1:][used]
     return Forecast(rms=float(np.sqrt(np.mean(error**2))), inside90=float(np.mean(np.abs(error) <= reach)))
 
 
-def _simulated(draws: LawDraws, k: int, time: Array) -> Array | None:
-    """Signal of one draw's law from the filtered state on."""
+def _last_states(draws: LawDraws, points: Integers, which: Integers) -> tuple[Array, Array]:
+    """State after the first part under each draw, shape (k, 3), its covariance at each point, (g, 3, 3)."""
     fit = draws.fit
-    names = fit.sets.effects[draws.chosen[k]]
+    regression = fit.regression
+    states, spreads = np.empty((which.size, 3)), np.empty((points.size, 3, 3))
+    for g, at in enumerate(points):
+        mine = which == g
+        laws = draws.coefficients[mine].T
+        point = fit.posterior.points[at]
+        residuals = regression.target[:, None] - regression.columns @ laws
+        smoothed, covariance = smooth(residuals, fit.clock, fit.row, point.ratio, point.tau)
+        states[mine] = smoothed[-1].T
+        states[mine, :2] += (regression.states[-1] @ laws + regression.known_states[-1][:, None]).T
+        spreads[g] = covariance[-1] * point.noise**2
+    return states, spreads
+
+
+def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | None:
+    """Signal of one draw's law from a state on."""
+    fit = draws.fit
+    names = fit.sets.effects[draws.chosen[k]] - {PERIODIC_INTERFERENCE.name}
     only = np.zeros(draws.friction.size, dtype=bool)
     only[k] = True
     values = {
@@ -89,7 +117,7 @@ def _simulated(draws: LawDraws, k: int, time: Array) -> Array | None:
         level = 1.0 + values[drift] * (time[0] - fit.segment.time[0]) / fit.duration
         friction, values[drift] = friction * level, values[drift] / level
     model = LoopModel(fit.system, (fit.segment,)).with_effects([n for n in names if changes_signal(n)])
-    ratio = fit.w0 / fit.system.natural_frequency * math.sqrt(max(1.0 + draws.stiffness[k], 0.25))
+    ratio = fit.w0 / fit.system.natural_frequency * frequency_change(draws.stiffness[k])
     values |= {("", FRICTION): friction, ("", LOG_FREQUENCY_RATIO): math.log(ratio)}
     z = np.array(
         [
@@ -97,24 +125,56 @@ def _simulated(draws: LawDraws, k: int, time: Array) -> Array | None:
             for c in model.coordinates
         ]
     )
-    x, v = fit.motion.states[-1, :2]
-    prediction = model.predict_at(z, 0, time, (float(x), float(v) * fit.w0))
-    return None if prediction is None else prediction.signal
+    prediction = model.predict_at(z, 0, time, (float(state[0]), float(state[1]) * fit.w0))
+    return None if prediction is None else prediction.signal + _lines(draws, k, time)
 
 
-def _fluctuation(fit: ForceFit, time: Array) -> tuple[Array, Array]:
-    """What the random force adds to the signal from the last state on: mean and variance, shape (n,)."""
-    best = fit.posterior.best
-    transition, covariance = np.empty((3, 3)), np.empty((3, 3))
+def _lines(draws: LawDraws, k: int, time: Array) -> Array:
+    """Interference in one draw, shape (n,)."""
+    fit = draws.fit
+    signal = np.zeros(time.size)
+    for column, value in zip(fit.law.columns, draws.coefficients[k], strict=True):
+        if column.effect == PERIODIC_INTERFERENCE.name and value:
+            angle = 2.0 * math.pi * column.shape[0].value * (time - fit.segment.time[0])
+            signal += value * (np.sin(angle) if column.parameter == "sine" else np.cos(angle))
+    return signal
+
+
+def _fluctuation(
+    fit: ForceFit, points: Integers, forces: Array, which: Integers, spreads: Array, time: Array
+) -> tuple[Array, Array]:
+    """What the random force adds to the signal from the last state on.
+
+    Parameters
+    ----------
+    fit : ForceFit
+    points : ndarray of int, shape (g,)
+        Points of the grid.
+    forces : ndarray, shape (k,)
+        Random force at the last state, of each draw.
+    which : ndarray of int, shape (k,)
+        Point of each draw.
+    spreads : ndarray, shape (g, 3, 3)
+        Covariance of the last state.
+    time : ndarray, shape (n,)
+
+    Returns
+    -------
+    means : ndarray, shape (k, n)
+    variances : ndarray, shape (g, n)
+    """
     step = float(np.median(np.diff(time))) * fit.w0
-    discretise(step, 0.0, best.tau, transition, covariance)
-    state = np.array([0.0, 0.0, fit.motion.states[-1, 2]])
-    spread = fit.motion.covariance[-1].copy()
-    force = (best.ratio * best.noise) ** 2
-    mean, variance = np.empty(time.size), np.empty(time.size)
+    transitions, added = np.empty_like(spreads), np.empty_like(spreads)
+    for g, at in enumerate(points):
+        point = fit.posterior.points[at]
+        discretise(step, 0.0, point.tau, transitions[g], added[g])
+        added[g] *= (point.ratio * point.noise) ** 2
+    unit_force = np.tile([0.0, 0.0, 1.0], (points.size, 1))
+    answers, variances = np.empty((points.size, time.size)), np.empty((points.size, time.size))
+    turned = transitions.transpose(0, 2, 1)
     for i in range(time.size):
-        mean[i] = fit.row @ state
-        variance[i] = fit.row @ spread @ fit.row
-        state = transition @ state
-        spread = transition @ spread @ transition.T + force * covariance
-    return mean * fit.unit, variance * fit.unit**2
+        answers[:, i] = unit_force @ fit.row
+        variances[:, i] = fit.row @ spreads @ fit.row
+        unit_force = (transitions @ unit_force[:, :, None])[:, :, 0]
+        spreads = transitions @ spreads @ turned + added
+    return forces[:, None] * answers[which] * fit.unit, variances * fit.unit**2

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.loop.random_force.draws import LEAST_PROBABILITY, LawDraws, laws_drawn
+from friction_bayes.loop.random_force.draws import LEAST_PROBABILITY, LawDraws, laws_drawn, unit_force
 from friction_bayes.loop.random_force.joint_fit import SPREADS, JointFit
 from friction_bayes.loop.truncated_normal import truncated_draws
 
@@ -86,7 +86,7 @@ def joint_draws(fit: JointFit, rng: np.random.Generator, draws: int) -> JointDra
         for r, (one, member) in enumerate(zip(fit.fits, problem.members, strict=True))
     )
     frictions = fit.along[0].law.frictions
-    force = records[0].friction / laws[:, 0, frictions].sum(axis=1)
+    force = unit_force(fit.fits[0], records[0].stiffness)
     # a spread stands for its part of the prior
     step = SPREADS[1] / SPREADS[0]
     spread = fit.level * fit.spread_of[row] * step ** rng.uniform(-0.5, 0.5, draws)

@@ -20,15 +20,11 @@ from friction_bayes.estimators.random_force.law_regression import frequency_chan
 from friction_bayes.estimators.random_force.posterior import GridPoint, Posterior, integrate
 from friction_bayes.estimators.random_force.smoothing import Motion
 from friction_bayes.estimators.random_force.subsets import WeighedSets
+from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force, force_fit
 from friction_bayes.loop.random_force.joint_problem import JointProblem, Member, Spread
-from friction_bayes.loop.random_force.moving_record import (
-    LawAlongMotion,
-    MovingRecord,
-    force_prior,
-    friction_of_loss,
-)
+from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord, force_prior
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
@@ -147,10 +143,10 @@ def _weighed(
     only_mode: bool,
 ) -> JointFit | None:
     """Weigh all sets along motions in natural units of ``w0``; None where one has too few turning points."""
-    friction = float(np.median([friction_of_loss(fit.path) for fit in alone]))
+    friction = float(np.median([friction_of_loss(fit.path.turning_x) for fit in alone]))
     along = []
-    for record, motion, line in zip(records, motions, _lines(alone), strict=True):
-        found = record.along(motion, w0, line, friction)
+    for record, motion, lines in zip(records, motions, _lines(alone), strict=True):
+        found = record.along(motion, w0, lines, friction)
         if found is None:
             return None
         along.append(found)
@@ -182,14 +178,11 @@ def _weighed(
     )
 
 
-def _lines(alone: Sequence[ForceFit]) -> list[float | None]:
-    """Frequency of each record's line of interference; one that has none is tried at another's."""
-    own = [
-        next((column.shape[0].value for column in fit.law.columns if column.parameter == "sine"), None)
-        for fit in alone
-    ]
-    other = next((line for line in own if line is not None), None)
-    return [other if line is None else line for line in own]
+def _lines(alone: Sequence[ForceFit]) -> list[tuple[float, ...]]:
+    """The strongest line of interference of each record; one that has none is tried at another's."""
+    own = [fit.lines[:1] for fit in alone]
+    other = next((lines for lines in own if lines), ())
+    return [lines or other for lines in own]
 
 
 def _members(alone: Sequence[ForceFit], along: Sequence[LawAlongMotion]) -> list[Member]:

@@ -15,7 +15,7 @@ from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.loop.assemble import frequency_summary
 from friction_bayes.loop.candidate import SearchResult, in_catalogue_order
 from friction_bayes.loop.draws import DRAWS
-from friction_bayes.loop.friction import Distribution, friction_scale
+from friction_bayes.loop.friction import Distribution, dry_friction, friction_of_loss, friction_scale
 from friction_bayes.loop.noise import LEAST_NOISE
 from friction_bayes.loop.paper_procedure import paper_procedure
 from friction_bayes.loop.parameters import LOG_FREQUENCY_RATIO
@@ -76,9 +76,8 @@ def joint_report(
     first = fit.fits[0]
     predicted = forecast(first, rng)
     together = _of_all(tests)
-    median = float(np.median(draws.friction))
-    explains = all(
-        left.is_noise and (left.worst is None or left.worst.force * one.law.unit_force <= tolerance * median)
+    explains = not any(
+        left.matters(tolerance, one.comparable_friction(draws.friction))
         for one, left in zip(fit.fits, tests, strict=True)
     )
     structured = 0.0 if worst.worst is None else worst.worst.signal
@@ -101,6 +100,9 @@ def joint_report(
         ],
         candidates=candidates,
         friction_after=after.to_dict(),
+        dry_friction=dry_friction(
+            after, factor * friction_of_loss(first.path.turning_x) * first.law.unit_force, tolerance
+        ),
         held_out_error=report.held_out_error
         | {
             "after": None if predicted is None else predicted.rms,
@@ -225,10 +227,10 @@ def _random_force(
 ) -> dict[str, Any]:
     """Size of the random force in the first record, and its correlation time in all."""
     forced = draws.random_force > 0.0
-    sd = draws.random_force[forced]
+    sd, friction = draws.random_force[forced], float(np.median(draws.friction))
     return {
         "sd": Summary.of_draws(factor * sd, unit).to_dict(),
-        "share_of_friction": float(np.median(sd) / np.median(draws.friction)),
+        "share_of_friction": float(np.median(sd)) / friction if friction else None,
         "correlation_time_s": Summary.of_draws(draws.correlation_time[forced], "s").to_dict(),
         "probability": sum(c["probability"] for c in candidates if RANDOM_FORCE.name in c["effects"]),
     }

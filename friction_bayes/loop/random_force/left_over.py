@@ -18,7 +18,6 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.random_force.response import at_sensor, force_response
 from friction_bayes.estimators.random_force.whitening import whiten
-from friction_bayes.loop.autoregression import fit_autoregression
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.residual_tests import Channel, ResidualTests, largest_line
 
@@ -29,8 +28,8 @@ _TIME_BINS = 8
 _FAR = 4.0
 _LEAST_SHARE = 0.05
 """Share of a binned force, whitened, that the law must leave for it to test anything."""
-_PREDICTABLE = 0.005
-"""Share of the innovations' variance that their own past may predict before they count as structured."""
+_BAND = (0.5, 1.5)
+"""Frequencies over that of the motion between which the record tells friction."""
 
 
 @dataclass(frozen=True)
@@ -65,12 +64,12 @@ class LeftOver(ResidualTests):
     Attributes
     ----------
     dependences : tuple of Dependence
-    predictable : float
-        Share of the innovations' variance that their own past predicts.
+    near_motion : float
+        Standard deviation of the innovations near the frequency of the motion, over the model's.
     """
 
     dependences: tuple[Dependence, ...]
-    predictable: float
+    near_motion: float
 
     @property
     def worst(self) -> Dependence | None:
@@ -78,12 +77,18 @@ class LeftOver(ResidualTests):
         failed = [d for d in self.dependences if d.channel.name in self.failed]
         return max(failed, key=lambda d: d.force, default=None)
 
-    @property
-    def is_noise(self) -> bool:
-        """Whether the innovations are noise in practice: no line, and next to nothing predictable."""
-        if "spectrum" in self.failed:
-            return False
-        return "whiteness" not in self.failed or self.predictable < _PREDICTABLE
+    def matters(self, tolerance: float, friction: float) -> bool:
+        """Whether what is left is more than friction can be told in spite of.
+
+        It is where a force that depends on the motion is larger than the tolerance's share of ``friction``
+        (natural units), or where innovations that are no noise exceed what the model says of them by that
+        share near the frequency of the motion: elsewhere they are the sensor's own, and say nothing about
+        the law.
+        """
+        if self.worst is not None and self.worst.force > tolerance * friction:
+            return True
+        coloured = "whiteness" in self.failed or "spectrum" in self.failed
+        return coloured and self.near_motion > 1.0 + tolerance
 
 
 def what_is_left(fit: ForceFit) -> LeftOver:
@@ -99,15 +104,20 @@ def what_is_left(fit: ForceFit) -> LeftOver:
         Channel("tails", float(far), x.size, float(stats.binom.sf(far - 1, x.size, expected))),
     ]
     dependences = tuple(_dependence(fit, on, bins) for on, bins in _binned_forces(fit))
-    ar = fit_autoregression(x)
-    lagged = sum(a * np.roll(x, k + 1) for k, a in enumerate(ar))
-    rest = (x - lagged)[ar.size :]
     return LeftOver(
         channels=(*channels, *(d.channel for d in dependences)),
         dependences=dependences,
-        predictable=max(1.0 - float(np.var(rest) / np.var(x)), 0.0),
+        near_motion=_near_motion(fit, x),
         rms=float(fit.posterior.best.noise * fit.unit * np.sqrt(np.mean(x**2))),
     )
+
+
+def _near_motion(fit: ForceFit, innovations: Array) -> float:
+    """Standard deviation of the innovations in a band about the motion's frequency, per unit of bandwidth."""
+    power = np.abs(np.fft.rfft(innovations - innovations.mean())) ** 2 / innovations.size
+    order = np.fft.rfftfreq(innovations.size, fit.segment.decay.step) * 2.0 * math.pi / fit.w0
+    inside = (order >= _BAND[0]) & (order <= _BAND[1])
+    return math.sqrt(float(power[inside].mean())) if inside.any() else 1.0
 
 
 def _binned_forces(fit: ForceFit) -> Iterator[tuple[str, Array]]:

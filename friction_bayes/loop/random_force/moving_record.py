@@ -17,6 +17,7 @@ from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.posterior import ForcePrior
 from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
+from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.random_force.columns import LawColumns, law_columns
 from friction_bayes.loop.random_force.sets import ColumnSets, column_sets
 from friction_bayes.loop.segment import Segment
@@ -27,7 +28,7 @@ from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
-__all__ = ["LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "friction_of_loss"]
+__all__ = ["LawAlongMotion", "MovingRecord", "along_motion", "force_prior"]
 
 _SHARE_OF_FRICTION = 0.2
 """Median of the prior of the force's sd, in frictions that alone explain the loss of amplitude."""
@@ -127,7 +128,7 @@ class MovingRecord:
         return first_motion(about_rest, self.clock(w0), sensor_row(order))
 
     def along(
-        self, motion: Motion, w0: float, line: float | None, friction: float | None = None
+        self, motion: Motion, w0: float, lines: Sequence[float], friction: float | None = None
     ) -> LawAlongMotion | None:
         """The law along a motion; None where that holds too few turning points.
 
@@ -136,8 +137,8 @@ class MovingRecord:
         motion : Motion
         w0 : float
             Frequency of the natural units [rad/s].
-        line : float or None
-            Frequency of a line of interference [Hz].
+        lines : sequence of float
+            Frequencies of lines of interference [Hz], the strongest first.
         friction : float, optional
             Rough friction, natural units; what explains the loss of amplitude where left out.
         """
@@ -146,7 +147,7 @@ class MovingRecord:
         path = MeasuredPath.through(clock.phase, x, v, motion.velocity_sd)
         if path.turning.size < _LEAST_TURNS:
             return None
-        rough = friction_of_loss(path) if friction is None else friction
+        rough = friction_of_loss(path.turning_x) if friction is None else friction
         law = law_columns(
             path,
             row,
@@ -157,7 +158,7 @@ class MovingRecord:
             w0=w0,
             friction=rough,
             duration=self.segment.duration,
-            line=line,
+            lines=lines,
         )
         sets = column_sets(law, self.effects)
         regression = LawRegression(
@@ -199,13 +200,3 @@ def _moving(segment: Segment) -> int:
         return segment.moving
     half_cycle = math.pi / (segment.decay.frequency * segment.decay.step)
     return max(segment.moving - int(half_cycle), 2)
-
-
-def friction_of_loss(path: MeasuredPath) -> float:
-    """Friction that alone would explain the loss of amplitude, natural units."""
-    turns = path.turning_x
-    middle = float(np.mean(0.5 * (turns[1:] + turns[:-1])))
-    amplitudes = np.abs(turns - middle)
-    order = np.arange(amplitudes.size) - 0.5 * (amplitudes.size - 1)
-    slope = -float(order @ amplitudes) / float(order @ order)
-    return max(0.5 * slope, 1e-4 * float(amplitudes.max()) / amplitudes.size)

@@ -16,6 +16,9 @@ from friction_bayes.mechanics.effects import EFFECTS
 
 __all__ = ["ColumnSets", "column_sets"]
 
+_NO_DRY_FRICTION = 0.2
+"""Prior probability that nothing rubs, of the sets of effects that do not bend or scale friction."""
+
 
 @dataclass(frozen=True, eq=False)
 class ColumnSets:
@@ -26,7 +29,8 @@ class ColumnSets:
     effects : tuple of frozenset of str, length m
     columns : ndarray of bool, shape (m, p)
     log_prior : ndarray, shape (m,)
-        Logarithm of the prior probability; the shapes of an effect share its probability.
+        Logarithm of the prior probability; the shapes of an effect share its probability, and so do a set
+        with dry friction and without.
     """
 
     effects: tuple[frozenset[str], ...]
@@ -35,7 +39,7 @@ class ColumnSets:
 
 
 def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
-    """Every set of effects as the search may form them, in each of its shapes."""
+    """Every set of effects as the search forms them, in each of its shapes, with dry friction and without."""
     found: list[frozenset[str]] = []
     masks, log_prior = [], []
     shapes = {name: law.alternatives(name) for name in effects}
@@ -51,11 +55,21 @@ def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
             mask[law.always] = True
             for columns in choice:
                 mask[list(columns)] = True
+            log_share = prior - math.log(len(choices))
+            weighed = [(mask, log_share)]
             if not bent:
-                mask[law.dry_friction] = True
-            found.append(frozenset(names))
-            masks.append(mask)
-            log_prior.append(prior - math.log(len(choices)))
+                rubs = mask.copy()
+                rubs[law.dry_friction] = True
+                weighed = [(rubs, log_share)]
+                if not any(law.columns[j].of_friction for j in np.flatnonzero(mask)):
+                    weighed = [
+                        (rubs, log_share + math.log1p(-_NO_DRY_FRICTION)),
+                        (mask, log_share + math.log(_NO_DRY_FRICTION)),
+                    ]
+            for columns_used, log_probability in weighed:
+                found.append(frozenset(names))
+                masks.append(columns_used)
+                log_prior.append(log_probability)
     logs = np.array(log_prior)
     return ColumnSets(tuple(found), np.array(masks), logs - float(np.log(np.sum(np.exp(logs)))))
 

@@ -59,9 +59,10 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     """
     best = fit.posterior.best
     others = fit.sets.columns[fit.chosen].copy()
-    (friction,) = np.flatnonzero(others & np.isin(np.arange(others.size), fit.law.frictions))
+    # where the best law has no dry friction, both witnesses are asked for that of Coulomb
+    friction = next((j for j in fit.law.frictions if others[j]), fit.law.dry_friction)
     others[friction] = False
-    at_nodes, at_samples = _losing_part(fit.path, _at_nodes(fit, int(friction)))
+    at_nodes, at_samples = _losing_part(fit.path, _at_nodes(fit, friction))
     loss = at_sensor(force_response(fit.path, at_nodes[:, None]), fit.row, at_samples[:, None])[:, 0]
     scale = np.append(fit.law.scale[others], [fit.law.scale[friction]] * 2)
     shape = fit.law.sensor[:, friction] - loss

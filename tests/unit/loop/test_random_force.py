@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,7 @@ from friction_bayes.loop.random_force.evidence import log_evidence_without_force
 from friction_bayes.loop.random_force.fit import fit_random_force
 from friction_bayes.loop.search import Search
 from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.spectral_lines import lines_beside_motion
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.integrate import integrate
 
@@ -187,7 +190,8 @@ def test_it_is_not_weighed_where_that_is_not_asked_for() -> None:
 def test_a_force_that_follows_the_position_is_no_fluctuation() -> None:
     """Cubic stiffness that may not be named is seen in the force that is left."""
     record = fluctuating(0.1, **{"cubic_stiffness.cubic_stiffness": 3e4})
-    report = fb.close_loop([record], SYSTEM, seed=1, effects=["viscous_damping", "random_force"])
+    effects = ["viscous_damping", "random_force"]
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=effects, tolerance=0.05)
     assert report.left["depends_on"] == "position"
     assert "force_by_position" in report.residual["after"]["failed"]
     assert report.verdict == "unexplained"
@@ -210,3 +214,54 @@ def test_noise_is_at_least_what_rounding_to_the_sensors_steps_leaves() -> None:
     assert 0.99 < report.noise["sd"] * np.sqrt(12.0) / step < 1.3
     low, high = report.friction_after["interval90"]
     assert low < 0.07 < high
+
+
+def test_what_is_left_matters_beyond_the_tolerance_alone() -> None:
+    """The same force is an eighth of friction, which it moves by less than its interval."""
+    record = fluctuating(0.1, **{"cubic_stiffness.cubic_stiffness": 3e4})
+    report = fb.close_loop(
+        [record], SYSTEM, seed=1, effects=["viscous_damping", "random_force"], tolerance=0.3
+    )
+    assert report.verdict == "explained"
+    assert "force_by_position" in report.residual["after"]["failed"]
+    low, high = report.friction_after["interval90"]
+    assert low < 0.07 < high
+
+
+def test_dry_friction_need_not_be_there(report: fb.LoopReport) -> None:
+    """A decay of drag alone ends with an upper limit; one that rubs with certainty."""
+    assert report.dry_friction["probability"] > 0.99
+    record = fb.simulate(
+        SYSTEM,
+        friction=1e-6,
+        initial_displacement=0.02,
+        duration=30.0,
+        sampling_rate=50.0,
+        noise_sd=1e-5,
+        seed=5,
+        effects={
+            "viscous_damping.damping_ratio": 0.004,
+            "random_force.sd": 0.01,
+            "random_force.correlation_time": 0.1,
+        },
+    )
+    seen = fb.close_loop([record], SYSTEM, seed=1, effects=["viscous_damping", "random_force"])
+    assert seen.random_force is not None
+    assert seen.dry_friction["probability"] < 0.1
+    assert 0.0 <= seen.friction_after["interval90"][0] < 1e-3
+    # a tenth of what viscous damping takes of the largest amplitude
+    assert seen.dry_friction["upper95"] < 0.1 * 0.5 * math.pi * 0.004 * SYSTEM.stiffness * 0.02
+
+
+def test_all_lines_of_interference_are_found(rng: np.random.Generator) -> None:
+    """Beside the motion, and out of a spectrum that is not flat; a short record has none to speak of."""
+    segment = cut_records([fluctuating()], SYSTEM)[0]
+    n = segment.moving
+    coloured = np.convolve(rng.standard_normal(n + 20), np.ones(20) / 20.0, mode="valid")[:n]
+    lines = (0.9, 2.6, 23.0)
+    signal = coloured + sum(0.3 * np.sin(2.0 * np.pi * f * segment.time[:n]) for f in lines)
+    found = lines_beside_motion([signal], segment)
+    assert sorted(found) == pytest.approx(sorted(lines), abs=0.05)
+    assert lines_beside_motion([signal], segment, known=found) == ()
+    assert lines_beside_motion([coloured], segment) == ()
+    assert lines_beside_motion([signal[:400]], segment) == ()
