@@ -17,7 +17,7 @@ from friction_bayes.loop.candidate import SearchResult, in_catalogue_order
 from friction_bayes.loop.draws import candidate_draws
 from friction_bayes.loop.family import Family, FamilyDraws, Mixture, mixture_of
 from friction_bayes.loop.fit import LoopFit
-from friction_bayes.loop.forecast import FORECAST, forecast_error
+from friction_bayes.loop.forecast import forecast_records, held_out_error, with_forecasts
 from friction_bayes.loop.friction import (
     Distribution,
     dry_friction,
@@ -91,6 +91,7 @@ def assemble_report(
     if force_error is not None:
         residual["force"] = force_error
     left, traces = best.left(), best.traces()
+    forecasts = forecast_records(found.before), best.forecasts()
     reference = _compare_with_reference(after, before, reference_friction) or {}
     if check:
         reference["sampler"] = best.check(seed)
@@ -107,12 +108,7 @@ def assemble_report(
         friction_before=before.to_dict(),
         friction_after=after.to_dict(),
         dry_friction=dry_friction(after, _loss(traces[0], mixture, model), tolerance),
-        held_out_error={
-            "before": forecast_error(found.before),
-            **best.forecast(),
-            "unit": segment.decay.unit,
-            "what": FORECAST,
-        },
+        held_out_error=held_out_error(*forecasts, best.noise_floor(), segment.decay.unit),
         residual=residual,
         noise=best.noise(),
         paper_procedure=paper_procedure(found.fits[0], after, effects),
@@ -127,7 +123,7 @@ def assemble_report(
         elapsed_s=time.perf_counter() - started,
         seed=seed,
         trail=[step for family in families for step in family.trail],
-        traces=traces,
+        traces=with_forecasts(traces, *forecasts),
         posterior=_posterior(mixture, after, seed),
     )
 

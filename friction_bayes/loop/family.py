@@ -15,6 +15,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.draws import DRAWS
+from friction_bayes.loop.forecast import Forecast
 from friction_bayes.loop.residual_tests import ResidualTests
 from friction_bayes.loop.result import RecordTrace
 
@@ -114,8 +115,12 @@ class Family(Protocol):
         """Model, sd and correlation length of the sensor's noise."""
         ...
 
-    def forecast(self) -> dict[str, Any]:
-        """Error of the forecast of the most probable candidate, and the noise floor."""
+    def forecasts(self) -> tuple[Forecast, ...]:
+        """The rest of each record by the most probable candidate; empty where that cannot be forecast."""
+        ...
+
+    def noise_floor(self) -> float:
+        """Root mean square of what the most probable candidate leaves, in the unit of the signal."""
         ...
 
     def traces(self) -> tuple[RecordTrace, ...]:

@@ -11,7 +11,7 @@ import xarray as xr
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.strict_json import plain
 
-__all__ = ["FluctuationTrace", "LoopReport", "RecordTrace"]
+__all__ = ["FluctuationTrace", "ForecastTrace", "LoopReport", "RecordTrace"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,6 +38,28 @@ class FluctuationTrace:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class ForecastTrace:
+    """The last part of a moving record, as both models forecast it from the first part.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Seconds in the record.
+    signal, before, after : ndarray, shape (n,)
+        Measured, and forecast by the Coulomb model alone and by the final one.
+    sd : ndarray, shape (n,)
+        Of the final one's forecast: what the law leaves open, the random force from the last state on, and
+        the noise of the sensor.
+    """
+
+    time: Array
+    signal: Array
+    before: Array
+    after: Array
+    sd: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class RecordTrace:
     """One record, and what was made of it.
 
@@ -61,6 +83,8 @@ class RecordTrace:
         a measured force was given.
     fluctuation : FluctuationTrace or None
         The random force, where there is one.
+    forecast : ForecastTrace or None
+        Of the part held out; None where either model could not be fitted to the part before.
     """
 
     name: str
@@ -78,6 +102,7 @@ class RecordTrace:
     turning_points: Array
     forces: tuple[Array, ...] | None = None
     fluctuation: FluctuationTrace | None = None
+    forecast: ForecastTrace | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -109,7 +134,8 @@ class LoopReport:
         None where the most probable candidate was not weighed along the measured motion.
     left : dict
         What the law leaves that depends on the motion: ``structured_rms`` in the signal, its ``unit`` and
-        ``share_of_amplitude``, how far ``friction_could_shift_by`` it, and what it ``depends_on``.
+        ``share_of_amplitude``, how far ``friction_could_shift_by`` it, what it ``depends_on``, and the
+        ``shape`` that describes that best with the ``share`` of it that it takes.
     fitted : dict
         The part of the first record that was fitted: ``from_s``, ``to_s``, ``samples``, ``half_cycles`` and
         how many samples were ``set_aside``.

@@ -15,7 +15,7 @@ from friction_bayes.loop.draws import candidate_draws
 from friction_bayes.loop.effect_summaries import noise_parameters, parameter_summary, parameter_units
 from friction_bayes.loop.family import FamilyDraws
 from friction_bayes.loop.fit import LoopFit
-from friction_bayes.loop.forecast import forecast_error
+from friction_bayes.loop.forecast import Forecast, forecast_records
 from friction_bayes.loop.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.residual_tests import ResidualTests, residual_tests
 from friction_bayes.loop.result import RecordTrace
@@ -111,6 +111,8 @@ class SearchFamily:
             # where the tests fail, the draws carry the scatter that the residual shows
             "friction_could_shift_by": 0.0 if self.explains else float(self.draws.friction.std(ddof=1)),
             "depends_on": None,
+            "shape": None,
+            "share": None,
         }
 
     def check(self, seed: int) -> dict[str, Any]:
@@ -130,9 +132,11 @@ class SearchFamily:
             "step": segment.resolution,
         }
 
-    def forecast(self) -> dict[str, Any]:
-        noise = math.sqrt(float(np.mean([np.var(e) for e in self.best.free_residuals])))
-        return {"after": forecast_error(self.best), "noise_floor": noise}
+    def forecasts(self) -> tuple[Forecast, ...]:
+        return forecast_records(self.best)
+
+    def noise_floor(self) -> float:
+        return math.sqrt(float(np.mean([np.var(e) for e in self.best.free_residuals])))
 
     @property
     def fitted(self) -> tuple[int, int]:

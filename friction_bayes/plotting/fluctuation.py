@@ -20,7 +20,7 @@ _BAND = 1.645
 """Standard deviations on either side of a 90 % band."""
 
 
-def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None) -> Figure:
+def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None, shape: str | None = None) -> Figure:
     """Draw the random force of a record over time and against velocity, position and amplitude.
 
     Against position, the two directions of motion have a line each; against amplitude, the part against the
@@ -34,6 +34,8 @@ def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None) -> Figur
     depends_on : str, optional
         ``velocity``, ``position``, ``amplitude`` or ``time``: what the force was found to depend on, which is
         marked.
+    shape : str, optional
+        That describes it best.
 
     Returns
     -------
@@ -80,6 +82,8 @@ def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None) -> Figur
         panels["amplitude"].set_ylabel(f"against the motion [{found.unit}]")
         if depends_on is not None:
             caption(panels[depends_on], f"depends on the {depends_on}")
+        if shape is not None:
+            figure.suptitle(f"most like {shape}", x=0.99, ha="right", fontsize=9.0, color="#444444")
         for name, axes in panels.items():
             for level in (-found.friction, found.friction):
                 axes.axhline(level, color=ACCENT, lw=0.8, ls=(0, (4, 2)))

@@ -13,6 +13,7 @@ from friction_bayes.core.summary import TAILS
 from friction_bayes.core.text import percent, set_words
 from friction_bayes.loop.result import LoopReport
 from friction_bayes.plotting.fluctuation import plot_fluctuation
+from friction_bayes.plotting.forecast import plot_forecast
 from friction_bayes.plotting.loop_record import (
     draw_signal,
     plot_loop_force,
@@ -26,6 +27,7 @@ __all__ = [
     "loop_figures",
     "plot_candidates",
     "plot_fluctuation",
+    "plot_forecast",
     "plot_friction_between_records",
     "plot_loop",
     "plot_loop_force",
@@ -259,8 +261,12 @@ def loop_figures(report: LoopReport) -> dict[str, Figure]:
         figures[f"signal{suffix}"] = plot_loop_signal(trace)
         figures[f"residual{suffix}"] = plot_loop_residual(trace)
         figures[f"turning_points{suffix}"] = plot_turning_points(trace)
+        if trace.forecast is not None:
+            figures[f"forecast{suffix}"] = plot_forecast(trace)
         if trace.fluctuation is not None:
-            figures[f"fluctuation{suffix}"] = plot_fluctuation(trace, report.left["depends_on"])
+            figures[f"fluctuation{suffix}"] = plot_fluctuation(
+                trace, report.left["depends_on"], report.left["shape"]
+            )
         if trace.forces is not None:
             figures[f"force{suffix}"] = plot_loop_force(trace, unit=report.friction_after["unit"])
     return figures

@@ -19,6 +19,8 @@ _CAPTIONS = {
     "follows the motion is a missing effect; noise does not.",
     "turning_points": "Amplitude at the turning points, and its loss in each half cycle: constant for dry "
     "friction, a straight line for viscous damping, a parabola for drag.",
+    "forecast": "The last 30 % of the moving record, forecast by both models fitted to the part before, with "
+    "the predictive 90 % band of the final one; below, what is measured less what is forecast.",
     "fluctuation": "The force that the law does not explain, with its 90 % band: over time, and against "
     "velocity, position and amplitude with means in bins (bars: two standard errors). A random force follows "
     "none of them; a line that stays away from zero by more than its bars is an effect that the catalogue "

@@ -50,6 +50,9 @@ _CONTRADICTORY = 4.0
 _UNSEEN = 0.1
 """Probability that dry friction matters below which it is not seen, and its upper limit is told."""
 
+_LEAST_SHARE = 0.1
+"""Of what depends on the motion, below which a shape does not describe it."""
+
 Report = Mapping[str, Any]
 
 
@@ -81,7 +84,8 @@ def verdict_sentence(report: Report) -> str:
     on = report["left"]["depends_on"]
     if on:
         return (
-            f"The force that is left depends on the {on}{tests}: an effect that the catalogue lacks; "
+            f"The force that is left depends on the {on}{tests}: an effect that the catalogue lacks"
+            f"{_like(report['left'])}; "
             f"the closest candidate is {name}, which is not an explanation."
         )
     return (
@@ -256,11 +260,24 @@ def _left(report: Report) -> str:
         noise = "" if report["verdict"] != "unexplained" else ", yet it is no noise: see the tests that fail"
         return f"nothing that follows the motion{noise}"
     on = f"a force that depends on the {left['depends_on']}: " if left["depends_on"] else ""
-    return (
+    text = (
         f"{on}{number(left['structured_rms'], 2)} {left['unit']} of the signal "
         f"({number(100.0 * left['share_of_amplitude'], 2)} % of the amplitude); friction could shift by "
         f"{number(left['friction_could_shift_by'], 2)} {unit}"
     )
+    return f"{text}\n{_shape(left)}" if left["shape"] else text
+
+
+def _shape(left: Mapping[str, Any]) -> str:
+    share = percent(left["share"])
+    if left["share"] < _LEAST_SHARE:
+        return f"no simple shape describes it: the best of those tried, {left['shape']}, takes {share} of it"
+    return f"of the simple shapes tried, {left['shape']} describes it best: {share} of it"
+
+
+def _like(left: Mapping[str, Any]) -> str:
+    known = left["shape"] and left["share"] >= _LEAST_SHARE
+    return f", {percent(left['share'])} of it like {left['shape']}" if known else ""
 
 
 def paper_words(procedure: Mapping[str, Any]) -> str:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from friction_bayes.loop.result import FluctuationTrace, LoopReport, RecordTrace
+from friction_bayes.loop.result import FluctuationTrace, ForecastTrace, LoopReport, RecordTrace
 
 
 def summary(mean: float, sd: float, unit: str = "N") -> dict[str, object]:
@@ -22,12 +22,13 @@ def trace(rng: np.random.Generator, name: str = "a record", noise_sd: float = 1e
     sign = (-1.0) ** np.arange(20)
     after = np.interp(time, turns, size) * np.cos(10.0 * time)
     before = np.interp(time, turns, line) * np.cos(10.0 * time)
+    signal = after + rng.normal(0.0, noise_sd, time.size)
     return RecordTrace(
         name=name,
         unit="m",
         quantity="displacement",
         time=time,
-        signal=after + rng.normal(0.0, noise_sd, time.size),
+        signal=signal,
         before=before,
         after=after,
         sides=np.zeros(time.size),
@@ -43,6 +44,13 @@ def trace(rng: np.random.Generator, name: str = "a record", noise_sd: float = 1e
             velocity=np.gradient(after, time),
             friction=0.5,
             unit="N",
+        ),
+        forecast=ForecastTrace(
+            time=time[420:],
+            signal=signal[420:],
+            before=before[420:],
+            after=after[420:],
+            sd=np.full(180, noise_sd),
         ),
     )
 
@@ -117,6 +125,8 @@ def loop_report(rng: np.random.Generator) -> LoopReport:
             "share_of_amplitude": 5e-4,
             "friction_could_shift_by": 0.01,
             "depends_on": None,
+            "shape": None,
+            "share": None,
         },
         fitted={"from_s": 0.0, "to_s": 6.0, "samples": 600, "half_cycles": 19, "set_aside": 0},
         next_experiment="Add a record released from half the amplitude.",

@@ -14,6 +14,7 @@ from friction_bayes.loop.candidate import INCLUSION
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.effect_summaries import parameter_summary, parameter_units
 from friction_bayes.loop.family import FamilyDraws
+from friction_bayes.loop.forecast import Forecast
 from friction_bayes.loop.friction import friction_scale
 from friction_bayes.loop.noise import LEAST_NOISE
 from friction_bayes.loop.parameters import LOG_FREQUENCY_RATIO
@@ -219,7 +220,7 @@ class ForceFamily:
             "structured_rms": rms,
             "share_of_amplitude": rms / (float(np.max(np.abs(fit.path.x))) * fit.unit),
             "friction_could_shift_by": 0.0 if worst is None else worst.friction * fit.law.unit_force,
-            "depends_on": None if worst is None else worst.on,
+            **self.tests.to_left(),
         }
 
     def check(self, seed: int) -> dict[str, Any]:
@@ -243,13 +244,12 @@ class ForceFamily:
         step = fit.segment.resolution
         return {"model": "white", "order": 0, "sd": sd, "correlation_length_s": 0.0, "step": step}
 
-    def forecast(self) -> dict[str, Any]:
+    def forecasts(self) -> tuple[Forecast, ...]:
         predicted = forecast(self.fit, self._rng_forecast)
-        return {
-            "after": None if predicted is None else predicted.rms,
-            "noise_floor": self.tests.rms,
-            "inside90": None if predicted is None else predicted.inside90,
-        }
+        return () if predicted is None else (predicted,)
+
+    def noise_floor(self) -> float:
+        return self.tests.rms
 
     @property
     def fitted(self) -> tuple[int, int]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.estimators.random_force.law_regression import frequency_change
 from friction_bayes.estimators.random_force.transition import discretise
 from friction_bayes.estimators.random_force.whitening import smooth
-from friction_bayes.loop.forecast import FITTED_SHARE
+from friction_bayes.loop.forecast import FITTED_SHARE, Forecast
 from friction_bayes.loop.model import LoopModel, changes_signal
 from friction_bayes.loop.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.random_force.draws import LawDraws, law_draws
@@ -20,28 +19,10 @@ from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
-__all__ = ["Forecast", "forecast"]
+__all__ = ["forecast"]
 
 _DRAWS = 40
 """Laws that are simulated: their scatter adds to a band that the random force makes for the most part."""
-_NORMAL90 = 1.6448536269514722
-"""Half width of the central 90 % of a normal, in standard deviations."""
-
-
-@dataclass(frozen=True, eq=False)
-class Forecast:
-    """A predicted rest of a record.
-
-    Attributes
-    ----------
-    rms : float
-        Root mean square error, unit of the signal.
-    inside90 : float
-        Share of the samples within the predictive 90 % band.
-    """
-
-    rms: float
-    inside90: float
 
 
 def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
@@ -74,12 +55,14 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
         # the rate over the unit of phase, in which the jitter is given
         noise = noise * np.hypot(1.0, first.jitter.ratio / first.unit * np.gradient(middle, first.w0 * time))
     sd = np.sqrt(laws.var(axis=0) + variances[which[finite]].mean(axis=0) + noise**2)
-    used = segment.sides[head : segment.moving] == 0.0
-    error = (segment.values[head : segment.moving] - middle[1:])[used]
-    if error.size == 0:
-        return None
-    reach = _NORMAL90 * sd[1:][used]
-    return Forecast(rms=float(np.sqrt(np.mean(error**2))), inside90=float(np.mean(np.abs(error) <= reach)))
+    rest = slice(head, segment.moving)
+    return Forecast(
+        time=segment.decay.start_time + segment.time[rest],
+        signal=segment.values[rest],
+        mean=middle[1:],
+        sd=sd[1:],
+        free=segment.sides[rest] == 0.0,
+    )
 
 
 def _last_states(draws: LawDraws, points: Integers, which: Integers) -> tuple[Array, Array]:

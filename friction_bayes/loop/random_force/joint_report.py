@@ -15,6 +15,7 @@ from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.loop.assemble import frequency_summary
 from friction_bayes.loop.candidate import SearchResult, in_catalogue_order
 from friction_bayes.loop.draws import DRAWS
+from friction_bayes.loop.forecast import Forecast, forecast_errors
 from friction_bayes.loop.friction import Distribution, dry_friction, friction_of_loss, friction_scale
 from friction_bayes.loop.noise import LEAST_NOISE
 from friction_bayes.loop.paper_procedure import paper_procedure
@@ -74,7 +75,7 @@ def joint_report(
     best = np.asarray(which == 0)
     effects = in_catalogue_order(sets[0])
     first = fit.fits[0]
-    predicted = forecast(first, rng)
+    predicted = [forecast(one, rng) for one in fit.fits]
     together = _of_all(tests)
     explains = not any(
         left.matters(tolerance, one.comparable_friction(draws.friction))
@@ -104,11 +105,8 @@ def joint_report(
             after, factor * friction_of_loss(first.path.turning_x) * first.law.unit_force, tolerance
         ),
         held_out_error=report.held_out_error
-        | {
-            "after": None if predicted is None else predicted.rms,
-            "noise_floor": tests[0].rms,
-            "inside90": None if predicted is None else predicted.inside90,
-        },
+        | forecast_errors([one for one in predicted if one is not None])
+        | {"noise_floor": tests[0].rms},
         residual=report.residual | {"after": together.to_dict()},
         noise=report.noise | {"model": "white", "order": 0, "sd": _noise(first), "correlation_length_s": 0.0},
         paper_procedure=paper_procedure(found.fits[0], after, effects),
@@ -121,7 +119,7 @@ def joint_report(
             "structured_rms": structured,
             "share_of_amplitude": structured / (float(np.max(np.abs(first.path.x))) * first.unit),
             "friction_could_shift_by": factor * shift,
-            "depends_on": None if worst.worst is None else worst.worst.on,
+            **worst.to_left(),
         },
         fitted=report.fitted
         | {
@@ -138,8 +136,8 @@ def joint_report(
             f"{len(fit.fits)} records together",
         ],
         traces=tuple(
-            _trace(trace, one, own, factor, unit)
-            for trace, one, own in zip(report.traces, fit.fits, draws.records, strict=True)
+            _trace(trace, one, own, ahead, factor, unit)
+            for trace, one, own, ahead in zip(report.traces, fit.fits, draws.records, predicted, strict=True)
         ),
         posterior=_posterior(fit, draws, parameters, best, which, after, report.seed),
         friction_between_records=_between(fit, draws, scale, factor, unit, rng),
@@ -276,8 +274,10 @@ def _reference(check: dict[str, Any] | None, after: Distribution) -> dict[str, A
     }
 
 
-def _trace(trace: RecordTrace, fit: ForceFit, draws: LawDraws, factor: float, unit: str) -> RecordTrace:
-    """A record with its smoothed motion and its fluctuation."""
+def _trace(
+    trace: RecordTrace, fit: ForceFit, draws: LawDraws, ahead: Forecast | None, factor: float, unit: str
+) -> RecordTrace:
+    """A record with its smoothed motion, its fluctuation and the forecast of its last part."""
     segment, n, turns = fit.segment, fit.samples, fit.path.turning / fit.w0
     scale = factor * fit.law.unit_force
     return replace(
@@ -298,6 +298,9 @@ def _trace(trace: RecordTrace, fit: ForceFit, draws: LawDraws, factor: float, un
             friction=factor * float(np.median(draws.friction)),
             unit=unit,
         ),
+        forecast=None
+        if trace.forecast is None or ahead is None
+        else replace(trace.forecast, after=ahead.mean, sd=ahead.sd),
     )
 
 

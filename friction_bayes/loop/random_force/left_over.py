@@ -9,16 +9,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy import stats
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
-from friction_bayes.estimators.random_force.response import at_sensor, force_response
-from friction_bayes.estimators.random_force.whitening import whiten
+from friction_bayes.loop.random_force.beside_law import beside_law
 from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.random_force.shapes import Shape, best_shape
 from friction_bayes.loop.residual_tests import Channel, ResidualTests, largest_line
 
 __all__ = ["Dependence", "LeftOver", "what_is_left"]
@@ -26,8 +27,6 @@ __all__ = ["Dependence", "LeftOver", "what_is_left"]
 _BINS = 10
 _TIME_BINS = 8
 _FAR = 4.0
-_LEAST_SHARE = 0.05
-"""Share of a binned force, whitened, that the law must leave for it to test anything."""
 _BAND = (0.5, 1.5)
 """Frequencies over that of the motion between which the record tells friction."""
 
@@ -66,10 +65,13 @@ class LeftOver(ResidualTests):
     dependences : tuple of Dependence
     near_motion : float
         Standard deviation of the innovations near the frequency of the motion, over the model's.
+    shape : Shape or None
+        That describes the worst dependence best; None where there is none.
     """
 
     dependences: tuple[Dependence, ...]
     near_motion: float
+    shape: Shape | None = None
 
     @property
     def worst(self) -> Dependence | None:
@@ -90,6 +92,14 @@ class LeftOver(ResidualTests):
         coloured = "whiteness" in self.failed or "spectrum" in self.failed
         return coloured and self.near_motion > 1.0 + tolerance
 
+    def to_left(self) -> dict[str, Any]:
+        """What the report says of the worst dependence: ``depends_on``, ``shape`` and its ``share``."""
+        return {
+            "depends_on": None if self.worst is None else self.worst.on,
+            "shape": None if self.shape is None else self.shape.name,
+            "share": None if self.shape is None else self.shape.share,
+        }
+
 
 def what_is_left(fit: ForceFit) -> LeftOver:
     """Test what the best law and its random force leave."""
@@ -103,13 +113,15 @@ def what_is_left(fit: ForceFit) -> LeftOver:
         Channel("spectrum", line, 2, line_p),
         Channel("tails", float(far), x.size, float(stats.binom.sf(far - 1, x.size, expected))),
     ]
-    dependences = tuple(_dependence(fit, on, bins) for on, bins in _binned_forces(fit))
-    return LeftOver(
+    binned = dict(_binned_forces(fit))
+    dependences = tuple(_dependence(fit, on, bins) for on, bins in binned.items())
+    left = LeftOver(
         channels=(*channels, *(d.channel for d in dependences)),
         dependences=dependences,
         near_motion=_near_motion(fit, x),
         rms=float(fit.posterior.best.noise * fit.unit * np.sqrt(np.mean(x**2))),
     )
+    return left if left.worst is None else replace(left, shape=best_shape(fit, binned[left.worst.on]))
 
 
 def _near_motion(fit: ForceFit, innovations: Array) -> float:
@@ -142,34 +154,12 @@ def _indicator(values: Array, bins: int) -> Array:
 
 def _dependence(fit: ForceFit, on: str, forces: Array) -> Dependence:
     best = fit.posterior.best
-    law = np.flatnonzero(fit.sets.columns[fit.chosen])
-    answered = at_sensor(force_response(fit.path, forces), fit.row)
-    if fit.row[2]:
-        # the force itself at the samples: the mean over the nodes of the interval before
-        at_samples = np.zeros((fit.path.phase.size, forces.shape[1]))
-        np.add.at(at_samples, fit.path.interval + 1, forces * fit.path.node_weight[:, None])
-        at_samples[1:] /= np.diff(fit.path.phase)[:, None]
-        answered = answered + fit.row[2] * at_samples
-    block = np.column_stack([fit.law.sensor[:, law] * fit.law.scale[law], answered, fit.residual])
-    gram = whiten(block, fit.clock, fit.row, best.ratio, best.tau).gram / best.noise**2
-    p = law.size
-    known = gram[:p, :p] + np.eye(p)
-    shared = np.linalg.solve(known, gram[:p, p:])
-    rest = gram[p:, p:] - gram[:p, p:].T @ shared
-    own, score = rest[:-1, :-1], rest[:-1, -1]
-    norm = np.sqrt(np.maximum(np.diag(gram)[p:-1], 1e-300))
-    values, vectors = np.linalg.eigh(own / np.outer(norm, norm))
-    kept = values > _LEAST_SHARE
-    b = vectors[:, kept].T @ (score / norm)
-    statistic, degrees = float(np.sum(b * b / values[kept])), int(kept.sum())
+    found = beside_law(fit, forces).test(slice(None))
+    statistic, degrees, coefficients = found.statistic, found.degrees, found.coefficients
     channel = Channel(f"force_by_{on}", statistic, degrees, float(stats.chi2.sf(statistic, max(degrees, 1))))
-    # least squares of the bins that can be told from the law, and its variance
-    basis = vectors[:, kept] / norm[:, None]
-    coefficients = basis @ (b / values[kept])
-    covariance = basis @ np.diag(1.0 / values[kept]) @ basis.T
     share = fit.path.node_weight / fit.path.node_weight.sum()
     weighted = forces.T @ (forces * share[:, None])
-    square = float(coefficients @ weighted @ coefficients - np.sum(weighted * covariance))
+    square = float(coefficients @ weighted @ coefficients - np.sum(weighted * found.covariance))
     signal = best.noise * fit.unit * math.sqrt(max(statistic - degrees, 0.0) / fit.samples)
     power = float((share * fit.path.node_v) @ (forces @ coefficients))
     friction = abs(power) / float(share @ np.abs(fit.path.node_v))

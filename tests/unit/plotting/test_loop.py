@@ -14,6 +14,7 @@ from friction_bayes.plotting.loop import (
     loop_figures,
     plot_candidates,
     plot_fluctuation,
+    plot_forecast,
     plot_loop,
     plot_loop_friction,
     plot_loop_residual,
@@ -159,11 +160,27 @@ def test_measured_force(loop_report: LoopReport) -> None:
 
 def test_all_figures_by_name(loop_report: LoopReport) -> None:
     record = loop_report.traces[0]
-    one = {"overview", "candidates", "friction", "signal", "residual", "turning_points", "fluctuation"}
+    one = {"overview", "candidates", "friction", "signal", "residual", "turning_points", "forecast"}
+    one |= {"fluctuation"}
     assert set(loop_figures(loop_report)) == one
     two = loop_figures(replace(loop_report, traces=(record, replace(record, name="another"))))
     assert {"signal_1", "residual_2", "turning_points_2"} <= set(two)
     assert "another" in texts(two["signal_2"])
+
+
+def test_the_held_out_part_is_drawn_with_its_band(loop_report: LoopReport) -> None:
+    record = loop_report.traces[0]
+    ahead = record.forecast
+    assert ahead is not None
+    upper, lower = plot_forecast(record).axes
+    drawn = [np.asarray(line.get_ydata()) for line in upper.lines]
+    for ours, theirs in zip(drawn, (ahead.signal, ahead.before, ahead.after), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    corners = lower.collections[0].get_paths()[0].vertices
+    assert np.max(corners[:, 1]) == pytest.approx(1.645 * ahead.sd[0])
+    np.testing.assert_array_equal(lower.lines[1].get_ydata(), ahead.signal - ahead.after)
+    without = replace(loop_report, traces=(replace(record, forecast=None),))
+    assert "forecast" not in loop_figures(without)
 
 
 def test_the_force_left_is_drawn_against_all_it_may_depend_on(loop_report: LoopReport) -> None:

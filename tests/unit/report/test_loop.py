@@ -184,10 +184,16 @@ def test_story_has_every_line(loop_report: LoopReport) -> None:
 
 
 def test_a_force_that_follows_the_motion_is_named(loop_report: LoopReport) -> None:
-    left = loop_report.left | {"depends_on": "position"}
+    left = loop_report.left | {"depends_on": "position", "shape": "a bump in the middle", "share": 0.71}
     report = replace(loop_report, verdict="unexplained", left=left).to_dict()
     assert "depends on the position" in verdict_sentence(report)
-    assert dict(loop_story(report))["left over"].startswith("a force that depends on the position")
+    assert "71.0 % of it like a bump in the middle" in verdict_sentence(report)
+    told = dict(loop_story(report))["left over"]
+    assert told.startswith("a force that depends on the position")
+    assert told.endswith("a bump in the middle describes it best: 71.0 % of it")
+    report = replace(loop_report, verdict="unexplained", left=left | {"share": 0.02}).to_dict()
+    assert "like a bump" not in verdict_sentence(report)
+    assert "no simple shape describes it" in dict(loop_story(report))["left over"]
 
 
 def test_story_of_what_could_not_be_had(loop_report: LoopReport) -> None:

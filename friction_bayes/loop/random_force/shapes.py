@@ -1,0 +1,88 @@
+"""The shape of a force that a law leaves: which simple form describes best how it follows the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.loop.random_force.beside_law import beside_law
+from friction_bayes.loop.random_force.fit import ForceFit
+
+__all__ = ["Shape", "best_shape"]
+
+_LENGTHS = (0.01, 0.03, 0.1, 0.3)
+"""Over the median amplitude: how far after a turning point a pulse reaches."""
+_PLACES = np.linspace(-0.9, 0.9, 13)
+_WIDTH = 0.1
+"""Place and width of a bump over the largest displacement."""
+
+
+class Shape(NamedTuple):
+    """A simple form of a force.
+
+    Attributes
+    ----------
+    name : str
+        In words, with an article.
+    share : float
+        Of what depends on the motion, in chi-square beyond its expectation, that the form takes; 0 to 1.
+    """
+
+    name: str
+    share: float
+
+
+def best_shape(fit: ForceFit, binned: Array) -> Shape:
+    """Find the form that, as a part of the law, leaves least of a binned force.
+
+    Parameters
+    ----------
+    fit : ForceFit
+    binned : ndarray, shape (nodes, f)
+        The binned force that the law was found to leave.
+    """
+    names, columns = zip(*_shapes(fit.path), strict=True)
+    bins = slice(0, binned.shape[1])
+    beside = beside_law(fit, np.column_stack([binned, *columns]))
+    whole = beside.test(bins)
+    excess = max(whole.statistic - whole.degrees, 1e-300)
+    found = []
+    for j, name in enumerate(names, start=binned.shape[1]):
+        taken = beside.with_law(j)
+        if taken is None:
+            continue
+        rest = taken.test(bins)
+        found.append(Shape(name, min(max(1.0 - (rest.statistic - rest.degrees) / excess, 0.0), 1.0)))
+    return max(found, key=lambda shape: shape.share)
+
+
+def _shapes(path: MeasuredPath) -> Iterator[tuple[str, Array]]:
+    """Name and force at the nodes of the path; one name may have several places or lengths."""
+    sign, v = path.direction, path.node_v
+    x = path.node_x - np.mean(0.5 * (path.turning_x[1:] + path.turning_x[:-1]))
+    turns = np.abs(path.turning_x - np.mean(0.5 * (path.turning_x[1:] + path.turning_x[:-1])))
+    yield "dry friction", sign
+    yield "a force proportional to the velocity", v
+    yield "a force proportional to the square of the velocity", np.abs(v) * v
+    yield "a force proportional to the displacement", x
+    yield "friction proportional to the displacement", sign * x
+    yield "friction proportional to the distance from the middle", sign * np.abs(x)
+    yield "friction proportional to the amplitude", sign * np.interp(path.node_phase, path.turning, turns)
+    yield "friction that changes steadily with time", sign * path.node_phase
+    before = np.searchsorted(path.turning, path.node_phase, side="right") - 1
+    travelled = np.where(before < 0, np.inf, np.abs(path.node_x - path.turning_x[np.maximum(before, 0)]))
+    for length in _LENGTHS:
+        yield "a pulse after each turning point", sign * np.exp(-travelled / (length * np.median(turns)))
+    reach = float(np.max(np.abs(x)))
+    for place in _PLACES:
+        bump = np.exp(-0.5 * ((x / reach - place) / _WIDTH) ** 2)
+        yield f"a bump {_where(place)}", bump
+        yield f"friction that is larger {_where(place)}", sign * bump
+
+
+def _where(place: float) -> str:
+    return "in the middle" if abs(place) < _WIDTH else f"at {place:+.2f} of the largest displacement"
