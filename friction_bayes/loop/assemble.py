@@ -60,7 +60,7 @@ def assemble_report(
     found : SearchResult
         What the search found: the Coulomb model alone comes from it.
     families : sequence of Family
-        All candidates; those of the search first.
+        All candidates; those of the search first. One that is left without any has nothing but its trail.
     rng : numpy.random.Generator
     seed : int
         That the generators come from.
@@ -76,6 +76,8 @@ def assemble_report(
         Share of the loss of amplitude from which on dry friction matters.
     """
     rng_mixture, rng_before, rng_after = rng.spawn(3)
+    trail = [step for family in families for step in family.trail]
+    families = [family for family in families if family.sets]
     mixture = mixture_of(families, rng_mixture)
     best, model = mixture.best, found.before.model
     segment = model.segments[0]
@@ -122,7 +124,7 @@ def assemble_report(
         reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
         seed=seed,
-        trail=[step for family in families for step in family.trail],
+        trail=trail,
         traces=with_forecasts(traces, *forecasts),
         posterior=_posterior(mixture, after, seed),
     )

@@ -23,11 +23,11 @@ from friction_bayes.loop.parameters import Coordinate
 from friction_bayes.loop.truncated_normal import log_interval_probability
 from friction_bayes.mechanics.effects import EFFECTS
 
-__all__ = ["Approximation", "Expansion", "is_identifiable"]
+__all__ = ["LEAST_INFORMATION", "Approximation", "Expansion", "is_identifiable"]
 
 _SHAPES = 2
 """Shapes of an effect, of those tried, that go on into combinations."""
-_LEAST_INFORMATION = 0.3
+LEAST_INFORMATION = 0.3
 """Information of the samples on an effect, over that of its prior, below which it is not weighed."""
 _LEAST_SHARE = 1e-4
 """A residual is not promised to fall below this share of its sum of squares."""
@@ -147,7 +147,7 @@ class Expansion:
         cross = gram[always, shape.columns]
         absorbed = np.linalg.solve(self._fit.precision[np.ix_(always, always)], cross)
         left = gram[shape.columns, shape.columns] - cross.T @ absorbed
-        return bool(np.any(np.diag(left) > _LEAST_INFORMATION * self._problem.precision[shape.columns]))
+        return bool(np.any(np.diag(left) > LEAST_INFORMATION * self._problem.precision[shape.columns]))
 
     def _solve(self, names: Names, shapes: Sequence[Linearised]) -> _Solution:
         """Posterior of a set whose new effects have these shapes."""
@@ -228,6 +228,6 @@ def is_identifiable(fit: LoopFit) -> bool:
 def _all_identified(variances: Sequence[tuple[Coordinate, float]]) -> bool:
     """Whether of each effect some parameter is known better than by its prior alone."""
     identified = {
-        c.effect for c, variance in variances if 1.0 / variance > (1.0 + _LEAST_INFORMATION) * c.precision
+        c.effect for c, variance in variances if 1.0 / variance > (1.0 + LEAST_INFORMATION) * c.precision
     }
     return {c.effect for c, _ in variances} <= identified

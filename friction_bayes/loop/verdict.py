@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["CREDIBLE_MASS", "credible_candidates", "credible_count", "verdict"]
 
@@ -41,7 +40,4 @@ def verdict(sets: Sequence[frozenset[str]], probabilities: Array, is_noise: bool
         return "unexplained"
     if not sets[0]:
         return "adequate"
-    # a random force is no rival of the law that it comes beside
-    law = sets[0] - {RANDOM_FORCE.name}
-    held = float(np.sum(probabilities[[names - {RANDOM_FORCE.name} == law for names in sets]]))
-    return "explained" if held >= CREDIBLE_MASS else "ambiguous"
+    return "explained" if probabilities[0] >= CREDIBLE_MASS else "ambiguous"

@@ -133,9 +133,10 @@ def simulate(
         raise InputError("bits", f"{bits} bits without a range", "give sensor_range too")
     values = parse_effects(effects)
     for effect in (effect_named(name) for name in values):
-        if isinstance(effect, SensorEffect) and effect.quantity not in (None, kind.name):
+        if isinstance(effect, SensorEffect) and not effect.is_of(kind.name):
+            others = " or ".join(effect.quantities)
             raise InputError(
-                f"effect {effect.name}", f"is none of a sensor of {kind.name}", f"measure {effect.quantity}"
+                f"effect {effect.name}", f"is none of a sensor of {kind.name}", f"measure {others}"
             )
     contaminations = [name for name in values if isinstance(effect_named(name), NoiseEffect)]
     if seed is None and (noise_sd > 0.0 or contaminations or RANDOM_FORCE.name in values):

@@ -69,12 +69,12 @@ def verdict_sentence(report: Report) -> str:
     if report["verdict"] == "adequate":
         return "Coulomb friction alone explains the record: what is left is noise."
     if report["verdict"] == "explained":
-        law = set(best["effects"]) - {"random_force"}
-        same = [c for c in report["candidates"] if set(c["effects"]) - {"random_force"} == law]
-        share = percent(sum(c["probability"] for c in same))
         return f"Coulomb friction with {name} explains the record ({share}): what is left is noise."
     if report["verdict"] == "ambiguous":
         credible = credible_candidates(report["candidates"])
+        law = set(best["effects"]) - {"random_force"}
+        if all(set(c["effects"]) - {"random_force"} == law for c in credible):
+            return _with_or_without_random_force(credible)
         tied = [f"{set_words(c['effects'])} ({percent(c['probability'])})" for c in credible]
         if len(tied) > _MOST_NAMED:
             tied = [*tied[:_MOST_NAMED], f"{len(tied) - _MOST_NAMED} more"]
@@ -91,6 +91,18 @@ def verdict_sentence(report: Report) -> str:
     return (
         f"What is left of the record is neither noise nor an effect of the catalogue{tests}; "
         f"the closest candidate is {name}, which is not an explanation."
+    )
+
+
+def _with_or_without_random_force(credible: Sequence[Report]) -> str:
+    """Of two candidates that are one law, with a random force beside it and without."""
+    (with_one,) = (c for c in credible if "random_force" in c["effects"])
+    (without,) = (c for c in credible if "random_force" not in c["effects"])
+    law = f" with {set_words(without['effects'])}" if without["effects"] else ""
+    does, does_not = (percent(c["probability"]) for c in (with_one, without))
+    return (
+        f"Coulomb friction{law} explains the record. Whether the force fluctuates besides, it cannot tell "
+        f"({does} that it does, {does_not} that it does not): a longer record or a further release would."
     )
 
 

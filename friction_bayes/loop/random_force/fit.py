@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import logsumexp
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
@@ -159,6 +159,20 @@ class ForceFit:
         logs = np.array([logsumexp(point.found.log_weight) + point.log_volume for point in points])
         force = self.posterior.ratio > 0.0
         return float(logsumexp(logs[force]) - logsumexp(logs[~force])) if force.any() else -math.inf
+
+    def among(self, cells: Mask) -> ForceFit:
+        """The same given that the truth is at some of the points and sets, ``cells`` of shape (g, m)."""
+        points = [
+            replace(
+                point, found=point.found._replace(log_weight=np.where(mine, point.found.log_weight, -np.inf))
+            )
+            for point, mine in zip(self.posterior.points, cells, strict=True)
+            if mine.any()
+        ]
+        posterior = Posterior(self.posterior.problem, points)
+        coefficients = posterior.best_law()
+        motion = self.regression.smoothed(coefficients, posterior.best)
+        return replace(self, posterior=posterior, coefficients=coefficients, motion=motion)
 
     @property
     def innovations(self) -> Array:

@@ -10,9 +10,11 @@ import numpy as np
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.text import percent
 from friction_bayes.loop.candidate import INCLUSION
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.effect_summaries import parameter_summary, parameter_units
+from friction_bayes.loop.expansion import LEAST_INFORMATION
 from friction_bayes.loop.family import FamilyDraws
 from friction_bayes.loop.forecast import Forecast
 from friction_bayes.loop.friction import friction_scale
@@ -33,13 +35,19 @@ from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
-__all__ = ["ForceFamily", "force_family"]
+__all__ = ["LEAST_COUNTED", "ForceFamily", "force_family"]
 
 _LEAST = 1e-12
 """Posterior probability of a set at a point of the grid that counts."""
 _LARGEST_SHARE = 1.5
 """Sd of a random force, over the friction that alone would explain the loss of amplitude, above which it is
 no fluctuation but stands for the unknown."""
+LEAST_COUNTED = 0.05
+"""Probability of an effect that the search does not try below which no candidate has it.
+
+So little can neither keep a law from 95 % nor move friction's interval noticeably; but several effects at a
+few per cent each, which a record that says little of them leaves them, would keep any law from that.
+"""
 
 
 def force_family(
@@ -50,15 +58,14 @@ def force_family(
     Returns
     -------
     ForceFamily or None
-        None where that cannot be done, or the force comes out larger than what the loss of amplitude could be
-        friction of: its prior ends there.
+        None where that cannot be done.
     """
     found, white = search.found, search.found.white
     silent = white.noises[0].sd <= LEAST_NOISE * white.model.scales.signal
     if silent or SENSOR_CLIPPING.name in found.sets[0]:
         return None
     fit = fit_random_force(white.model.segments[0], white.model.system, allowed)
-    if fit is None or fit.share_of_loss > _LARGEST_SHARE:
+    if fit is None:
         return None
     return ForceFamily(search, fit, allowed, tolerance, rng)
 
@@ -66,8 +73,9 @@ def force_family(
 class ForceFamily:
     """Candidates weighed along the measured motion (see :class:`friction_bayes.loop.family.Family`).
 
-    All have a random force, except where the search leaves more than noise, or the sample times jitter: there
-    those without one, but with an effect which the search does not try, are candidates too.
+    All have an effect that the search does not try: a random force, or one that only the regression knows.
+    What is improbable of these (see :data:`LEAST_COUNTED`) is left out, so that there may be no candidate at
+    all. No random force is larger than what the loss of amplitude could be friction of: its prior ends there.
 
     Parameters
     ----------
@@ -93,7 +101,6 @@ class ForceFamily:
         self.found, self.fit = search.found, fit
         self._tolerance = tolerance
         self._rng_draws, self._rng_forecast = rng.spawn(2)
-        self._search_explains = search.explains
         # the regression normalises the prior over its own sets
         none = logsumexp(fit.sets.log_prior[[not names for names in fit.sets.effects]])
         others = len(set(allowed) - {RANDOM_FORCE.name}) * math.log1p(-INCLUSION)
@@ -101,14 +108,17 @@ class ForceFamily:
         # the weights are shared out to jitter and none, while the scale is that of none
         jitters = 0.0 if fit.jitter is None else float(np.logaddexp(0.0, fit.jitter.log_odds))
         shift = fit.posterior.log_evidence + scale + jitters
-        sums: dict[frozenset[str], float] = {}
-        for jitter, share in self._shares.items():
-            weight = share * fit.posterior.weight
-            for g, m in np.argwhere(weight > _LEAST):
-                names = self._names(g, m, jitter)
-                sums[names] = sums.get(names, 0.0) + float(weight[g, m])
+        self._weights = self._weighed_here()
+        sums = self._sums()
+        total = np.logaddexp.reduce([*search.log_weights, *(shift + np.log([*sums.values()]))])
+        own = (name for name in allowed if name not in self.found.allowed)
+        probability = {
+            name: sum(math.exp(math.log(w) + shift - total) for names, w in sums.items() if name in names)
+            for name in own
+        }
+        self._leave_out({name for name, p in probability.items() if p < LEAST_COUNTED})
         ranked = sorted(
-            ((math.log(weight) + shift, names) for names, weight in sums.items()),
+            ((math.log(weight) + shift, names) for names, weight in self._sums().items()),
             key=lambda pair: -pair[0],
         )
         self.sets = tuple(names for _, names in ranked)
@@ -118,25 +128,52 @@ class ForceFamily:
             f"along the measured motion: {len(fit.sets.effects)} sets of effects weighed with and without "
             f"a random force, log evidence {fit.log_gain:+.1f} with it"
             + (f"; lines of interference that may be there: {lines} Hz" if lines else ""),
+            *(
+                f"{name} has a probability of {percent(p)}: left out"
+                for name, p in probability.items()
+                if 0.0 < p < LEAST_COUNTED
+            ),
         )
 
-    @cached_property
-    def _shares(self) -> dict[bool, Array]:
-        """Probability of jitter of the sample times, and of none, shape (g, m); zero where not weighed here.
+    def _weighed_here(self) -> dict[bool, Array]:
+        """Posterior of points and sets with jitter of the sample times, and without, shape (g, m).
 
-        It is weighed by itself: what the noise grows with tells the sets of effects nothing.
+        Zero where the search has the candidate. Jitter is weighed by itself: what the noise grows with tells
+        the sets of effects nothing.
         """
-        fit, jitter, tried = self.fit, self.fit.jitter, set(self.found.allowed)
+        fit, tried, nothing = self.fit, set(self.found.allowed), _unknowable(self.fit)
         forced = (fit.posterior.ratio > 0.0)[:, None]
-        beyond = np.array([not names <= tried for names in fit.sets.effects])
-        if self._search_explains:
-            beyond = np.zeros_like(beyond)
-        probability = 0.0 if jitter is None else jitter.probability
-        shares = {False: (1.0 - probability) * (forced | beyond)}
-        if jitter is not None:
-            here = forced | jitter.found | (not self._search_explains)
-            shares[True] = probability * (here & np.ones_like(beyond))
-        return shares
+        own = forced | np.array([not names <= tried for names in fit.sets.effects])
+        known = np.array([not names & nothing for names in fit.sets.effects])
+        if fit.share_of_loss > _LARGEST_SHARE:
+            known = known & ~forced
+        jitter = 0.0 if fit.jitter is None else fit.jitter.probability
+        weight = fit.posterior.weight
+        return {False: (1.0 - jitter) * (own & known) * weight, True: jitter * known * weight}
+
+    def _sums(self) -> dict[frozenset[str], float]:
+        """Posterior probability of each set of effects, of all that the regression weighs."""
+        sums: dict[frozenset[str], float] = {}
+        for jitter, weight in self._weights.items():
+            for g, m in np.argwhere(weight > _LEAST * self._total.sum()):
+                names = self._names(g, m, jitter)
+                sums[names] = sums.get(names, 0.0) + float(weight[g, m])
+        return sums
+
+    @property
+    def _total(self) -> Array:
+        """Posterior of points and sets, shape (g, m)."""
+        return self._weights[False] + self._weights[True]
+
+    def _leave_out(self, effects: set[str]) -> None:
+        """Leave out the candidates that have any of these."""
+        fit = self.fit
+        kept = np.array([not names & effects for names in fit.sets.effects])
+        if RANDOM_FORCE.name in effects:
+            kept = kept & (fit.posterior.ratio == 0.0)[:, None]
+        self._weights = {jitter: kept * weight for jitter, weight in self._weights.items()}
+        if TIMING_JITTER.name in effects:
+            self._weights[True] = np.zeros_like(self._weights[True])
 
     def _names(self, g: int, m: int, jitter: bool) -> frozenset[str]:
         """Effects of a set at a point of the grid."""
@@ -145,15 +182,27 @@ class ForceFamily:
 
     @cached_property
     def _law_draws(self) -> LawDraws:
-        weight = sum(self._shares.values()) * self.fit.posterior.weight
-        return law_draws(self.fit, self._rng_draws, DRAWS, weight)
+        return law_draws(self.fit, self._rng_draws, DRAWS, self._total)
+
+    @cached_property
+    def best(self) -> ForceFit:
+        """The analysis on the most probable candidate."""
+        cells = sum(weight * self._is_best(jitter) for jitter, weight in self._weights.items())
+        return self.fit.among(np.asarray(cells) > 0.0)
+
+    def _is_best(self, jitter: bool) -> Mask:
+        """Which points and sets are the most probable candidate, shape (g, m)."""
+        points, sets = range(len(self.fit.posterior.points)), range(len(self.fit.sets.effects))
+        return np.array([[self._names(g, m, jitter) == self.sets[0] for m in sets] for g in points])
 
     @cached_property
     def draws(self) -> FamilyDraws:
         drawn, fit, shift = self._law_draws, self.fit, self.left()["friction_could_shift_by"]
         place = {names: i for i, names in enumerate(self.sets)}
-        share = {jitter: values[drawn.point, drawn.chosen] for jitter, values in self._shares.items()}
-        jitters = self._rng_draws.random(DRAWS) * sum(share.values()) < share.get(True, 0.0)
+        jitters = (
+            self._rng_draws.random(DRAWS)
+            < (self._weights[True] / np.maximum(self._total, 1e-300))[drawn.point, drawn.chosen]
+        )
         # friction that could move for what the law does not say: reflected, as friction is never negative
         friction = np.abs(drawn.friction + shift * self._rng_draws.standard_normal(DRAWS))
         return FamilyDraws(
@@ -176,7 +225,7 @@ class ForceFamily:
 
     @cached_property
     def tests(self) -> LeftOver:
-        return what_is_left(self.fit)
+        return what_is_left(self.best)
 
     @property
     def explains(self) -> bool:
@@ -214,7 +263,7 @@ class ForceFamily:
 
     def left(self) -> dict[str, Any]:
         """The largest force that follows the motion, if any does."""
-        worst, fit = self.tests.worst, self.fit
+        worst, fit = self.tests.worst, self.best
         rms = 0.0 if worst is None else worst.signal
         return {
             "structured_rms": rms,
@@ -230,7 +279,7 @@ class ForceFamily:
     def witnesses(self) -> dict[str, Any]:
         """Friction by the loss of amplitude and by the shape within a cycle, in the best law."""
         factor, _, unit = friction_scale(self.found.before.model)
-        witnesses = two_witnesses(self.fit, factor * self.fit.law.unit_force, unit)
+        witnesses = two_witnesses(self.best, factor * self.fit.law.unit_force, unit)
         return {
             "loss": witnesses.loss.to_dict(),
             "shape": witnesses.shape.to_dict(),
@@ -239,13 +288,13 @@ class ForceFamily:
 
     def noise(self) -> dict[str, Any]:
         """Noise of the sensor, a sample of the record: those of a block were averaged."""
-        fit = self.fit
+        fit = self.best
         sd = fit.posterior.noise_sd * fit.unit * math.sqrt(fit.segment.block)
         step = fit.segment.resolution
         return {"model": "white", "order": 0, "sd": sd, "correlation_length_s": 0.0, "step": step}
 
     def forecasts(self) -> tuple[Forecast, ...]:
-        predicted = forecast(self.fit, self._rng_forecast)
+        predicted = forecast(self.best, self._rng_forecast)
         return () if predicted is None else (predicted,)
 
     def noise_floor(self) -> float:
@@ -257,7 +306,7 @@ class ForceFamily:
 
     def traces(self) -> tuple[RecordTrace, ...]:
         """The record with the Coulomb model and with the smoothed motion."""
-        fit, segment, decay, n = self.fit, self.fit.segment, self.fit.segment.decay, self.fit.samples
+        fit, segment, decay, n = self.best, self.fit.segment, self.fit.segment.decay, self.fit.samples
         before = self.found.before.predictions[0]
         turns = fit.path.turning / fit.w0
         factor, _, unit = friction_scale(self.found.before.model)
@@ -283,13 +332,15 @@ class ForceFamily:
                 velocity=fit.path.v * fit.w0,
                 friction=factor * float(np.median(self._law_draws.friction)),
                 unit=unit,
-            ),
+            )
+            if RANDOM_FORCE.name in self.sets[0]
+            else None,
         )
         return (trace,)
 
     def _smoothed_signal(self) -> Array:
         """What the sensor shows of the smoothed motion, natural units, shape (n,)."""
-        fit = self.fit
+        fit = self.best
         if fit.row[2]:
             # an accelerometer reads the forces of the law too
             law = fit.law.states @ fit.coefficients + fit.law.known_states
@@ -297,3 +348,19 @@ class ForceFamily:
             return np.asarray(fit.segment.values[: fit.samples] / fit.unit - fit.residual + others @ fit.row)
         faults = [j for j in range(len(fit.law.columns)) if not np.any(fit.law.states[:, :, j])]
         return np.asarray(fit.motion.states @ fit.row + fit.law.sensor[:, faults] @ fit.coefficients[faults])
+
+
+def _unknowable(fit: ForceFit) -> set[str]:
+    """Effects of which the samples say next to nothing beside the start and friction.
+
+    A constant force in an acceleration record is one: its probability would stay that of its prior.
+    """
+    always = [*fit.law.always, fit.law.dry_friction]
+    gram = fit.regression.whiten_at(0.0, 1.0).gram[:-1, :-1] / fit.posterior.points[0].found.full_noise2
+    absorbed = np.linalg.solve(gram[np.ix_(always, always)] + np.eye(len(always)), gram[always])
+    left = np.diag(gram) - np.sum(gram[:, always].T * absorbed, axis=0)
+    told = left > LEAST_INFORMATION
+    names = {column.effect for column in fit.law.columns if column.kind == "effect"}
+    return {
+        name for name in names if not any(told[j] for columns in fit.law.alternatives(name) for j in columns)
+    }

@@ -190,7 +190,7 @@ def _may_act(name: str, segment: Segment, scales: Scales) -> bool:
     if not isinstance(effect, SensorEffect):
         return True
     # how far it swings is unknown in volts
-    calibrated = effect.quantity is None or segment.decay.unit not in UNCALIBRATED_UNITS
+    calibrated = effect.least_swing == 0.0 or segment.decay.unit not in UNCALIBRATED_UNITS
     return calibrated and effect.may_act(scales)
 
 

@@ -136,8 +136,8 @@ class SensorEffect(Effect):
         counts from the start of the record.
     after_noise : bool
         Whether it acts on the noisy signal.
-    quantity : str or None
-        The one quantity whose sensors have it; None where any may.
+    quantities : tuple of str
+        Quantities whose sensors may have it; empty where those of any may.
     least_swing : float
         Amplitude of the motion below which it cannot be told from another fault.
     """
@@ -146,13 +146,16 @@ class SensorEffect(Effect):
 
     distort: Callable[..., Array]
     after_noise: bool = False
-    quantity: str | None = None
+    quantities: tuple[str, ...] = ()
     least_swing: float = 0.0
 
     def may_act(self, scales: Scales) -> bool:
         """Whether a sensor may have it, and the motion tells it from other faults."""
-        fits = self.quantity in (None, scales.quantity.name)
-        return fits and scales.amplitude >= self.least_swing
+        return self.is_of(scales.quantity.name) and scales.amplitude >= self.least_swing
+
+    def is_of(self, quantity: str) -> bool:
+        """Whether sensors of a quantity may have it."""
+        return not self.quantities or quantity in self.quantities
 
 
 @dataclass(frozen=True, kw_only=True)

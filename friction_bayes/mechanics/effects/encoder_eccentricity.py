@@ -36,7 +36,7 @@ ENCODER_ECCENTRICITY = SensorEffect(
         for name in ("once_sine", "once_cosine", "twice_sine", "twice_cosine")
     ),
     distort=_distort,
-    quantity="angle",
+    quantities=("angle",),
     # within less than half a turn it is offset, gain and a bent scale, which other laws imitate
     least_swing=0.5 * math.pi,
 )

@@ -27,4 +27,6 @@ SENSOR_HYSTERESIS = SensorEffect(
         ),
     ),
     distort=_distort,
+    # it is the position that is held: an accelerometer has neither counts nor play
+    quantities=("displacement", "angle"),
 )

@@ -34,7 +34,8 @@ def ambiguous() -> LoopReport:
         ([VISCOUS, DRIFT], [0.96, 0.04], True, "explained"),
         ([VISCOUS, DRIFT], [0.94, 0.06], True, "ambiguous"),
         ([VISCOUS, DRIFT], [0.96, 0.04], False, "unexplained"),
-        ([VISCOUS, VISCOUS | FORCE, DRIFT], [0.9, 0.06, 0.04], True, "explained"),
+        ([VISCOUS, VISCOUS | FORCE], [0.94, 0.06], True, "ambiguous"),
+        ([VISCOUS | FORCE, VISCOUS], [0.96, 0.04], True, "explained"),
         ([VISCOUS, DRIFT | FORCE], [0.9, 0.1], True, "ambiguous"),
     ],
 )

@@ -165,6 +165,18 @@ def test_verdict_in_a_sentence(verdict: str, best: list[str], words: str, loop_r
     assert words in verdict_sentence(report.to_dict())
 
 
+def test_one_law_with_and_without_a_random_force_is_said_to_be_that(loop_report: LoopReport) -> None:
+    candidates = [
+        {"effects": ["quadratic_drag", "random_force"], "probability": 0.6},
+        {"effects": ["quadratic_drag"], "probability": 0.38},
+        {"effects": [], "probability": 0.02},
+    ]
+    sentence = verdict_sentence(replace(loop_report, verdict="ambiguous", candidates=candidates).to_dict())
+    assert sentence.startswith("Coulomb friction with quadratic drag explains the record.")
+    assert "60.0 % that it does, 38.0 % that it does not" in sentence
+    assert "a longer record or a further release" in sentence
+
+
 def test_story_has_every_line(loop_report: LoopReport) -> None:
     told = dict(loop_story(loop_report.to_dict()))
     assert told["friction after"].startswith("0.53 N   sd 0.05   90 %: 0.447")
