@@ -120,7 +120,7 @@ def assemble_report(
         left=left
         | {"unit": segment.decay.unit, "friction_could_shift_by": factor * left["friction_could_shift_by"]},
         fitted=_fitted(best, model),
-        next_experiment=_next_experiment(found, mixture) if word == "ambiguous" else None,
+        next_experiment=_next_experiment(families, mixture) if word == "ambiguous" else None,
         reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
         seed=seed,
@@ -136,14 +136,18 @@ def _friction_of_coulomb_model(fit: LoopFit, rng: np.random.Generator) -> Distri
     return reported_friction(np.asarray(fit.model.value(draws, FRICTION)), fit.model, rng)
 
 
-def _next_experiment(found: SearchResult, mixture: Mixture) -> str | None:
-    """The record that would decide between the most probable candidates that the search fitted."""
-    credible = mixture.sets[: credible_count(mixture.probabilities)]
-    rivals = [names for names in credible if names in found.sets][: _MOST_RIVALS + 1]
-    if len(rivals) < 2:
+def _next_experiment(families: Sequence[Family], mixture: Mixture) -> str | None:
+    """The record that would decide between the most probable laws, each as its likeliest candidate has it."""
+    laws: dict[frozenset[str], frozenset[str]] = {}
+    for names in mixture.sets[: credible_count(mixture.probabilities)]:
+        # a random force is no rival of the law that it comes beside
+        laws.setdefault(names - {RANDOM_FORCE.name}, names)
+    owners = {names: family for family in families for names in family.sets}
+    contenders = {names: owners[names].contender(names) for names in [*laws.values()][: _MOST_RIVALS + 1]}
+    known = {names: contender for names, contender in contenders.items() if contender is not None}
+    if len(known) < 2:
         return None
-    fits = [found.fits[found.sets.index(names)] for names in rivals]
-    return next_experiment(fits, [set_words(in_catalogue_order(names)) for names in rivals])
+    return next_experiment([*known.values()], [set_words(in_catalogue_order(names)) for names in known])
 
 
 def _loss(trace: RecordTrace, mixture: Mixture, model: LoopModel) -> float:

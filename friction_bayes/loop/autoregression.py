@@ -14,7 +14,7 @@ from scipy import stats
 
 from friction_bayes.core.arrays import Array
 
-__all__ = ["correlation_length", "fit_autoregression", "is_coloured"]
+__all__ = ["correlation_length", "fit_autoregression", "is_coloured", "variance_gain"]
 
 _HARMONICS = 8.0
 _BANDS = 8
@@ -22,6 +22,7 @@ _LEVEL = 1e-4
 _RATIO = 2.0
 """Least ratio of the powers of two bands for the noise to count as coloured."""
 _MOST_LAGS = 40
+_SPECTRUM_SIZE = 1 << 16
 _HANN_SPREAD = 1.5
 """Neighbouring ordinates of a Hann-windowed periodogram are correlated: so many count as one."""
 
@@ -83,8 +84,17 @@ def correlation_length(ar: Array, step: float) -> float:
     """Time after which the correlation of an autoregression has fallen below 1/e [s]; 0 for white noise."""
     if ar.size == 0:
         return 0.0
-    size = 1 << 16
-    spectrum = 1.0 / np.abs(np.fft.rfft(np.concatenate([[1.0], -ar]), size)) ** 2
-    correlation = np.fft.irfft(spectrum)[: size // 2]
-    below = np.flatnonzero(correlation < correlation[0] / math.e)
-    return float(step * (below[0] if below.size else size // 2))
+    covariance = _autocovariance(ar)
+    below = np.flatnonzero(covariance < covariance[0] / math.e)
+    return float(step * (below[0] if below.size else covariance.size))
+
+
+def variance_gain(ar: Array) -> float:
+    """Variance of an autoregression over that of its innovations; 1 for white noise."""
+    return float(_autocovariance(ar)[0]) if ar.size else 1.0
+
+
+def _autocovariance(ar: Array) -> Array:
+    """Covariance at each lag of an autoregression whose innovations have unit variance."""
+    spectrum = 1.0 / np.abs(np.fft.rfft(np.concatenate([[1.0], -ar]), _SPECTRUM_SIZE)) ** 2
+    return np.asarray(np.fft.irfft(spectrum)[: _SPECTRUM_SIZE // 2])

@@ -16,6 +16,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.forecast import Forecast
+from friction_bayes.loop.next_experiment import Contender
 from friction_bayes.loop.residual_tests import ResidualTests
 from friction_bayes.loop.result import RecordTrace
 
@@ -125,6 +126,10 @@ class Family(Protocol):
 
     def traces(self) -> tuple[RecordTrace, ...]:
         """Each record with the most probable candidate."""
+        ...
+
+    def contender(self, names: Names) -> Contender | None:
+        """One of its sets as far as it predicts a further record; None where too little is drawn of it."""
         ...
 
 

@@ -16,6 +16,7 @@ from friction_bayes.loop.effect_summaries import noise_parameters, parameter_sum
 from friction_bayes.loop.family import FamilyDraws
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import Forecast, forecast_records
+from friction_bayes.loop.next_experiment import Contender
 from friction_bayes.loop.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.residual_tests import ResidualTests, residual_tests
 from friction_bayes.loop.result import RecordTrace
@@ -147,6 +148,9 @@ class SearchFamily:
         return tuple(
             _trace(self.found.before, self.best, r, self.forces if r == 0 else None) for r in records
         )
+
+    def contender(self, names: frozenset[str]) -> Contender:
+        return Contender.of_fit(self.found.fits[self.sets.index(names)])
 
 
 def _of_autoregression(found: SearchResult) -> float:

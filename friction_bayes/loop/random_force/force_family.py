@@ -18,8 +18,10 @@ from friction_bayes.loop.expansion import LEAST_INFORMATION
 from friction_bayes.loop.family import FamilyDraws
 from friction_bayes.loop.forecast import Forecast
 from friction_bayes.loop.friction import friction_scale
+from friction_bayes.loop.next_experiment import Contender
 from friction_bayes.loop.noise import LEAST_NOISE
 from friction_bayes.loop.parameters import LOG_FREQUENCY_RATIO
+from friction_bayes.loop.random_force.contender import drawn_contender
 from friction_bayes.loop.random_force.draws import LawDraws, law_draws
 from friction_bayes.loop.random_force.evidence import log_scale
 from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
@@ -337,6 +339,9 @@ class ForceFamily:
             else None,
         )
         return (trace,)
+
+    def contender(self, names: frozenset[str]) -> Contender | None:
+        return drawn_contender(self._law_draws, self.draws.candidate == self.sets.index(names))
 
     def _smoothed_signal(self) -> Array:
         """What the sensor shows of the smoothed motion, natural units, shape (n,)."""

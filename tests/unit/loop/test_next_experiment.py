@@ -9,9 +9,18 @@ import pytest
 from scipy import stats
 
 from decays import SYSTEM, long_decay
-from friction_bayes.loop.fit import LoopFit, fit_growing_record
+from dense_force import dense_covariance
+from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
+from friction_bayes.loop.fit import fit_growing_record
 from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.next_experiment import expected_log_bayes_factor, next_experiment, proposals
+from friction_bayes.loop.next_experiment import (
+    Contender,
+    expected_log_bayes_factor,
+    log_bayes_factor_of_scatter,
+    next_experiment,
+    proposals,
+    rival_prediction,
+)
 from friction_bayes.loop.noise import NoiseModel
 from friction_bayes.loop.segment import cut_records
 from friction_bayes.loop.starting_point import starting_point
@@ -43,20 +52,20 @@ def test_expected_log_bayes_factor_is_the_integral(prior_sd: float) -> None:
     assert found == pytest.approx(expected, rel=1e-4)
 
 
-def fitted(*effects: str) -> LoopFit:
+def fitted(*effects: str) -> Contender:
     record = long_decay(duration=6.0, seed=5, effects={"viscous_damping.damping_ratio": 0.002})
     model = LoopModel(SYSTEM, cut_records([record], SYSTEM), effects)
     fit = fit_growing_record(model, [NoiseModel(np.zeros(0))], starting_point(model))
     assert fit is not None
-    return fit
+    return Contender.of_fit(fit)
 
 
 @pytest.fixture(scope="module")
-def tied() -> tuple[LoopFit, LoopFit]:
+def tied() -> tuple[Contender, Contender]:
     return fitted("viscous_damping"), fitted("friction_drift")
 
 
-def test_scores_are_those_of_the_predictive_distributions(tied: tuple[LoopFit, LoopFit]) -> None:
+def test_scores_are_those_of_the_predictive_distributions(tied: tuple[Contender, Contender]) -> None:
     """The whole covariance of the rival's prediction, by central differences of its own parameters."""
     truth, rival = tied
     names = [c.name for c in rival.model.coordinates]
@@ -66,7 +75,7 @@ def test_scores_are_those_of_the_predictive_distributions(tied: tuple[LoopFit, L
         size = round(proposal.duration * truth.model.segments[0].values.size)
         time = truth.model.segments[0].decay.step * np.arange(size)
 
-        def signal(fit: LoopFit, law_shift: np.ndarray, state_shift: np.ndarray) -> np.ndarray:
+        def signal(fit: Contender, law_shift: np.ndarray, state_shift: np.ndarray) -> np.ndarray:
             z = fit.z.copy()
             z[law] += law_shift
             state = (largest * (1.0 + state_shift[0]), 10.0 * largest * state_shift[1])  # noqa: B023
@@ -85,15 +94,21 @@ def test_scores_are_those_of_the_predictive_distributions(tied: tuple[LoopFit, L
         covariance = np.diag([0.0, 0.0, 0.0, 0.01, 0.01])
         covariance[:3, :3] = rival.covariance[np.ix_(law, law)]
         # natural frequency 10 rad/s: the same noise in the acceleration is a hundred times as large
-        sd = truth.noises[0].sd * 10.0**proposal.order
+        sd = truth.noise_sd * 10.0**proposal.order
         predictive = sd**2 * np.eye(size) + jacobian @ covariance @ jacobian.T
+        predicted = rival_prediction(truth, rival, proposal)
+        assert predicted is not None
+        if proposal.order == 0:
+            # a score hardly depends on the size of columns that the record itself determines: each by itself
+            for found, column in zip(predicted[1].T, columns, strict=True):
+                assert np.linalg.norm(found - column) < 0.02 * np.linalg.norm(column), proposal.what
         expected = 0.5 * (target - base) @ np.linalg.solve(predictive, target - base)
         # the jumps of the acceleration at the turning points have no derivative
         tolerance = 0.2 if proposal.order == 2 else 0.02
         assert proposal.log_bayes_factor == pytest.approx(expected, rel=tolerance), proposal.what
 
 
-def test_the_sentence_names_the_proposal_that_decides_best(tied: tuple[LoopFit, LoopFit]) -> None:
+def test_the_sentence_names_the_proposal_that_decides_best(tied: tuple[Contender, Contender]) -> None:
     best = max(proposals(*tied), key=lambda proposal: proposal.log_bayes_factor)
     sentence = next_experiment(tied, ["viscous damping", "friction drift"])
     assert sentence is not None
@@ -101,9 +116,38 @@ def test_the_sentence_names_the_proposal_that_decides_best(tied: tuple[LoopFit, 
     assert sentence.startswith("Add" if best.log_bayes_factor > math.log(20.0) else "No single")
 
 
-def test_with_two_rivals_the_worse_decided_one_counts(tied: tuple[LoopFit, LoopFit]) -> None:
+def test_with_two_rivals_the_worse_decided_one_counts(tied: tuple[Contender, Contender]) -> None:
     """A candidate beside itself is decided by no record."""
     sentence = next_experiment([*tied, tied[0]], ["viscous damping", "friction drift", "its double"])
     assert sentence is not None
     assert sentence.startswith("No single further record")
     assert "friction drift or its double" in sentence
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.parametrize(
+    "forces", [((3.0, 0.4), (0.0, 1.0)), ((0.0, 1.0), (2.0, 3.0)), ((1.0, 0.3), (3.0, 2.0))]
+)
+def test_scatter_is_told_apart_as_dense_covariances_say(
+    forces: tuple[tuple[float, float], tuple[float, float]], order: int
+) -> None:
+    """Half of ``tr(inv(V2) V1) - n + log |V2| / |V1|``, the uncertainty of the law in both."""
+    phase = 0.3 * np.arange(60)
+    row = sensor_row(order)
+    jacobian = np.column_stack([np.cos(phase), 0.1 * phase * np.sin(phase)])
+    covariance = np.array([[4.0, 0.6], [0.6, 0.5]])
+    law = np.eye(phase.size) + jacobian @ covariance @ jacobian.T
+
+    def record(force: tuple[float, float]) -> np.ndarray:
+        states = dense_covariance(phase, 0.0, force[1]).reshape(phase.size, 3, phase.size, 3)
+        return np.asarray(law + force[0] ** 2 * np.einsum("a,iajb,b->ij", row, states, row))
+
+    first, second = (record(force) for force in forces)
+    matrix = np.linalg.solve(second, first)
+    expected = 0.5 * (np.trace(matrix) - phase.size - np.linalg.slogdet(matrix)[1])
+    # scatter of the mean over the simulated records
+    excess = matrix - np.eye(phase.size)
+    error = math.sqrt(0.5 * float(np.trace(excess @ excess)) / 100)
+    found = log_bayes_factor_of_scatter(jacobian, covariance, Clock.of(phase), row, *forces)
+    assert 4.0 * error < expected
+    assert abs(found - expected) < 4.0 * error

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -296,3 +297,28 @@ def test_all_lines_of_interference_are_found(rng: np.random.Generator) -> None:
     assert lines_beside_motion([signal], segment, known=found) == ()
     assert lines_beside_motion([coloured], segment) == ()
     assert lines_beside_motion([signal[:400]], segment) == ()
+
+
+def test_the_next_experiment_is_named_under_a_random_force() -> None:
+    """Half a minute would tell two drags apart; twelve seconds do not, and what would is named."""
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.07,
+        initial_displacement=0.0147,
+        duration=12.0,
+        sampling_rate=50.0,
+        noise_sd=1e-5,
+        seed=3,
+        effects={
+            "random_force.sd": 0.021,
+            "random_force.correlation_time": 0.1,
+            "viscous_damping.damping_ratio": 0.004,
+        },
+    )
+    tried = ["viscous_damping", "quadratic_drag", "friction_drift", "random_force"]
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=tried)
+    assert report.verdict == "ambiguous"
+    sentence = report.next_experiment
+    assert sentence is not None
+    assert "tell viscous damping + random force from quadratic drag + random force" in sentence
+    assert re.search(r"a Bayes factor of (\d|more than \d)", sentence)
