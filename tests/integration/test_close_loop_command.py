@@ -35,7 +35,7 @@ FIELDS = {
 }
 FIGURES = {
     f"{name}.{kind}"
-    for name in ("overview", "candidates", "friction", "signal", "residual", "turning_points")
+    for name in ("overview", "candidates", "friction", "signal", "residual", "turning_points", "forecast")
     for kind in ("png", "svg")
 }
 
@@ -100,7 +100,7 @@ def test_folder(closed: Path, dragged: Path) -> None:
     assert [entry["record"] for entry in manifest["inputs"]] == [str(dragged)]
     assert [path.name for path in closed.parent.iterdir()] == ["loop"]
     page = (closed / "report.html").read_text()
-    assert page.count("data:image/svg+xml;base64,") == 5
+    assert page.count("data:image/svg+xml;base64,") == 6
     assert "with quadratic drag explains the record" in page
     with xr.open_datatree(closed / "posterior.nc", engine="h5netcdf") as tree:
         draws = np.ravel(tree["mixture"]["friction"].values)
