@@ -11,7 +11,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.derivatives import signal_derivatives
-from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model
+from friction_bayes.loop.fit import LoopFit, fit_growing_record
 from friction_bayes.loop.result import ForecastTrace, RecordTrace
 
 __all__ = [
@@ -69,12 +69,7 @@ def forecast_records(fit: LoopFit) -> tuple[Forecast, ...]:
     model = fit.model
     heads = [int(FITTED_SHARE * segment.moving) for segment in model.segments]
     first = model.of_first_samples(heads)
-    # a part that is too short for the effects leads astray; from the law of all, a cycle may slip
-    tried = (
-        fit_growing_record(first, fit.noise_models, fit.z, share=0.5),
-        fit_model(first, fit.noise_models, fit.z),
-    )
-    again = min((one for one in tried if one is not None), key=lambda one: one.objective, default=None)
+    again = fit_growing_record(first, fit.noise_models, fit.z, share=0.5)
     if again is None:
         return ()
     covariance, forecasts = again.covariance, []
