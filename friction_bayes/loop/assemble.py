@@ -137,14 +137,11 @@ def _friction_of_coulomb_model(fit: LoopFit, rng: np.random.Generator) -> Distri
 
 
 def _next_experiment(families: Sequence[Family], mixture: Mixture) -> str | None:
-    """The record that would decide between the most probable laws, each as its likeliest candidate has it."""
-    laws: dict[frozenset[str], frozenset[str]] = {}
-    for names in mixture.sets[: credible_count(mixture.probabilities)]:
-        # a random force is no rival of the law that it comes beside
-        laws.setdefault(names - {RANDOM_FORCE.name}, names)
+    """The record that would decide between the most probable candidates."""
+    credible = mixture.sets[: credible_count(mixture.probabilities)][: _MOST_RIVALS + 1]
     owners = {names: family for family in families for names in family.sets}
-    contenders = {names: owners[names].contender(names) for names in [*laws.values()][: _MOST_RIVALS + 1]}
-    known = {names: contender for names, contender in contenders.items() if contender is not None}
+    contenders = [(names, owners[names].contender(names)) for names in credible]
+    known = {names: contender for names, contender in contenders if contender is not None}
     if len(known) < 2:
         return None
     return next_experiment([*known.values()], [set_words(in_catalogue_order(names)) for names in known])

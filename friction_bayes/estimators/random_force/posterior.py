@@ -41,6 +41,8 @@ _DEPTH = 3.5
 """Nats below the best cell at which the neighbours of a cell are not looked at."""
 _MOST_CELLS = 80
 _OUTSIDE = 1e10
+_SUBCELLS = np.stack(np.meshgrid(*2 * [np.linspace(-0.5, 0.5, 17)[1::2]]), axis=-1).reshape(-1, 2)
+"""Points of a cell, in its sides, that tell how much of it lies within the prior."""
 _SLIGHT = 1e-9
 """Probability of a part below which a mixture does without it."""
 
@@ -322,11 +324,11 @@ def integrate(problem: Weighable, prior: ForcePrior, noise: float, *, only_mode:
     frontier, seen = [(0, 0)], {(0, 0)}
     while frontier and len(seen) < _MOST_CELLS:
         i, j = frontier.pop(0)
-        place = mode + axes @ np.array([i, j], dtype=np.float64)
-        value = density(place)
-        if value <= -_OUTSIDE:
+        place, share = _inside(mode + axes @ np.array([i, j], dtype=np.float64), axes, prior)
+        if share == 0.0:
             continue
-        points.append(density.point(place, log_cell))
+        value = density(place)
+        points.append(density.point(place, log_cell + math.log(share)))
         best = max(best, value)
         if value > best - _DEPTH:
             near = {(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)} - seen
@@ -397,6 +399,17 @@ def _mode(density: _Density, prior: ForcePrior, noise: float) -> Array:
         },
     )
     return np.array(max(density.known, key=lambda key: density.known[key][0]))
+
+
+def _inside(centre: Array, axes: Array, prior: ForcePrior) -> tuple[Array, float]:
+    """Middle of the part of a cell that lies within the bounds of ``tau``, and how large a share it is."""
+    places = centre + _SUBCELLS @ axes.T
+    low, high = math.log(prior.tau_low), math.log(prior.tau_high)
+    inside = (places[:, 1] >= low) & (places[:, 1] <= high)
+    share = float(inside.mean())
+    if share in (0.0, 1.0):
+        return centre, share
+    return np.asarray(places[inside].mean(axis=0)), share
 
 
 def _axes(density: _Density, mode: Array) -> Array:

@@ -16,10 +16,10 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.positive_orthant import confine, cut_moments, log_normal_mass
-from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem, integrate
+from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem, at_resonance, integrate
 from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
 from friction_bayes.estimators.random_force.smoothing import first_motion
-from friction_bayes.estimators.random_force.subsets import all_sets, weigh_sets
+from friction_bayes.estimators.random_force.subsets import WeighedSets, all_sets, weigh_sets
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, smooth, whiten
 
 ORDERS = (0, 1, 2)
@@ -360,3 +360,40 @@ def test_a_corrected_frequency_leaves_displacements_and_rescales_velocities(orde
     for j in (0, 1):
         share = smoothed.states[:, j] @ motion[:, j] / (motion[:, j] @ motion[:, j])
         assert share == pytest.approx(1.0, abs=2e-3)
+
+
+class Bump:
+    """A likelihood that is normal in the force at resonance and the logarithm of its correlation time."""
+
+    names, scale, positive = ("b",), np.ones(1), np.zeros(1, np.bool_)
+    sets = np.ones((1, 1), np.bool_)
+
+    def __init__(self, log_tau: float, sd: tuple[float, float], slope: float) -> None:
+        self.log_tau, self.sd, self.slope = log_tau, sd, slope
+
+    def log_likelihood(self, ratio: np.ndarray, tau: np.ndarray) -> np.ndarray:
+        across = np.log(ratio * at_resonance(tau)) - self.slope * (np.log(tau) - self.log_tau)
+        return -0.5 * ((across / self.sd[0]) ** 2 + ((np.log(tau) - self.log_tau) / self.sd[1]) ** 2)
+
+    def weigh(self, ratio: float, tau: float) -> WeighedSets:
+        value = float(self.log_likelihood(np.array(ratio), np.array(tau))) if ratio > 0.0 else 0.0
+        return WeighedSets(np.array([value]), np.zeros((1, 1)), np.ones((1, 1)), np.ones(1), 1.0)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.4])
+@pytest.mark.parametrize(
+    ("edge", "beyond"), [("tau_low", -0.3), ("tau_low", 0.5), ("tau_high", 0.3), ("tau_high", -0.5)]
+)
+def test_the_grid_of_the_force_ends_where_the_prior_does(edge: str, beyond: float, slope: float) -> None:
+    """A cell across an end of the correlation time counts by its part within: against a fine grid."""
+    prior = ForcePrior(centre=1.0, none=0.5)
+    bump = Bump(math.log(getattr(prior, edge)) + beyond, (0.3, 0.8), slope)
+    posterior = integrate(bump, prior, 1.0)
+    log_tau = np.linspace(math.log(prior.tau_low), math.log(prior.tau_high), 801)
+    log_ratio = np.linspace(-12.0, 12.0, 4801)
+    ratio, tau = np.exp(log_ratio)[:, None], np.exp(log_tau)
+    density = np.exp(bump.log_likelihood(ratio, tau) + prior.log_density(ratio, tau))
+    mass = np.trapezoid(np.trapezoid(density, log_ratio, axis=0), log_tau)
+    found = np.exp(posterior.log_evidence) - prior.none
+    # where the density still rises at the end, the middle of a cell's part within stands for it roughly
+    assert found == pytest.approx(mass, rel=0.07)
