@@ -397,3 +397,9 @@ def test_the_grid_of_the_force_ends_where_the_prior_does(edge: str, beyond: floa
     found = np.exp(posterior.log_evidence) - prior.none
     # where the density still rises at the end, the middle of a cell's part within stands for it roughly
     assert found == pytest.approx(mass, rel=0.07)
+    moments = [
+        np.trapezoid(np.trapezoid(density * ratio**k, log_ratio, axis=0), log_tau) / mass for k in (1, 2)
+    ]
+    sd = math.sqrt(moments[1] - moments[0] ** 2)
+    assert posterior.force_sd.mean() == pytest.approx(moments[0], abs=0.1 * sd)
+    assert posterior.force_sd.std() == pytest.approx(sd, rel=0.1)
