@@ -32,6 +32,7 @@ CHANNELS = {
     "saturation": "flat stretches at an end of the sensor's range",
     "force_by_velocity": "the random force against the velocity",
     "force_by_position": "the random force against the position",
+    "friction_by_position": "friction within a tenth of the travel, the tenth where it differs most",
     "force_by_amplitude": "the random force against the amplitude",
     "force_by_time": "the random force over time",
 }

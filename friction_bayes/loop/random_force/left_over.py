@@ -17,7 +17,7 @@ from scipy import stats
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
-from friction_bayes.loop.random_force.beside_law import beside_law
+from friction_bayes.loop.random_force.beside_law import ScoreTest, beside_law
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.shapes import Shape, best_shape
 from friction_bayes.loop.residual_tests import Channel, ResidualTests, largest_line
@@ -114,7 +114,10 @@ def what_is_left(fit: ForceFit) -> LeftOver:
         Channel("tails", float(far), x.size, float(stats.binom.sf(far - 1, x.size, expected))),
     ]
     binned = dict(_binned_forces(fit))
-    dependences = tuple(_dependence(fit, on, bins) for on, bins in binned.items())
+    dependences = (
+        *(_dependence(fit, on, bins) for on, bins in binned.items()),
+        _patch(fit, binned["position"]),
+    )
     left = LeftOver(
         channels=(*channels, *(d.channel for d in dependences)),
         dependences=dependences,
@@ -153,14 +156,32 @@ def _indicator(values: Array, bins: int) -> Array:
 
 
 def _dependence(fit: ForceFit, on: str, forces: Array) -> Dependence:
-    best = fit.posterior.best
     found = beside_law(fit, forces).test(slice(None))
-    statistic, degrees, coefficients = found.statistic, found.degrees, found.coefficients
+    statistic, degrees = found.statistic, found.degrees
     channel = Channel(f"force_by_{on}", statistic, degrees, float(stats.chi2.sf(statistic, max(degrees, 1))))
+    return _of_force(fit, on, channel, forces, found)
+
+
+def _patch(fit: ForceFit, position: Array) -> Dependence:
+    """Friction that differs within one bin of the position: a test of all bins at once drowns it."""
+    forces = position[:, _BINS:]
+    beside = beside_law(fit, forces)
+    tests = [beside.test(slice(j, j + 1)) for j in range(_BINS)]
+    j = max(range(_BINS), key=lambda k: tests[k].statistic)
+    found = tests[j]
+    # the largest of as many bins
+    p = -math.expm1(_BINS * math.log1p(-min(float(stats.chi2.sf(found.statistic, 1)), 1.0 - 1e-16)))
+    channel = Channel("friction_by_position", found.statistic, 1, p)
+    return _of_force(fit, "position", channel, forces[:, j : j + 1], found)
+
+
+def _of_force(fit: ForceFit, on: str, channel: Channel, forces: Array, found: ScoreTest) -> Dependence:
+    """How large the forces are that a test found."""
+    best, coefficients = fit.posterior.best, found.coefficients
     share = fit.path.node_weight / fit.path.node_weight.sum()
     weighted = forces.T @ (forces * share[:, None])
     square = float(coefficients @ weighted @ coefficients - np.sum(weighted * found.covariance))
-    signal = best.noise * fit.unit * math.sqrt(max(statistic - degrees, 0.0) / fit.samples)
+    signal = best.noise * fit.unit * math.sqrt(max(found.statistic - found.degrees, 0.0) / fit.samples)
     power = float((share * fit.path.node_v) @ (forces @ coefficients))
     friction = abs(power) / float(share @ np.abs(fit.path.node_v))
     return Dependence(on, channel, math.sqrt(max(square, 0.0)), friction, signal)

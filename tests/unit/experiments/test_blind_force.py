@@ -12,6 +12,7 @@ import friction_bayes as fb
 from experiments import loop_blind_force
 from experiments.blind.fluctuating import draw_fluctuating
 from experiments.blind.force_scoring import force_score, other_effects, without_force
+from experiments.blind.generator import KINDS, draw
 from experiments.blind.sealed import Truth
 
 TRUTH = draw_fluctuating("quadratic_drag", 3).truth
@@ -118,3 +119,12 @@ def test_full_run_extends_the_default_one() -> None:
     default, full = loop_blind_force.cells(config, False), loop_blind_force.cells(config, True)
     assert all(cell in full for cell in default)
     assert 190 <= len(default) <= 210
+
+
+def test_a_rough_patch_is_no_fluctuation() -> None:
+    """A random force takes up most of what it does to the motion, not that it stays where it is."""
+    sealed = draw("rough_patch", np.random.SeedSequence([20261121, KINDS.index("rough_patch"), 0]))
+    found = fb.close_loop([sealed.record], fb.Oscillator(**sealed.system), seed=0)
+    assert found.verdict == "unexplained"
+    assert found.left["depends_on"] == "position"
+    assert "friction_by_position" in found.residual["after"]["failed"]
