@@ -13,7 +13,7 @@ from experiments.loop_measured import TARGET_RATIO
 from experiments.pendulum_forecast import PUBLISHED
 from friction_bayes.plotting.style import ACCENT, FAINT, MODEL, caption, new_figure, save_figure, styled
 
-__all__ = ["draw_forecasts", "draw_gains", "draw_residuals", "main"]
+__all__ = ["draw_forecasts", "draw_gains", "draw_residuals", "draw_story", "main"]
 
 _COLUMNS = 4
 
@@ -85,8 +85,41 @@ def draw_forecasts(dataset: xr.Dataset, own: str) -> Figure:
     return figure
 
 
+def draw_story(dataset: xr.Dataset) -> Figure:
+    """One record: what the Coulomb model leaves, and the force left by dry friction and by the law."""
+    figure = new_figure(10.4, 6.4)
+    upper, *panels = figure.subplot_mosaic([["left", "left"], ["dry", "law"]]).values()
+    first = dataset.isel(law=0)
+    time, signal, before = (first[name].dropna("sample").values for name in ("time", "signal", "before"))
+    upper.axhline(0.0, color="#999999", lw=0.6)
+    upper.plot(time, signal - before, ".-", color=ACCENT, lw=0.6, ms=2.5)
+    upper.set_xlabel("time [s]")
+    upper.set_ylabel(f"record - Coulomb model [{first['unit'].item()}]")
+    upper.set_title("what the Coulomb model leaves")
+    for k, axes in enumerate(panels, start=1):
+        case = dataset.isel(law=k)
+        x, v, force = (case[name].dropna("sample").values for name in ("displacement", "velocity", "force"))
+        # against the motion: friction is positive
+        for moving, marker, color in ((v > 0.0, "o", MODEL), (v < 0.0, "s", ACCENT)):
+            label = "forwards" if color == MODEL else "backwards"
+            against = -np.sign(v[moving]) * force[moving]
+            axes.plot(x[moving], against, marker, color=color, ms=2.6, mew=0.0, alpha=0.7, label=label)
+        axes.axhline(0.0, color="#999999", lw=0.6)
+        for level in (-1.0, 1.0):
+            axes.axhline(level * float(case["friction"]), color="#444444", lw=0.8, ls=(0, (4, 2)))
+        axes.set_xlabel("position [rad]")
+        axes.set_title(f"force left by {case['law'].item()}", fontsize=10.0)
+    low = min(axes.get_ylim()[0] for axes in panels)
+    high = max(axes.get_ylim()[1] for axes in panels)
+    for axes in panels:
+        axes.set_ylim(low, high)
+    panels[0].set_ylabel(f"against the motion [{first['force_unit'].item()}]")
+    panels[1].legend(loc="upper right", title="dashed: ± friction", fontsize=8.0, title_fontsize=8.0)
+    return figure
+
+
 def main() -> None:
-    """Draw from the results of ``loop_measured`` and ``pendulum_forecast``."""
+    """Draw from the results of ``loop_measured``, ``pendulum_forecast`` and ``measured_story``."""
     parser = argparse.ArgumentParser(prog="python -m experiments.loop_measured_figures", description=__doc__)
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder (default %(default)s)")
     parser.add_argument("--out", type=Path, default=Path("docs/figures"), help="(default %(default)s)")
@@ -94,7 +127,7 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     loaded = {}
-    for name in ("loop_measured", "pendulum_forecast"):
+    for name in ("loop_measured", "pendulum_forecast", "measured_story"):
         with xr.open_dataset(options.results / f"{name}.nc", engine="h5netcdf") as dataset:
             loaded[name] = dataset.load()
     with styled():
@@ -102,6 +135,7 @@ def main() -> None:
             "loop_measured_gains": draw_gains(loaded["loop_measured"]),
             "loop_measured_residuals": draw_residuals(loaded["loop_measured"]),
             "pendulum_forecast": draw_forecasts(loaded["pendulum_forecast"], options.law),
+            "measured_story": draw_story(loaded["measured_story"]),
         }
     for name, figure in drawn.items():
         save_figure(figure, options.out, name, formats=("png",))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -55,14 +57,59 @@ def test_identified_law_is_the_posterior_median(loop_report: LoopReport) -> None
     assert ratio == pytest.approx(np.exp(0.02))
 
 
+def results(names: Sequence[str], **columns: Sequence[Any]) -> xr.Dataset:
+    """Results of as many records as are named, equal but for some columns."""
+    told = dict.fromkeys(NUMBERS, 1.0) | dict.fromkeys(TEXTS, "") | {name: [0.0, 1.0] for name in SERIES}
+    told |= {"candidates": '[{"effects": [], "probability": 1.0}]', "friction_after_low": 0.0}
+    each = [told | {name: values[k] for name, values in columns.items()} for k in range(len(names))]
+    return assemble([{"record": name} for name in names], each)
+
+
 def test_what_cannot_be_forecast_is_no_gain() -> None:
-    results = []
-    for after in (0.1, 0.2, float("nan")):
-        numbers = dict.fromkeys(NUMBERS, 1.0) | {"held_out_before": 1.0, "held_out_after": after}
-        texts = dict.fromkeys(TEXTS, "") | {"candidates": '[{"effects": [], "probability": 1.0}]'}
-        results.append(numbers | texts | {name: [0.0, 1.0] for name in SERIES})
-    cells = [{"record": f"bicycle-wheel/{k}"} for k in range(3)]
-    table = rows(assemble(cells, results))
+    names = [f"bicycle-wheel/{k}" for k in range(3)]
+    table = rows(results(names, held_out_after=[0.1, 0.2, float("nan")]))
     assert table[0].ours == "0.2"
-    assert "reached" in table[0].remark
-    assert len(table) == 4
+    assert table[0].remark == "reached"
+    assert (table[1].ours, table[1].remark) == ("1", "reached")
+    assert [row.what for row in table[-3:]] == names
+
+
+def test_the_band_is_pooled_over_samples() -> None:
+    names = [f"bicycle-wheel/{k}" for k in range(3)]
+    inside, samples = [1.0, 0.5, float("nan")], [900.0, 100.0, 0.0]
+    pooled, mean = rows(results(names, inside90=inside, held_out_samples=samples))[2:4]
+    assert (pooled.ours, pooled.remark) == ("0.95", "reached")
+    assert (mean.ours, mean.remark) == ("0.75", "missed")
+
+
+def test_verdicts_rigs_and_sensors_are_judged() -> None:
+    names = [f"pasco-oscillator/no-magnet-{k}" for k in range(4)]
+    # a 90 % interval of one standard deviation on either side of 1.645
+    means = [1.0, 1.0, 3.0, 3.0]
+    low, high = ([mean + side * 1.6448536269514722 for mean in means] for side in (-1.0, 1.0))
+    table = rows(
+        results(
+            names,
+            verdict=["explained", "ambiguous", "unexplained", "adequate"],
+            friction_after=means,
+            friction_after_low=low,
+            friction_after_high=high,
+            noise_over_step=[0.9, 1.2, 2.0, float("nan")],
+        )
+    )
+    told = {row.what: row for row in table}
+    clear = told["records adequate, explained or ambiguous"]
+    assert clear.ours.startswith("75 %: ")
+    assert clear.remark == "missed"
+    rig = told["pasco-oscillator without the magnet: reduced chi-square of friction between 4 records"]
+    assert (rig.ours, rig.remark) == ("1.3", "reached")
+    sensor = told["pasco-oscillator: noise of the sensor over its step over sqrt(12)"]
+    assert sensor.ours == "0.9 to 2; 2 of 3 records with a step"
+    assert sensor.remark == "missed"
+
+
+def test_dry_friction_is_asked_of_the_springs() -> None:
+    names = [f"spring-with-dampers/{part}" for part in ("free", "cardboard", "rubbing")]
+    told = {row.what: row for row in rows(results(names, dry_friction=[0.05, 0.3, 0.99]))}
+    words = [told[f"{name}: probability that dry friction matters"].remark for name in names]
+    assert words == ["reached", "missed", "reached"]
