@@ -67,7 +67,7 @@ def close_loop(
     ----------
     records : sequence of xarray.DataArray
         Records of one system and one quantity, fitted together: shared physics, own initial states, sensor
-        faults and noise.
+        faults, drifts of friction and noise.
     system : Oscillator
         The declared system.
     seed : int

@@ -99,7 +99,7 @@ class Coordinate:
     @property
     def is_sensor(self) -> bool:
         """Whether it belongs to a fault of a record's sensor."""
-        return bool(self.effect) and self.record != SHARED
+        return bool(self.effect) and isinstance(EFFECTS[self.effect], SensorEffect)
 
     def value(self, z: float | Array) -> float | Array:
         """Value of a coordinate."""
@@ -220,9 +220,9 @@ def physical_coordinates(scales: Scales, records: int) -> tuple[Coordinate, ...]
 
 
 def effect_coordinates(name: str, scales: Scales, records: int) -> tuple[Coordinate, ...]:
-    """Coordinates of an effect: shared for a force, one set a record for a fault of the sensor."""
+    """Coordinates of an effect: shared by all records, or one set for each."""
     effect = EFFECTS[name]
-    owners = range(records) if isinstance(effect, SensorEffect) else (SHARED,)
+    owners = range(records) if effect.per_record else (SHARED,)
     return tuple(
         Coordinate(
             name=parameter.name,

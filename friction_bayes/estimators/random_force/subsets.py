@@ -28,13 +28,41 @@ from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.estimators.random_force.positive_orthant import confine
 from friction_bayes.estimators.random_force.whitening import Whitened
 
-__all__ = ["WeighedSets", "all_sets", "full_noise2", "set_posterior", "weigh_sets"]
+__all__ = [
+    "SetBounds",
+    "WeighedSets",
+    "all_sets",
+    "bound_sets",
+    "full_noise2",
+    "set_posterior",
+    "weigh_bounded",
+    "weigh_sets",
+]
 
 _NEGLIGIBLE = 12.0
 """Nats below the best at which a set's mass of positive coefficients is not computed any more."""
 _LEFT_OUT = 1e3
 """Nats by which such sets are put further down."""
 _LEAST = 1e-300
+
+
+class SetBounds(NamedTuple):
+    """What :func:`bound_sets` finds.
+
+    Attributes
+    ----------
+    log_weight : ndarray, shape (m,)
+        Log evidence plus log prior probability as if all positive coefficients were sure to be: no set has
+        more than this.
+    noise2 : ndarray, shape (m,)
+        Noise variance in each set.
+    full_noise2 : float
+        Noise variance with all columns.
+    """
+
+    log_weight: Array
+    noise2: Array
+    full_noise2: float
 
 
 class WeighedSets(NamedTuple):
@@ -98,7 +126,7 @@ def set_posterior(
     return reference[mine] + cho_solve(factor, right), noise2 * 0.5 * (covariance + covariance.T)
 
 
-def weigh_sets(
+def bound_sets(
     whitened: Whitened,
     reference: Array,
     positive: Mask,
@@ -107,8 +135,8 @@ def weigh_sets(
     *,
     least_noise2: float = 0.0,
     lam: float | None = None,
-) -> WeighedSets:
-    """Weigh all sets, and give the marginals of their coefficients.
+) -> SetBounds:
+    """Bound the weight of all sets from above, which costs much less than to weigh them.
 
     Parameters
     ----------
@@ -127,19 +155,56 @@ def weigh_sets(
     lam : float, optional
         Noise variance with all columns, where there are more than these.
     """
-    return WeighedSets(
-        *_weigh_sets(
-            whitened.gram,
-            whitened.log_determinant,
-            whitened.used,
-            reference,
-            positive,
-            sets,
-            log_prior,
-            least_noise2,
-            max(full_noise2(whitened), least_noise2) if lam is None else lam,
-        )
+    full = max(full_noise2(whitened), least_noise2) if lam is None else lam
+    log_weight, noise2 = _bound_sets(
+        whitened.gram,
+        whitened.log_determinant,
+        whitened.used,
+        reference,
+        positive,
+        sets,
+        log_prior,
+        least_noise2,
+        full,
     )
+    return SetBounds(log_weight, noise2, full)
+
+
+def weigh_sets(
+    whitened: Whitened,
+    reference: Array,
+    positive: Mask,
+    sets: Mask,
+    log_prior: Array,
+    *,
+    least_noise2: float = 0.0,
+) -> WeighedSets:
+    """Weigh all sets, and give the marginals of their coefficients; parameters as of :func:`bound_sets`."""
+    bounds = bound_sets(whitened, reference, positive, sets, log_prior, least_noise2=least_noise2)
+    return weigh_bounded(whitened, reference, positive, sets, bounds)
+
+
+def weigh_bounded(
+    whitened: Whitened,
+    reference: Array,
+    positive: Mask,
+    sets: Mask,
+    bounds: SetBounds,
+    best: float = -math.inf,
+) -> WeighedSets:
+    """Weigh the sets that may matter, given what all of them can have at most.
+
+    Parameters
+    ----------
+    whitened, reference, positive, sets
+        As :func:`bound_sets` takes them.
+    bounds : SetBounds
+        What that found.
+    best : float
+        Log weight of a set that is not among these, beside which they may not matter.
+    """
+    log_weight, location, scale2 = _weigh_sets(whitened.gram, reference, positive, sets, *bounds, best)
+    return WeighedSets(log_weight, location, scale2, bounds.noise2, bounds.full_noise2)
 
 
 @njit(cache=True, nogil=True)
@@ -220,7 +285,7 @@ def _penalised(
 
 
 @njit(cache=True, nogil=True)
-def _weigh_sets(
+def _bound_sets(
     gram: Array,
     log_determinant: float,
     used: int,
@@ -230,48 +295,64 @@ def _weigh_sets(
     log_prior: Array,
     least_noise2: float,
     lam: float,
-) -> tuple[Array, Array, Array, Array, float]:
+) -> tuple[Array, Array]:
     m, p = sets.shape
     work, half, rhs = np.empty((p, p)), np.empty(p), np.empty(p)
-    log_weight, noise2, bound = np.empty(m), np.empty(m), np.empty(m)
     index = np.empty(p, np.int64)
+    bound, noise2 = np.empty(m), np.empty(m)
+    for s in range(m):
+        size, total = _penalised(gram, lam, reference, sets[s], index, work, rhs)
+        log_factor = _factor(work, size)
+        total = max(total - _forward(work, rhs, size, half), _LEAST)
+        noise2[s] = max(total / used, least_noise2)
+        bound[s] = log_prior[s] - 0.5 * log_determinant
+        bound[s] -= 0.5 * (used * math.log(0.5 * used * noise2[s]) + total / noise2[s] - used)
+        bound[s] += 0.5 * size * math.log(lam) - 0.5 * log_factor
+        for a in range(size):
+            bound[s] += math.log(2.0) * positive[index[a]]
+    return bound, noise2
+
+
+@njit(cache=True, nogil=True)
+def _weigh_sets(
+    gram: Array,
+    reference: Array,
+    positive: Mask,
+    sets: Mask,
+    bound: Array,
+    noise2: Array,
+    lam: float,
+    best: float,
+) -> tuple[Array, Array, Array]:
+    m, p = sets.shape
+    work, half, rhs = np.empty((p, p)), np.empty(p), np.empty(p)
+    index = np.empty(p, np.int64)
+    log_weight = bound - _LEFT_OUT
     location = np.full((m, p), np.nan)
     scale2 = np.full((m, p), np.nan)
-    # first without the mass of positive coefficients, which is at most one, then with it where it matters
-    for stage in range(2):
-        best = -np.inf
-        order = np.arange(m) if stage == 0 else np.argsort(-bound)
-        for s in order:
-            if stage == 1 and bound[s] < best - _NEGLIGIBLE:
-                log_weight[s] = bound[s] - _LEFT_OUT
-                continue
-            size, total = _penalised(gram, lam, reference, sets[s], index, work, rhs)
-            log_factor = _factor(work, size)
-            total = max(total - _forward(work, rhs, size, half), _LEAST)
-            if stage == 0:
-                noise2[s] = max(total / used, least_noise2)
-                bound[s] = log_prior[s] - 0.5 * log_determinant
-                bound[s] -= 0.5 * (used * math.log(0.5 * used * noise2[s]) + total / noise2[s] - used)
-                bound[s] += 0.5 * size * math.log(lam) - 0.5 * log_factor
-                for a in range(size):
-                    bound[s] += math.log(2.0) * positive[index[a]]
-                continue
-            root = np.zeros((size, size))
-            unit = np.zeros(size)
-            for a in range(size):
-                unit[a] = 1.0
-                _forward(work, unit, size, root[:, a])
-                unit[a] = 0.0
-            mean = root.T @ half[:size]
-            cov = (root.T @ root) * noise2[s]
-            signs = np.empty(size, np.bool_)
-            for a in range(size):
-                mean[a] += reference[index[a]]
-                signs[a] = positive[index[a]]
-            where, spread = np.empty(size), np.empty(size)
-            log_weight[s] = bound[s] + confine(mean, cov, signs, where, spread)
-            best = max(best, log_weight[s])
-            for a in range(size):
-                location[s, index[a]] = where[a]
-                scale2[s, index[a]] = spread[a]
-    return log_weight, location, scale2, noise2, lam
+    # the mass of positive coefficients, which is at most one, where it matters
+    for s in np.argsort(-bound):
+        if bound[s] < best - _NEGLIGIBLE:
+            break
+        size, _ = _penalised(gram, lam, reference, sets[s], index, work, rhs)
+        _factor(work, size)
+        _forward(work, rhs, size, half)
+        root = np.zeros((size, size))
+        unit = np.zeros(size)
+        for a in range(size):
+            unit[a] = 1.0
+            _forward(work, unit, size, root[:, a])
+            unit[a] = 0.0
+        mean = root.T @ half[:size]
+        cov = (root.T @ root) * noise2[s]
+        signs = np.empty(size, np.bool_)
+        for a in range(size):
+            mean[a] += reference[index[a]]
+            signs[a] = positive[index[a]]
+        where, spread = np.empty(size), np.empty(size)
+        log_weight[s] = bound[s] + confine(mean, cov, signs, where, spread)
+        best = max(best, log_weight[s])
+        for a in range(size):
+            location[s, index[a]] = where[a]
+            scale2[s, index[a]] = spread[a]
+    return log_weight, location, scale2

@@ -72,12 +72,12 @@ class Column:
 
     @property
     def own(self) -> bool:
-        """Whether each record has a coefficient of its own: of its start, and of its sensor's faults.
+        """Whether each record has a coefficient of its own: of its start, and of effects that begin anew.
 
         A fault of one sign, such as backlash, is of the sensor and the same in all records.
         """
         if self.kind == "effect":
-            return isinstance(EFFECTS[self.effect], SensorEffect) and not self.positive
+            return EFFECTS[self.effect].per_record and not self.positive
         return self.kind in ("displacement", "velocity")
 
 

@@ -71,7 +71,7 @@ def joint_draws(fit: JointFit, rng: np.random.Generator, draws: int) -> JointDra
         laws[here] = said.laws(shared, rng)
         point[here], row[here], noise[here] = g, m, said.noise
         at += k
-    chosen = row % len(fit.along[0].sets.effects)
+    chosen = problem.number[row]
     records = tuple(
         laws_drawn(
             one,

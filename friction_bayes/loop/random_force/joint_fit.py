@@ -1,8 +1,8 @@
 """Several records under one law, each with start, sensor faults, fluctuation and perhaps friction of its own.
 
 Each record is analysed alone first, which gives its motion and how large its noise and its random force are
-beside those of the others. Then all sets of effects are weighed on all records at once, twice: along these
-motions, and along those smoothed with the common law.
+beside those of the others. Then all sets of effects are weighed on all records at once: along these motions,
+to find the common law and the sets that may matter, and those along the motions smoothed with that law.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.random_force.law_regression import frequency_change
 from friction_bayes.estimators.random_force.posterior import GridPoint, Posterior, integrate
@@ -32,6 +32,10 @@ __all__ = ["SPREADS", "JointFit", "fit_together"]
 
 SPREADS = np.geomspace(1e-3, 0.6, 13)
 """Spreads of friction between records that are weighed, over friction; all are as probable."""
+_COARSE = 3
+"""The first round takes every third of them."""
+_HOPELESS = 1e-13
+"""Probability of a set in the first round below which the second does without it."""
 _DIFFERS = 0.5
 """Prior probability that friction differs between records."""
 
@@ -66,8 +70,15 @@ class JointFit:
 
     @property
     def spread_of(self) -> Array:
-        """Spread of each of the posterior's sets, shape (k m,)."""
-        return np.repeat(self.spreads, len(self.along[0].sets.effects))
+        """Spread of each of the posterior's sets, shape (n,)."""
+        return self.spreads[self.problem.spread_number]
+
+    @property
+    def worth_it(self) -> Mask:
+        """Sets of the records that can be probable along motions near these, shape (m,)."""
+        worth = np.zeros(len(self.along[0].sets.effects), np.bool_)
+        worth[self.problem.number[self.posterior.weight.max(axis=0) > _HOPELESS]] = True
+        return worth
 
     @property
     def probability_of_spread(self) -> float:
@@ -77,12 +88,13 @@ class JointFit:
     @cached_property
     def fits(self) -> tuple[ForceFit, ...]:
         """Each record under the most probable law and random force."""
-        best, size = self.posterior.best, len(self.along[0].sets.effects)
+        best = self.posterior.best
         row = int(np.argmax(best.found.log_weight))
+        chosen = int(self.problem.number[row])
         said = self.problem.conditional(best, row)
         laws = said.laws(self.posterior.best_law()[said.columns][None])[0]
         return tuple(
-            force_fit(record, found, _alone_at(found, member, best, row, row % size), law, alone.jitter)
+            force_fit(record, found, _alone_at(found, member, best, row, chosen), law, alone.jitter)
             for record, found, member, law, alone in zip(
                 self.records, self.along, self.problem.members, laws, self.alone, strict=True
             )
@@ -123,13 +135,13 @@ def fit_together(
         )
         for fit in alone
     )
-    first = _weighed(alone, records, motions, w0, allowed, varying=varying, only_mode=True)
+    first = _weighed(alone, records, motions, w0, allowed, varying=varying)
     if first is None:
         return None
     one = first.fits[0]
     change = frequency_change(one.coefficients[one.regression.stiffness])
     motions = [fit.motion.at_frequency(change) for fit in first.fits]
-    return _weighed(alone, records, motions, w0 * change, allowed, varying=varying, only_mode=False)
+    return _weighed(alone, records, motions, w0 * change, allowed, varying=varying, first=first)
 
 
 def _weighed(
@@ -140,9 +152,13 @@ def _weighed(
     allowed: Sequence[str],
     *,
     varying: bool,
-    only_mode: bool,
+    first: JointFit | None = None,
 ) -> JointFit | None:
-    """Weigh all sets along motions in natural units of ``w0``; None where one has too few turning points."""
+    """Weigh all sets along motions in natural units of ``w0``; None where one has too few turning points.
+
+    What ``first`` found along others says which sets are worth it; without it all are weighed, but at the
+    mode and some of the spreads alone.
+    """
     friction = float(np.median([friction_of_loss(fit.path.turning_x) for fit in alone]))
     along = []
     for record, motion, lines in zip(records, motions, _lines(alone), strict=True):
@@ -153,20 +169,22 @@ def _weighed(
     law, sets = along[0].law, along[0].sets
     rubs = sets.columns[:, law.frictions].any(axis=1)
     level = float(np.median([fit.coefficients[fit.law.frictions].sum() for fit in alone])) or friction
-    spreads = SPREADS if varying else np.append(0.0, SPREADS)
-    share = np.full(spreads.size, (1.0 if varying else _DIFFERS) / SPREADS.size)
+    some = SPREADS[::_COARSE] if first is None else SPREADS
+    spreads = some if varying else np.append(0.0, some)
+    share = np.full(spreads.size, (1.0 if varying else _DIFFERS) / some.size)
     share[spreads == 0.0] = 1.0 - _DIFFERS
     sd = spreads * level / law.scale[law.dry_friction]
     problem = JointProblem(
         _members(alone, along),
         np.array([column.own for column in law.columns]),
         Spread(column=law.dry_friction, sets=np.asarray(rubs), sd=sd, log_prior=np.log(share)),
+        None if first is None else first.worth_it,
     )
     noise = math.exp(float(np.mean([math.log(motion.noise) for motion in motions])))
     prior = (
         force_prior(friction) if RANDOM_FORCE.name in allowed else replace(force_prior(friction), none=1.0)
     )
-    posterior = integrate(problem, prior, noise, only_mode=only_mode)
+    posterior = integrate(problem, prior, noise, only_mode=first is None)
     return JointFit(
         alone=alone,
         records=records,

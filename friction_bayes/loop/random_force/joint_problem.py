@@ -18,7 +18,7 @@ none among them, each of which makes every set another one.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -28,10 +28,12 @@ from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.estimators.random_force.law_regression import LawRegression, near_least_squares
 from friction_bayes.estimators.random_force.posterior import GridPoint
 from friction_bayes.estimators.random_force.subsets import (
+    SetBounds,
     WeighedSets,
+    bound_sets,
     full_noise2,
     set_posterior,
-    weigh_sets,
+    weigh_bounded,
 )
 from friction_bayes.estimators.random_force.whitening import Whitened
 
@@ -39,8 +41,6 @@ __all__ = ["Conditional", "JointProblem", "Member", "Spread"]
 
 _RIDGE = 1e-10
 """Over a column's own sum of squares: columns may be the same to rounding."""
-_NEVER = -1e6
-"""Log prior probability of what makes no sense."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -86,8 +86,7 @@ class Spread:
 class JointProblem:
     """A regression of several records, integrated over the random force as that of one is.
 
-    Its sets hold the shared columns alone, once for each spread: set ``m`` of ``n`` at spread ``j`` is number
-    ``j n + m``.
+    Its sets hold the shared columns alone, each once for every spread that it may have.
 
     Parameters
     ----------
@@ -95,16 +94,30 @@ class JointProblem:
     own : ndarray of bool, shape (p,)
         Columns whose coefficient is each record's own. Their priors are normal.
     spread : Spread
+    kept : ndarray of bool, shape (m,), optional
+        The sets of the records that are weighed; all where left out.
+
+    Attributes
+    ----------
+    sets : ndarray of bool, shape (n, p)
+        Shared columns in each set.
+    number, spread_number : ndarray of int, shape (n,)
+        Which set of the records each is, and at which spread.
     """
 
-    def __init__(self, members: Sequence[Member], own: Mask, spread: Spread) -> None:
+    def __init__(
+        self, members: Sequence[Member], own: Mask, spread: Spread, kept: Mask | None = None
+    ) -> None:
         first = members[0].regression
         self.members, self.own, self.spread = tuple(members), own, spread
         self.names, self.scale, self.positive = first.names, first.scale, first.positive
-        self.sets = np.tile(first.sets & ~own, (spread.sd.size, 1))
-        meant = (spread.sd[:, None] == 0.0) | spread.sets
-        self.log_prior = np.where(meant, spread.log_prior[:, None] + first.log_prior, _NEVER).ravel()
-        self._own_sets, self._own_set = np.unique(first.sets & own, axis=0, return_inverse=True)
+        meant = ((spread.sd[:, None] == 0.0) | spread.sets) & (True if kept is None else kept)
+        self.spread_number, self.number = np.nonzero(meant)
+        self.sets = (first.sets & ~own)[self.number]
+        self.log_prior = spread.log_prior[self.spread_number] + first.log_prior[self.number]
+        self._own_sets, own_set = np.unique(first.sets & own, axis=0, return_inverse=True)
+        self._own_set = own_set[self.number]
+        self._known: dict[tuple[float, float], tuple[Array, float, int]] = {}
         self.references = self._least_squares()
         self._least_noise2 = max((m.regression.least_noise / m.noise) ** 2 for m in self.members)
 
@@ -112,30 +125,37 @@ class JointProblem:
         """Weights and marginals of all sets given the common ``q / sigma`` and ``tau``."""
         grams, log_determinant, used = self._sums(ratio, tau)
         lam = self._full_noise2(grams, used)
-        rows, shared = len(self.sets), np.flatnonzero(~self.own)
-        log_weight, noise2 = np.empty(rows), np.empty(rows)
+        shared = np.flatnonzero(~self.own)
+        positive, reference = self.positive[shared], self.references[0, shared]
+        # what all sets can have at most comes first, so that one is weighed only where it may matter
+        parts: list[tuple[Integers, Whitened, Mask, SetBounds]] = []
+        for mine, i, j in self._parts():
+            left = self._eliminated(grams, i, j, lam)
+            whitened = Whitened(left.gram, log_determinant + left.log_determinant, used)
+            sets = np.ascontiguousarray(self.sets[np.ix_(mine, shared)])
+            bounds = bound_sets(
+                whitened,
+                reference,
+                positive,
+                sets,
+                self.log_prior[mine],
+                least_noise2=self._least_noise2,
+                lam=lam,
+            )
+            parts.append((mine, whitened, sets, bounds))
+        log_weight, noise2 = np.empty(len(self.sets)), np.empty(len(self.sets))
         location, scale2 = np.full(self.sets.shape, np.nan), np.full(self.sets.shape, np.nan)
-        for j in range(self.spread.sd.size):
-            for i in range(len(self._own_sets)):
-                mine = j * self._own_set.size + np.flatnonzero(self._own_set == i)
-                left = self._eliminated(grams, i, j, lam)
-                found = weigh_sets(
-                    Whitened(left.gram, log_determinant + left.log_determinant, used),
-                    self.references[0, shared],
-                    self.positive[shared],
-                    np.ascontiguousarray(self.sets[np.ix_(mine, shared)]),
-                    self.log_prior[mine],
-                    least_noise2=self._least_noise2,
-                    lam=lam,
-                )
-                log_weight[mine], noise2[mine] = found.log_weight, found.noise2
-                location[np.ix_(mine, shared)], scale2[np.ix_(mine, shared)] = found.location, found.scale2
+        best = -math.inf
+        for mine, whitened, sets, bounds in sorted(parts, key=lambda part: -part[-1].log_weight.max()):
+            found = weigh_bounded(whitened, reference, positive, sets, bounds, best)
+            best = max(best, float(found.log_weight.max()))
+            log_weight[mine], noise2[mine] = found.log_weight, found.noise2
+            location[np.ix_(mine, shared)], scale2[np.ix_(mine, shared)] = found.location, found.scale2
         return WeighedSets(log_weight, location, scale2, noise2, lam)
 
     def conditional(self, point: GridPoint, row: int) -> Conditional:
         """What the records say of all coefficients in one set at a point of the grid."""
-        j, m = divmod(row, self._own_set.size)
-        i, lam = int(self._own_set[m]), point.found.full_noise2
+        i, j, lam = int(self._own_set[row]), int(self.spread_number[row]), point.found.full_noise2
         left = self._eliminated(self._sums(point.ratio, point.tau)[0], i, j, lam)
         shared, noise2 = ~self.own, float(point.found.noise2[row])
         columns = np.flatnonzero(self.sets[row])
@@ -155,8 +175,19 @@ class JointProblem:
             centre=self._centre(self._own_sets[i], j),
         )
 
+    def _parts(self) -> Iterator[tuple[Integers, int, int]]:
+        """Sets with the same own columns at the same spread: which they are, and those two."""
+        part = self._own_set * self.spread.sd.size + self.spread_number
+        for each in np.unique(part):
+            yield np.flatnonzero(part == each), *divmod(int(each), self.spread.sd.size)
+
     def _sums(self, ratio: float, tau: float) -> tuple[Array, float, int]:
-        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1)."""
+        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1); remembered."""
+        if (ratio, tau) not in self._known:
+            self._known[ratio, tau] = self._whitened(ratio, tau)
+        return self._known[ratio, tau]
+
+    def _whitened(self, ratio: float, tau: float) -> tuple[Array, float, int]:
         grams, log_determinant, used = [], 0.0, 0
         for member, reference in zip(self.members, self.references, strict=True):
             record = member.regression.whitened(reference, ratio * member.force / member.noise, tau)

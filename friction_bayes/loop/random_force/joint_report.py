@@ -165,10 +165,10 @@ def _candidates(fit: JointFit, draws: JointDraws) -> tuple[list[frozenset[str]],
     """Sets of effects, most probable first, their probabilities, and which each draw has."""
     names = fit.along[0].sets.effects
     force = fit.posterior.ratio > 0.0
-    by_set = fit.posterior.weight.reshape(force.size, -1, len(names)).sum(axis=1)
     total: dict[frozenset[str], float] = {}
     for used, extra in ((force, frozenset({RANDOM_FORCE.name})), (~force, frozenset())):
-        for each, p in zip(names, by_set[used].sum(axis=0), strict=True):
+        of_set = np.bincount(fit.problem.number, fit.posterior.weight[used].sum(axis=0), len(names))
+        for each, p in zip(names, of_set, strict=True):
             total[each | extra] = total.get(each | extra, 0.0) + float(p)
     sets = sorted((s for s, p in total.items() if p > _LEAST_PROBABILITY or not s), key=lambda s: -total[s])
     probabilities = np.array([total[s] for s in sets])

@@ -74,6 +74,9 @@ class Effect:
         The term, in one line.
     excludes : tuple of str
         Effects it never appears together with.
+    per_record : bool
+        Whether its parameters differ between records: those of the machine do not; those of what begins
+        anew with each release, or of the sensor as it stood then, do.
     """
 
     kind: ClassVar[str]
@@ -82,6 +85,7 @@ class Effect:
     parameters: tuple[Parameter, ...]
     summary: str
     excludes: tuple[str, ...] = ()
+    per_record: bool = False
 
     def priors(self, scales: Scales) -> tuple[Prior, ...]:
         """Return the prior of each parameter."""
@@ -145,6 +149,7 @@ class SensorEffect(Effect):
     kind: ClassVar[str] = "sensor"
 
     distort: Callable[..., Array]
+    per_record: bool = True
     after_noise: bool = False
     quantities: tuple[str, ...] = ()
     least_swing: float = 0.0

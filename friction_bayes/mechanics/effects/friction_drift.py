@@ -1,4 +1,8 @@
-"""Friction that changes over the record, ``r (1 + e (t/T - 1/2))``; ``r`` is its mean."""
+"""Friction that changes over the record, ``r (1 + e (t/T - 1/2))``; ``r`` is its mean.
+
+Each record has a change of its own: what began anew with every release and went the same way in all of them
+would be a law of the motion and no drift in time.
+"""
 
 from __future__ import annotations
 
@@ -35,5 +39,6 @@ FRICTION_DRIFT = ForceEffect(
             name="relative_change", unit="1", low=-2.0, high=2.0, prior=lambda scales: normal(0.5, -2.0, 2.0)
         ),
     ),
+    per_record=True,
     force=_force,
 )

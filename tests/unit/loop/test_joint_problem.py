@@ -8,7 +8,7 @@ import pytest
 from friction_bayes.estimators.random_force.law_regression import LawRegression
 from friction_bayes.estimators.random_force.posterior import GridPoint
 from friction_bayes.estimators.random_force.smoothing import Motion
-from friction_bayes.estimators.random_force.subsets import weigh_sets
+from friction_bayes.estimators.random_force.subsets import bound_sets, weigh_bounded
 from friction_bayes.estimators.random_force.whitening import Clock, Whitened, sensor_row
 from friction_bayes.loop.random_force.joint_problem import JointProblem, Member, Spread
 
@@ -97,7 +97,8 @@ def test_own_columns_integrated_out_are_all_columns_at_once(members, sd: float) 
     whitened, sets, together = dense(members, spread)
     positive = np.zeros(sets.shape[1], bool)
     positive[together] = POSITIVE[~OWN]
-    expected = weigh_sets(whitened, np.zeros(sets.shape[1]), positive, sets, LOG_PRIOR, lam=found.full_noise2)
+    weighed = whitened, np.zeros(sets.shape[1]), positive, sets
+    expected = weigh_bounded(*weighed, bound_sets(*weighed, LOG_PRIOR, lam=found.full_noise2))
     # sets far behind are not weighed to the end, and own columns are weighed apart
     near = expected.log_weight > expected.log_weight.max() - 12.0
     assert near.sum() >= 2
@@ -167,7 +168,20 @@ def test_a_spread_that_is_there_is_seen_and_weighed(members) -> None:
 
 def test_a_set_without_the_column_does_not_deviate(members) -> None:
     spread = Spread(column=2, sets=EVERY & [False, True, True, True], sd=SOME.sd, log_prior=SOME.log_prior)
-    log_weight = JointProblem(members, OWN, spread).weigh(RATIO, TAU).log_weight.reshape(3, 4)
-    assert np.isfinite(log_weight[:, 1:]).all()
-    assert np.isfinite(log_weight[0, 0])
-    assert np.all(log_weight[1:, 0] < log_weight[0, 0] - 100.0)
+    joint = JointProblem(members, OWN, spread)
+    assert joint.spread_number[joint.number == 0].tolist() == [0]
+    assert joint.spread_number[joint.number == 1].tolist() == [0, 1, 2]
+    assert np.isfinite(joint.weigh(RATIO, TAU).log_weight).all()
+
+
+def test_sets_that_are_kept_weigh_what_they_weigh_among_all(members) -> None:
+    every, few = (
+        JointProblem(members, OWN, SOME),
+        JointProblem(members, OWN, SOME, EVERY & [True, False, True, True]),
+    )
+    assert set(few.number) == {0, 2, 3}
+    found, among = few.weigh(RATIO, TAU), every.weigh(RATIO, TAU)
+    near = found.log_weight > among.log_weight.max() - 12.0
+    assert near.any()
+    rows = np.flatnonzero(every.number != 1)
+    np.testing.assert_allclose(found.log_weight[near], among.log_weight[rows][near], rtol=1e-12)

@@ -104,3 +104,29 @@ def test_what_it_does_not_go_with_is_refused(records: int, options: dict, proble
         fb.close_loop(
             releases(*[0.07] * records), SYSTEM, seed=1, effects=EFFECTS, varying_friction=True, **options
         )
+
+
+def test_a_drift_of_friction_is_each_records_own() -> None:
+    changes = (0.5, -0.5)
+    records = [
+        fb.simulate(
+            SYSTEM,
+            friction=0.07,
+            initial_displacement=0.0147,
+            duration=12.0,
+            sampling_rate=100.0,
+            noise_sd=5e-5,
+            seed=k,
+            effects={"friction_drift.relative_change": change},
+        )
+        for k, change in enumerate(changes)
+    ]
+    for options in ({}, {"random_force": "none"}):
+        found = fb.close_loop(records, SYSTEM, seed=1, effects=["friction_drift", "random_force"], **options)
+        assert found.candidates[0]["effects"] == ["friction_drift"]
+        parameters = found.effects[0]["parameters"]
+        assert set(parameters) == {"relative_change[0]", "relative_change[1]"}
+        for k, change in enumerate(changes):
+            one = parameters[f"relative_change[{k}]"]
+            assert one["mean"] == pytest.approx(change, abs=4.0 * one["sd"])
+            assert one["sd"] < 0.2
