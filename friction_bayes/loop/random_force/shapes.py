@@ -49,14 +49,15 @@ def best_shape(fit: ForceFit, binned: Array) -> Shape:
     bins = slice(0, binned.shape[1])
     beside = beside_law(fit, np.column_stack([binned, *columns]))
     whole = beside.test(bins)
-    excess = max(whole.statistic - whole.degrees, 1e-300)
+    # a single bin that fails may leave all of them together as chance would have them
+    excess = max(whole.statistic - whole.degrees, whole.degrees)
     found = []
     for j, name in enumerate(names, start=binned.shape[1]):
         taken = beside.with_law(j)
         if taken is None:
             continue
-        rest = taken.test(bins)
-        found.append(Shape(name, min(max(1.0 - (rest.statistic - rest.degrees) / excess, 0.0), 1.0)))
+        drop = whole.statistic - taken.test(bins).statistic
+        found.append(Shape(name, min(max(drop / excess, 0.0), 1.0)))
     return max(found, key=lambda shape: shape.share)
 
 
