@@ -1,0 +1,159 @@
+"""Ten decays of one rig without and ten with a damping magnet: is the damping found, and friction unmoved?"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+import friction_bayes as fb
+from experiments.runner import Cell, Experiment, Row, main
+from friction_bayes.core.text import percent, set_words
+
+__all__ = ["EXPERIMENT", "Config"]
+
+KINDS = {"no-magnet": "without the magnet", "magnet": "with the magnet"}
+DAMPING = "viscous_damping"
+LEAST_PROBABILITY, MOST_SD = 0.9, 2.0
+NUMBERS = {
+    "viscous": "probability of viscous damping",
+    "drag": "probability of viscous damping or quadratic drag",
+    "friction": "posterior mean of the mean friction",
+    "friction_sd": "its standard deviation",
+    "spread": "posterior mean of the spread of friction between releases",
+    "share": "median of the spread over friction",
+    "reduced_chi_square": "of the frictions that the records have one by one",
+    "elapsed": "wall time [s]",
+}
+TEXTS = ("verdict", "candidates", "failed", "unit")
+
+
+@dataclass(frozen=True)
+class Config:
+    """How many releases of each kind are weighed together, and how many candidates the table has."""
+
+    releases: int = 10
+    candidates: int = 3
+
+
+def cells(config: Config, full: bool) -> Sequence[Cell]:
+    """The two kinds; ``full`` changes nothing."""
+    del config, full
+    return [{"kind": kind} for kind in KINDS]
+
+
+def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+    """Close the loop on all releases of a kind, friction drawn anew for each."""
+    names = [f"pasco-oscillator/{cell['kind']}-{k}" for k in range(1, config.releases + 1)]
+    read = [fb.dataset_record(name) for name in names]
+    report = fb.close_loop(
+        [record for record, _ in read],
+        read[0][1],
+        seed=int(seed.generate_state(1)[0]),
+        varying_friction=True,
+    )
+    between = report.friction_between_records
+    assert between is not None
+    return {
+        "viscous": _probability(report, {DAMPING}),
+        "drag": _probability(report, {DAMPING, "quadratic_drag"}),
+        "friction": report.friction_after["mean"],
+        "friction_sd": report.friction_after["sd"],
+        "spread": between["spread"]["mean"],
+        "share": between["share_of_friction"],
+        "reduced_chi_square": between["reduced_chi_square"],
+        "elapsed": report.elapsed_s,
+        "verdict": report.verdict,
+        "candidates": json.dumps(report.candidates[: config.candidates]),
+        "failed": ", ".join(report.residual["after"]["failed"]),
+        "unit": report.friction_after["unit"],
+    }
+
+
+def _probability(report: fb.LoopReport, names: set[str]) -> float:
+    """Probability that any of some effects acts."""
+    return float(sum(c["probability"] for c in report.candidates if names & set(c["effects"])))
+
+
+def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dataset:
+    """One entry a kind."""
+    dataset = xr.Dataset(coords={"kind": [str(cell["kind"]) for cell in cells]})
+    for name, meaning in NUMBERS.items():
+        dataset[name] = ("kind", [float(result[name]) for result in results], {"long_name": meaning})
+    for name in TEXTS:
+        dataset[name] = ("kind", [str(result[name]) for result in results])
+    return dataset
+
+
+def rows(dataset: xr.Dataset) -> list[Row]:
+    """Damping with and without the magnet, and how far the frictions are apart."""
+    table = [_damping(dataset.sel(kind=kind), words, kind == "magnet") for kind, words in KINDS.items()]
+    without, beside = (dataset.sel(kind=kind) for kind in KINDS)
+    apart = float(beside["friction"] - without["friction"])
+    sds = abs(apart) / math.hypot(float(beside["friction_sd"]), float(without["friction_sd"]))
+    told = Row(
+        "friction with the magnet less without",
+        f"{apart:+.2g} {beside['unit'].item()}, {sds:.1f} sd",
+        f"<= {MOST_SD:g} sd",
+        "reached" if sds <= MOST_SD else "missed",
+    )
+    return [*table, told]
+
+
+def _damping(case: xr.Dataset, words: str, sought: bool) -> Row:
+    best = json.loads(case["candidates"].item())[0]
+    remark = f"{case['verdict'].item()}: {set_words(best['effects'])} ({percent(best['probability'])})"
+    viscous = float(case["viscous"])
+    if sought:
+        remark = f"{'reached' if viscous >= LEAST_PROBABILITY else 'missed'}; {remark}"
+    return Row(
+        f"P(viscous damping) {words}",
+        f"{viscous:.2g}; {float(case['drag']):.2g} that or quadratic drag",
+        f">= {LEAST_PROBABILITY:g}" if sought else "",
+        remark,
+    )
+
+
+def details(dataset: xr.Dataset) -> list[dict[str, str]]:
+    """Friction and its spread, what else was weighed and what the tests say, a line a kind."""
+    lines = []
+    for kind, words in KINDS.items():
+        case = dataset.sel(kind=kind)
+        unit, value = case["unit"].item(), {name: float(case[name]) for name in NUMBERS}
+        candidates = json.loads(case["candidates"].item())
+        spread = f"{value['spread']:.1g} {unit}, {percent(value['share'])} of friction"
+        lines.append(
+            {
+                "releases": words,
+                "friction": f"{value['friction']:.3g} ± {value['friction_sd']:.1g} {unit}",
+                "spread between releases": spread,
+                "reduced chi-square": f"{value['reduced_chi_square']:.2g}",
+                "candidates": "; ".join(
+                    f"{set_words(c['effects'])} ({percent(c['probability'])})" for c in candidates
+                ),
+                "tests that fail": case["failed"].item() or "none",
+                "time": f"{value['elapsed']:.0f} s",
+            }
+        )
+    return lines
+
+
+EXPERIMENT = Experiment(
+    name="pasco_together",
+    question="do ten releases weighed together show a damping magnet, and friction as without it?",
+    config=Config(),
+    cells=cells,
+    run=run,
+    assemble=assemble,
+    rows=rows,
+    beside="target",
+    details=details,
+)
+
+if __name__ == "__main__":
+    main(EXPERIMENT)
