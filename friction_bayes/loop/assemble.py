@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.next_experiment import next_experiment
 from friction_bayes.loop.paper_procedure import paper_procedure
 from friction_bayes.loop.parameters import FRICTION
+from friction_bayes.loop.reference_force import compare_forces
 from friction_bayes.loop.residual_tests import residual_tests
 from friction_bayes.loop.result import LoopReport, RecordTrace
 from friction_bayes.loop.verdict import credible_count, verdict
@@ -50,7 +52,7 @@ def assemble_report(
     started: float,
     check: bool,
     reference_friction: float | None,
-    force_error: dict[str, Any] | None,
+    reference_force: Array | None,
     tolerance: float,
 ) -> LoopReport:
     """Mix the candidates, test what the most probable leaves, and gather the report.
@@ -70,8 +72,8 @@ def assemble_report(
         Sample the final posterior with emcee too.
     reference_friction : float or None
         Friction known from elsewhere [N or N m].
-    force_error : dict or None
-        Differences from a measured force, as from :func:`friction_bayes.loop.reference_force.compare_forces`.
+    reference_force : ndarray or None
+        Measured force, as from :func:`friction_bayes.loop.reference_force.validate_force`.
     tolerance : float
         Share of the loss of amplitude from which on dry friction matters.
     """
@@ -90,9 +92,10 @@ def assemble_report(
         "before": residual_tests(found.before).to_dict(),
         "after": best.tests.to_dict(),
     }
-    if force_error is not None:
-        residual["force"] = force_error
     left, traces = best.left(), best.traces()
+    if reference_force is not None:
+        residual["force"], forces = compare_forces(found.before, best.resisting_force(), reference_force)
+        traces = (replace(traces[0], forces=forces), *traces[1:])
     forecasts = forecast_records(found.before), best.forecasts()
     reference = _compare_with_reference(after, before, reference_friction) or {}
     if check:

@@ -27,7 +27,7 @@ from friction_bayes.loop.noise import NoiseModel
 from friction_bayes.loop.random_force.force_family import force_family
 from friction_bayes.loop.random_force.joint_fit import fit_together
 from friction_bayes.loop.random_force.joint_report import joint_report, only_searched
-from friction_bayes.loop.reference_force import compare_forces, validate_force
+from friction_bayes.loop.reference_force import validate_force
 from friction_bayes.loop.result import LoopReport
 from friction_bayes.loop.search import Search
 from friction_bayes.loop.search_family import SearchFamily
@@ -80,7 +80,7 @@ def close_loop(
         White, autoregressive, or decided by the spectrum of the residual above the motion's harmonics.
     random_force : {"auto", "none"}
         Whether candidates with a force that fluctuates are weighed beside those without. They are with
-        ``noise="auto"`` where no measured force comes with the records; several are not checked then.
+        ``noise="auto"``; several records are then neither checked nor set beside a measured force.
     varying_friction : bool
         Take it that friction differs between the records: each one's is drawn from one normal distribution,
         whose mean is the friction reported. Left out, records that are weighed along their motions together
@@ -126,11 +126,10 @@ def close_loop(
     system = _calibrated(system, segments)
     found = _search(system, segments, searched, noise, progress)
     rng_search, rng_force, rng_report, rng_together = np.random.default_rng(seed).spawn(4)
-    error, forces = (None, None) if force is None else compare_forces(found.before, found.fits[0], force)
-    searched_sets = SearchFamily(found, allowed, rng_search, forces)
+    searched_sets = SearchFamily(found, allowed, rng_search)
     families: list[Family] = [searched_sets]
     sought = random_force == "auto" and noise == "auto" and RANDOM_FORCE.name in allowed
-    if sought and len(segments) == 1 and force is None:
+    if sought and len(segments) == 1:
         fluctuating = force_family(searched_sets, allowed, tolerance, rng_force)
         families += [fluctuating] if fluctuating is not None else []
     report = assemble_report(
@@ -141,7 +140,7 @@ def close_loop(
         started=started,
         check=check,
         reference_friction=reference_friction,
-        force_error=error,
+        reference_force=force,
         tolerance=tolerance,
     )
     several = sought and len(segments) > 1 and force is None and not check and not only_searched(found)

@@ -17,6 +17,7 @@ from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.forecast import Forecast
 from friction_bayes.loop.next_experiment import Contender
+from friction_bayes.loop.reference_force import ResistingForce
 from friction_bayes.loop.residual_tests import ResidualTests
 from friction_bayes.loop.result import RecordTrace
 
@@ -126,6 +127,10 @@ class Family(Protocol):
 
     def traces(self) -> tuple[RecordTrace, ...]:
         """Each record with the most probable candidate."""
+        ...
+
+    def resisting_force(self) -> ResistingForce:
+        """Of the first record, by the most probable candidate."""
         ...
 
     def contender(self, names: Names) -> Contender | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,31 @@ from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
 
-__all__ = ["compare_forces", "resisting_force", "validate_force"]
+__all__ = ["ResistingForce", "compare_forces", "resisting_force", "validate_force"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ResistingForce:
+    """Force that resists the motion of a record under a model, at the samples that it was fitted to.
+
+    Attributes
+    ----------
+    law : ndarray, shape (n,)
+        By the law alone [N or N m].
+    fluctuation : ndarray, shape (n,), or None
+        What the random force adds; None where there is none.
+    direction : ndarray, shape (n,)
+        Sign of the velocity, zero at rest.
+    """
+
+    law: Array
+    fluctuation: Array | None = None
+    direction: Array
+
+    @property
+    def total(self) -> Array:
+        """Law and fluctuation, shape (n,)."""
+        return self.law if self.fluctuation is None else self.law + self.fluctuation
 
 
 def resisting_force(fit: LoopFit) -> Array:
@@ -56,34 +81,46 @@ def validate_force(segment: Segment, measured: ArrayLike) -> Array:
 
 
 def compare_forces(
-    before: LoopFit, after: LoopFit, measured: Array
+    before: LoopFit, after: ResistingForce, measured: Array
 ) -> tuple[dict[str, Any], tuple[Array, ...]]:
     """Compare a measured friction force with two models, over the samples used of the first record.
 
     Parameters
     ----------
-    before, after : LoopFit
+    before : LoopFit
+        The Coulomb model alone.
+    after : ResistingForce
+        Of the final model; the samples that it has are compared.
     measured : ndarray, shape (n,)
         As from :func:`validate_force`; of either sign, that by which it takes energy is used.
 
     Returns
     -------
     differences : dict
-        Root mean square error ``before`` and ``after``, mean level of the measured force while moving, unit.
+        Root mean square error ``before`` and ``after``, mean ``level`` of the measured force while moving,
+        ``unit``, and the share of the measured force's variance that is ``explained_by_law`` alone and
+        ``explained_with_fluctuation`` (None where the final model has none).
     forces : tuple of ndarray
-        Measured, before and after, at the samples used.
+        Measured, before and after, at these samples.
     """
-    segment = after.model.segments[0]
-    used = segment.of_record(measured)
-    direction = after.predictions[0].direction
+    segment, n, direction = before.model.segments[0], after.law.size, after.direction
+    used = segment.of_record(measured)[:n]
     moving = direction != 0.0
     if float(used @ direction) < 0.0:
         used = -used
-    forces = (used, resisting_force(before), resisting_force(after))
+    forces = (used, resisting_force(before)[:n], after.total)
     differences = {
         "before": float(np.sqrt(np.mean((used - forces[1]) ** 2))),
         "after": float(np.sqrt(np.mean((used - forces[2]) ** 2))),
         "level": float(np.mean((used * direction)[moving])) if moving.any() else math.nan,
-        "unit": after.model.system.friction_unit,
+        "unit": before.model.system.friction_unit,
+        "explained_by_law": _explained(used, after.law),
+        "explained_with_fluctuation": None if after.fluctuation is None else _explained(used, after.total),
     }
     return differences, forces
+
+
+def _explained(measured: Array, model: Array) -> float:
+    """Share of the variance of a measured force that a model's explains."""
+    variance = float(np.var(measured))
+    return 1.0 - float(np.mean((measured - model) ** 2)) / variance if variance > 0.0 else math.nan

@@ -18,6 +18,7 @@ from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import Forecast, forecast_records
 from friction_bayes.loop.next_experiment import Contender
 from friction_bayes.loop.parameters import FRICTION, LOG_FREQUENCY_RATIO
+from friction_bayes.loop.reference_force import ResistingForce, resisting_force
 from friction_bayes.loop.residual_tests import ResidualTests, residual_tests
 from friction_bayes.loop.result import RecordTrace
 from friction_bayes.loop.sampler_check import sampler_check
@@ -35,8 +36,6 @@ class SearchFamily:
         All effects that any family may have: those that the search does not try are absent from its sets.
     rng : numpy.random.Generator
         Of the draws.
-    forces : tuple of ndarray, optional
-        Measured force and those of both models, to go with the first record's trace.
     """
 
     def __init__(
@@ -44,9 +43,8 @@ class SearchFamily:
         found: SearchResult,
         allowed: tuple[str, ...],
         rng: np.random.Generator,
-        forces: tuple[Array, ...] | None = None,
     ) -> None:
-        self.found, self.forces = found, forces
+        self.found = found
         self.sets, self.trail = found.sets, found.trail
         absent = len(allowed) - len(found.allowed)
         self.log_weights = found.log_weights + absent * math.log1p(-INCLUSION) + _of_autoregression(found)
@@ -145,9 +143,10 @@ class SearchFamily:
 
     def traces(self) -> tuple[RecordTrace, ...]:
         records = range(len(self.best.noises))
-        return tuple(
-            _trace(self.found.before, self.best, r, self.forces if r == 0 else None) for r in records
-        )
+        return tuple(_trace(self.found.before, self.best, r) for r in records)
+
+    def resisting_force(self) -> ResistingForce:
+        return ResistingForce(law=resisting_force(self.best), direction=self.best.predictions[0].direction)
 
     def contender(self, names: frozenset[str]) -> Contender:
         return Contender.of_fit(self.found.fits[self.sets.index(names)])
@@ -168,7 +167,7 @@ def _of_autoregression(found: SearchResult) -> float:
     return value
 
 
-def _trace(before: LoopFit, after: LoopFit, r: int, forces: tuple[Array, ...] | None) -> RecordTrace:
+def _trace(before: LoopFit, after: LoopFit, r: int) -> RecordTrace:
     """One record with both models."""
     segment, last = after.model.segments[r], after.predictions[r]
     turns = last.turning_times
@@ -192,5 +191,4 @@ def _trace(before: LoopFit, after: LoopFit, r: int, forces: tuple[Array, ...] | 
         turning_points_before=before.predictions[r].turning_points,
         turning_times=decay.start_time + turns,
         turning_points=last.turning_points,
-        forces=forces,
     )

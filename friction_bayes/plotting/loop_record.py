@@ -256,7 +256,8 @@ def plot_loop_force(trace: RecordTrace, *, unit: str) -> Figure:
     matplotlib.figure.Figure
     """
     assert trace.forces is not None
-    against = np.sign(trace.forces[2])
+    # a force that fluctuates may push for a while
+    against = np.sign(trace.forces[2] if trace.fluctuation is None else trace.fluctuation.velocity)
     styles = (
         ("measured", {"color": DATA, "ls": "", "marker": ".", "ms": 3.5, "mew": 0.0}),
         ("before", {"color": ACCENT, "lw": 1.2, "ls": (0, (4, 2))}),

@@ -316,9 +316,15 @@ def _force(report: Report) -> str:
     force = report["residual"]["force"]
     before, after, level = (number(force[name], 3) for name in ("before", "after", "level"))
     unit = force["unit"]
-    return (
+    lines = [
         f"RMS difference {before} {unit} before, {after} {unit} after; mean during the motion {level} {unit}"
-    )
+    ]
+    law, fluctuation = force["explained_by_law"], force["explained_with_fluctuation"]
+    if law is not None:
+        lines.append(f"the law alone explains {percent(max(law, 0.0))} of its variance")
+    if fluctuation is not None:
+        lines[-1] += f", with the fluctuation {percent(max(fluctuation, 0.0))}"
+    return "\n".join(lines)
 
 
 def sampler_lines(sampler: Mapping[str, Any]) -> list[str]:

@@ -27,6 +27,7 @@ from friction_bayes.loop.random_force.effect_columns import (
     sensor_columns,
 )
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
+from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 
 __all__ = ["STIFFNESS_SD", "LawColumns", "law_columns"]
@@ -46,6 +47,8 @@ class LawColumns:
         What the sensor shows of each, natural units.
     states : ndarray, shape (n, 2, p)
         Displacement and velocity of each; none of a sensor's fault.
+    forces : ndarray, shape (n, p)
+        Force of each, natural units; none of the start and of a sensor's fault.
     known : ndarray, shape (n,)
         What the sensor shows of the terms without a coefficient.
     known_states : ndarray, shape (n, 2)
@@ -58,6 +61,7 @@ class LawColumns:
     columns: tuple[Column, ...]
     sensor: Array
     states: Array
+    forces: Array
     known: Array
     known_states: Array
     friction: float
@@ -87,6 +91,12 @@ class LawColumns:
     def frictions(self) -> list[int]:
         """The columns of friction, of which a set holds one or, where nothing rubs, none."""
         return [j for j, c in enumerate(self.columns) if c.kind == "friction"]
+
+    @property
+    def resisting(self) -> list[int]:
+        """Columns of forces that are not of a spring."""
+        spring = CUBIC_STIFFNESS.name
+        return [j for j, c in enumerate(self.columns) if j not in self.always and c.effect != spring]
 
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:
         """Columns of an effect for each of its shapes; all lines of interference are one."""
@@ -166,7 +176,8 @@ def law_columns(
     direct = np.column_stack(samples)
     start = initial_response(path.phase)
     states = np.concatenate([start, answered[:, :, :-1]], axis=2)
-    sensor = at_sensor(states, row, np.column_stack([np.zeros((path.phase.size, 2)), direct[:, :-1]]))
+    forces = np.column_stack([np.zeros((path.phase.size, 2)), direct[:, :-1]])
+    sensor = at_sensor(states, row, forces)
     known = at_sensor(answered[:, :, -1:], row, direct[:, -1:])[:, 0]
     faults = []
     for name in effects:
@@ -182,10 +193,12 @@ def law_columns(
     if faults:
         sensor = np.column_stack([sensor, *faults])
         states = np.concatenate([states, np.zeros((path.phase.size, 2, len(faults)))], axis=2)
+        forces = np.column_stack([forces, np.zeros((path.phase.size, len(faults)))])
     return LawColumns(
         columns=tuple(columns),
         sensor=sensor,
         states=states,
+        forces=forces,
         known=known,
         known_states=answered[:, :, -1],
         friction=friction * unit,

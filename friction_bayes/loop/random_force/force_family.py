@@ -29,6 +29,7 @@ from friction_bayes.loop.random_force.forecast import forecast
 from friction_bayes.loop.random_force.left_over import LeftOver, what_is_left
 from friction_bayes.loop.random_force.sampler_check import check_random_force
 from friction_bayes.loop.random_force.witnesses import two_witnesses
+from friction_bayes.loop.reference_force import ResistingForce
 from friction_bayes.loop.result import FluctuationTrace, RecordTrace
 from friction_bayes.loop.search_family import SearchFamily
 from friction_bayes.mechanics.effects import EFFECTS
@@ -339,6 +340,15 @@ class ForceFamily:
             else None,
         )
         return (trace,)
+
+    def resisting_force(self) -> ResistingForce:
+        fit, law = self.best, self.best.law
+        resisting = law.resisting
+        return ResistingForce(
+            law=-law.unit_force * (law.forces[:, resisting] @ fit.coefficients[resisting]),
+            fluctuation=-law.unit_force * fit.fluctuation if RANDOM_FORCE.name in self.sets[0] else None,
+            direction=np.sign(fit.path.v),
+        )
 
     def contender(self, names: frozenset[str]) -> Contender | None:
         return drawn_contender(self._law_draws, self.draws.candidate == self.sets.index(names))

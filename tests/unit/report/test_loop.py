@@ -233,8 +233,17 @@ def test_story_of_another_frequency(loop_report: LoopReport) -> None:
 
 def test_story_of_a_measured_force(loop_report: LoopReport) -> None:
     force = {"before": 0.1, "after": 0.02, "level": 0.5, "unit": "N"}
-    told = dict(loop_story(replace(loop_report, residual=loop_report.residual | {"force": force}).to_dict()))
-    assert told["measured force"] == "RMS difference 0.1 N before, 0.02 N after; mean during the motion 0.5 N"
+    explained = {"explained_by_law": 0.91, "explained_with_fluctuation": None}
+    told = _told_of_force(loop_report, force | explained)
+    first = "RMS difference 0.1 N before, 0.02 N after; mean during the motion 0.5 N"
+    assert told == f"{first}\nthe law alone explains 91.0 % of its variance"
+    told = _told_of_force(loop_report, force | explained | {"explained_with_fluctuation": 0.98})
+    assert told.endswith("the law alone explains 91.0 % of its variance, with the fluctuation 98.0 %")
+
+
+def _told_of_force(report: LoopReport, force: dict[str, Any]) -> str:
+    residual = report.residual | {"force": force}
+    return dict(loop_story(replace(report, residual=residual).to_dict()))["measured force"]
 
 
 def test_story_of_the_sampler(loop_report: LoopReport) -> None:
