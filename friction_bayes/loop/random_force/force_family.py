@@ -277,7 +277,7 @@ class ForceFamily:
 
     def check(self, seed: int) -> dict[str, Any]:
         factor, _, unit = friction_scale(self.found.before.model)
-        return check_random_force(self.fit, factor, unit, seed)
+        return check_random_force(self.best, factor, unit, seed, forced=RANDOM_FORCE.name in self.sets[0])
 
     def witnesses(self) -> dict[str, Any]:
         """Friction by the loss of amplitude and by the shape within a cycle, in the best law."""

@@ -1,4 +1,4 @@
-"""Compare the posterior of a law under a random force with a sampler's."""
+"""Compare the posterior of a law along the measured motion with a sampler's, under a random force or not."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from friction_bayes.core.summary import Summary
 from friction_bayes.estimators.random_force.sampler_target import force_target, half_cycle_blocks
 from friction_bayes.loop.random_force.draws import law_draws
 from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.random_force.sensor_noise_target import sensor_noise_target
 from friction_bayes.validation.agreement import compare
 
 __all__ = ["best_set", "check_random_force", "target_of_set"]
@@ -24,14 +25,14 @@ _MOST_STEPS = 2000
 _CLOSED_FORM_DRAWS = 40_000
 
 
-def best_set(fit: ForceFit) -> int:
-    """The most probable set of columns, given that there is a random force."""
+def best_set(fit: ForceFit, *, forced: bool) -> int:
+    """The most probable set of columns, given that there is a random force or none."""
     posterior = fit.posterior
-    return int(np.argmax(posterior.weight[posterior.ratio > 0.0].sum(axis=0)))
+    return int(np.argmax(posterior.weight[(posterior.ratio > 0.0) == forced].sum(axis=0)))
 
 
-def target_of_set(fit: ForceFit, chosen: int) -> Target:
-    """Posterior of a set's coefficients, confined to their support, of noise and of the random force.
+def target_of_set(fit: ForceFit, chosen: int, *, forced: bool) -> Target:
+    """Posterior of a set's coefficients, confined to their support, of noise and of any random force.
 
     Columns are those along the measured motion and timing jitter is as found: neither is sampled.
     """
@@ -40,30 +41,32 @@ def target_of_set(fit: ForceFit, chosen: int) -> Target:
     frictions = np.isin(np.flatnonzero(columns), fit.law.frictions)
     order = fit.segment.order
 
-    def natural(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
-        # as for the draws of the closed form: the factor to force stays that of the declared system
-        factor = fit.law.unit_force * np.maximum(1.0 + law[:, regression.stiffness], 0.25) ** (
-            0.5 * (order - 2)
-        )
-        return {
-            "friction": law[:, frictions].sum(axis=1) * factor,
-            "random_force_sd": q * factor,
-            "correlation_time": tau / fit.w0,
-            "noise_sd": noise * fit.unit,
-        }
+    blocks, signal = half_cycle_blocks(regression.clock.phase), fit.segment.values[: fit.samples]
 
+    def unit_force(law: Array) -> Array:
+        # as for the draws of the closed form: the factor to force stays that of the declared system
+        change = np.maximum(1.0 + law[:, regression.stiffness], 0.25)
+        return np.asarray(fit.law.unit_force * change ** (0.5 * (order - 2)))
+
+    def without_force(law: Array, noise: Array) -> dict[str, Array]:
+        friction = law[:, frictions].sum(axis=1) * unit_force(law)
+        return {"friction": friction, "noise_sd": noise * fit.unit}
+
+    def with_force(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
+        force = {"random_force_sd": q * unit_force(law), "correlation_time": tau / fit.w0}
+        return without_force(law, noise) | force
+
+    if not forced:
+        return sensor_noise_target(
+            regression, natural=without_force, blocks=blocks, signal=signal, unit=fit.unit
+        )
     return force_target(
-        regression,
-        fit.prior,
-        natural=natural,
-        blocks=half_cycle_blocks(regression.clock.phase),
-        signal=fit.segment.values[: fit.samples],
-        unit=fit.unit,
+        regression, fit.prior, natural=with_force, blocks=blocks, signal=signal, unit=fit.unit
     )
 
 
-def check_random_force(fit: ForceFit, factor: float, unit: str, seed: int) -> dict[str, Any]:
-    """Sample the most probable set of columns under a random force with emcee, and compare friction.
+def check_random_force(fit: ForceFit, factor: float, unit: str, seed: int, *, forced: bool) -> dict[str, Any]:
+    """Sample the most probable set of columns with emcee, and compare friction.
 
     Parameters
     ----------
@@ -73,31 +76,38 @@ def check_random_force(fit: ForceFit, factor: float, unit: str, seed: int) -> di
     unit : str
         Of the latter.
     seed : int
+    forced : bool
+        Whether the set of columns under a random force is meant, or that without one.
 
     Returns
     -------
     dict
-        As from :func:`friction_bayes.loop.sampler_check.sampler_check`; ``leave_one_out`` is null: under a
-        random force half cycles are not independent given the parameters.
+        As from :func:`friction_bayes.loop.sampler_check.sampler_check`; ``leave_one_out`` is null: the
+        Coulomb model is not sampled along the measured motion, and under a random force half cycles are not
+        independent given the parameters.
     """
     # only here is a sampler loaded
     from friction_bayes.reference import sample_target
 
-    chosen = best_set(fit)
+    chosen = best_set(fit, forced=forced)
     check: dict[str, Any] = {"sampler": "emcee", "seed": seed}
     try:
         with warnings.catch_warnings():
             # reported in the result
             warnings.simplefilter("ignore", NotConvergedWarning)
             tree = sample_target(
-                target_of_set(fit, chosen), seed=seed, ensembles=_ENSEMBLES, ess=_ESS, max_steps=_MOST_STEPS
+                target_of_set(fit, chosen, forced=forced),
+                seed=seed,
+                ensembles=_ENSEMBLES,
+                ess=_ESS,
+                max_steps=_MOST_STEPS,
             )
     except InputError as error:
         return check | {"converged": False, "agrees": None, "because": f"not sampled: {error}"}
     attrs = tree.attrs
     sampled = np.asarray(tree["posterior"].dataset["friction"].values)
     draws = law_draws(fit, np.random.default_rng(seed), _CLOSED_FORM_DRAWS)
-    expected = draws.friction[(draws.chosen == chosen) & (draws.random_force > 0.0)]
+    expected = draws.friction[(draws.chosen == chosen) & ((draws.random_force > 0.0) == forced)]
     grouped = sampled.reshape(attrs["ensembles"], attrs["walkers"], -1)
     agreement = compare(expected, grouped, minimum_ess=0.5 * _ESS)
     converged = bool(attrs["converged"])

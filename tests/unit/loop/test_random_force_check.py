@@ -41,7 +41,7 @@ def fit() -> ForceFit:
 
 def test_coefficients_stay_in_their_support(fit: ForceFit) -> None:
     chosen = fit.sets.effects.index(frozenset({"viscous_damping"}))
-    target = target_of_set(fit, chosen)
+    target = target_of_set(fit, chosen, forced=True)
     assert len(target.names) == fit.sets.columns[chosen].sum() + 3
     assert np.isfinite(target.log_prob(target.centre[None])).all()
     positive = np.flatnonzero(fit.law.positive[fit.sets.columns[chosen]])
@@ -53,8 +53,8 @@ def test_coefficients_stay_in_their_support(fit: ForceFit) -> None:
 
 
 def test_closed_form_and_sampler_agree_on_friction(fit: ForceFit) -> None:
-    assert fit.sets.effects[best_set(fit)] == frozenset()
-    check = check_random_force(fit, 1.0, "N", seed=1)
+    assert fit.sets.effects[best_set(fit, forced=True)] == frozenset()
+    check = check_random_force(fit, 1.0, "N", seed=1, forced=True)
     assert check["converged"]
     assert check["rhat"] < 1.01
     assert check["agrees"] is True, check["because"]
@@ -65,14 +65,40 @@ def test_closed_form_and_sampler_agree_on_friction(fit: ForceFit) -> None:
 def test_a_positive_coefficient_near_zero(fit: ForceFit, monkeypatch: pytest.MonkeyPatch) -> None:
     """Viscous damping that is not there: friction beside it is far from normal."""
     viscous = fit.sets.effects.index(frozenset({"viscous_damping"}))
-    monkeypatch.setattr(sampler_check, "best_set", lambda fit: viscous)
+    monkeypatch.setattr(sampler_check, "best_set", lambda fit, forced: viscous)
     # the set has a probability of a thousandth: its draws are drawn for it alone
     alone = np.zeros_like(fit.posterior.weight)
     alone[:, viscous] = fit.posterior.weight[:, viscous]
     monkeypatch.setattr(fit.posterior, "weight", alone / alone.sum())
-    check = check_random_force(fit, 1.0, "N", seed=1)
+    check = check_random_force(fit, 1.0, "N", seed=1, forced=True)
     sampled, closed = check["friction"], check["closed_form"]
     assert sampled["mean"] == pytest.approx(closed["mean"], abs=0.12 * closed["sd"])
     assert sampled["sd"] == pytest.approx(closed["sd"], rel=0.08)
     # the size and the correlation time of the force mix slowly here, and the check says so by itself
     assert check["converged"] or "not converged" in check["because"]
+
+
+def test_closed_form_and_sampler_agree_without_a_force(fit: ForceFit) -> None:
+    still = fit.among(np.outer(fit.posterior.ratio == 0.0, np.ones(len(fit.sets.effects), bool)))
+    check = check_random_force(still, 1.0, "N", seed=1, forced=False)
+    assert check["converged"]
+    assert check["agrees"] is True, check["because"]
+
+
+def test_the_target_without_a_force_is_the_closed_form(fit: ForceFit) -> None:
+    """They differ in the unit of the prior precision alone: the noise found, or the noise itself."""
+    chosen = best_set(fit, forced=False)
+    target = target_of_set(fit, chosen, forced=False)
+    rng = np.random.default_rng(1)
+    theta = target.centre + 0.3 * rng.standard_normal((50, target.centre.size)) * np.sqrt(
+        np.diag(target.covariance)
+    )
+    scaled = theta[:, :-1] / fit.law.scale[fit.sets.columns[chosen]]
+    log_v = theta[:, -1] - target.centre[-1]
+    prior = 0.5 * (scaled.shape[1] * log_v + (scaled**2).sum(axis=1) * np.expm1(-log_v))
+    difference = target.log_prob(theta) - target.closed_form(theta) - prior
+    inside = np.isfinite(difference)
+    assert inside.sum() > 20
+    assert np.ptp(difference[inside]) < 1e-6
+    blocks = target.pointwise(theta).sum(axis=1)
+    np.testing.assert_allclose(blocks + target.log_prior(theta), target.log_prob(theta), rtol=1e-9)

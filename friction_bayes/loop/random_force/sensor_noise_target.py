@@ -1,0 +1,129 @@
+r"""The posterior of a law along the measured motion without a random force, as a sampler sees it.
+
+.. math:: y \sim N(X b, \sigma^2 V), \quad b_j \sim N(0, s_j^2), \quad p(\sigma) \propto 1/\sigma
+
+with ``V`` the variances of the clock and ``s`` the prior sd of the coefficients, half-normal where a
+coefficient has to be positive: what :mod:`friction_bayes.estimators.random_force.sampler_target` has with a
+random force. The closed form has the prior precision in units of the noise found with all columns.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from friction_bayes.conjugate.likelihood import Target, signal_log_likelihood
+from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.errors import InputError
+from friction_bayes.estimators.random_force.law_regression import LawRegression, near_least_squares
+
+__all__ = ["sensor_noise_target"]
+
+_LOG_LIMIT = 300.0
+
+
+def sensor_noise_target(
+    regression: LawRegression,
+    *,
+    natural: Callable[[Array, Array], dict[str, Array]],
+    blocks: Integers,
+    signal: Array,
+    unit: float,
+) -> Target:
+    """Build the target of a regression given that there is no random force.
+
+    Parameters
+    ----------
+    regression : LawRegression
+        On one set of columns, see :meth:`LawRegression.of_columns`.
+    natural : callable, (coefficients (m, p), noise sd (m,)) -> dict
+        Natural parameters of draws, from those in natural units.
+    blocks : ndarray of int, shape (b,)
+        First sample of every half cycle.
+    signal : ndarray, shape (n,)
+        The record in its own unit.
+    unit : float
+        Natural unit in the unit of the signal.
+
+    Returns
+    -------
+    Target
+        Coordinates: the coefficients and ``log_variance`` of the sensor noise, natural units.
+    """
+    scale, positive, variance = regression.scale, regression.positive, regression.clock.variance
+    used = np.isfinite(variance)
+    n, p = int(np.count_nonzero(used)), scale.size
+    # about least squares, so that no small difference of large sums is taken
+    reference = near_least_squares(regression.whitened(np.zeros(p), 0.0, 1.0).gram)
+    whitened = regression.whitened(reference, 0.0, 1.0)
+    gram, log_determinant = whitened.gram, whitened.log_determinant
+    quietest = 2.0 * math.log(max(regression.least_noise, 1e-300))
+    log_normaliser = -0.5 * math.log(2.0 * math.pi) - np.log(scale) + math.log(2.0) * positive
+    noise2 = max(float(gram[p, p]) / max(n - p, 1), regression.least_noise**2)
+    precision = gram[:p, :p] + noise2 * np.eye(p)
+    middle = reference + np.linalg.solve(precision, gram[:p, p] - noise2 * reference)
+
+    def misfit(scaled: Array) -> Array:
+        rest = np.column_stack([reference - scaled, np.ones(len(scaled))])
+        return np.asarray(np.einsum("mi,ij,mj->m", rest, gram, rest))
+
+    def log_prior(theta: Array) -> Array:
+        scaled, log_v = theta[:, :-1] / scale, theta[:, -1]
+        inside = np.all((scaled >= 0.0) | ~positive, axis=1) & (log_v >= quietest)
+        return np.where(
+            inside & (np.abs(log_v) < _LOG_LIMIT), (log_normaliser - 0.5 * scaled**2).sum(axis=1), -np.inf
+        )
+
+    def log_prob(theta: Array) -> Array:
+        out = log_prior(theta)
+        use = np.isfinite(out)
+        likelihood = signal_log_likelihood(misfit(theta[use, :-1] / scale), theta[use, -1], n)
+        out[use] += likelihood - 0.5 * log_determinant
+        return out
+
+    def closed_form(theta: Array) -> Array:
+        away, log_v = theta[:, :-1] / scale - middle, theta[:, -1]
+        rest = float(misfit(middle[None])[0] + noise2 * middle @ middle)
+        quadratic = np.einsum("mi,ij,mj->m", away, precision, away) + rest
+        density = -0.5 * (n + p) * log_v - 0.5 * np.exp(-log_v) * quadratic
+        return np.where(np.isfinite(log_prior(theta)), density, -np.inf)
+
+    def pointwise(theta: Array) -> Array:
+        rest = np.array([regression.residual(law) for law in theta[:, :-1]])
+        known = np.where(used, variance, 1.0)
+        spread = math.log(2.0 * math.pi) + theta[:, -1:] + np.log(known)
+        each = np.where(used, -0.5 * (spread + rest**2 / known * np.exp(-theta[:, -1:])), 0.0)
+        return np.asarray(np.add.reduceat(each, blocks, axis=1))
+
+    def predictive(theta: Array, rng: np.random.Generator) -> Array:
+        rest = np.array([regression.residual(law) for law in theta[:, :-1]])
+        noise = np.exp(0.5 * theta[:, -1:]) * rng.standard_normal(rest.shape)
+        return np.asarray(signal + unit * (noise - rest))
+
+    def prior_draws(rng: np.random.Generator, count: int) -> Array:
+        raise InputError("prior", "that of the noise is improper", "draw from a proper prior")
+
+    covariance = np.zeros((p + 1, p + 1))
+    covariance[:p, :p] = noise2 * np.linalg.inv(precision) * np.outer(scale, scale)
+    covariance[p, p] = 2.0 / n
+    sd = np.sqrt(np.diag(covariance))
+    centre = np.append(middle * scale, math.log(noise2))
+    # where the sampler starts has to lie inside the support
+    centre[:p] = np.where(positive, np.maximum(centre[:p], 0.5 * sd[:p]), centre[:p])
+    centre[p] = max(centre[p], quietest + 0.5 * sd[p])
+    return Target(
+        names=(*regression.names, "log_variance"),
+        log_prob=log_prob,
+        closed_form=closed_form,
+        centre=centre,
+        covariance=covariance,
+        posterior=lambda theta: natural(theta[:, :-1], np.exp(0.5 * theta[:, -1])),
+        log_prior=log_prior,
+        pointwise=pointwise,
+        predictive=predictive,
+        prior_draws=prior_draws,
+        observed=signal,
+        observed_name="signal",
+    )
