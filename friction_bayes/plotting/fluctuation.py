@@ -58,7 +58,7 @@ def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None, shape: s
         over_time.plot(trace.time, found.force, color=MODEL, lw=0.6, rasterized=True, label="force left")
         over_time.set_xlabel("time [s]")
         over_time.set_ylabel(f"force left [{found.unit}]")
-        over_time.set_title(trace.name)
+        over_time.set_title(f"{trace.name}: force left")
         panels = {"time": over_time}
         for k, (name, unit, values, force) in enumerate(
             (
@@ -74,16 +74,20 @@ def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None, shape: s
             axes.locator_params(axis="x", nbins=5)
         _draw_means(panels["velocity"], found.velocity, found.force, forward)
         _draw_means(panels["amplitude"], amplitude, against, forward)
-        for direction, style, label in ((True, "-", "mean, forwards"), (False, ":", "mean, backwards")):
+        for direction, style, label in (
+            (True, "-", "mean; of position, forwards"),
+            (False, ":", "backwards"),
+        ):
             own = forward == direction
             x, force = found.displacement[own], found.force[own]
             _draw_means(panels["position"], x, force, forward[own], style, label)
         panels["velocity"].set_ylabel(f"force left [{found.unit}]")
         panels["amplitude"].set_ylabel(f"against the motion [{found.unit}]")
-        if depends_on is not None:
-            caption(panels[depends_on], f"depends on the {depends_on}")
+        said = {} if depends_on is None else {depends_on: f"depends on the {depends_on}"}
         if shape is not None:
-            figure.suptitle(f"most like {shape}", x=0.99, ha="right", fontsize=9.0, color="#444444")
+            said["time"] = ", ".join([*filter(None, [said.get("time")]), f"most like {shape}"])
+        for name, text in said.items():
+            caption(panels[name], text)
         for name, axes in panels.items():
             for level in (-found.friction, found.friction):
                 axes.axhline(level, color=ACCENT, lw=0.8, ls=(0, (4, 2)))

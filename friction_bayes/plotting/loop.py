@@ -54,7 +54,7 @@ def _records(report: LoopReport) -> str:
 
 def _set_label(effects: Sequence[str]) -> str:
     """Name a set of effects in lines short enough to leave room for the axes."""
-    return fill(set_words(effects), _LABEL)
+    return fill(set_words(effects), _LABEL, break_on_hyphens=False)
 
 
 def _head(figure: Figure, text: str) -> None:
@@ -222,7 +222,9 @@ def plot_loop(report: LoopReport) -> Figure:
         signal, candidates, friction = (figure.add_subplot(grid[p]) for p in ((0, 0), (0, 1), (1, 1)))
         draw_signal(signal, trace)
         signal.set_title(trace.name)
-        signal.legend(loc="upper right")
+        low, high = signal.get_ylim()
+        signal.set_ylim(low, high + 0.2 * (high - low))
+        signal.legend(loc="upper right", ncols=3)
         stacked = grid[1, 0].subgridspec(2, 1)
         upper = figure.add_subplot(stacked[0])
         lower = figure.add_subplot(stacked[1], sharex=upper, sharey=upper)
@@ -231,7 +233,7 @@ def plot_loop(report: LoopReport) -> Figure:
             error = (trace.signal - model)[free]
             axes.plot(trace.time[free], error, ".", ms=1.8, mew=0.0, color=DATA, rasterized=True)
             axes.axhline(0.0, color="#444444", lw=0.6)
-            axes.set_title(f"residual {name}: RMS {np.sqrt(np.mean(error**2)):.3g} {trace.unit}")
+            axes.set_title(f"residual {name}: RMS {report.residual[name]['rms']:.3g} {trace.unit}")
             axes.set_ylabel(f"[{trace.unit}]")
         upper.tick_params(labelbottom=False)
         lower.set_xlabel("time [s]")

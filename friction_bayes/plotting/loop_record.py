@@ -107,12 +107,11 @@ def plot_loop_residual(trace: RecordTrace) -> Figure:
         panels = figure.subplots(3, 2)
         for column, name, model in ((0, "before", trace.before), (1, "after", trace.after)):
             residual = trace.signal - model
-            rms = float(np.sqrt(np.mean(residual[free] ** 2)))
             over_time, over_phase, over_amplitude = panels[:, column]
             over_time.plot(
                 trace.time[free], residual[free], ".", color=DATA, ms=1.6, mew=0.0, rasterized=True
             )
-            over_time.set_title(f"{name}: RMS {rms:.3g} {trace.unit}")
+            over_time.set_title(name)
             over_time.set_xlabel("time [s]")
             _scatter(over_phase, angle, residual[moving])
             _phase_means(over_phase, trace.time[moving], angle, residual[moving])
@@ -203,9 +202,9 @@ def plot_turning_points(trace: RecordTrace) -> Figure:
         left.plot(trace.turning_times, after, color=MODEL, lw=1.4, label="after")
         left.set_xlabel("time [s]")
         left.set_ylabel(f"amplitude [{unit}]")
-        left.set_title(f"{trace.name}: turning points")
+        figure.suptitle(f"{trace.name}: turning points", fontweight="bold", x=0.01, ha="left", fontsize=11.0)
         left.set_ylim(bottom=0.0)
-        left.legend(loc="upper right")
+        left.legend(loc="lower left")
         following = np.diff(kept) == 1
         lost = -np.diff(measured)[following]
         middle = (0.5 * (measured[1:] + measured[:-1]))[following]

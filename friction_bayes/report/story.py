@@ -198,7 +198,10 @@ def _held_out(error: Mapping[str, Any]) -> str:
         text += f", ratio {number(after / before, 2)}"
     text += f"; noise floor {number(error['noise_floor'], 3)} {unit}"
     inside = error.get("inside90")
-    return text if inside is None else f"{text}; {percent(inside)} of the samples in the 90 % band"
+    if inside is None:
+        return text
+    share = "all samples" if inside == 1.0 else f"{percent(inside)} of the samples"
+    return f"{text}; {share} in the 90 % band"
 
 
 def _tests(tests: Mapping[str, Any], unit: str) -> str:
@@ -264,7 +267,7 @@ def _dry_friction(dry: Mapping[str, Any]) -> str:
     if dry["probability"] < _UNSEEN:
         limit = f"below {number(dry['upper95'], 2)} {dry['unit']} with 95 %"
         return f"none can be seen; if there is any, it is {limit}" if dry["upper95"] else "none can be seen"
-    return f"matters with {percent(dry['probability'])}"
+    return f"matters with a probability of {percent(dry['probability'])}"
 
 
 def _left(report: Report) -> str:
