@@ -218,11 +218,6 @@ class Posterior:
         """Probability that there is a random force."""
         return float(self._share[self.ratio > 0.0].sum())
 
-    def includes(self, *names: str) -> float:
-        """Probability that the law has any of the named columns."""
-        members = [name in names for name in self.problem.names]
-        return float(self.weight[:, self.problem.sets[:, members].any(axis=1)].sum())
-
     def coefficient(self, name: str, *, given_force: bool = False) -> Mixture:
         """Marginal of a coefficient in natural units; of the part with a force alone if ``given_force``."""
         j = self.problem.names.index(name)

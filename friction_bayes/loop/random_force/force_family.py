@@ -321,7 +321,7 @@ class ForceFamily:
             time=decay.start_time + segment.time[:n],
             signal=segment.values[:n],
             before=before.signal[:n],
-            after=self._smoothed_signal() * fit.unit,
+            after=fit.smoothed_signal * fit.unit,
             sides=segment.sides[:n],
             phase=np.interp(segment.time[:n], turns, np.arange(turns.size)),
             turning_times_before=decay.start_time + before.turning_times,
@@ -352,17 +352,6 @@ class ForceFamily:
 
     def contender(self, names: frozenset[str]) -> Contender | None:
         return drawn_contender(self._law_draws, self.draws.candidate == self.sets.index(names))
-
-    def _smoothed_signal(self) -> Array:
-        """What the sensor shows of the smoothed motion, natural units, shape (n,)."""
-        fit = self.best
-        if fit.row[2]:
-            # an accelerometer reads the forces of the law too
-            law = fit.law.states @ fit.coefficients + fit.law.known_states
-            others = np.column_stack([fit.motion.states[:, :2] - law, fit.fluctuation])
-            return np.asarray(fit.segment.values[: fit.samples] / fit.unit - fit.residual + others @ fit.row)
-        faults = [j for j in range(len(fit.law.columns)) if not np.any(fit.law.states[:, :, j])]
-        return np.asarray(fit.motion.states @ fit.row + fit.law.sensor[:, faults] @ fit.coefficients[faults])
 
 
 def _unknowable(fit: ForceFit) -> set[str]:

@@ -285,7 +285,6 @@ def test_average_over_the_force(rng) -> None:
     prior = ForcePrior(centre=0.2 * friction)
     posterior = integrate(problem, prior, 1.0)
     assert posterior.probability > 0.99
-    assert posterior.includes("friction") == pytest.approx(1.0)
     assert 2.0 < posterior.force_sd.mean() < 4.5
     assert 0.2 < posterior.correlation_time.mean() < 1.2
     assert posterior.noise_sd == pytest.approx(1.0, rel=0.15)
