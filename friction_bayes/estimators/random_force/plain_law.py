@@ -33,7 +33,7 @@ from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, integrate
 from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
 from friction_bayes.estimators.random_force.sampler_target import force_target, half_cycle_blocks
-from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
+from friction_bayes.estimators.random_force.smoothing import LEAST_NOISE, Motion, first_motion
 from friction_bayes.estimators.random_force.subsets import all_sets
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
 from friction_bayes.records.quantisation import quantisation_step
@@ -45,8 +45,6 @@ _CENTRE = 0.3
 _SURELY_SLIDES = 3.0
 """Amplitude over ``r/k`` below which a half cycle may end in sticking, and is left out."""
 _LEAST_SAMPLES = 64
-_LEAST_NOISE = 1e-5
-"""Noise over amplitude below which the interpolated motion is not exact enough to speak of residuals."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -92,15 +90,19 @@ class PlainDecay:
         return 1 if self.order == 2 else samples_in_block(per_period)
 
     @property
+    def amplitude(self) -> float:
+        """Largest of the signal about its rest position."""
+        return float(np.max(np.abs(self.values - self.rest_position)))
+
+    @property
     def usable(self) -> bool:
         """Whether a random force can be told from anything here."""
-        amplitude = float(np.max(np.abs(self.values - self.rest_position)))
         return (
             # an oscillation that grows is no free decay
             self.coefficient > 0.0
             and self.values.size // self.block >= _LEAST_SAMPLES
             and self.frequency * self.step < 0.5 * math.pi
-            and self.noise_sd > _LEAST_NOISE * amplitude
+            and self.noise_sd > LEAST_NOISE * self.amplitude
         )
 
 
@@ -155,13 +157,15 @@ def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
     if n < _LEAST_SAMPLES:
         return None
     prior = ForcePrior(centre=_CENTRE * friction)
-    rounding = (quantisation_step(decay.values) or 0.0) / math.sqrt(12.0 * block)
+    # of the sensor's rounding; a signal without noise is known no better than its interpolated motion
+    rounding = (quantisation_step(decay.values) or 0.0) / math.sqrt(12.0)
+    least_noise = max(rounding, LEAST_NOISE * decay.amplitude) / math.sqrt(block)
 
     def along(motion: Motion, frequency: float) -> LawRegression:
         clock = Clock.of(frequency * phase[:n])
         unit = frequency**decay.order
         regression = _regression(averaged[:n] / unit, clock, row, motion, friction, decay)
-        return replace(regression, least_noise=rounding / unit)
+        return replace(regression, least_noise=least_noise / unit)
 
     first = along(motion, frequency)
     guessed = integrate(first.problem, prior, motion.noise, only_mode=True)

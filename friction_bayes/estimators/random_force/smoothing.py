@@ -16,7 +16,10 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.estimators.random_force.response import at_sensor, initial_response
 from friction_bayes.estimators.random_force.whitening import Clock, Whitened, smooth, whiten
 
-__all__ = ["Motion", "first_motion"]
+__all__ = ["LEAST_NOISE", "Motion", "first_motion"]
+
+LEAST_NOISE = 1e-5
+"""Noise over amplitude below which the smoothed motion is not exact enough to speak of residuals."""
 
 _LOG_LIMITS = (-12.0, 16.0)
 """Of the logarithms of ``q / sigma`` and ``tau``."""
@@ -101,7 +104,10 @@ def first_motion(signal: Array, clock: Clock, row: Array) -> Motion:
     ratio, tau = (float(each) for each in np.exp(np.clip(found.x, *_LOG_LIMITS)))
     whitened = whitened_at(found.x)
     law, rest = _least_squares(whitened.gram)
-    noise = float(np.sqrt(max(rest, 1e-300) / max(whitened.used - law.size, 1)))
+    noise = max(
+        float(np.sqrt(max(rest, 0.0) / max(whitened.used - law.size, 1))),
+        LEAST_NOISE * float(np.max(np.abs(signal))),
+    )
     fluctuation, covariance = smooth((signal - columns @ law)[:, None], clock, row, ratio, tau)
     states = fluctuation[:, :, 0].copy()
     states[:, :2] += free @ law[:2]

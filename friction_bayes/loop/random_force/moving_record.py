@@ -15,7 +15,7 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.random_force.law_regression import LawRegression
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.posterior import ForcePrior
-from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
+from friction_bayes.estimators.random_force.smoothing import LEAST_NOISE, Motion, first_motion
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
 from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.random_force.columns import LawColumns, law_columns
@@ -116,6 +116,11 @@ class MovingRecord:
         """The samples in natural units of a frequency, shape (n,)."""
         return self.segment.values[: self.samples] / w0**self.segment.order
 
+    @property
+    def _least_noise(self) -> float:
+        """Of the sensor's rounding, and at least what the interpolated motion is known to, its unit."""
+        return max(self.segment.least_noise, LEAST_NOISE * self.scales.signal)
+
     def clock(self, w0: float) -> Clock:
         """Their time stamps."""
         time = self.segment.time[: self.samples]
@@ -175,7 +180,7 @@ class MovingRecord:
             log_prior=sets.log_prior,
             stiffness=law.always[2],
             motion=motion,
-            least_noise=self.segment.least_noise / w0**self.segment.order,
+            least_noise=self._least_noise / w0**self.segment.order,
         )
         return LawAlongMotion(w0, path, law, sets, regression, force_prior(rough))
 

@@ -53,6 +53,17 @@ def simulated(system: fb.Oscillator = LINEAR, **changes) -> xr.DataArray:
     return fb.simulate(system, **settings | changes)
 
 
+@pytest.mark.parametrize("rate", [100.0, 200.0, 1000.0])
+def test_a_random_force_without_noise_of_the_sensor(rate: float) -> None:
+    """The regression takes no noise below what the smoothed motion is exact to."""
+    force = {"random_force.sd": 0.06, "random_force.correlation_time": 0.1}
+    record = simulated(initial_displacement=0.02, sampling_rate=rate, duration=15.0, effects=force)
+    found = fb.estimate(record, LINEAR)
+    assert found.random_force is not None
+    assert found.random_force.probability > 0.99
+    assert abs(found.friction.mean() - 0.2) < 4.0 * found.friction.std() < 0.04
+
+
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_a_fluctuating_force_widens_the_interval_and_is_reported(order: int, rng) -> None:
     values = motion(rng, 0.3)[order]

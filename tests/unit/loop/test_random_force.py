@@ -248,6 +248,25 @@ def test_noise_is_at_least_what_rounding_to_the_sensors_steps_leaves() -> None:
     assert low < 0.07 < high
 
 
+@pytest.mark.parametrize("rate", [100.0, 200.0])
+def test_a_random_force_without_noise_of_the_sensor_is_weighed(rate: float) -> None:
+    force = {"random_force.sd": 0.02, "random_force.correlation_time": 0.1}
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.07,
+        initial_displacement=0.007,
+        duration=15.7,
+        sampling_rate=rate,
+        noise_sd=0.0,
+        seed=1,
+        effects=force,
+    )
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=["viscous_damping", "random_force"])
+    assert any(step.startswith("along the measured motion") for step in report.trail)
+    low, high = report.friction_after["interval90"]
+    assert 0.0 < low < report.friction_after["mean"] < high < 0.1
+
+
 def test_what_is_left_matters_beyond_the_tolerance_alone() -> None:
     """The same force is an eighth of friction, which it moves by less than its interval."""
     record = fluctuating(0.1, **{"cubic_stiffness.cubic_stiffness": 3e4})
