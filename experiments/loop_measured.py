@@ -330,6 +330,8 @@ def _row(case: xr.Dataset) -> Row:
 
 def _best(case: xr.Dataset) -> str:
     best = json.loads(case["candidates"].item())[0]
+    if case["verdict"].item() == "unexplained":
+        return f"{set_words(best['effects'])} is the closest"
     return f"{set_words(best['effects'])} ({percent(best['probability'])})"
 
 

@@ -15,9 +15,7 @@ from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.core.text import set_words
 from friction_bayes.estimators.result import FREQUENCY_TOLERANCE
 from friction_bayes.loop.candidate import SearchResult, in_catalogue_order
-from friction_bayes.loop.draws import candidate_draws
 from friction_bayes.loop.family import Family, FamilyDraws, Mixture, mixture_of
-from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import forecast_records, held_out_error, with_forecasts
 from friction_bayes.loop.friction import (
     Distribution,
@@ -26,14 +24,14 @@ from friction_bayes.loop.friction import (
     friction_scale,
     reported_friction,
 )
+from friction_bayes.loop.friction_range import coulomb_alone, friction_range, pooled
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.next_experiment import next_experiment
 from friction_bayes.loop.paper_procedure import paper_procedure
-from friction_bayes.loop.parameters import FRICTION
 from friction_bayes.loop.reference_force import compare_forces
 from friction_bayes.loop.residual_tests import residual_tests
 from friction_bayes.loop.result import LoopReport, RecordTrace
-from friction_bayes.loop.verdict import credible_count, verdict
+from friction_bayes.loop.verdict import UNEXPLAINED, credible_count, verdict
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["assemble_report", "frequency_summary"]
@@ -77,17 +75,23 @@ def assemble_report(
     tolerance : float
         Share of the loss of amplitude from which on dry friction matters.
     """
-    rng_mixture, rng_before, rng_after = rng.spawn(3)
+    rng_mixture, rng_before, rng_after, rng_pool = rng.spawn(4)
     trail = [step for family in families for step in family.trail]
-    families = [family for family in families if family.sets]
+    everyone, families = families, [family for family in families if family.sets]
     mixture = mixture_of(families, rng_mixture)
     best, model = mixture.best, found.before.model
     segment = model.segments[0]
-    after = reported_friction(mixture.draws.friction, model, rng_after)
-    before = _friction_of_coulomb_model(found.before, rng_before)
-    factor, _, unit = friction_scale(model)
     effects = in_catalogue_order(mixture.sets[0])
     word = verdict(mixture.sets, mixture.probabilities, best.explains)
+    factor, _, unit = friction_scale(model)
+    alone, readings = coulomb_alone(found.before, rng_before), None
+    if word == UNEXPLAINED:
+        readings = [alone, *(family.reading for family in everyone)]
+        if best is everyone[0]:
+            # draws along the motion hold how far friction could shift; those of the search know no such force
+            mixture = mixture.with_friction(pooled(readings, rng_pool))
+    before = reported_friction(alone.friction, model, rng_before)
+    after = reported_friction(mixture.draws.friction, model, rng_after)
     residual: dict[str, Any] = {
         "before": residual_tests(found.before).to_dict(),
         "after": best.tests.to_dict(),
@@ -112,6 +116,7 @@ def assemble_report(
         ],
         friction_before=before.to_dict(),
         friction_after=after.to_dict(),
+        friction_range=friction_range(readings, factor, unit) if readings else None,
         dry_friction=dry_friction(after, _loss(traces[0], mixture, model), tolerance),
         held_out_error=held_out_error(*forecasts, best.noise_floor(), segment.decay.unit),
         residual=residual,
@@ -131,12 +136,6 @@ def assemble_report(
         traces=with_forecasts(traces, *forecasts),
         posterior=_posterior(mixture, after, seed),
     )
-
-
-def _friction_of_coulomb_model(fit: LoopFit, rng: np.random.Generator) -> Distribution:
-    """Friction by the Coulomb model alone."""
-    (draws,) = candidate_draws([fit], np.ones(1), rng, robust=bool(residual_tests(fit).failed))
-    return reported_friction(np.asarray(fit.model.value(draws, FRICTION)), fit.model, rng)
 
 
 def _next_experiment(families: Sequence[Family], mixture: Mixture) -> str | None:

@@ -8,7 +8,7 @@ parameters, is told of the most probable candidate.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -16,6 +16,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.forecast import Forecast
+from friction_bayes.loop.friction_range import Reading
 from friction_bayes.loop.next_experiment import Contender
 from friction_bayes.loop.reference_force import ResistingForce
 from friction_bayes.loop.residual_tests import ResidualTests
@@ -67,6 +68,8 @@ class Family(Protocol):
         Log evidence with the log prior of each, on the scale that all families share.
     draws : FamilyDraws
         Of :data:`friction_bayes.loop.draws.DRAWS` draws.
+    reading : Reading
+        Friction by all that it weighs, what it refuses as an explanation too.
     tests : ResidualTests
         Of what the most probable candidate leaves.
     explains : bool
@@ -83,6 +86,9 @@ class Family(Protocol):
 
     @property
     def draws(self) -> FamilyDraws: ...
+
+    @property
+    def reading(self) -> Reading: ...
 
     @property
     def tests(self) -> ResidualTests: ...
@@ -161,6 +167,11 @@ class Mixture:
     def probability(self, name: str) -> float:
         """Probability that an effect acts."""
         return float(self.probabilities[[name in names for names in self.sets]].sum())
+
+    def with_friction(self, friction: Array) -> Mixture:
+        """The same with other draws of friction, shape (k,), which belong to none of the candidates."""
+        nobody = np.full_like(self.draws.candidate, -1)
+        return replace(self, draws=replace(self.draws, friction=friction, candidate=nobody))
 
 
 def mixture_of(families: Sequence[Family], rng: np.random.Generator) -> Mixture:

@@ -119,6 +119,9 @@ class LoopReport:
         Effects and probability, most probable first.
     friction_before, friction_after : dict
         Mean, sd, 90 % interval, unit.
+    friction_range : dict or None
+        Where the record is unexplained: the ``readings`` of friction, each with ``what`` it is and its
+        summary, ``low`` and ``high``, between which their means lie, and ``unit``; None otherwise.
     dry_friction : dict
         Whether dry friction matters: ``probability`` that it takes more than the tolerance's share of the
         loss of amplitude, ``upper95`` below which it lies with 95 % if there is any, and ``unit``.
@@ -179,6 +182,7 @@ class LoopReport:
     traces: tuple[RecordTrace, ...]
     posterior: xr.DataTree
     friction_between_records: dict[str, Any] | None = None
+    friction_range: dict[str, Any] | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Fields of ``report.json``; numbers that are not finite are None."""

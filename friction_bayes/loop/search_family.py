@@ -16,6 +16,7 @@ from friction_bayes.loop.effect_summaries import noise_parameters, parameter_sum
 from friction_bayes.loop.family import FamilyDraws
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import Forecast, forecast_records
+from friction_bayes.loop.friction_range import Reading
 from friction_bayes.loop.next_experiment import Contender
 from friction_bayes.loop.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.reference_force import ResistingForce, resisting_force
@@ -81,6 +82,10 @@ class SearchFamily:
             random_force=np.zeros_like(friction),
             correlation_time=np.zeros_like(friction),
         )
+
+    @property
+    def reading(self) -> Reading:
+        return Reading("the closest candidates under noise of the sensor alone", self.draws.friction)
 
     def parameters(self, name: str) -> dict[str, dict[str, Any]]:
         model = self.best.model

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array
 
-__all__ = ["CREDIBLE_MASS", "credible_candidates", "credible_count", "verdict"]
+__all__ = ["CREDIBLE_MASS", "UNEXPLAINED", "credible_candidates", "credible_count", "verdict"]
 
 CREDIBLE_MASS = 0.95
+UNEXPLAINED = "unexplained"
 
 
 def credible_count(probabilities: ArrayLike) -> int:
@@ -37,7 +38,7 @@ def verdict(sets: Sequence[frozenset[str]], probabilities: Array, is_noise: bool
         Whether every residual test of the most probable candidate passes.
     """
     if not is_noise:
-        return "unexplained"
+        return UNEXPLAINED
     if not sets[0]:
         return "adequate"
     return "explained" if probabilities[0] >= CREDIBLE_MASS else "ambiguous"

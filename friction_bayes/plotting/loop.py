@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.text import percent, set_words
 from friction_bayes.loop.result import LoopReport
+from friction_bayes.loop.verdict import UNEXPLAINED
 from friction_bayes.plotting.fluctuation import plot_fluctuation
 from friction_bayes.plotting.forecast import plot_forecast
 from friction_bayes.plotting.loop_record import (
@@ -78,16 +79,18 @@ def _draw_candidates(axes: Axes, report: LoopReport) -> None:
         labels.append(f"{len(rest)} others together")
         values.append(float(sum(c["probability"] for c in rest)))
     places = list(range(len(values)))
-    colors = [MODEL] + [DATA] * (len(values) - 1)
+    trusted = report.verdict != UNEXPLAINED
+    colors = [MODEL if trusted else FAINT] + [DATA if trusted else FAINT] * (len(values) - 1)
     axes.barh(places, values, height=0.62, color=colors)
-    for place, value in zip(places, values, strict=True):
-        axes.text(value + 0.012, place, percent(value), va="center", fontsize=9.0)
+    if trusted:
+        for place, value in zip(places, values, strict=True):
+            axes.text(value + 0.012, place, percent(value), va="center", fontsize=9.0)
     axes.set_yticks(places, labels)
     axes.set_ylim(len(values) - 0.4, -0.6)
     axes.set_xlim(0.0, 1.14)
     axes.set_xticks([0.0, 0.25, 0.5, 0.75, 1.0], ["0", "25 %", "50 %", "75 %", "100 %"])
     axes.tick_params(axis="y", left=False)
-    axes.set_xlabel("posterior probability")
+    axes.set_xlabel("posterior probability" if trusted else "share among candidates that explain nothing")
 
 
 def plot_candidates(report: LoopReport) -> Figure:
@@ -127,6 +130,8 @@ def _friction_rows(report: LoopReport) -> list[tuple[str, float, float, float, s
             several.append((f"  {_set_label(candidate['effects'])}", float(own.mean()), low, high, FAINT))
     if len(several) > 1:
         rows += several[:_MOST_INTERVALS]
+    readings = report.friction_range["readings"] if report.friction_range else []
+    rows += [(f"  {r['what']}", r["mean"], *r["interval90"], FAINT) for r in readings[1:]]
     rows.append(("after", after["mean"], *after["interval90"], MODEL))
     return rows
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from friction_bayes.core.text import interval90, number
+from friction_bayes.loop.verdict import UNEXPLAINED
 from friction_bayes.report.page import render_page
 from friction_bayes.report.story import CHANNELS, loop_story, verdict_sentence
 
@@ -58,6 +59,7 @@ def loop_page(
     return render_page(
         "loop.html",
         report=report,
+        unexplained=report["verdict"] == UNEXPLAINED,
         records=records,
         figures=figures,
         captions=_CAPTIONS,

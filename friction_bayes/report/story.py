@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from friction_bayes.core.text import duration, listed, number, percent, set_words, with_interval, words
-from friction_bayes.loop.verdict import credible_candidates
+from friction_bayes.loop.verdict import UNEXPLAINED, credible_candidates
 
 __all__ = [
     "CHANNELS",
@@ -121,18 +121,22 @@ def loop_story(report: Report) -> list[tuple[str, str]]:
         ("friction after", with_interval(report["friction_after"])),
         ("dry friction", _dry_friction(report["dry_friction"])),
     ]
+    if report["friction_range"]:
+        rows.insert(3, ("friction range", _range(report["friction_range"])))
     if report["friction_between_records"]:
         rows.append(("between records", between_records(report["friction_between_records"])))
     if report["effects"]:
-        rows.append(("effects", "\n".join(effect_lines(report["effects"]))))
-    rows.append(("candidates", "\n".join(_candidate_lines(report))))
+        label = "closest effects" if report["verdict"] == UNEXPLAINED else "effects"
+        rows.append((label, "\n".join(effect_lines(report["effects"], report["verdict"]))))
+    label = "closest candidates" if report["verdict"] == UNEXPLAINED else "candidates"
+    rows.append((label, "\n".join(_candidate_lines(report))))
     rows.append(("held-out error", _held_out(report["held_out_error"])))
     for when in ("before", "after"):
         rows.append((f"residual {when}", _tests(report["residual"][when], report["held_out_error"]["unit"])))
     rows.append(("frequency", _frequency(report)))
     rows.append(("sensor noise", _noise(report["noise"], report["held_out_error"]["unit"])))
     if report["random_force"]:
-        rows.append(("random force", _random_force(report["random_force"])))
+        rows.append(("random force", _random_force(report["random_force"], report["verdict"])))
     if report["witnesses"]:
         rows.append(("two witnesses", _witnesses(report["witnesses"])))
     rows.append(("left over", _left(report)))
@@ -167,8 +171,18 @@ def between_records(between: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def effect_lines(effects: Sequence[Mapping[str, Any]]) -> list[str]:
-    """One line an effect: its probability and its parameters."""
+def _range(readings: Mapping[str, Any]) -> str:
+    """Between which readings friction lies, and every one of them."""
+    ordered = sorted(readings["readings"], key=lambda reading: reading["mean"])
+    low, high = ordered[0], ordered[-1]
+    ends = [f"{number(r['mean'])} {readings['unit']} ({r['what']})" for r in (low, high)]
+    lines = [f"between {ends[0]} and {ends[1]}"]
+    lines += [f"{with_interval(reading)}   {reading['what']}" for reading in ordered]
+    return "\n".join(lines)
+
+
+def effect_lines(effects: Sequence[Mapping[str, Any]], verdict: str) -> list[str]:
+    """One line an effect: its probability, unless the record is unexplained, and its parameters."""
     lines = []
     for effect in effects:
         parameters = [
@@ -176,12 +190,16 @@ def effect_lines(effects: Sequence[Mapping[str, Any]]) -> list[str]:
             + ("" if p["unit"] == "1" else f" {p['unit']}")
             for name, p in effect["parameters"].items()
         ]
-        lines.append(f"{words(effect['name'])}   {percent(effect['probability'])}   {', '.join(parameters)}")
+        probable = "" if verdict == UNEXPLAINED else f"{percent(effect['probability'])}   "
+        lines.append(f"{words(effect['name'])}   {probable}{', '.join(parameters)}")
     return lines
 
 
 def _candidate_lines(report: Report) -> list[str]:
     kept = credible_candidates(report["candidates"])
+    if report["verdict"] == UNEXPLAINED:
+        # a share among candidates none of which is true is no probability of any
+        return [set_words(c["effects"]) for c in kept[:5]]
     shown = kept[:5] if len(kept) > 1 else report["candidates"][:2]
     lines = [f"{percent(c['probability']):>8}   {set_words(c['effects'])}" for c in shown]
     others = report["candidates"][len(shown) :]
@@ -239,12 +257,13 @@ def _noise(noise: Mapping[str, Any], unit: str) -> str:
     return text + f"autoregressive{order}, correlated over {number(noise['correlation_length_s'], 3)} s"
 
 
-def _random_force(force: Mapping[str, Any]) -> str:
+def _random_force(force: Mapping[str, Any], verdict: str) -> str:
     sd, time, probable = force["sd"], force["correlation_time_s"], force["probability"]
+    stated = f"probability {percent(probable)}; {'' if probable > 0.5 else 'if there, '}"
     share = force["share_of_friction"]
     of_friction = "" if share is None else f", {100.0 * share:.0f} % of friction"
     return (
-        f"probability {percent(probable)}; {'' if probable > 0.5 else 'if there, '}"
+        f"{'if there, ' if verdict == UNEXPLAINED else stated}"
         f"sd {number(sd['mean'], 3)} ± {number(sd['sd'], 2)} {sd['unit']} over all candidates"
         f"{of_friction}, correlated over {number(time['mean'], 2)} s"
     )

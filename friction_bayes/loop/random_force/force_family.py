@@ -18,6 +18,7 @@ from friction_bayes.loop.expansion import LEAST_INFORMATION
 from friction_bayes.loop.family import FamilyDraws
 from friction_bayes.loop.forecast import Forecast
 from friction_bayes.loop.friction import friction_scale
+from friction_bayes.loop.friction_range import Reading
 from friction_bayes.loop.next_experiment import Contender
 from friction_bayes.loop.noise import LEAST_NOISE
 from friction_bayes.loop.parameters import LOG_FREQUENCY_RATIO
@@ -103,7 +104,7 @@ class ForceFamily:
     ) -> None:
         self.found, self.fit = search.found, fit
         self._tolerance = tolerance
-        self._rng_draws, self._rng_forecast = rng.spawn(2)
+        self._rng_draws, self._rng_forecast, self._rng_reading = rng.spawn(3)
         # the regression normalises the prior over its own sets
         none = logsumexp(fit.sets.log_prior[[not names for names in fit.sets.effects]])
         others = len(set(allowed) - {RANDOM_FORCE.name}) * math.log1p(-INCLUSION)
@@ -206,8 +207,7 @@ class ForceFamily:
             self._rng_draws.random(DRAWS)
             < (self._weights[True] / np.maximum(self._total, 1e-300))[drawn.point, drawn.chosen]
         )
-        # friction that could move for what the law does not say: reflected, as friction is never negative
-        friction = np.abs(drawn.friction + shift * self._rng_draws.standard_normal(DRAWS))
+        friction = _moved(drawn.friction, shift, self._rng_draws)
         return FamilyDraws(
             candidate=np.array(
                 [
@@ -219,6 +219,16 @@ class ForceFamily:
             frequency=fit.w0 * np.sqrt(np.maximum(1.0 + drawn.stiffness, 0.25)),
             random_force=drawn.random_force,
             correlation_time=drawn.correlation_time,
+        )
+
+    @cached_property
+    def reading(self) -> Reading:
+        """A force too large for a fluctuation counts here: it stands for the unknown, which is what acts."""
+        drawn = law_draws(self.fit, self._rng_reading, DRAWS)
+        worst = what_is_left(self.fit).worst
+        shift = 0.0 if worst is None else worst.friction * self.fit.law.unit_force
+        return Reading(
+            "the sets weighed along the measured motion", _moved(drawn.friction, shift, self._rng_reading)
         )
 
     @property
@@ -352,6 +362,11 @@ class ForceFamily:
 
     def contender(self, names: frozenset[str]) -> Contender | None:
         return drawn_contender(self._law_draws, self.draws.candidate == self.sets.index(names))
+
+
+def _moved(friction: Array, shift: float, rng: np.random.Generator) -> Array:
+    """Friction that could move for what the law does not say: reflected, as friction is never negative."""
+    return np.abs(friction + shift * rng.standard_normal(friction.size))
 
 
 def _unknowable(fit: ForceFit) -> set[str]:

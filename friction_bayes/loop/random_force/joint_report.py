@@ -17,6 +17,7 @@ from friction_bayes.loop.candidate import SearchResult, in_catalogue_order
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.forecast import Forecast, forecast_errors
 from friction_bayes.loop.friction import Distribution, dry_friction, friction_of_loss, friction_scale
+from friction_bayes.loop.friction_range import Reading, coulomb_alone, friction_range
 from friction_bayes.loop.noise import LEAST_NOISE
 from friction_bayes.loop.paper_procedure import paper_procedure
 from friction_bayes.loop.parameters import LOG_FREQUENCY_RATIO
@@ -70,7 +71,8 @@ def joint_report(
         ((_could_shift(one, left), left) for one, left in zip(fit.fits, tests, strict=True)),
         key=lambda pair: pair[0],
     )
-    after = Distribution(np.abs(scale * (draws.friction + shift * rng.standard_normal(DRAWS))), unit)
+    could_be = draws.friction + shift * rng.standard_normal(DRAWS)
+    after = Distribution(np.abs(scale * could_be), unit)
     sets, probabilities, which = _candidates(fit, draws)
     best = np.asarray(which == 0)
     effects = in_catalogue_order(sets[0])
@@ -87,6 +89,10 @@ def joint_report(
         for names, p in zip(sets, probabilities, strict=True)
     ]
     parameters = {name: _parameters(draws, name, best) for name in effects}
+    readings = [
+        coulomb_alone(found.before, rng.spawn(1)[0]),
+        Reading("the sets weighed along the measured motions", np.abs(could_be)),
+    ]
     forced = draws.records[0].random_force > 0.0
     return replace(
         report,
@@ -101,6 +107,7 @@ def joint_report(
         ],
         candidates=candidates,
         friction_after=after.to_dict(),
+        friction_range=None if explains else friction_range(readings, factor, unit),
         dry_friction=dry_friction(
             after, factor * friction_of_loss(first.path.turning_x) * first.law.unit_force, tolerance
         ),

@@ -10,7 +10,10 @@ import pytest
 
 import friction_bayes as fb
 from decays import SYSTEM, long_decay
+from friction_bayes.core.summary import TAILS
 from friction_bayes.loop import LoopReport
+from friction_bayes.loop.draws import DRAWS
+from friction_bayes.loop.friction_range import Reading, friction_range, pooled
 from friction_bayes.loop.verdict import credible_count, verdict
 from friction_bayes.mechanics.integrate import integrate
 
@@ -107,6 +110,29 @@ def test_held_samples_measure_no_noise(seed: int) -> None:
         assert sd == pytest.approx(5e-4, rel=0.2)
 
 
+def test_friction_of_readings_that_stand_apart_reaches_into_each() -> None:
+    rng = np.random.default_rng(3)
+    centres = (1.0, 2.0, 4.0)
+    readings = [Reading(f"around {c}", rng.normal(c, 0.01, 500)) for c in centres]
+    draws = pooled(readings, rng)
+    shares = [float(np.mean(np.abs(draws - c) < 0.1)) for c in centres]
+    # five standard errors of a third of the draws
+    assert shares == pytest.approx([1.0 / 3.0] * 3, abs=5.0 * np.sqrt(2.0 / 9.0 / DRAWS))
+    low, high = np.quantile(draws, TAILS)
+    assert 0.95 < low < 1.0
+    assert 4.0 < high < 4.05
+    told = friction_range(readings, 10.0, "N")
+    assert told["low"] == pytest.approx(10.0, abs=0.05)
+    assert told["high"] == pytest.approx(40.0, abs=0.05)
+    assert told["unit"] == "N"
+
+
+def test_friction_has_no_range_where_a_law_explains_the_record(seed: int) -> None:
+    report = fb.close_loop([long_decay(seed=seed)], SYSTEM, seed=1, effects=["viscous_damping"])
+    assert report.verdict != "unexplained"
+    assert report.friction_range is None
+
+
 def test_a_record_without_noise_is_adequate() -> None:
     report = fb.close_loop([long_decay(seed=1, noise_sd=0.0)], SYSTEM, seed=1)
     assert report.verdict == "adequate"
@@ -134,6 +160,13 @@ def test_what_no_effect_explains_is_not_dressed_up(seed: int) -> None:
     )
     assert report.verdict == "unexplained"
     assert report.next_experiment is None
+    readings = report.friction_range
+    assert readings is not None
+    assert readings["readings"][0]["what"] == "Coulomb friction alone"
+    means = [reading["mean"] for reading in readings["readings"]]
+    assert (readings["low"], readings["high"]) == (min(means), max(means))
+    low, high = report.friction_after["interval90"]
+    assert low < 0.25 < high
 
 
 def test_a_measured_force_is_set_beside_both_models(seed: int) -> None:

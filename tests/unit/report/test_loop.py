@@ -208,6 +208,33 @@ def test_a_force_that_follows_the_motion_is_named(loop_report: LoopReport) -> No
     assert "no simple shape describes it" in dict(loop_story(report))["left over"]
 
 
+def test_candidates_that_explain_nothing_have_no_probability(
+    loop_report: LoopReport, drawn: dict[str, bytes]
+) -> None:
+    summary = {"sd": 0.01, "interval90": [0.4, 0.6], "unit": "N"}
+    readings = [
+        {"what": "Coulomb friction alone", "mean": 0.65} | summary,
+        {"what": "the closest candidates", "mean": 0.5} | summary,
+    ]
+    spread = {"low": 0.5, "high": 0.65, "unit": "N", "readings": readings}
+    effects = [effect | {"probability": 0.99999} for effect in loop_report.effects]
+    candidates = [loop_report.candidates[0] | {"probability": 0.99999}, *loop_report.candidates[1:]]
+    report = replace(
+        loop_report, verdict="unexplained", friction_range=spread, effects=effects, candidates=candidates
+    )
+    told = dict(loop_story(report.to_dict()))
+    assert told["friction range"].startswith(
+        "between 0.5 N (the closest candidates) and 0.65 N (Coulomb friction alone)"
+    )
+    assert told["closest effects"] == "viscous damping   damping ratio 0.002 ± 5e-05"
+    assert "%" not in told["closest candidates"]
+    assert {"effects", "candidates"}.isdisjoint(told)
+    page = loop_page(report.to_dict(), ["record"], drawn, made())
+    assert 'class="closest"' in page
+    assert "99.9 %" not in page
+    assert "friction range" in page
+
+
 def test_story_of_what_could_not_be_had(loop_report: LoopReport) -> None:
     report = replace(
         loop_report,
