@@ -139,6 +139,13 @@ def assert_calibrated(
     ------
     AssertionError
         If the transforms are not uniform.
+    InputError
+        If a function takes one draw at a time, or does not return one value a replication.
+
+    Notes
+    -----
+    A posterior that ignores the data and returns the prior is calibrated. See that the data are used as well:
+    :func:`assert_prior_recovered` without data, and the mean posterior sd against that of the prior.
 
     Examples
     --------

@@ -7,15 +7,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 import xarray as xr
 from scipy import stats
 
 from friction_bayes.core.checks import positive
 from friction_bayes.core.summary import Summary
+from friction_bayes.monitor.laws import WearLaws, fit_laws
 from friction_bayes.monitor.points import DetectionPoints, per
-from friction_bayes.monitor.remaining_life import RemainingLife, remaining_life
+from friction_bayes.monitor.remaining_life import RemainingLife
 from friction_bayes.monitor.tracking import Track, choose_discount, track
-from friction_bayes.monitor.wear import WearPosterior, fit_wear
 
 __all__ = ["MonitorReport", "follow"]
 
@@ -23,6 +24,10 @@ QUANTILES = (0.05, 0.5, 0.95)
 """Of the remaining life."""
 _FAR = 3.0
 """A remaining life of more spans of the detection points than this is called an extrapolation."""
+_HORIZON = 10.0
+"""Spans of the detection points ahead for which the probability not to reach the threshold is reported."""
+_SURE = 0.95
+"""Probability from which a record is said to have been above the threshold, or below it again."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -35,8 +40,8 @@ class MonitorReport:
         The estimates.
     plain, forgetting : Track
         f(r|Ti) with the whole posterior as the next prior, and with the discount the forecasts chose.
-    wear : WearPosterior
-        Drift, diffusion, scatter and friction at Tn.
+    wear : WearLaws
+        Laws of wear with their probabilities; drift, diffusion, scatter and friction at Tn.
     threshold : float or None
         Friction at which the machine fails.
     life : RemainingLife or None
@@ -50,7 +55,7 @@ class MonitorReport:
     points: DetectionPoints
     plain: Track
     forgetting: Track
-    wear: WearPosterior
+    wear: WearLaws
     threshold: float | None
     life: RemainingLife | None
     acquisition: tuple[Mapping[str, Any], ...] = ()
@@ -137,8 +142,43 @@ class MonitorReport:
             "remaining_life": {"median": middle, "interval90": [low, high], "unit": self.points.time_unit},
             "probability_reached_already": self.life.already,
             "probability_never_reached": self.life.never,
-            "model": "Wiener process with drift; first passage of the threshold, in closed form",
+            "not_reached_within_horizon": {
+                "horizon": self.horizon,
+                "unit": self.points.time_unit,
+                "probability": 1.0 - float(self.life.cdf(self.horizon)),
+            },
+            "laws_of_wear": self.wear.probabilities,
+            "repaired_crossings": self.repaired_crossings,
+            "model": (
+                "Wiener process with drift on the clocks of the laws of wear, averaged by evidence; "
+                "first passage of the threshold, in closed form"
+            ),
         }
+
+    @property
+    def horizon(self) -> float:
+        """Time ahead for which the probability not to reach the threshold is reported: ten spans."""
+        return _HORIZON * self.points.span
+
+    @property
+    def repaired_crossings(self) -> list[str]:
+        """Detection points whose record was above the threshold while a later one is below it again."""
+        if self.threshold is None:
+            return []
+        above = np.asarray(stats.norm.sf(self.threshold, self.points.friction, self.points.sd))
+        below_again = np.flatnonzero(above <= 1.0 - _SURE)
+        last = below_again[-1] if below_again.size else 0
+        return [self.names[i] for i in np.flatnonzero(above[:last] >= _SURE)]
+
+    def _repaired(self) -> str:
+        crossed = self.repaired_crossings
+        if not crossed:
+            return ""
+        some = f"{crossed[0]} to {crossed[-1]}" if len(crossed) > 1 else crossed[0]
+        return (
+            f"; friction was above the threshold at {some} and has fallen below it again, as after a repair: "
+            "for the wear since then give the records since then alone"
+        )
 
     def advice(self) -> dict[str, str]:
         """Say in one sentence what follows, and in one word which case it is."""
@@ -148,12 +188,16 @@ class MonitorReport:
         low, middle, high = (self.life.ppf(q) for q in QUANTILES)
         if self.life.already >= 0.5:
             text = f"friction is at or above {what} with probability {self.life.already:.2g}: act now"
+            text += self._repaired()
             return {"case": "threshold_passed", "text": text}
         if not math.isfinite(middle):
             text = (
                 f"friction is not approaching {what}: the probability that it never reaches it is "
                 f"{self.life.never:.2g}"
             )
+            if math.isfinite(low):
+                text += f"; it may as early as {low:.4g} {unit} from now (5 %)"
+            text += self._repaired()
             return {"case": "not_approaching", "text": text}
         end = f"{high:.4g}" if math.isfinite(high) else "never"
         text = f"friction reaches {what} in {middle:.4g} {unit} (90 %: {low:.4g} .. {end})"
@@ -161,6 +205,9 @@ class MonitorReport:
             text += f"; up to {low:.4g} {unit} from now the probability is below 5 %"
         if middle > _FAR * self.points.span:
             text += f"; this is {middle / self.points.span:.2g} times the time observed so far"
+        if not math.isfinite(high):
+            text += f"; it may never reach it, with probability {self.life.never:.2g}"
+        text += self._repaired()
         return {"case": "approaching", "text": text}
 
     def to_dataset(self) -> xr.Dataset:
@@ -226,11 +273,11 @@ def follow(
     """
     if threshold is not None:
         positive("threshold", threshold)
-    wear = fit_wear(points.times, points.friction, points.sd)
+    wear = fit_laws(points.times, points.friction, points.sd)
     life = None
     nothing: list[Mapping[str, Any]] = [{}] * points.times.size
     if threshold is not None:
-        life = remaining_life(wear, threshold, points.span, relative_sd=points.relative_sd)
+        life = wear.remaining_life(threshold, relative_sd=points.relative_sd)
     return MonitorReport(
         points=points,
         plain=track(points.friction, points.sd),

@@ -42,7 +42,7 @@ class WearPrior:
     ----------
     wander : float
         Scale (median) of the half-Cauchy prior of ``sqrt(v)``, the standard deviation that diffusion adds per
-        square root of the unit of time.
+        square root of the unit of time; zero: there is no diffusion.
     scatter : float
         Scale (median) of the half-Cauchy prior of ``tau``, unit of friction.
     drift_mean, drift_sd : float
@@ -73,6 +73,9 @@ class WearPosterior:
         Posterior means given the node.
     level_variance, drift_variance, covariance : ndarray, shape (m,)
         Posterior covariance given the node.
+    log_evidence : float
+        Log marginal likelihood of the estimates, up to what is common to all fits of the same estimates over
+        the same span.
     """
 
     weight: Array
@@ -83,6 +86,7 @@ class WearPosterior:
     level_variance: Array
     drift_variance: Array
     covariance: Array
+    log_evidence: float
 
     def moments(self, name: str) -> tuple[float, float]:
         """Return posterior mean and sd of ``level``, ``drift``, ``wander`` or ``scatter``."""
@@ -159,7 +163,7 @@ def fit_wear(times: Array, friction: Array, sd: Array, prior: WearPrior | None =
     Parameters
     ----------
     times : ndarray, shape (n,)
-        Increasing, any unit.
+        Not decreasing, the last later than the first, any unit.
     friction, sd : ndarray, shape (n,)
         Estimate of each record and its standard deviation.
     prior : WearPrior, optional
@@ -175,27 +179,41 @@ def fit_wear(times: Array, friction: Array, sd: Array, prior: WearPrior | None =
     blurred = np.array([1.0 / math.sqrt(float(times[-1] - times[0])), 1.0]) * _BLURRED * float(sd.min())
     scale = np.array([prior.wander, prior.scatter])
     low, high = np.zeros(2), np.log1p(_REACH * scale / blurred)
-    share = ((np.arange(_NODES) + 0.5) / _NODES)[:, None]
+    nodes = [_NODES if each > 0.0 else 1 for each in scale]
     for _ in range(_PASSES):
-        axes = blurred * np.expm1(low + share * (high - low))
-        wander, scatter = (each.ravel() for each in np.meshgrid(*axes.T, indexing="ij"))
+        cell = (high - low) / nodes
+        axes = [
+            blurred[i] * np.expm1(low[i] + (np.arange(nodes[i]) + 0.5) * cell[i]) for i in range(scale.size)
+        ]
+        wander, scatter = (each.ravel() for each in np.meshgrid(*axes, indexing="ij"))
         found, log_likelihood = _filter(times, friction, sd, wander, scatter, normal)
-        prior_mass = _half_cauchy_mass(axes, scale, blurred)
-        density = log_likelihood + np.add.outer(prior_mass[:, 0], prior_mass[:, 1]).ravel()
+        prior_mass = [_half_cauchy_mass(*each) for each in zip(axes, scale, blurred, cell, strict=True)]
+        density = log_likelihood + np.add.outer(*prior_mass).ravel()
         weight = np.exp(density - density.max())
-        kept = (weight > _KEPT).reshape(_NODES, _NODES)
+        log_evidence = float(density.max() + math.log(weight.sum()))
+        kept = (weight > _KEPT).reshape(nodes)
         low, high = np.array([_around(kept.any(axis=1 - i), low[i], high[i]) for i in range(2)]).T
     chosen = weight > _KEPT
     weight = weight[chosen] / weight[chosen].sum()
     level, drift, level_variance, drift_variance, covariance = found[chosen].T
     return WearPosterior(
-        weight, wander[chosen], scatter[chosen], level, drift, level_variance, drift_variance, covariance
+        weight,
+        wander[chosen],
+        scatter[chosen],
+        level,
+        drift,
+        level_variance,
+        drift_variance,
+        covariance,
+        log_evidence,
     )
 
 
-def _half_cauchy_mass(axes: Array, scale: Array, blurred: Array) -> Array:
-    """Log-probability that the prior gives to a cell about each node, without its constant."""
-    return np.log(axes + blurred) - np.log1p((axes / scale) ** 2)
+def _half_cauchy_mass(axis: Array, scale: float, blurred: float, cell: float) -> Array:
+    """Log-probability that the prior gives to a cell about each node, without a factor of 2/pi."""
+    if scale == 0.0:
+        return np.zeros(1)
+    return np.log((axis + blurred) * cell / scale) - np.log1p((axis / scale) ** 2)
 
 
 def _around(kept: Mask, low: float, high: float) -> tuple[float, float]:

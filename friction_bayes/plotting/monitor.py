@@ -9,12 +9,17 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from friction_bayes.core.arrays import Array
 from friction_bayes.monitor.points import per
 from friction_bayes.monitor.report import MonitorReport
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, caption, new_figure, styled
 
 __all__ = ["monitor_figures", "plot_detection_points", "plot_fleet", "plot_remaining_life", "plot_tracking"]
 
+_LINES = ("-", "--", "-.", ":", (0, (1, 4)))
+"""Of the laws of wear, in their order."""
+_SHOWN = 0.02
+"""Laws of wear less probable than this are not drawn."""
 _HORIZON = 2.5
 """Most that a time axis shows of the future, in median remaining lives; or in spans of the points."""
 
@@ -40,6 +45,23 @@ def _sideways(axes: Axes, report: MonitorReport, point: int, width: float, reach
     axes.fill_betweenx(level, time, shape, color=MODEL, alpha=0.35, lw=0.0)
     axes.plot(shape, level, color=MODEL, lw=0.9)
     axes.plot([time, time], [0.0, density.mean()], color=FAINT, lw=0.8, zorder=0)
+
+
+def _fan(axes: Axes, report: MonitorReport, later: Array, top: float) -> None:
+    """Draw the mean course of friction under each law of wear that matters, the likelier the darker."""
+    for (law, share), line in zip(report.wear.probabilities.items(), _LINES, strict=True):
+        if share < _SHOWN:
+            continue
+        path = report.wear.course(law, later)
+        axes.plot(
+            report.points.times[-1] + later,
+            np.where((path >= 0.0) & (path <= top), path, np.nan),
+            color=DATA,
+            ls=line,
+            alpha=0.3 + 0.7 * share,
+            lw=1.0,
+            label=f"{law}, probability {share:.2f}",
+        )
 
 
 def plot_detection_points(report: MonitorReport, *, title: str = "detection points") -> Figure:
@@ -84,15 +106,7 @@ def plot_detection_points(report: MonitorReport, *, title: str = "detection poin
                     lw=1.1,
                     label=r"$f(\Delta t|T_n)$, not to scale",
                 )
-            drift, level = report.wear.moments("drift")[0], report.wear.moments("level")[0]
-            path = level + drift * (later - later[0])
-            axes.plot(
-                points.times[-1] + later,
-                np.where(path <= report.threshold, path, np.nan),
-                color=DATA,
-                lw=1.0,
-                label="mean wear",
-            )
+            _fan(axes, report, later, 1.3 * top)
         axes.set_xlim(points.times[0] - 0.04 * (end - points.times[0]), end)
         axes.set_ylim(0.0, 1.3 * top)
         axes.set_xlabel(f"time [{points.time_unit}]")

@@ -8,7 +8,7 @@ posterior. The posterior distribution function at the true parameter is then uni
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.errors import InputError
 from friction_bayes.validation.agreement import Check
 
 __all__ = ["Calibration", "Coverage", "coverage", "rank_pit", "simulation_based_calibration", "uniformity"]
@@ -116,14 +117,51 @@ def simulation_based_calibration(
     Returns
     -------
     Calibration
+
+    Raises
+    ------
+    InputError
+        If one of the functions cannot take all draws at once, or does not return one value a replication.
     """
     prior_stream, data_stream = np.random.SeedSequence(seed).spawn(2)
-    parameters = draw_prior(np.random.default_rng(prior_stream), replications)
-    data = simulate(parameters, np.random.default_rng(data_stream))
-    pit = np.asarray(posterior_cdf(data, parameters), dtype=np.float64)
-    if pit.shape[0] != replications:
-        raise ValueError(f"posterior_cdf returned shape {pit.shape} for {replications} replications")
+    rng, all_draws = np.random.default_rng(prior_stream), f"all {replications} draws at once"
+    parameters = _called(
+        "draw_prior",
+        draw_prior,
+        {"a Generator": rng, f"replications = {replications}": replications},
+        f"accept (rng, replications) and return {all_draws}",
+    )
+    data = _called(
+        "simulate",
+        simulate,
+        {"what draw_prior returned": parameters, "a Generator": np.random.default_rng(data_stream)},
+        f"accept (parameters, rng) with {all_draws} and return one data set for each",
+    )
+    needed = f"accept (data, parameters) with {all_draws} and return shape ({replications},) or ({replications}, p)"
+    pit = np.asarray(
+        _called(
+            "posterior_cdf",
+            posterior_cdf,
+            {"what simulate returned": data, "what draw_prior returned": parameters},
+            needed,
+        ),
+        dtype=np.float64,
+    )
+    if pit.shape[:1] != (replications,):
+        raise InputError(
+            "posterior_cdf", f"returned shape {pit.shape} for {replications} replications", f"let it {needed}"
+        )
     return uniformity(pit, false_alarm_rate=false_alarm_rate, seed=seed)
+
+
+def _called(name: str, function: Callable[..., Any], given: Mapping[str, Any], needed: str) -> Any:
+    """Call a function of the caller's; where it cannot take what it is given, say so in a sentence."""
+    try:
+        return function(*given.values())
+    except TypeError as error:
+        raise InputError(
+            name, f"was given {' and '.join(given)} and failed: {error}", f"let it {needed}"
+        ) from error
 
 
 def uniformity(pit: ArrayLike, *, false_alarm_rate: float = 0.01, seed: int | None = None) -> Calibration:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from experiments import method_comparison, monitoring
+from experiments import method_comparison, monitoring, wear_laws
 from experiments.method_comparison import LABELS
 from experiments.method_tables import share_error, size_of_error, with_error
 from experiments.runner import main
@@ -82,3 +82,10 @@ def test_monte_carlo_errors() -> None:
     assert with_error(0.2234, 0.0171) == "0.22 ± 0.02"
     assert with_error(88.0, 5.2) == "88 ± 5"
     assert with_error(float("nan"), 1.0) == "–"
+
+
+def test_every_law_of_wear_gets_a_remaining_life(tmp_path: Path) -> None:
+    found = run(wear_laws, tmp_path, records=1, points=(4,))
+    assert found["law"].values.tolist() == list(wear_laws.LAWS)
+    assert (found["averaged_low"] <= found["averaged_high"]).all()
+    assert "covers" in (tmp_path / "wear_laws.md").read_text()

@@ -18,6 +18,8 @@ __all__ = ["fleet_table", "memory", "monitor_table"]
 
 _MOST = 20
 """Machines shown of a fleet; the files hold all."""
+_NAMED = 0.01
+"""Laws of wear less probable than this are not shown."""
 _ALL, _NEARLY_NOTHING = 0.995, 0.05
 """Shares of what was known, kept from point to point, that are written as all and as nearly nothing."""
 _BETTER, _FAR_BETTER = 1.0, 5.0
@@ -45,6 +47,12 @@ def memory(forgetting: Mapping[str, Any], plain: Mapping[str, Any]) -> str:
     gain = forgetting["log_predictive"] - plain["log_predictive"]
     word = "far better" if gain > _FAR_BETTER else "better" if gain > _BETTER else "hardly better"
     return f"{text}; this forecasts the next record {word} than forgetting nothing"
+
+
+def _laws(probabilities: Mapping[str, float]) -> str:
+    """Name the laws that matter, the most probable first."""
+    ordered = sorted(probabilities.items(), key=lambda item: -item[1])
+    return ", ".join(f"{law} {share:.2f}" for law, share in ordered if share >= _NAMED)
 
 
 def monitor_table(result: Mapping[str, Any]) -> Group:
@@ -100,6 +108,7 @@ def monitor_table(result: Mapping[str, Any]) -> Group:
             f"already reached {prognosis['probability_reached_already']:.2g}, "
             f"never reached {prognosis['probability_never_reached']:.2g}",
         )
+        below.add_row("laws of wear", _laws(prognosis["laws_of_wear"]))
     below.add_row("advice", Text(result["advisory_generation"]["text"], style="bold"))
     for text in result["notes"]:
         below.add_row("note", text)

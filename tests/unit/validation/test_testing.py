@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 from friction_bayes import testing
+from friction_bayes.core.errors import InputError
 from friction_bayes.validation.calibration import rank_pit, uniformity
 
 RARE = 1e-4
@@ -113,6 +114,31 @@ def test_calibration_wants_replications(seed: int) -> None:
         testing.assert_calibrated(
             draw_prior, normal_data, lambda data, mean: np.full(mean.shape, np.nan), seed=seed
         )
+
+
+ONE_AT_A_TIME = {
+    "draw_prior": (lambda rng: rng.normal(), normal_data, normal_cdf(1.0)),
+    "simulate": (draw_prior, lambda mean, rng: rng.normal(float(mean), 1.0, 5), normal_cdf(1.0)),
+    "posterior_cdf": (draw_prior, normal_data, lambda data, mean: 0.5),
+}
+
+
+@pytest.mark.parametrize("name", ONE_AT_A_TIME)
+def test_a_function_of_one_draw_at_a_time_is_told_what_to_accept(name: str, seed: int) -> None:
+    with pytest.raises(InputError, match=f"^{name}: .*all 200 draws at once") as told:
+        testing.assert_calibrated(*ONE_AT_A_TIME[name], replications=200, seed=seed)
+    assert "given" in str(told.value) or "returned shape ()" in str(told.value)
+
+
+def test_a_posterior_equal_to_the_prior_passes_calibration(seed: int) -> None:
+    # as docs/testing.md says: what is missing shows in the width alone
+    assert testing.assert_calibrated(
+        lambda rng, n: rng.normal(0.0, 1.0, n),
+        normal_data,
+        lambda data, mean: stats.norm.cdf(mean),
+        seed=seed,
+        false_alarm_rate=RARE,
+    ).calibrated
 
 
 def test_calibration_of_several_parameters_names_the_one_that_is_off(rng: np.random.Generator) -> None:

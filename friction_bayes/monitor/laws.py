@@ -1,0 +1,240 @@
+"""Laws of wear weighed by their evidence, and the remaining life averaged over them.
+
+Steady, accelerating, decelerating and saturating wear, and wear in jumps, are equally probable beforehand; so
+are the values of the one shape parameter that a law has, over its range. Each value is a clock
+(:mod:`friction_bayes.monitor.clocks`), on which the wear model is fitted in closed form; the probability of a
+clock follows from the marginal likelihood of the estimates. The remaining life is the mixture over clocks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import logsumexp
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.monitor.clocks import LAWS, Clock, ExponentialClock, JumpClock, PowerClock
+from friction_bayes.monitor.remaining_life import RemainingLife, remaining_life
+from friction_bayes.monitor.wear import WearPosterior, default_wear_prior, fit_wear
+
+__all__ = ["WearLaws", "WearOnClock", "fit_laws"]
+
+_NODES = 7
+"""Values of a shape parameter at first."""
+_HALVINGS = 6
+_NUMBERS_OF_JUMPS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
+"""Those that are weighed, up to half of the steps between detection points."""
+_STEP = 1.0
+"""Difference of log-evidence above which there is a further value between two."""
+_NEGLIGIBLE = 7.0
+"""Values whose log-evidence is so far below the best of their law get no neighbours."""
+_KEPT = 1e-3
+"""Clocks below this share of the most probable one are dropped."""
+_LONGEST = 1e7
+"""End of the time axis, in units of the time observed; what is not reached by then never is."""
+_AXIS = 1500
+"""Nodes of the time axis, at most."""
+
+
+@dataclass(frozen=True)
+class _Family:
+    """Clocks of a law along one shape parameter."""
+
+    law: str
+    clock: Callable[[float], Clock]
+    low: float
+    high: float
+
+
+_FAMILIES = (
+    _Family("accelerating", ExponentialClock, 0.1, 8.0),
+    _Family("accelerating", PowerClock, 1.05, 5.0),
+    _Family("decelerating", PowerClock, 0.1, 0.95),
+    _Family("decelerating", lambda power: PowerClock(power, 0.5), 0.1, 0.95),
+    _Family("saturating", ExponentialClock, -8.0, -0.1),
+)
+"""Wear grows at most by e^8 within the time observed, or began at T1 or half that time before."""
+
+
+@dataclass(frozen=True, eq=False)
+class WearOnClock:
+    """The wear model on one clock.
+
+    Attributes
+    ----------
+    law : str
+        One of :data:`friction_bayes.monitor.clocks.LAWS`.
+    clock : Clock
+    probability : float
+        Posterior probability of the clock.
+    posterior : WearPosterior
+        Its unit of time is the time observed.
+    """
+
+    law: str
+    clock: Clock
+    probability: float
+    posterior: WearPosterior
+
+
+@dataclass(frozen=True, eq=False)
+class WearLaws:
+    """Posterior over laws of wear.
+
+    Attributes
+    ----------
+    clocks : tuple of WearOnClock
+        Those that matter; their probabilities add to one.
+    span : float
+        Time observed, T1 to Tn.
+    """
+
+    clocks: tuple[WearOnClock, ...]
+    span: float
+
+    @property
+    def probabilities(self) -> dict[str, float]:
+        """Posterior probability of each law."""
+        return {law: sum(each.probability for each in self.clocks if each.law == law) for law in LAWS}
+
+    def moments(self, name: str) -> tuple[float, float]:
+        """Return posterior mean and sd of ``level``, ``drift``, ``wander`` or ``scatter``.
+
+        Drift and wander are per unit of time at Tn, the latter per square root of it.
+        """
+        power = {"drift": 1.0, "wander": 0.5}.get(name, 0.0)
+        found = np.array([each.posterior.moments(name) for each in self.clocks])
+        found *= np.array([(each.clock.pace / self.span) ** power for each in self.clocks])[:, None]
+        weight = np.array([each.probability for each in self.clocks])
+        mean = float(weight @ found[:, 0])
+        return mean, math.sqrt(float(weight @ (found[:, 1] ** 2 + (found[:, 0] - mean) ** 2)))
+
+    def course(self, law: str, later: Array) -> Array:
+        """Return the mean friction under a law at times after Tn; under jumps, while there is none."""
+        chosen = [each for each in self.clocks if each.law == law]
+        weight = np.array([each.probability for each in chosen])
+        time = 1.0 + later / self.span
+        paths = [
+            each.posterior.moments("level")[0]
+            + each.posterior.moments("drift")[0] * (each.clock.reading(time) - 1.0)
+            for each in chosen
+        ]
+        return np.asarray((weight / weight.sum()) @ np.array(paths))
+
+    def remaining_life(self, threshold: float, *, relative_sd: float = 0.0) -> RemainingLife:
+        """Return the distribution of the time from Tn till the friction first reaches the threshold.
+
+        Parameters
+        ----------
+        threshold, relative_sd : float
+            As in :func:`friction_bayes.monitor.remaining_life.remaining_life`.
+        """
+        lives = [
+            remaining_life(each.posterior, threshold, 1.0, relative_sd=relative_sd) for each in self.clocks
+        ]
+        time = np.concatenate(
+            [each.clock.when(1.0 + life.time) - 1.0 for each, life in zip(self.clocks, lives, strict=True)]
+        )
+        time = np.unique(time[(time > 1.0 / _LONGEST) & (time < _LONGEST)])
+        time = np.append(time[:: max(time.size // _AXIS, 1)], _LONGEST)
+        cumulative = sum(
+            each.probability * each.clock.reached(life, 1.0 + time)
+            for each, life in zip(self.clocks, lives, strict=True)
+        )
+        # interpolation may leave a hair too much
+        cumulative = np.clip(np.maximum.accumulate(cumulative), 0.0, 1.0)
+        already = sum(each.probability * life.already for each, life in zip(self.clocks, lives, strict=True))
+        density = np.gradient(cumulative, time) / self.span
+        return RemainingLife(
+            time * self.span, density, cumulative, min(already, 1.0), 1.0 - float(cumulative[-1])
+        )
+
+
+def fit_laws(times: Array, friction: Array, sd: Array) -> WearLaws:
+    """Weigh the laws of wear by the estimates of at least two detection points.
+
+    Parameters
+    ----------
+    times : ndarray, shape (n,)
+        Increasing, any unit.
+    friction, sd : ndarray, shape (n,)
+        Estimate of each record and its standard deviation.
+
+    Returns
+    -------
+    WearLaws
+    """
+    span = float(times[-1] - times[0])
+    time = (times - times[0]) / span
+    prior = default_wear_prior(time, friction)
+
+    def fit(clock: Clock) -> WearPosterior:
+        return fit_wear(clock.reading(time), friction, sd, prior)
+
+    # law, clock, its share of the law beforehand, its fit
+    found: list[tuple[str, Clock, float, WearPosterior]] = [("linear", PowerClock(), 1.0, fit(PowerClock()))]
+    for jumps, share in _jumps(time, friction, sd):
+        # one jump says nothing of how jumps differ: the next is like it
+        alike = replace(prior, wander=0.0) if len(jumps.after) == 1 else prior
+        found.append(("jumps", jumps, share, fit_wear(jumps.reading(time), friction, sd, alike)))
+    for family in _FAMILIES:
+        families = sum(other.law == family.law for other in _FAMILIES)
+        shapes, fits = _along(family, fit)
+        shares = np.gradient(shapes) / (family.high - family.low) / families
+        found += [
+            (family.law, family.clock(shape), float(part), each)
+            for shape, part, each in zip(shapes.tolist(), shares, fits, strict=True)
+        ]
+    score = np.array([math.log(share) + each.log_evidence for _, _, share, each in found])
+    kept = np.flatnonzero(score > score.max() + math.log(_KEPT))
+    probability = np.exp(score[kept] - logsumexp(score[kept]))
+    return WearLaws(
+        tuple(
+            WearOnClock(found[k][0], found[k][1], float(p), found[k][3])
+            for k, p in zip(kept, probability, strict=True)
+        ),
+        span,
+    )
+
+
+def _jumps(time: Array, friction: Array, sd: Array) -> list[tuple[JumpClock, float]]:
+    """Return clocks of few and of many jumps with their shares of the law beforehand.
+
+    Numbers of jumps are equally probable, and so are the places of as many. Of the places only the likeliest
+    are taken, where friction rose most for its error: the evidence of jumps is a lower bound.
+    """
+    places = time.size - 1
+    rise = np.diff(friction) / np.hypot(sd[1:], sd[:-1])
+    order = np.argsort(-np.abs(rise), kind="stable")
+    numbers = [number for number in _NUMBERS_OF_JUMPS if number <= max(places // 2, 1)]
+    return [
+        (
+            JumpClock(tuple(np.sort(time[:-1][order[:number]]).tolist())),
+            1.0 / (len(numbers) * math.comb(places, number)),
+        )
+        for number in numbers
+    ]
+
+
+def _along(family: _Family, fit: Callable[[Clock], WearPosterior]) -> tuple[Array, Sequence[WearPosterior]]:
+    """Return values of the shape parameter, dense where the evidence is, and the fit of each."""
+    shapes = np.linspace(family.low, family.high, _NODES)
+    fits = [fit(family.clock(shape)) for shape in shapes.tolist()]
+    for _ in range(_HALVINGS):
+        evidence = np.array([each.log_evidence for each in fits])
+        near = np.maximum(evidence[1:], evidence[:-1]) > evidence.max() - _NEGLIGIBLE
+        width = np.diff(shapes)
+        beside = np.minimum(np.append(width[1:], np.inf), np.append(np.inf, width[:-1]))
+        # a peak between two values of equal evidence shows in how fine the steps beside it are
+        coarse = (np.abs(np.diff(evidence)) > _STEP) | (width > 1.5 * beside)
+        wide = np.flatnonzero(near & coarse)
+        if wide.size == 0:
+            break
+        between = 0.5 * (shapes[wide] + shapes[wide + 1])
+        shapes = np.insert(shapes, wide + 1, between)
+        for place, shape in reversed(list(zip(wide + 1, between.tolist(), strict=True))):
+            fits.insert(int(place), fit(family.clock(shape)))
+    return shapes, fits
