@@ -137,7 +137,8 @@ def simulation_based_calibration(
         {"what draw_prior returned": parameters, "a Generator": np.random.default_rng(data_stream)},
         f"accept (parameters, rng) with {all_draws} and return one data set for each",
     )
-    needed = f"accept (data, parameters) with {all_draws} and return shape ({replications},) or ({replications}, p)"
+    shape = f"shape ({replications},) or ({replications}, p)"
+    needed = f"accept (data, parameters) with {all_draws} and return {shape}"
     pit = np.asarray(
         _called(
             "posterior_cdf",
