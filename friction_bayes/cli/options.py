@@ -34,7 +34,7 @@ __all__ = [
 
 _DATASET = "dataset:"
 _RECORD_FIELDS = ("quantity", "unit", "time_column", "signal_column", "sampling_rate", "resample", "run")
-_SYSTEM_FIELDS = ("mass", "inertia", "stiffness", "mass_sd", "inertia_sd", "stiffness_sd")
+_SYSTEM_FIELDS = ("mass", "inertia", "stiffness", "mass_sd", "inertia_sd", "stiffness_sd", "trust")
 
 
 def add_system(parser: argparse.ArgumentParser) -> None:
@@ -49,6 +49,11 @@ def add_system(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--inertia-sd", type=float, metavar="KG_M2", help="standard deviation of the inertia")
     group.add_argument(
         "--stiffness-sd", type=float, metavar="N_PER_M", help="standard deviation of the stiffness"
+    )
+    group.add_argument(
+        "--trust",
+        choices=("mass", "inertia", "stiffness"),
+        help="the value that friction is computed with, where they do not give the frequency found",
     )
     group.add_argument("--pendulum", action="store_true", help="restoring torque is stiffness * sin(angle)")
 

@@ -14,7 +14,7 @@ from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import non_negative, positive, probability
 
-__all__ = ["ScaledDistribution", "scaled", "scaled_moments", "scaled_quantiles"]
+__all__ = ["ScaledDistribution", "kept_positive", "scaled", "scaled_moments", "scaled_quantiles"]
 
 
 _STEP = 0.25
@@ -72,7 +72,7 @@ def scaled_moments(mean: Array, sd: Array, factor: float, relative_sd: float) ->
     """
     if relative_sd == 0.0:
         return mean * factor, sd * factor
-    positive_factor = _kept_positive(factor, relative_sd)
+    positive_factor = kept_positive(factor, relative_sd)
     return mean * float(positive_factor.mean()), np.sqrt(_variance(mean, sd**2, positive_factor))
 
 
@@ -105,7 +105,8 @@ def scaled_quantiles(
     return result
 
 
-def _kept_positive(factor: float, relative_sd: float) -> Any:
+def kept_positive(factor: float, relative_sd: float) -> Any:
+    """Frozen normal distribution of a factor, cut at zero."""
     return stats.truncnorm(-1.0 / relative_sd, np.inf, loc=factor, scale=factor * relative_sd)
 
 
@@ -144,7 +145,7 @@ class ScaledDistribution:
 
     def __init__(self, distribution: Any, factor: float, relative_sd: float) -> None:
         self.distribution = distribution
-        self.factor: Any = _kept_positive(factor, relative_sd)
+        self.factor: Any = kept_positive(factor, relative_sd)
         narrow_factor = np.all(_factor_is_narrow(distribution, relative_sd))
         inner: Any
         self._outer: Any

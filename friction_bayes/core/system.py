@@ -29,11 +29,16 @@ class Oscillator:
         Spring stiffness [N/m, or N m/rad].
     mass_sd, inertia_sd, stiffness_sd : float
         Standard deviations, same units; zero means taken as exact, and results say so.
+    trust : {"stiffness", "mass", "inertia"}, optional
+        The declared value that friction is computed with, whatever the other one is; left out, friction
+        spans both where the record does not swing at the frequency that they imply (see
+        :func:`friction_bayes.core.declared_force.declared_forces`).
 
     Raises
     ------
     InputError
-        If a value is not positive and finite, or mass and inertia are both given or both missing.
+        If a value is not positive and finite, a standard deviation is larger than its value, mass and inertia
+        are both given or both missing, or ``trust`` names neither of the values given.
     """
 
     mass: float | None = None
@@ -42,6 +47,7 @@ class Oscillator:
     mass_sd: float = 0.0
     inertia_sd: float = 0.0
     stiffness_sd: float = 0.0
+    trust: str | None = None
 
     pendulum: ClassVar[bool] = False
 
@@ -56,11 +62,28 @@ class Oscillator:
         other = "mass_sd" if self.mass is None else "inertia_sd"
         if getattr(self, other):
             raise InputError(other, "belongs to the other kind of system", f"leave out {other}")
+        for name in (self.moving_name, "stiffness"):
+            value, sd = getattr(self, name), getattr(self, f"{name}_sd")
+            if sd > value:
+                raise InputError(
+                    f"{name}_sd",
+                    f"{sd:g} is larger than the {name} itself, {value:g}",
+                    f"give the standard deviation in the unit of the {name}",
+                )
+        if self.trust not in (None, "stiffness", self.moving_name):
+            raise InputError(
+                "trust", f"{self.trust!r} is not declared", f"give stiffness or {self.moving_name}"
+            )
 
     @property
     def angular(self) -> bool:
         """Whether the motion is a rotation."""
         return self.mass is None
+
+    @property
+    def moving_name(self) -> str:
+        """``mass`` or ``inertia``."""
+        return "inertia" if self.angular else "mass"
 
     @property
     def moving(self) -> float:

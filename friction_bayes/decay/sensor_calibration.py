@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from friction_bayes.core.declared_force import ForceFactor, declared_forces, frequencies_disagree
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity
 from friction_bayes.core.system import Oscillator
 
-__all__ = ["force_factor", "force_factor_relative_sd", "swing_frequency"]
+__all__ = ["force_factor", "force_factors", "swing_frequency"]
 
 
 def swing_frequency(system: Oscillator, unit: str) -> float:
@@ -22,6 +23,15 @@ def force_factor(system: Oscillator, quantity: Quantity, unit: str) -> float:
     return 1.0 if unit in UNCALIBRATED_UNITS else system.force_factor(quantity)
 
 
-def force_factor_relative_sd(system: Oscillator, quantity: Quantity, unit: str) -> float:
-    """Relative standard deviation of :func:`force_factor` from that of mass and stiffness."""
-    return 0.0 if unit in UNCALIBRATED_UNITS else system.force_factor_relative_sd(quantity)
+def force_factors(
+    system: Oscillator, quantity: Quantity, unit: str, frequency: float, frequency_sd: float
+) -> tuple[ForceFactor, ...]:
+    """Equally probable factors to the friction force, by what the frequency found says of the system.
+
+    As :func:`friction_bayes.core.declared_force.declared_forces`; exactly 1 where the signal was not
+    calibrated.
+    """
+    if unit in UNCALIBRATED_UNITS:
+        return (ForceFactor(1.0, 0.0),)
+    disagree = bool(frequencies_disagree(system, frequency, frequency_sd))
+    return declared_forces(system, quantity, frequency, disagree=disagree)

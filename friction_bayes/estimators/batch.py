@@ -14,6 +14,7 @@ from scipy import stats
 from friction_bayes.conjugate.scaled_distribution import scaled, scaled_moments, scaled_quantiles
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.checks import positive
+from friction_bayes.core.declared_force import ForceFactor, declared_forces, frequencies_disagree
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
 from friction_bayes.core.summary import TAILS
@@ -21,9 +22,10 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import locate_free_decays
 from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.decay.located import FOUND
-from friction_bayes.decay.sensor_calibration import force_factor, force_factor_relative_sd
+from friction_bayes.decay.sensor_calibration import force_factor, force_factors
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.base import Estimator, Fits, FreeDecays
+from friction_bayes.estimators.equally_probable import EquallyProbable
 from friction_bayes.estimators.estimate import RANDOM_FORCE
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.random_force.plain_law import PlainDecay, plain_posterior
@@ -214,7 +216,7 @@ def _estimate_chunk(
     with_force: bool,
 ) -> Array:
     """Estimate rows of the system and sensor that ``like`` declares."""
-    system, kind, unit = like.system, like.quantity, like.unit
+    system, kind = like.system, like.quantity
     located = locate_free_decays(values, like.step, system.natural_frequency, kind.order)
     located.status[_clipped(values, located.status == FOUND)] = _CLIPPED
     decays = replace(like, values=values, located=located)
@@ -223,16 +225,52 @@ def _estimate_chunk(
     status = np.where((located.status == FOUND) & ~found, _NO_FIT, located.status)
     coefficient = tuple(np.where(found, parameter, np.nan) for parameter in fits.parameters)
     location, spread = (_finite(moment(*coefficient)) for moment in (family.mean, family.std))
-    factor = force_factor(system, kind, unit)
-    relative_sd = force_factor_relative_sd(system, kind, unit)
-    mean, sd = scaled_moments(location, spread, factor, relative_sd)
-    low, high = (scaled_quantiles(family, coefficient, factor, relative_sd, q) for q in TAILS)
+    friction = _friction(family, coefficient, like, fits.frequency, fits.frequency_sd)
     length = fits.frequency**-kind.order
     over_low, over_high = (family.ppf(q, *coefficient) * length for q in TAILS)
-    columns = (mean, sd, low, high, location * length, spread * length, over_low, over_high)
+    columns = (*friction, location * length, spread * length, over_low, over_high)
     rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
     table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
     return _averaged_over_random_force(table, decays, fits) if with_force else table
+
+
+def _friction(
+    family: Any, coefficient: tuple[Array, ...], like: FreeDecays, frequency: Array, frequency_sd: Array
+) -> Array:
+    """Mean, sd and 90 % interval of friction from the posteriors of the coefficient, shape (4, records)."""
+    system, kind = like.system, like.quantity
+    if like.unit in UNCALIBRATED_UNITS:
+        return _in_force(family, coefficient, (ForceFactor(1.0, 0.0),))
+    table = np.full((4, frequency.size), np.nan)
+    disagree = frequencies_disagree(system, frequency, frequency_sd)
+    for rows, both in ((~disagree, False), (disagree, True)):
+        if rows.any():
+            factors = declared_forces(system, kind, frequency[rows], disagree=both)
+            table[:, rows] = _in_force(family, tuple(each[rows] for each in coefficient), factors)
+    return table
+
+
+def _in_force(family: Any, coefficient: tuple[Array, ...], factors: tuple[ForceFactor, ...]) -> Array:
+    """Mean, sd and interval of variables times one of some equally probable factors, shape (4, m)."""
+    *shapes, location, scale = coefficient
+    scaled_by = [((*shapes, location * factor, scale * factor), sd) for factor, sd in factors]
+    moments = [scaled_moments(family.mean(*own), family.std(*own), 1.0, sd) for own, sd in scaled_by]
+    means, sds = (np.array([_finite(each) for each in moment]) for moment in zip(*moments, strict=True))
+    mean = means.mean(axis=0)
+    spread = np.sqrt((sds**2 + (means - mean) ** 2).mean(axis=0))
+    if len(factors) == 1:
+        ((own, relative_sd),) = scaled_by
+        return np.array([mean, spread, *(scaled_quantiles(family, own, 1.0, relative_sd, q) for q in TAILS)])
+    if not any(relative_sd for _, relative_sd in factors):
+        either = EquallyProbable([family(*own) for own, _ in scaled_by])
+        return np.array([mean, spread, *(either.ppf(np.full(mean.shape, q)) for q in TAILS)])
+    rows = [
+        EquallyProbable(
+            [scaled(family(*(each[row] for each in own)), 1.0, relative_sd=sd) for own, sd in scaled_by]
+        ).ppf(TAILS)
+        for row in range(mean.size)
+    ]
+    return np.array([mean, spread, *np.transpose(rows)])
 
 
 def _averaged_over_random_force(table: Array, decays: FreeDecays, fits: Fits) -> Array:
@@ -241,7 +279,6 @@ def _averaged_over_random_force(table: Array, decays: FreeDecays, fits: Fits) ->
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
     system, kind, unit = decays.system, decays.quantity, decays.unit
     factor = force_factor(system, kind, unit)
-    relative_sd = force_factor_relative_sd(system, kind, unit)
     assert fits.residual is not None
     for row in np.flatnonzero(fits.found).tolist():
         if whiteness(fits.residual(row)).white:
@@ -274,7 +311,8 @@ def _averaged_over_random_force(table: Array, decays: FreeDecays, fits: Fits) ->
         }
         if both is not without:
             new |= {"noise_sd": both.noise_sd, "frequency": both.frequency, "frequency_sd": both.frequency_sd}
-            friction = scaled(both.coefficient, factor, relative_sd=relative_sd)
+            factors = force_factors(system, kind, unit, both.frequency, both.frequency_sd)
+            friction = EquallyProbable([scaled(both.coefficient, f, relative_sd=sd) for f, sd in factors])
             length = scaled(both.coefficient, both.frequency**-kind.order)
             for name, distribution in (("friction", friction), ("friction_over_stiffness", length)):
                 new[f"{name}_mean"], new[f"{name}_sd"] = distribution.mean(), distribution.std()

@@ -10,17 +10,25 @@ from functools import cached_property
 from typing import Any
 
 from friction_bayes.conjugate.scaled_distribution import scaled
+from friction_bayes.core.declared_force import (
+    ForceFactor,
+    by_mass,
+    by_stiffness,
+    disagreement,
+    frequencies_disagree,
+)
 from friction_bayes.core.errors import RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.strict_json import plain
 from friction_bayes.core.summary import Summary
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.sensor_calibration import force_factor, force_factor_relative_sd
+from friction_bayes.decay.sensor_calibration import force_factor, force_factors
 from friction_bayes.estimators.acceptance import Acceptance
 from friction_bayes.estimators.base import Fit, RandomForce
+from friction_bayes.estimators.equally_probable import EquallyProbable
 
-__all__ = ["FREQUENCY_TOLERANCE", "Estimate", "force_notes"]
+__all__ = ["Estimate", "force_notes"]
 
 _SURELY = 0.99
 """Probability of a negative friction above which a note says what that means."""
@@ -28,8 +36,8 @@ _WORTH_A_NOTE = 0.01
 """Probability of a random force above which a note says what it means."""
 _SUSPECT_PERIODS = 0.02
 """Correlation time of a random force below which a note doubts that it is one: the prior ends at 0.01."""
-FREQUENCY_TOLERANCE = 0.03
-"""Relative difference of the found frequency and sqrt(k/m) above which both forces are reported."""
+_WORTH_A_WARNING = 0.03
+"""Relative difference of the frequencies found and declared above which a warning is given too."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,11 +61,14 @@ class Estimate:
     notes : tuple of str
         What a reader of the numbers must know.
     friction : frozen scipy.stats distribution
-        Posterior of the friction force, carrying the standard deviation of mass and stiffness.
+        Posterior of the friction force, carrying what is not known of mass and stiffness: their standard
+        deviations, and which of them is right where the record does not swing at their frequency.
     friction_unit : str
         N or N m; the signal's own unit where the sensor was not calibrated.
     friction_as_declared : frozen scipy.stats distribution
         The same with mass and stiffness taken as exact.
+    force_factors : tuple of ForceFactor
+        From the signal's friction coefficient to the friction force, one or two equally probable.
     force_factor : float
         From the signal's friction coefficient to the friction force at the declared mass and stiffness.
     friction_over_stiffness : frozen scipy.stats distribution
@@ -95,9 +106,8 @@ class Estimate:
 
     @cached_property
     def friction(self) -> Any:
-        decay = self.decay
-        relative_sd = force_factor_relative_sd(decay.system, decay.quantity, decay.unit)
-        return scaled(self.fit.coefficient, self.force_factor, relative_sd=relative_sd)
+        forces = [scaled(self.fit.coefficient, f, relative_sd=sd) for f, sd in self.force_factors]
+        return forces[0] if len(forces) == 1 else EquallyProbable(forces)
 
     @property
     def friction_unit(self) -> str:
@@ -106,6 +116,10 @@ class Estimate:
     @cached_property
     def friction_as_declared(self) -> Any:
         return scaled(self.fit.coefficient, self.force_factor)
+
+    @property
+    def force_factors(self) -> tuple[ForceFactor, ...]:
+        return _force_factors(self.decay, self.fit)
 
     @property
     def force_factor(self) -> float:
@@ -207,7 +221,7 @@ class Estimate:
                 "prior": self.prior,
                 "peaks": self.peaks,
                 "random_force": self._random_force_summary(),
-                "includes_system_uncertainty": system.force_factor_relative_sd(self.decay.quantity) > 0.0,
+                "includes_system_uncertainty": not _taken_as_exact(self.force_factors),
                 "notes": self.notes,
             }
         )
@@ -228,13 +242,21 @@ def _calibrated(decay: FreeDecay) -> bool:
     return decay.unit not in UNCALIBRATED_UNITS
 
 
+def _force_factors(decay: FreeDecay, fit: Fit) -> tuple[ForceFactor, ...]:
+    return force_factors(decay.system, decay.quantity, decay.unit, fit.frequency, fit.frequency_sd)
+
+
+def _taken_as_exact(factors: tuple[ForceFactor, ...]) -> bool:
+    return len(factors) == 1 and factors[0].relative_sd == 0.0
+
+
 def force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
     """Notes on the friction force that follows from a fit of the signal.
 
     Warns
     -----
     RecordWarning
-        If the record does not swing at the frequency that mass and stiffness imply.
+        If the record swings far from the frequency that mass and stiffness imply.
     """
     system, order = decay.system, decay.quantity.order
     notes = []
@@ -243,7 +265,7 @@ def force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
             "the sensor is not calibrated: friction is the friction force over "
             f"{_factor_symbol(system, order)}, in the signal's own unit, {decay.unit}"
         )
-    elif system.force_factor_relative_sd(decay.quantity) == 0.0:
+    elif _taken_as_exact(_force_factors(decay, fit)):
         notes.append(f"{_exact(system, order)} uncertainty is not in the friction interval")
     if float(fit.coefficient.cdf(0.0)) > _SURELY:
         notes.append("friction is negative: the oscillation grows, so this is not a free decay")
@@ -285,13 +307,15 @@ def _random_force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
 
 
 def _factor_symbol(system: Oscillator, order: int) -> str:
-    moving = "inertia" if system.angular else "mass"
+    moving = system.moving_name
     return ("the stiffness", f"sqrt(stiffness * {moving})", f"the {moving}")[order]
 
 
 def _exact(system: Oscillator, order: int) -> str:
     """Which of mass and stiffness the force was computed with, as if it were exact."""
-    moving = "inertia" if system.angular else "mass"
+    if system.trust is not None:
+        return f"the {system.trust} is taken as exact: its"
+    moving = system.moving_name
     return (
         "the stiffness is taken as exact: its",
         f"{moving} and stiffness are taken as exact: their",
@@ -301,19 +325,29 @@ def _exact(system: Oscillator, order: int) -> str:
 
 def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
     """Give both frequencies and both forces where the declared system does not swing as the record does."""
-    system, order = decay.system, decay.quantity.order
-    declared, found = system.natural_frequency, fit.frequency
-    if abs(found / declared - 1.0) <= FREQUENCY_TOLERANCE:
+    system, found, sd = decay.system, fit.frequency, fit.frequency_sd
+    if not frequencies_disagree(system, found, sd):
         return []
-    text = f"the record swings at {found:.5g} rad/s, declared mass and stiffness imply {declared:.5g} rad/s"
+    apart = float(disagreement(system, found, sd))
+    text = (
+        f"the record swings at {found:.5g} rad/s, declared {system.moving_name} and stiffness imply "
+        f"{system.natural_frequency:.5g} rad/s, {apart:.0f} standard deviations apart"
+    )
     if _calibrated(decay):
         coefficient, unit = float(fit.coefficient.mean()), system.friction_unit
-        from_stiffness = system.stiffness * coefficient / found**order
-        from_mass = system.moving * coefficient * found ** (2 - order)
-        moving = "inertia" if system.angular else "mass"
+        forces = [
+            coefficient * float(factor(system, decay.quantity, found).factor)
+            for factor in (by_stiffness, by_mass)
+        ]
         text += (
-            f": friction is {from_stiffness:.4g} {unit} with the declared stiffness "
-            f"and {from_mass:.4g} {unit} with the declared {moving}"
+            f": friction is {forces[0]:.4g} {unit} with the declared stiffness "
+            f"and {forces[1]:.4g} {unit} with the declared {system.moving_name}; "
         )
-    warnings.warn(text, RecordWarning, stacklevel=4)
+        text += (
+            "its interval spans both, as equally probable, unless one of them is trusted"
+            if system.trust is None
+            else f"the {system.trust} is trusted"
+        )
+    if abs(found / system.natural_frequency - 1.0) > _WORTH_A_WARNING:
+        warnings.warn(text, RecordWarning, stacklevel=4)
     return [text]

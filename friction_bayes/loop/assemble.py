@@ -11,9 +11,10 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.declared_force import by_mass, by_stiffness, frequencies_disagree
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.core.text import set_words
-from friction_bayes.estimators.result import FREQUENCY_TOLERANCE
 from friction_bayes.loop.candidate import SearchResult, in_catalogue_order
 from friction_bayes.loop.family import Family, FamilyDraws, Mixture, mixture_of
 from friction_bayes.loop.forecast import forecast_records, held_out_error, with_forecasts
@@ -83,15 +84,15 @@ def assemble_report(
     segment = model.segments[0]
     effects = in_catalogue_order(mixture.sets[0])
     word = verdict(mixture.sets, mixture.probabilities, best.explains)
-    factor, _, unit = friction_scale(model)
+    factor, unit = friction_scale(model)
     alone, readings = coulomb_alone(found.before, rng_before), None
     if word == UNEXPLAINED:
         readings = [alone, *(family.reading for family in everyone)]
         if best is everyone[0]:
             # draws along the motion hold how far friction could shift; those of the search know no such force
             mixture = mixture.with_friction(pooled(readings, rng_pool))
-    before = reported_friction(alone.friction, model, rng_before)
-    after = reported_friction(mixture.draws.friction, model, rng_after)
+    before = reported_friction(alone.friction, mixture.draws.frequency, model, rng_before)
+    after = reported_friction(mixture.draws.friction, mixture.draws.frequency, model, rng_after)
     residual: dict[str, Any] = {
         "before": residual_tests(found.before).to_dict(),
         "after": best.tests.to_dict(),
@@ -122,7 +123,7 @@ def assemble_report(
         residual=residual,
         noise=best.noise(),
         paper_procedure=paper_procedure(found.fits[0], after, effects),
-        frequency=frequency_summary(mixture.draws.frequency, model, after),
+        frequency=frequency_summary(mixture.draws.frequency, model, mixture.draws.friction),
         random_force=_random_force(mixture, families, factor, unit),
         witnesses=best.witnesses(),
         left=left
@@ -155,7 +156,7 @@ def _loss(trace: RecordTrace, mixture: Mixture, model: LoopModel) -> float:
         return 0.0
     system, order = model.system, model.segments[0].order
     ratio = float(mixture.draws.frequency.mean()) / system.natural_frequency
-    factor, _, _ = friction_scale(model)
+    factor, _ = friction_scale(model)
     return factor * system.stiffness * ratio**order * friction_of_loss(trace.turning_points)
 
 
@@ -176,18 +177,31 @@ def _random_force(
     }
 
 
-def frequency_summary(frequencies: Array, model: LoopModel, after: Distribution) -> dict[str, Any]:
-    """Draws of the natural frequency [rad/s] beside the declared one, and both forces where they differ."""
-    declared, order = model.system.natural_frequency, model.segments[0].order
-    ratio, friction = float(frequencies.mean()) / declared, float(after.draws.mean())
-    disagree = abs(ratio - 1.0) > FREQUENCY_TOLERANCE and after.unit == model.system.friction_unit
+def frequency_summary(frequencies: Array, model: LoopModel, friction: Array) -> dict[str, Any]:
+    """Draws of the natural frequency [rad/s] beside the declared one, and both forces where they disagree.
+
+    Parameters
+    ----------
+    frequencies, friction : ndarray, shape (m,)
+        Draws of the natural frequency and of the model's friction [N or N m].
+    model : LoopModel
+    """
+    system, decay = model.system, model.segments[0].decay
+    found, sd = float(frequencies.mean()), float(frequencies.std(ddof=1))
+    disagree = bool(frequencies_disagree(system, found, sd)) and decay.unit not in UNCALIBRATED_UNITS
+    coefficient = float(friction.mean()) / system.force_factor(decay.quantity)
+    forces = [
+        coefficient * float(factor(system, decay.quantity, found).factor)
+        for factor in (by_stiffness, by_mass)
+    ]
     return {
-        "mean": declared * ratio,
-        "sd": float(frequencies.std(ddof=1)),
-        "declared": declared,
+        "mean": found,
+        "sd": sd,
+        "declared": system.natural_frequency,
         "unit": "rad/s",
-        "from_stiffness": friction / ratio**order if disagree else None,
-        "from_mass": friction * ratio ** (2 - order) if disagree else None,
+        "from_stiffness": forces[0] if disagree else None,
+        "from_mass": forces[1] if disagree else None,
+        "trusted": system.trust,
     }
 
 

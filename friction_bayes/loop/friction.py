@@ -10,9 +10,17 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import Summary
+from friction_bayes.decay.sensor_calibration import force_factors
 from friction_bayes.loop.model import LoopModel
 
-__all__ = ["Distribution", "dry_friction", "friction_of_loss", "friction_scale", "reported_friction"]
+__all__ = [
+    "Distribution",
+    "dry_friction",
+    "friction_of_loss",
+    "friction_scale",
+    "reported_friction",
+    "scale_draws",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,23 +41,51 @@ class Distribution:
         return Summary.of_draws(self.draws, self.unit).to_dict()
 
 
-def friction_scale(model: LoopModel) -> tuple[float, float, str]:
-    """Factor from a model's friction to the reported one, its relative standard deviation, and the unit.
+def friction_scale(model: LoopModel) -> tuple[float, str]:
+    """Factor from a model's friction to the reported one at the declared mass and stiffness, and the unit.
 
     Of a signal that is not calibrated only friction in the unit of the signal can be reported.
     """
     decay = model.segments[0].decay
     if decay.unit in UNCALIBRATED_UNITS:
-        return 1.0 / model.system.force_factor(decay.quantity), 0.0, decay.unit
-    return 1.0, model.system.force_factor_relative_sd(decay.quantity), model.system.friction_unit
+        return 1.0 / model.system.force_factor(decay.quantity), decay.unit
+    return 1.0, model.system.friction_unit
 
 
-def reported_friction(values: Array, model: LoopModel, rng: np.random.Generator) -> Distribution:
-    """Friction from draws of a model's, with the uncertainty of mass and stiffness where it was given."""
-    factor, relative, unit = friction_scale(model)
-    if relative > 0.0:
-        values = values * (1.0 + relative * rng.standard_normal(values.size))
-    return Distribution(factor * values, unit)
+def scale_draws(model: LoopModel, frequencies: Array, size: int, rng: np.random.Generator) -> Array:
+    """Draws of the factor from a model's friction to the reported one.
+
+    They carry what is not known of mass and stiffness (see
+    :func:`friction_bayes.core.declared_force.declared_forces`).
+
+    Parameters
+    ----------
+    model : LoopModel
+    frequencies : ndarray, shape (k,)
+        Draws of the natural frequency [rad/s].
+    size : int
+        How many draws.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    ndarray, shape (size,)
+    """
+    decay = model.segments[0].decay
+    found, sd = float(frequencies.mean()), float(frequencies.std(ddof=1))
+    factors = force_factors(model.system, decay.quantity, decay.unit, found, sd)
+    normal = rng.standard_normal(size)
+    scales = [f * (1.0 + relative * normal) for f, relative in factors]
+    drawn = scales[0] if len(scales) == 1 else np.choose(rng.integers(len(scales), size=size), scales)
+    return np.asarray(drawn / model.system.force_factor(decay.quantity))
+
+
+def reported_friction(
+    values: Array, frequencies: Array, model: LoopModel, rng: np.random.Generator
+) -> Distribution:
+    """Friction from draws of a model's and of the natural frequency [rad/s]; see :func:`scale_draws`."""
+    _, unit = friction_scale(model)
+    return Distribution(scale_draws(model, frequencies, values.size, rng) * values, unit)
 
 
 def friction_of_loss(turning_points: Array) -> float:

@@ -128,7 +128,8 @@ class LoopReport:
     held_out_error, residual, noise, paper_procedure : dict
     frequency : dict
         Mean and sd of what was found, ``declared`` sqrt(k/m), unit; where they differ ``from_stiffness`` and
-        ``from_mass``, the friction after that each of the declared values gives, else None.
+        ``from_mass``, the friction after that each of the declared values gives, else None;
+        ``trusted``, the one that friction is computed with, None where its interval spans both.
     random_force : dict or None
         ``probability`` of a force that fluctuates, and given that there is one its ``sd``,
         ``share_of_friction`` (None without friction) and ``correlation_time_s``; None where none was weighed.

@@ -76,7 +76,7 @@ def sampler_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
             f"not converged after {attrs['steps']} steps: nested R-hat {attrs['nested_rhat']:.4f}, effective "
             f"sample size {attrs['ess_bulk']:.0f} (bulk) and {attrs['ess_tail']:.0f} (tail)"
         )
-    factor, _, unit = friction_scale(after.model)
+    factor, unit = friction_scale(after.model)
     return check | {
         "converged": converged,
         "rhat": float(attrs["nested_rhat"]),

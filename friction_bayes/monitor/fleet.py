@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import positive
+from friction_bayes.core.declared_force import declared_forces
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, quantity_named
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.batch import estimate_batch
 from friction_bayes.monitor.points import COUNTED, TIME_ATTRIBUTE, DetectionPoints, per
 from friction_bayes.monitor.report import QUANTILES, follow
@@ -137,12 +139,18 @@ def fleet_work(records: xr.DataArray, system: Oscillator, *, threshold: float | 
     points = records.sizes[point]
     times, time_unit = _times(records, machine, point)
     # mass and stiffness are common to all points: their spread comes in at the threshold
-    exact = replace(system, **{name: 0.0 for name in ("mass_sd", "inertia_sd", "stiffness_sd")})
+    exact = replace(system, mass_sd=0.0, inertia_sd=0.0, stiffness_sd=0.0)
     ordered, blocks = _in_blocks(records.transpose(machine, point, "time"))
     estimates = estimate_batch(_one_a_row(ordered), exact, random_force="none")
     kind = quantity_named(estimates.attrs["quantity"])
     unit = estimates["friction_mean"].attrs["units"]
-    relative_sd = 0.0 if unit in UNCALIBRATED_UNITS else system.force_factor_relative_sd(kind)
+    factors = declared_forces(system, kind, system.natural_frequency, disagree=False)
+    relative_sd = 0.0 if unit in UNCALIBRATED_UNITS else factors[0].relative_sd
+    if system.trust is None:
+        # at the declared mass and stiffness, whatever the frequency found says of them
+        factor = force_factor(system, kind, unit) * estimates["frequency"] ** kind.order
+        for name in ("mean", "sd"):
+            estimates[f"friction_{name}"] = factor * estimates[f"friction_over_stiffness_{name}"]
     known = {"time_unit": time_unit, "unit": unit, "relative_sd": relative_sd}
     needed = estimates[["friction_mean", "friction_sd", "status"]]
     rows = [slice(each.start * points, each.stop * points) for each in blocks]

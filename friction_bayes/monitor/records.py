@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from friction_bayes.core.declared_force import common_factor
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.sensor_calibration import force_factors
 from friction_bayes.estimators.estimate import estimate
 from friction_bayes.estimators.result import Estimate
 from friction_bayes.monitor.points import DetectionPoints, detection_times
@@ -75,15 +76,23 @@ def monitor_records(
                 )
     found, unit, source = detection_times(records, times, time_unit)
     estimates = [estimate(record, system, random_force="none") for record in records]
-    quantity = estimates[0].decay.quantity
-    calibrated = estimates[0].decay.unit not in UNCALIBRATED_UNITS
+    first_decay = estimates[0].decay
+    # what mass and stiffness are is common to all points, and so is the frequency
+    frequency, frequency_sd = (
+        float(np.median([getattr(each, name) for each in estimates]))
+        for name in ("frequency", "frequency_sd")
+    )
+    common = common_factor(
+        force_factors(system, first_decay.quantity, first_decay.unit, frequency, frequency_sd)
+    )
+    scale = common.factor / estimates[0].force_factor
     points = DetectionPoints(
         times=found,
         time_unit=unit,
-        friction=np.array([float(each.friction_as_declared.mean()) for each in estimates]),
-        sd=np.array([_spread(each) for each in estimates]),
+        friction=scale * np.array([float(each.friction_as_declared.mean()) for each in estimates]),
+        sd=scale * np.array([_spread(each) for each in estimates]),
         unit=estimates[0].friction_unit,
-        relative_sd=system.force_factor_relative_sd(quantity) if calibrated else 0.0,
+        relative_sd=common.relative_sd,
     )
     return follow(
         points,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from friction_bayes.conjugate.scaled_distribution import ScaledDistribution
+from friction_bayes.conjugate.scaled_distribution import kept_positive
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
 from friction_bayes.estimators.result import Estimate
@@ -66,11 +66,8 @@ def check_estimate(
     mean, sd = float(declared.mean()), float(declared.std())
     # a posterior without a variance gives no scale to measure by
     apart = (float(draws.mean()) - mean) / sd if math.isfinite(sd) else None
-    friction = draws
-    if isinstance(estimate.friction, ScaledDistribution):
-        factor = estimate.friction.factor
-        rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1,)))
-        friction = draws * factor.rvs(draws.shape, random_state=rng) / estimate.force_factor
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1,)))
+    friction = draws * _factor_draws(estimate, draws.shape, rng) / estimate.force_factor
     own = [part["posterior"].dataset["friction"].attrs for part in parts]
     summary = {
         "sampler": "emcee",
@@ -88,6 +85,15 @@ def check_estimate(
         "seed": seed,
     }
     return ReferenceRun(tree=tree, friction=friction, summary=summary)
+
+
+def _factor_draws(estimate: Estimate, shape: tuple[int, ...], rng: np.random.Generator) -> Array:
+    """Draws of the factor from the signal's friction coefficient to the friction force."""
+    forces = [
+        np.full(shape, factor) if sd == 0.0 else kept_positive(factor, sd).rvs(shape, random_state=rng)
+        for factor, sd in estimate.force_factors
+    ]
+    return forces[0] if len(forces) == 1 else np.choose(rng.integers(len(forces), size=shape), forces)
 
 
 def _checked(estimate: Estimate, parts: tuple[xr.DataTree, ...]) -> str:

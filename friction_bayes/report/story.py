@@ -239,9 +239,11 @@ def _frequency(report: Report) -> str:
     )
     if found["from_mass"] is None:
         return text
+    trusted, moving = found["trusted"], "inertia" if unit == "N m" else "mass"
+    meaning = "its interval spans both" if trusted is None else f"the {trusted} is trusted"
     return (
-        f"{text}\nfriction after is {number(found['from_stiffness'])} {unit} with the declared stiffness, "
-        f"{number(found['from_mass'])} {unit} with the declared mass"
+        f"{text}\nfriction is {number(found['from_stiffness'])} {unit} with the declared stiffness, "
+        f"{number(found['from_mass'])} {unit} with the declared {moving}; {meaning}"
     )
 
 

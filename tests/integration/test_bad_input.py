@@ -106,6 +106,8 @@ OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "zero stiffness": (("--mass", "10", "--stiffness", "0"), "stiffness"),
     "infinite stiffness": (("--mass", "10", "--stiffness", "inf"), "stiffness"),
     "negative sd": ((*SYSTEM, "--mass-sd", "-1"), "mass_sd"),
+    "sd larger than the stiffness": ((*SYSTEM, "--stiffness-sd", "1001"), "stiffness_sd"),
+    "trust in what is not declared": ((*SYSTEM, "--trust", "inertia"), "trust"),
     "no mass": (("--stiffness", "1000"), "--mass"),
     "no stiffness": (("--mass", "10"), "--stiffness"),
     "mass and inertia": ((*SYSTEM, "--inertia", "1"), "both"),

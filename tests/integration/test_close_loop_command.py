@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -133,6 +134,13 @@ def test_both_forces_where_the_declared_system_swings_otherwise(csv: Path) -> No
     # r/k is 0.5 mm, whatever the declared system
     assert found["from_stiffness"] == pytest.approx(900.0 * 5e-4, rel=0.01)
     assert found["from_mass"] == pytest.approx(10.0 * 100.0 * 5e-4, rel=0.01)
+    low, high = report.friction_after["interval90"]
+    assert low < 0.451
+    assert high > 0.499
+    trusting = replace(system, trust="mass")
+    trusted = fb.close_loop([fb.read_record(csv)], trusting, seed=1, effects=("viscous_damping",))
+    assert trusted.friction_after["mean"] == pytest.approx(0.5, rel=0.01)
+    assert trusted.friction_after["sd"] < 0.01
 
 
 def test_table_of_a_clipped_and_offset_record(

@@ -111,6 +111,7 @@ def loop_report(rng: np.random.Generator) -> LoopReport:
             "unit": "rad/s",
             "from_stiffness": None,
             "from_mass": None,
+            "trusted": None,
         },
         witnesses={"loss": summary(0.5, 0.06), "shape": summary(-0.2, 0.02), "agree": False},
         random_force={

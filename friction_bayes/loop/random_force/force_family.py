@@ -286,12 +286,12 @@ class ForceFamily:
         }
 
     def check(self, seed: int) -> dict[str, Any]:
-        factor, _, unit = friction_scale(self.found.before.model)
+        factor, unit = friction_scale(self.found.before.model)
         return check_random_force(self.best, factor, unit, seed, forced=RANDOM_FORCE.name in self.sets[0])
 
     def witnesses(self) -> dict[str, Any]:
         """Friction by the loss of amplitude and by the shape within a cycle, in the best law."""
-        factor, _, unit = friction_scale(self.found.before.model)
+        factor, unit = friction_scale(self.found.before.model)
         witnesses = two_witnesses(self.best, factor * self.fit.law.unit_force, unit)
         return {
             "loss": witnesses.loss.to_dict(),
@@ -322,7 +322,7 @@ class ForceFamily:
         fit, segment, decay, n = self.best, self.fit.segment, self.fit.segment.decay, self.fit.samples
         before = self.found.before.predictions[0]
         turns = fit.path.turning / fit.w0
-        factor, _, unit = friction_scale(self.found.before.model)
+        factor, unit = friction_scale(self.found.before.model)
         scale = factor * fit.law.unit_force
         trace = RecordTrace(
             name=decay.name,

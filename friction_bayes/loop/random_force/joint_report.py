@@ -16,7 +16,13 @@ from friction_bayes.loop.assemble import frequency_summary
 from friction_bayes.loop.candidate import SearchResult, in_catalogue_order
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.forecast import Forecast, forecast_errors
-from friction_bayes.loop.friction import Distribution, dry_friction, friction_of_loss, friction_scale
+from friction_bayes.loop.friction import (
+    Distribution,
+    dry_friction,
+    friction_of_loss,
+    friction_scale,
+    scale_draws,
+)
 from friction_bayes.loop.friction_range import Reading, coulomb_alone, friction_range
 from friction_bayes.loop.noise import LEAST_NOISE
 from friction_bayes.loop.paper_procedure import paper_procedure
@@ -65,8 +71,10 @@ def joint_report(
     draws = joint_draws(fit, rng, DRAWS)
     tests = [what_is_left(one) for one in fit.fits]
     model = found.before.model
-    factor, relative, unit = friction_scale(model)
-    scale = factor * (1.0 + relative * rng.standard_normal(DRAWS))
+    factor, unit = friction_scale(model)
+    first = fit.fits[0]
+    frequencies = first.w0 * np.sqrt(np.maximum(1.0 + draws.records[0].stiffness, 0.25))
+    scale = scale_draws(model, frequencies, DRAWS, rng)
     shift, worst = max(
         ((_could_shift(one, left), left) for one, left in zip(fit.fits, tests, strict=True)),
         key=lambda pair: pair[0],
@@ -76,7 +84,6 @@ def joint_report(
     sets, probabilities, which = _candidates(fit, draws)
     best = np.asarray(which == 0)
     effects = in_catalogue_order(sets[0])
-    first = fit.fits[0]
     predicted = [forecast(one, rng) for one in fit.fits]
     together = _of_all(tests)
     explains = not any(
@@ -117,9 +124,7 @@ def joint_report(
         residual=report.residual | {"after": together.to_dict()},
         noise=report.noise | {"model": "white", "order": 0, "sd": _noise(first), "correlation_length_s": 0.0},
         paper_procedure=paper_procedure(found.fits[0], after, effects),
-        frequency=frequency_summary(
-            first.w0 * np.sqrt(np.maximum(1.0 + draws.records[0].stiffness, 0.25)), model, after
-        ),
+        frequency=frequency_summary(frequencies, model, draws.friction),
         random_force=_random_force(draws.records[0], candidates, factor, unit) if forced.any() else None,
         left=report.left
         | {

@@ -1,0 +1,106 @@
+"""One of several distributions, which is not known: their mixture in equal parts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import logsumexp
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.checks import probability
+
+__all__ = ["EquallyProbable"]
+
+_STEPS = 200
+"""Halvings of a bracket; 60 are enough unless a quantile lies close to zero."""
+
+
+class EquallyProbable:
+    """Mixture of distributions in equal parts, with the methods of a frozen scipy.stats distribution.
+
+    Parameters
+    ----------
+    parts : sequence of frozen distributions
+        Those of m variables each give the mixtures of m variables: arguments and results of probabilities and
+        quantiles then have shape (m,).
+    """
+
+    def __init__(self, parts: Sequence[Any]) -> None:
+        self.parts = tuple(parts)
+
+    def _average(self, of_part: Callable[[Any], Any]) -> Any:
+        return sum(of_part(part) for part in self.parts) / len(self.parts)
+
+    def cdf(self, x: ArrayLike) -> Any:
+        """Cumulative probability."""
+        return self._average(lambda part: part.cdf(x))
+
+    def sf(self, x: ArrayLike) -> Any:
+        """Probability above ``x``."""
+        return self._average(lambda part: part.sf(x))
+
+    def pdf(self, x: ArrayLike) -> Any:
+        """Density."""
+        return self._average(lambda part: part.pdf(x))
+
+    def logpdf(self, x: ArrayLike) -> Any:
+        """Log-density."""
+        return logsumexp([part.logpdf(x) for part in self.parts], axis=0) - np.log(len(self.parts))
+
+    def ppf(self, q: ArrayLike) -> Any:
+        """Quantile: ``x`` with ``cdf(x) = q``."""
+        return self._solve(q, "ppf", lambda x, q: self.cdf(x) >= q)
+
+    def isf(self, q: ArrayLike) -> Any:
+        """Upper quantile: ``x`` with ``sf(x) = q``."""
+        return self._solve(q, "isf", lambda x, q: self.sf(x) <= q)
+
+    def median(self) -> float:
+        """Median."""
+        return float(self.ppf(0.5))
+
+    def interval(self, confidence: float) -> tuple[float, float]:
+        """Equal-tailed interval of the given probability."""
+        tail = 0.5 * (1.0 - probability("confidence", confidence))
+        return float(self.ppf(tail)), float(self.isf(tail))
+
+    def mean(self) -> Any:
+        """Mean."""
+        return self._average(lambda part: part.mean())
+
+    def var(self) -> Any:
+        """Variance; not finite where that of a part is."""
+        centre = self.mean()
+        return self._average(lambda part: part.var() + (part.mean() - centre) ** 2)
+
+    def std(self) -> Any:
+        """Standard deviation."""
+        return np.sqrt(self.var())
+
+    def support(self) -> tuple[float, float]:
+        """Ends of the support."""
+        low, high = zip(*(part.support() for part in self.parts), strict=True)
+        return min(low), max(high)
+
+    def rvs(self, size: int | tuple[int, ...] = 1, random_state: np.random.Generator | None = None) -> Array:
+        """Draws, from a generator that must be given."""
+        if random_state is None:
+            raise TypeError("rvs needs random_state: give a numpy Generator")
+        draws = [part.rvs(size, random_state=random_state) for part in self.parts]
+        return np.choose(random_state.integers(len(draws), size=size), draws)
+
+    def _solve(self, q: ArrayLike, quantile: str, reached: Callable[[Array, Array], Array]) -> Any:
+        """Invert a monotone probability by bisection between the quantiles of the parts."""
+        ends = np.array([getattr(part, quantile)(q) for part in self.parts])
+        low, high = ends.min(axis=0), ends.max(axis=0)
+        p = np.asarray(q, dtype=np.float64)
+        for _ in range(_STEPS):
+            middle = 0.5 * (low + high)
+            if np.all((middle == low) | (middle == high) | ~np.isfinite(middle)):
+                break
+            beyond = reached(middle, p)
+            low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+        return high[()]
