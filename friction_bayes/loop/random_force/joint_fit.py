@@ -167,7 +167,9 @@ def _weighed(
             return None
         along.append(found)
     law, sets = along[0].law, along[0].sets
-    rubs = sets.columns[:, law.frictions].any(axis=1)
+    # of its frictions a set has one at most
+    rubbing = sets.columns[:, law.frictions]
+    columns = np.where(rubbing.any(axis=1), np.array(law.frictions)[rubbing.argmax(axis=1)], -1)
     level = float(np.median([fit.coefficients[fit.law.frictions].sum() for fit in alone])) or friction
     some = SPREADS[::_COARSE] if first is None else SPREADS
     spreads = some if varying else np.append(0.0, some)
@@ -177,7 +179,7 @@ def _weighed(
     problem = JointProblem(
         _members(alone, along),
         np.array([column.own for column in law.columns]),
-        Spread(column=law.dry_friction, sets=np.asarray(rubs), sd=sd, log_prior=np.log(share)),
+        Spread(columns=columns, sd=sd, log_prior=np.log(share)),
         None if first is None else first.worth_it,
     )
     noise = math.exp(float(np.mean([math.log(motion.noise) for motion in motions])))

@@ -68,17 +68,15 @@ class Spread:
 
     Attributes
     ----------
-    column : int
-    sets : ndarray of bool, shape (m,)
-        Sets in which it may.
+    columns : ndarray of int, shape (m,)
+        Which it is in each set, so that a deviation has the shape of what it deviates from; -1 for none.
     sd : ndarray, shape (k,)
         Prior sd of the deviations, in units of the column's prior sd; zero for none.
     log_prior : ndarray, shape (k,)
         Log prior probabilities of these.
     """
 
-    column: int
-    sets: Mask
+    columns: Integers
     sd: Array
     log_prior: Array
 
@@ -111,12 +109,14 @@ class JointProblem:
         first = members[0].regression
         self.members, self.own, self.spread = tuple(members), own, spread
         self.names, self.scale, self.positive = first.names, first.scale, first.positive
-        meant = ((spread.sd[:, None] == 0.0) | spread.sets) & (True if kept is None else kept)
+        meant = ((spread.sd[:, None] == 0.0) | (spread.columns >= 0)) & (True if kept is None else kept)
         self.spread_number, self.number = np.nonzero(meant)
         self.sets = (first.sets & ~own)[self.number]
         self.log_prior = spread.log_prior[self.spread_number] + first.log_prior[self.number]
         self._own_sets, own_set = np.unique(first.sets & own, axis=0, return_inverse=True)
         self._own_set = own_set[self.number]
+        differs = spread.sd[self.spread_number] > 0.0
+        self._deviating = np.where(differs, spread.columns[self.number], -1)
         self._known: dict[tuple[float, float], tuple[Array, float, int]] = {}
         self.references = self._least_squares()
         self._least_noise2 = max((m.regression.least_noise / m.noise) ** 2 for m in self.members)
@@ -129,8 +129,8 @@ class JointProblem:
         positive, reference = self.positive[shared], self.references[0, shared]
         # what all sets can have at most comes first, so that one is weighed only where it may matter
         parts: list[tuple[Integers, Whitened, Mask, SetBounds]] = []
-        for mine, i, j in self._parts():
-            left = self._eliminated(grams, i, j, lam)
+        for mine in self._parts():
+            left = self._eliminated(grams, int(mine[0]), lam)
             whitened = Whitened(left.gram, log_determinant + left.log_determinant, used)
             sets = np.ascontiguousarray(self.sets[np.ix_(mine, shared)])
             bounds = bound_sets(
@@ -155,8 +155,8 @@ class JointProblem:
 
     def conditional(self, point: GridPoint, row: int) -> Conditional:
         """What the records say of all coefficients in one set at a point of the grid."""
-        i, j, lam = int(self._own_set[row]), int(self.spread_number[row]), point.found.full_noise2
-        left = self._eliminated(self._sums(point.ratio, point.tau)[0], i, j, lam)
+        lam = point.found.full_noise2
+        left = self._eliminated(self._sums(point.ratio, point.tau)[0], row, lam)
         shared, noise2 = ~self.own, float(point.found.noise2[row])
         columns = np.flatnonzero(self.sets[row])
         mean, covariance = set_posterior(
@@ -168,18 +168,20 @@ class JointProblem:
             mean=mean * scale,
             covariance=covariance * np.outer(scale, scale),
             columns=columns,
-            inside=self._own_sets[i],
-            deviation=float(self.spread.sd[j]),
+            inside=self._own_sets[self._own_set[row]],
+            deviating=int(self._deviating[row]),
+            deviation=float(self.spread.sd[self.spread_number[row]]),
             noise=math.sqrt(noise2),
             left=left,
-            centre=self._centre(self._own_sets[i], j),
+            centre=self._centre(row),
         )
 
-    def _parts(self) -> Iterator[tuple[Integers, int, int]]:
-        """Sets with the same own columns at the same spread: which they are, and those two."""
-        part = self._own_set * self.spread.sd.size + self.spread_number
-        for each in np.unique(part):
-            yield np.flatnonzero(part == each), *divmod(int(each), self.spread.sd.size)
+    def _parts(self) -> Iterator[Integers]:
+        """Sets with the same own columns, and the same column that differs by the same spread."""
+        same = np.stack([self._own_set, self.spread_number, self._deviating], axis=1)
+        _, part = np.unique(same, axis=0, return_inverse=True)
+        for each in range(int(part.max()) + 1):
+            yield np.flatnonzero(part == each)
 
     def _sums(self, ratio: float, tau: float) -> tuple[Array, float, int]:
         """Sums of each record in units of the common noise, shape (r, p + 1, p + 1); remembered."""
@@ -198,30 +200,32 @@ class JointProblem:
 
     def _full_noise2(self, grams: Array, used: int) -> float:
         """Noise variance of least squares with all columns, and deviations where there may be any."""
-        mixing = self._mixing(self.own, float(self.spread.sd.max()))
+        mixing = self._mixing(self.own, np.unique(self._deviating), float(self.spread.sd.max()))
         own = np.zeros((len(grams), mixing.shape[2] - np.count_nonzero(~self.own) - 1))
         left = _eliminate(grams, mixing, own, 0.0)
         return max(full_noise2(Whitened(left.gram, 0.0, used - own.size)), self._least_noise2)
 
-    def _eliminated(self, grams: Array, i: int, j: int, lam: float) -> _Eliminated:
-        """Integrate out the own columns of own set ``i`` with the deviations of spread ``j``."""
-        inside = self._own_sets[i]
-        mixing = self._mixing(inside, float(self.spread.sd[j]))
+    def _eliminated(self, grams: Array, row: int, lam: float) -> _Eliminated:
+        """Integrate out the own columns of a set, deviations among them."""
+        inside = self._own_sets[self._own_set[row]]
+        deviation = float(self.spread.sd[self.spread_number[row]])
+        mixing = self._mixing(inside, self._deviating[[row]], deviation)
         # what the reference has and the set lacks goes back into the record
         mixing[:, :-1, -1] += np.where(self.own & ~inside, self.references, 0.0)
-        return _eliminate(grams, mixing, self._centre(inside, j), lam)
+        return _eliminate(grams, mixing, self._centre(row), lam)
 
-    def _mixing(self, inside: Mask, deviation: float) -> Array:
+    def _mixing(self, inside: Mask, deviating: Integers, deviation: float) -> Array:
         """Own columns, shared ones and the record as combinations of a record's columns, (r, p + 1, q)."""
         p = self.own.size
         unit = np.eye(p + 1)
-        deviating = [deviation * unit[:, [self.spread.column]]] if deviation > 0.0 else []
-        columns = [unit[:, :-1][:, inside], *deviating, unit[:, :-1][:, ~self.own], unit[:, -1:]]
+        deviations = deviation * unit[:, deviating[deviating >= 0]]
+        columns = [unit[:, :-1][:, inside], deviations, unit[:, :-1][:, ~self.own], unit[:, -1:]]
         return np.tile(np.hstack(columns), (len(self.members), 1, 1))
 
-    def _centre(self, inside: Mask, j: int) -> Array:
+    def _centre(self, row: int) -> Array:
         """The reference of the own columns, shape (r, k); that of deviations is zero."""
-        none = np.zeros((len(self.members), int(self.spread.sd[j] > 0.0)))
+        inside = self._own_sets[self._own_set[row]]
+        none = np.zeros((len(self.members), int(self._deviating[row] >= 0)))
         return np.hstack([self.references[:, inside], none])
 
     def _least_squares(self) -> Array:
@@ -233,7 +237,8 @@ class JointProblem:
             gram = member.regression.whitened(zero, guess.force_sd / guess.noise, guess.tau).gram
             grams.append(gram / guess.noise**2)
         none = np.zeros((len(grams), np.count_nonzero(self.own)))
-        left = _eliminate(np.array(grams), self._mixing(self.own, 0.0), none, 0.0)
+        mixing = self._mixing(self.own, np.array([-1]), 0.0)
+        left = _eliminate(np.array(grams), mixing, none, 0.0)
         together = near_least_squares(left.gram)
         references = np.empty((len(grams), self.scale.size))
         references[:, ~self.own] = together
@@ -303,6 +308,8 @@ class Conditional:
         Which these are.
     inside : ndarray of bool, shape (p,)
         Own columns in the set.
+    deviating : int
+        Column that differs between the records; -1 for none.
     deviation : float
         Prior sd of the deviations.
     noise : float
@@ -318,6 +325,7 @@ class Conditional:
     covariance: Array
     columns: Integers
     inside: Mask
+    deviating: int
     deviation: float
     noise: float
     left: _Eliminated
@@ -344,5 +352,5 @@ class Conditional:
         inside = np.flatnonzero(self.inside)
         laws[:, :, inside] = own[:, :, : inside.size]
         if k > inside.size:
-            laws[:, :, problem.spread.column] += self.deviation * own[:, :, -1]
+            laws[:, :, self.deviating] += self.deviation * own[:, :, -1]
         return laws * problem.scale

@@ -24,8 +24,9 @@ SETS = np.array(
 )
 LOG_PRIOR = np.log([0.2, 0.2, 0.3, 0.3])
 EVERY = np.ones(4, bool)
-NONE = Spread(column=2, sets=EVERY, sd=np.zeros(1), log_prior=np.zeros(1))
-SOME = Spread(column=2, sets=EVERY, sd=np.array([0.0, 0.03, 0.3]), log_prior=np.log([0.5, 0.3, 0.2]))
+FRICTION = np.full(4, 2)
+NONE = Spread(columns=FRICTION, sd=np.zeros(1), log_prior=np.zeros(1))
+SOME = Spread(columns=FRICTION, sd=np.array([0.0, 0.03, 0.3]), log_prior=np.log([0.5, 0.3, 0.2]))
 RATIO, TAU = 0.7, 1.3
 
 
@@ -76,7 +77,7 @@ def dense(members: tuple[Member, ...], spread: Spread) -> tuple[Whitened, np.nda
         whitened = member.regression.whitened(np.zeros(6), ratio, TAU)
         place = np.concatenate([i * own.size + np.arange(own.size), [r * own.size + i]])
         place = np.concatenate([place, r * own.size + r + np.arange(shared.size), [size]])
-        take = np.concatenate([own, [spread.column], shared, [6]])
+        take = np.concatenate([own, spread.columns[:1], shared, [6]])
         weight = np.ones(take.size)
         weight[own.size] = deviation[0] if deviation.size else 0.0
         part = whitened.gram[np.ix_(take, take)] * np.outer(weight, weight) / member.noise**2
@@ -91,7 +92,7 @@ def dense(members: tuple[Member, ...], spread: Spread) -> tuple[Whitened, np.nda
 
 @pytest.mark.parametrize("sd", [0.0, 0.03, 0.3])
 def test_own_columns_integrated_out_are_all_columns_at_once(members, sd: float) -> None:
-    spread = Spread(column=2, sets=EVERY, sd=np.array([sd]), log_prior=np.zeros(1))
+    spread = Spread(columns=FRICTION, sd=np.array([sd]), log_prior=np.zeros(1))
     joint = JointProblem(members, OWN, spread)
     found = joint.weigh(RATIO, TAU)
     whitened, sets, together = dense(members, spread)
@@ -138,7 +139,7 @@ def test_copies_of_a_record_say_the_same_and_are_surer(members) -> None:
 
 
 def test_records_laws_are_the_coefficients_of_all_columns_at_once(members) -> None:
-    spread = Spread(column=2, sets=EVERY, sd=np.array([0.03]), log_prior=np.zeros(1))
+    spread = Spread(columns=FRICTION, sd=np.array([0.03]), log_prior=np.zeros(1))
     joint = JointProblem(members, OWN, spread)
     found = joint.weigh(RATIO, TAU)
     point = GridPoint(ratio=RATIO, tau=TAU, log_volume=0.0, found=found)
@@ -167,11 +168,22 @@ def test_a_spread_that_is_there_is_seen_and_weighed(members) -> None:
 
 
 def test_a_set_without_the_column_does_not_deviate(members) -> None:
-    spread = Spread(column=2, sets=EVERY & [False, True, True, True], sd=SOME.sd, log_prior=SOME.log_prior)
+    spread = Spread(columns=np.array([-1, 2, 2, 2]), sd=SOME.sd, log_prior=SOME.log_prior)
     joint = JointProblem(members, OWN, spread)
     assert joint.spread_number[joint.number == 0].tolist() == [0]
     assert joint.spread_number[joint.number == 1].tolist() == [0, 1, 2]
     assert np.isfinite(joint.weigh(RATIO, TAU).log_weight).all()
+
+
+def test_a_deviation_is_in_the_column_of_the_set(members) -> None:
+    spread = Spread(columns=np.array([2, 3, 2, 3]), sd=np.array([0.3]), log_prior=np.zeros(1))
+    joint = JointProblem(members, OWN, spread)
+    point = GridPoint(ratio=RATIO, tau=TAU, log_volume=0.0, found=joint.weigh(RATIO, TAU))
+    for row, column in enumerate(spread.columns):
+        said = joint.conditional(point, row)
+        laws = said.laws(said.mean[None])[0]
+        differs = np.ptp(laws[:, ~OWN], axis=0) > 0.0
+        assert np.flatnonzero(~OWN)[differs].tolist() == [column]
 
 
 def test_sets_that_are_kept_weigh_what_they_weigh_among_all(members) -> None:
