@@ -57,7 +57,7 @@ def draw_residuals(dataset: xr.Dataset) -> Figure:
         time, signal, after = (case[name].dropna("sample").values for name in ("time", "signal", "after"))
         axes.axhline(0.0, color="#999999", lw=0.6)
         axes.plot(time, signal - after, color=MODEL, lw=0.7)
-        axes.set_title(case["record"].item(), fontsize=8.0)
+        axes.set_title(case["record"].item().replace("/", "\n"), fontsize=8.0)
         axes.set_ylabel(f"[{case['unit'].item()}]", fontsize=8.0)
         axes.tick_params(labelsize=8.0)
         axes.locator_params(nbins=5)
