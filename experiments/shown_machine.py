@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -41,7 +42,8 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     life = report.life
     assert life is not None
     low, middle, high = (float(life.ppf(q)) for q in (0.05, 0.5, 0.95))
-    ahead = np.linspace(0.0, 1.3 * float(life.ppf(0.97)), config.grid)
+    # a course of wear that slows down may never cross
+    ahead = np.linspace(0.0, min(1.3 * float(life.ppf(0.97)), report.horizon), config.grid)
     reached = np.array([float(life.cdf(time)) for time in ahead])
     found: dict[str, Any] = {
         "time": times.tolist(),
@@ -60,8 +62,12 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
-    """Over ``time`` the detection points, over ``ahead`` the distribution function of the remaining life."""
+    """Over ``time`` the detection points, over ``ahead`` the distribution function of the remaining life.
+
+    Infinite quantiles, which JSON has not, are put back.
+    """
     (one,) = results
+    life = [math.inf if quantile is None else quantile for quantile in one["life"]]
     friction = {"units": "N"}
     data = {"true_friction": ("time", one["friction"], friction)}
     for name in ("forgetting", "plain"):
@@ -71,7 +77,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
         data
         | {
             "reached": ("ahead", one["reached"], {"units": "1", "long_name": "threshold reached by then"}),
-            "life": ("quantile", one["life"], {"units": "h", "long_name": "remaining life"}),
+            "life": ("quantile", life, {"units": "h", "long_name": "remaining life"}),
             "true_life": ((), one["true_life"], {"units": "h"}),
             "threshold": ((), one["threshold"], friction),
         },

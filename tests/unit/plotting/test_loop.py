@@ -151,7 +151,7 @@ def test_measured_force(loop_report: LoopReport) -> None:
     record = loop_report.traces[0]
     sliding = -0.5 * np.sign(np.sin(10.0 * record.time))
     forces = (1.1 * sliding, 0.9 * sliding, sliding)
-    figures = loop_figures(replace(loop_report, traces=(replace(record, forces=forces),)))
+    figures = loop_figures(replace(loop_report, traces=(replace(record, forces=forces, fluctuation=None),)))
     left, right = figures["force"].axes
     assert left.get_ylabel() == "resisting force [N]"
     level = np.asarray(right.lines[0].get_ydata())
