@@ -122,6 +122,12 @@ class LawRegression:
             stiffness=int(np.searchsorted(mine, self.stiffness)),
         )
 
+    def log_prior_density(self, scaled: Array) -> Array:
+        """Log prior density of laws in units of ``scale``, shape (m, p); minus infinity off its support."""
+        normaliser = -0.5 * math.log(2.0 * math.pi) - np.log(self.scale) + math.log(2.0) * self.positive
+        inside = np.all((scaled >= 0.0) | ~self.positive, axis=1)
+        return np.where(inside, (normaliser - 0.5 * scaled**2).sum(axis=1), -np.inf)
+
     def residual(self, law: Array) -> Array:
         """The record less a law, shape (n,)."""
         return np.asarray(self.target - self.columns @ law)

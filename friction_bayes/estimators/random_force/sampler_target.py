@@ -96,26 +96,19 @@ def force_target(
         ``log_correlation_time``, natural units. ``pointwise`` is the density of each half cycle given those
         before it: under a random force half cycles are not independent given the parameters.
     """
-    problem, scale, reference, positive = (
-        regression.problem,
-        regression.scale,
-        regression.reference,
-        regression.positive,
-    )
+    problem, scale, reference = regression.problem, regression.scale, regression.reference
     n = _samples(regression)
     # the logarithm of the least variance: minus infinity where there is none
     quietest = 2.0 * math.log(max(regression.least_noise, 1e-300))
     axes = _axes(problem, prior, regression.motion.noise)
     sums = InterpolatedSums.over(axes, lambda u, log_tau: regression.whiten_at(*_force(u, log_tau)))
     centre, covariance = _moments(regression, prior, axes, sums)
-    log_normaliser = -0.5 * math.log(2.0 * math.pi) - np.log(scale) + math.log(2.0) * positive
 
     def log_prior(theta: Array) -> Array:
         at = _Coordinates.of(theta, scale)
-        inside = np.all((at.scaled >= 0.0) | ~positive, axis=1) & (at.log_variance >= quietest)
-        normal = (log_normaliser - 0.5 * at.scaled**2).sum(axis=1)
         force = prior.log_density(np.exp(at.log_q), np.exp(at.log_tau))
-        return np.where(inside, normal + force, -np.inf)
+        law = regression.log_prior_density(at.scaled)
+        return np.where(at.log_variance >= quietest, law + force, -np.inf)
 
     def log_prob(theta: Array) -> Array:
         at = _Coordinates.of(theta, scale)

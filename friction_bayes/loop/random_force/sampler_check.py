@@ -2,26 +2,20 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.errors import InputError, NotConvergedWarning
-from friction_bayes.core.summary import Summary
 from friction_bayes.estimators.random_force.sampler_target import force_target, half_cycle_blocks
+from friction_bayes.loop.check_friction import check_friction
 from friction_bayes.loop.random_force.draws import law_draws
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.sensor_noise_target import sensor_noise_target
-from friction_bayes.validation.agreement import compare
 
 __all__ = ["best_set", "check_random_force", "target_of_set"]
 
-_ENSEMBLES = 4
-_ESS = 400.0
-_MOST_STEPS = 2000
 _CLOSED_FORM_DRAWS = 40_000
 
 
@@ -82,53 +76,17 @@ def check_random_force(fit: ForceFit, factor: float, unit: str, seed: int, *, fo
     Returns
     -------
     dict
-        As from :func:`friction_bayes.loop.sampler_check.sampler_check`; ``leave_one_out`` is null: the
-        Coulomb model is not sampled along the measured motion, and under a random force half cycles are not
-        independent given the parameters.
+        As from :func:`friction_bayes.loop.check_friction.check_friction`; ``leave_one_out`` is null where it
+        was sampled: the Coulomb model is not sampled along the measured motion, and under a random force half
+        cycles are not independent given the parameters.
     """
-    # only here is a sampler loaded
-    from friction_bayes.reference import sample_target
-
     chosen = best_set(fit, forced=forced)
-    check: dict[str, Any] = {"sampler": "emcee", "seed": seed}
-    try:
-        with warnings.catch_warnings():
-            # reported in the result
-            warnings.simplefilter("ignore", NotConvergedWarning)
-            tree = sample_target(
-                target_of_set(fit, chosen, forced=forced),
-                seed=seed,
-                ensembles=_ENSEMBLES,
-                ess=_ESS,
-                max_steps=_MOST_STEPS,
-            )
-    except InputError as error:
-        return check | {"converged": False, "agrees": None, "because": f"not sampled: {error}"}
-    attrs = tree.attrs
-    sampled = np.asarray(tree["posterior"].dataset["friction"].values)
     draws = law_draws(fit, np.random.default_rng(seed), _CLOSED_FORM_DRAWS)
-    expected = draws.friction[(draws.chosen == chosen) & ((draws.random_force > 0.0) == forced)]
-    grouped = sampled.reshape(attrs["ensembles"], attrs["walkers"], -1)
-    agreement = compare(expected, grouped, minimum_ess=0.5 * _ESS)
-    converged = bool(attrs["converged"])
-    because = agreement.because
-    if not converged:
-        because = (
-            f"not converged after {attrs['steps']} steps: nested R-hat {attrs['nested_rhat']:.4f}, effective "
-            f"sample size {attrs['ess_bulk']:.0f} (bulk) and {attrs['ess_tail']:.0f} (tail)"
-        )
-    return check | {
-        "converged": converged,
-        "rhat": float(attrs["nested_rhat"]),
-        "ess_bulk": float(attrs["ess_bulk"]),
-        "ess_tail": float(attrs["ess_tail"]),
-        "ensembles": int(attrs["ensembles"]),
-        "steps": int(attrs["steps"]),
-        "friction": Summary.of_draws(factor * sampled, unit, ddof=0).to_dict(),
-        "closed_form": Summary.of_draws(factor * expected, unit, ddof=0).to_dict(),
-        "agrees": agreement.agrees if converged else None,
-        "because": because,
-        "false_alarm_rate": agreement.false_alarm_rate,
-        "sampler_s": float(attrs["wall_time_s"]),
-        "leave_one_out": None,
-    }
+    check, tree = check_friction(
+        target_of_set(fit, chosen, forced=forced),
+        draws.friction[(draws.chosen == chosen) & ((draws.random_force > 0.0) == forced)],
+        factor=factor,
+        unit=unit,
+        seed=seed,
+    )
+    return check if tree is None else check | {"leave_one_out": None}

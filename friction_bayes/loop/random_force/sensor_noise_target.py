@@ -60,7 +60,6 @@ def sensor_noise_target(
     whitened = regression.whitened(reference, 0.0, 1.0)
     gram, log_determinant = whitened.gram, whitened.log_determinant
     quietest = 2.0 * math.log(max(regression.least_noise, 1e-300))
-    log_normaliser = -0.5 * math.log(2.0 * math.pi) - np.log(scale) + math.log(2.0) * positive
     noise2 = max(float(gram[p, p]) / max(n - p, 1), regression.least_noise**2)
     precision = gram[:p, :p] + noise2 * np.eye(p)
     middle = reference + np.linalg.solve(precision, gram[:p, p] - noise2 * reference)
@@ -71,10 +70,8 @@ def sensor_noise_target(
 
     def log_prior(theta: Array) -> Array:
         scaled, log_v = theta[:, :-1] / scale, theta[:, -1]
-        inside = np.all((scaled >= 0.0) | ~positive, axis=1) & (log_v >= quietest)
-        return np.where(
-            inside & (np.abs(log_v) < _LOG_LIMIT), (log_normaliser - 0.5 * scaled**2).sum(axis=1), -np.inf
-        )
+        inside = (log_v >= quietest) & (np.abs(log_v) < _LOG_LIMIT)
+        return np.where(inside, regression.log_prior_density(scaled), -np.inf)
 
     def log_prob(theta: Array) -> Array:
         out = log_prior(theta)
