@@ -16,6 +16,7 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.located import CONSTANT, FOUND, NO_OSCILLATION, NOT_FINITE, TOO_SHORT, Located
 from friction_bayes.decay.release_and_rest import locate_moving_parts
 from friction_bayes.records.clock import sampling_interval
+from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.records.record import record_name, record_quantity
 
 __all__ = ["FreeDecay", "find_free_decay", "locate_free_decays"]
@@ -97,12 +98,14 @@ def find_free_decay(
     *,
     start: float | None = None,
     rest_position: float | None = None,
+    resolution: float | None = None,
 ) -> FreeDecay:
     """Find the moving part of a record, from the data alone.
 
     The declared natural frequency only says where to look; the data decide. The start is the release (a
     record may begin in mid-motion: then it is the first sample). The stop is the turning point nearest to
-    where the amplitude meets zero, or the end of the record.
+    where the amplitude meets zero, or to where a sensor with steps has begun to show no more than two
+    neighbouring levels for half a period and longer, or the end of the record.
 
     Parameters
     ----------
@@ -114,6 +117,8 @@ def find_free_decay(
         Time at which the free decay starts [s], when known.
     rest_position : float, optional
         Rest position in the unit of the signal, when known.
+    resolution : float, optional
+        Step of the sensor, unit of the signal, where the samples are means of several and do not show it.
 
     Returns
     -------
@@ -144,7 +149,9 @@ def find_free_decay(
             raise InputError(
                 "start", f"{start:g} s lies outside the record", f"give {clock[0]:g} .. {clock[-1]:g} s"
             )
-    found = locate_free_decays(values[None], step, system.natural_frequency, quantity.order, first)
+    found = locate_free_decays(
+        values[None], step, system.natural_frequency, quantity.order, first, resolution
+    )
     if found.status[0] != FOUND:
         raise _refusal(name, int(found.status[0]), values, clock, step * system.natural_frequency)
     begin, end = int(found.start[0]), int(found.stop[0])
@@ -167,7 +174,12 @@ def find_free_decay(
 
 
 def locate_free_decays(
-    values: Array, step: float, natural_frequency: float, order: int, start: int = -1
+    values: Array,
+    step: float,
+    natural_frequency: float,
+    order: int,
+    start: int = -1,
+    resolution: float | None = None,
 ) -> Located:
     """Find the moving parts of many records.
 
@@ -183,6 +195,8 @@ def locate_free_decays(
         Derivative order of the signal.
     start : int
         First sample of the free decay if known, else -1.
+    resolution : float, optional
+        Step of the sensor, unit of the signal; found record by record when left out.
 
     Returns
     -------
@@ -190,6 +204,10 @@ def locate_free_decays(
     """
     frequencies = _spectral_frequency(values[:, max(start, 0) :], step * natural_frequency)
     records = values.shape[0]
+    if resolution is None:
+        resolutions = _tail_resolution(values, round(math.pi / (natural_frequency * step)))
+    else:
+        resolutions = np.full(records, resolution)
     located = Located(
         status=np.zeros(records, dtype=np.int64),
         start=np.zeros(records, dtype=np.int64),
@@ -199,8 +217,22 @@ def locate_free_decays(
         rest_position=np.zeros(records),
         stops=np.zeros(records, dtype=np.bool_),
     )
-    locate_moving_parts(values, frequencies, order, start, located)
+    locate_moving_parts(values, frequencies, resolutions, order, start, located)
     return located
+
+
+def _tail_resolution(values: Array, tail: int) -> Array:
+    """Step of the sensor, shape (records,): zero where none shows, or where the record does not end still.
+
+    A record that does repeats values in its last ``tail`` samples; it is looked for in those alone, as it
+    takes time.
+    """
+    result = np.zeros(values.shape[0])
+    if 0 < tail < values.shape[1]:
+        for row, end in enumerate(values[:, -tail:]):
+            if np.unique(end).size <= tail // 2:
+                result[row] = quantisation_step(values[row]) or 0.0
+    return result
 
 
 def _spectral_frequency(values: Array, expected: float) -> Array:

@@ -33,6 +33,8 @@ _LEAST_SHARE = 0.1
 """Share of a record's variance that the oscillation must hold."""
 _MISFIT = 0.05
 """Share of the amplitude that the smooth description may miss without that being evidence of a release."""
+_TWO_LEVELS = 1.5
+"""Steps of the sensor that two neighbouring levels span at most, printed with few digits."""
 
 
 @njit(cache=True, nogil=True)
@@ -152,6 +154,21 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
 
 
 @njit(cache=True, nogil=True)
+def _still_from(y: Array, resolution: float) -> int:
+    """First of the last samples that lie on one level of the sensor or two neighbouring ones.
+
+    ``y.size`` where the sensor has no ``resolution``, which is then zero.
+    """
+    first, low, high = y.size, math.inf, -math.inf
+    for i in range(y.size - 1, -1, -1):
+        low, high = min(low, y[i]), max(high, y[i])
+        if not high - low < _TWO_LEVELS * resolution:
+            break
+        first = i
+    return first
+
+
+@njit(cache=True, nogil=True)
 def _median(values: Array) -> float:
     """Upper median by counting; a library sort costs the compiler seconds, and windows are few."""
     for candidate in values:
@@ -186,7 +203,7 @@ def _thinned(y: Array, first: int, width: int, offset: float) -> Array:
 
 @njit(cache=True, nogil=True)
 def locate_moving_parts(
-    values: Array, frequencies: Array, order: int, given_start: int, located: Located
+    values: Array, frequencies: Array, resolutions: Array, order: int, given_start: int, located: Located
 ) -> None:
     """Find the moving part of every record.
 
@@ -196,6 +213,8 @@ def locate_moving_parts(
         Samples, one record a row.
     frequencies : ndarray, shape (records,)
         Rough angular frequencies [rad/sample].
+    resolutions : ndarray, shape (records,)
+        Steps of the sensor, unit of the signal; zero where none shows.
     order : int
         Derivative order of the signal.
     given_start : int
@@ -212,12 +231,12 @@ def locate_moving_parts(
             located.phase[r],
             located.rest_position[r],
             located.stops[r],
-        ) = _moving_part(values[r], frequencies[r], order, given_start)
+        ) = _moving_part(values[r], frequencies[r], resolutions[r], order, given_start)
 
 
 @njit(cache=True, nogil=True)
 def _moving_part(
-    y: Array, omega: float, order: int, given_start: int
+    y: Array, omega: float, resolution: float, order: int, given_start: int
 ) -> tuple[int, int, int, float, float, float, bool]:
     """The row of :class:`Located` that belongs to one record."""
     low, high = math.inf, -math.inf
@@ -258,6 +277,12 @@ def _moving_part(
     if hinge < math.inf:
         turn = _nearest_turn(hinge, polynomial, scale, order)
         stop = min(math.floor(begin + turn * width + shift) + 1, y.size)
+    # a motion of more than a step crosses two levels within half a period: it has ended, whatever the
+    # straight amplitude says, which only the large swings decide
+    still = (_still_from(y, resolution) - begin - shift) / width
+    if (moving.size - still) * rate_of(polynomial, scale, still) > math.pi:
+        turn = _nearest_turn(still, polynomial, scale, order)
+        stop = min(math.floor(begin + turn * width + shift) + 1, stop)
     last = (stop - begin - shift) / width
     begun = start - shift / width
     rate = (phase_of(polynomial, scale, last) - phase_of(polynomial, scale, begun)) / max(

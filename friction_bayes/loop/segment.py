@@ -133,7 +133,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     values = np.ascontiguousarray(record.values, dtype=np.float64)
     smooth, spikes = _spikes(values)
     tame = np.where(spikes, smooth, values)
-    decay = find_free_decay(record.copy(data=tame), system)
+    decay = find_free_decay(record.copy(data=tame), system, resolution=resolution)
     clock = np.asarray(record["time"].values, dtype=np.float64)
     first = int(np.searchsorted(clock, decay.start_time - 0.5 * decay.step))
     moving = decay.values.size

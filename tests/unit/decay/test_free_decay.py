@@ -9,6 +9,7 @@ import pytest
 
 from friction_bayes import InputError, Oscillator, estimate, make_record
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay, locate_free_decays
+from friction_bayes.loop.segment import cut_records
 from friction_bayes.mechanics.coulomb import coulomb_decay
 
 FREQUENCY = 2.0 * math.pi * 2.9
@@ -88,6 +89,44 @@ def test_quantised_to_rest() -> None:
     signal, stop = decay_signal("displacement", 1000.0, 20.0)
     decay = found(np.round(signal / 1e-4) * 1e-4, 1000.0, "displacement")
     assert decay.values.size / 1000.0 == pytest.approx(stop, abs=1.1 * math.pi / FREQUENCY)
+
+
+def coarse_counts(rate: float, *, toggles: bool) -> tuple[np.ndarray, float]:
+    """Counts of an encoder of steep last half cycles, which a straight amplitude outlasts, and the stop."""
+    end = 16.0 * math.pi / FREQUENCY
+    time = np.arange(round((end + 1.8 * math.pi / FREQUENCY) * rate)) / rate
+    left = np.clip(1.0 - time / end, 0.0, None)
+    counts = np.round(
+        100.0 * left**0.6 * np.cos(FREQUENCY * time) + 10.0 * left * np.sin(0.3 * FREQUENCY * time)
+    )
+    at_rest = np.arange(time.size) // 3 % 2 if toggles else 0.0
+    return np.where(time > end, at_rest, counts), end
+
+
+@pytest.mark.parametrize("toggles", [False, True])
+@pytest.mark.parametrize("rate", [80.0, 4000.0])
+def test_counts_that_stand_still_are_no_motion(rate: float, toggles: bool) -> None:
+    counts, end = coarse_counts(rate, toggles=toggles)
+    decay = found(1.75e-2 * counts, rate, "displacement")
+    assert decay.stops
+    assert decay.values.size / rate == pytest.approx(end, abs=0.6 * math.pi / FREQUENCY)
+
+
+def test_counts_that_stand_still_are_no_motion_where_the_loop_averages_them() -> None:
+    counts, end = coarse_counts(4000.0, toggles=True)
+    record = make_record(np.arange(counts.size) / 4000.0, 1.75e-2 * counts, "displacement")
+    (segment,) = cut_records([record], SYSTEM)
+    assert segment.block > 1
+    assert segment.moving * segment.decay.step == pytest.approx(end, abs=0.6 * math.pi / FREQUENCY)
+
+
+def test_a_swing_of_two_counts_goes_on() -> None:
+    time = np.arange(4000) / 500.0
+    counts = np.round(100.0 * np.exp(-0.5 * time) * np.cos(FREQUENCY * time))
+    assert np.ptp(counts[-200:]) == 4.0
+    decay = found(counts, 500.0, "displacement")
+    assert not decay.stops
+    assert decay.values.size == counts.size
 
 
 def test_given_start_and_rest_position() -> None:
