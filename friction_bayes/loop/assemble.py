@@ -83,7 +83,7 @@ def assemble_report(
     best, model = mixture.best, found.before.model
     segment = model.segments[0]
     effects = in_catalogue_order(mixture.sets[0])
-    word = verdict(mixture.sets, mixture.probabilities, best.explains)
+    word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, best.explains)
     factor, unit = friction_scale(model)
     alone, readings = coulomb_alone(found.before, rng_before), None
     if word == UNEXPLAINED:

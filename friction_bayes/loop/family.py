@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.summary import TAILS
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.forecast import Forecast
 from friction_bayes.loop.friction_range import Reading
@@ -167,6 +168,21 @@ class Mixture:
     def probability(self, name: str) -> float:
         """Probability that an effect acts."""
         return float(self.probabilities[[name in names for names in self.sets]].sum())
+
+    @property
+    def agrees(self) -> Mask:
+        """Which candidates do not contradict what all of them say of friction, shape (c,).
+
+        One does where its 90 % interval and that over all overlap in neither's mean.
+        """
+        friction = self.draws.friction
+        low, high, mean = *np.quantile(friction, TAILS), friction.mean()
+        found = np.zeros(len(self.sets), dtype=bool)
+        for c in np.unique(self.draws.candidate[self.draws.candidate >= 0]):
+            own = friction[self.draws.candidate == c]
+            own_low, own_high = np.quantile(own, TAILS)
+            found[c] = low <= own.mean() <= high or own_low <= mean <= own_high
+        return found
 
     def with_friction(self, friction: Array) -> Mixture:
         """The same with other draws of friction, shape (k,), which belong to none of the candidates."""

@@ -23,6 +23,7 @@ from friction_bayes.loop.reference_force import ResistingForce, resisting_force
 from friction_bayes.loop.residual_tests import ResidualTests, residual_tests
 from friction_bayes.loop.result import RecordTrace
 from friction_bayes.loop.sampler_check import sampler_check
+from friction_bayes.loop.slight_effects import slight_effects, with_slight_effects
 
 __all__ = ["SearchFamily"]
 
@@ -73,7 +74,7 @@ class SearchFamily:
     @cached_property
     def draws(self) -> FamilyDraws:
         pairs = list(zip(self.found.fits, self._coordinates, strict=True))
-        friction = np.concatenate([fit.model.value(z, FRICTION) for fit, z in pairs])
+        friction = np.concatenate([self._friction(fit, z) for fit, z in pairs])
         ratio = np.exp(np.concatenate([fit.model.value(z, LOG_FREQUENCY_RATIO) for fit, z in pairs]))
         return FamilyDraws(
             candidate=np.repeat(np.arange(len(pairs)), [len(z) for _, z in pairs]),
@@ -82,6 +83,13 @@ class SearchFamily:
             random_force=np.zeros_like(friction),
             correlation_time=np.zeros_like(friction),
         )
+
+    def _friction(self, fit: LoopFit, drawn: Array) -> Array:
+        """Draws of friction under one candidate, those of its coordinates given, shape (k, p)."""
+        friction = np.asarray(fit.model.value(drawn, FRICTION))
+        if not len(drawn):
+            return friction
+        return with_slight_effects(friction, slight_effects(fit, self.found.allowed), self._rng)
 
     @property
     def reading(self) -> Reading:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 
 __all__ = ["CREDIBLE_MASS", "UNEXPLAINED", "credible_candidates", "credible_count", "verdict"]
 
@@ -26,19 +26,24 @@ def credible_candidates(candidates: Sequence[Mapping[str, Any]]) -> Sequence[Map
     return candidates[: credible_count([candidate["probability"] for candidate in candidates])]
 
 
-def verdict(sets: Sequence[frozenset[str]], probabilities: Array, is_noise: bool) -> str:
+def verdict(sets: Sequence[frozenset[str]], probabilities: Array, agrees: Mask, is_noise: bool) -> str:
     """Return the verdict.
+
+    Coulomb friction alone is adequate where what holds 95 % agrees on friction: another effect may then act
+    or not. An effect explains a record where it holds as much by itself.
 
     Parameters
     ----------
     sets : sequence of frozenset of str
         Candidates, most probable first.
     probabilities : ndarray, shape (candidates,)
+    agrees : ndarray of bool, shape (candidates,)
+        Whether friction under each lies within the interval over all of them.
     is_noise : bool
         Whether every residual test of the most probable candidate passes.
     """
     if not is_noise:
         return UNEXPLAINED
     if not sets[0]:
-        return "adequate"
+        return "adequate" if probabilities[agrees].sum() >= CREDIBLE_MASS else "ambiguous"
     return "explained" if probabilities[0] >= CREDIBLE_MASS else "ambiguous"

@@ -68,9 +68,11 @@ def verdict_sentence(report: Report) -> str:
     best = report["candidates"][0]
     name, share = set_words(best["effects"]), percent(best["probability"])
     if report["verdict"] == "adequate":
-        return "Coulomb friction alone explains the record: what is left is noise."
+        known = _known_within(report["friction_after"])
+        return f"Coulomb friction alone explains the record: what is left is noise. {known}"
     if report["verdict"] == "explained":
-        return f"Coulomb friction with {name} explains the record ({share}): what is left is noise."
+        known = _known_within(report["friction_after"])
+        return f"Coulomb friction with {name} explains the record ({share}): what is left is noise. {known}"
     if report["verdict"] == "ambiguous":
         credible = credible_candidates(report["candidates"])
         law = set(best["effects"]) - {"random_force"}
@@ -93,6 +95,15 @@ def verdict_sentence(report: Report) -> str:
         f"What is left of the record is neither noise nor an effect of the catalogue{tests}; "
         f"the closest candidate is {name}, which is not an explanation."
     )
+
+
+def _known_within(friction: Report) -> str:
+    """How far the 90 % interval reaches to both sides of the mean."""
+    mean, (low, high) = friction["mean"], friction["interval90"]
+    if not mean:
+        return "No friction is seen."
+    below, above = (f"{100.0 * abs(end / mean - 1.0):.2g}" for end in (low, high))
+    return f"Friction is known within -{below} and +{above} %, with 90 %."
 
 
 def _with_or_without_random_force(credible: Sequence[Report]) -> str:

@@ -29,6 +29,7 @@ from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
 from friction_bayes.loop.random_force.forecast import forecast
 from friction_bayes.loop.random_force.left_over import LeftOver, what_is_left
 from friction_bayes.loop.random_force.sampler_check import check_random_force
+from friction_bayes.loop.random_force.slight_beside_law import friction_with_slight_effects
 from friction_bayes.loop.random_force.witnesses import two_witnesses
 from friction_bayes.loop.reference_force import ResistingForce
 from friction_bayes.loop.result import FluctuationTrace, RecordTrace
@@ -207,7 +208,7 @@ class ForceFamily:
             self._rng_draws.random(DRAWS)
             < (self._weights[True] / np.maximum(self._total, 1e-300))[drawn.point, drawn.chosen]
         )
-        friction = _moved(drawn.friction, shift, self._rng_draws)
+        friction = _moved(friction_with_slight_effects(drawn, self._rng_draws), shift, self._rng_draws)
         return FamilyDraws(
             candidate=np.array(
                 [

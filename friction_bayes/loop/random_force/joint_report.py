@@ -103,7 +103,7 @@ def joint_report(
     forced = draws.records[0].random_force > 0.0
     return replace(
         report,
-        verdict=verdict(sets, probabilities, explains),
+        verdict=verdict(sets, probabilities, np.ones(len(sets), np.bool_), explains),
         effects=[
             {
                 "name": name,

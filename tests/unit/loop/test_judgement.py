@@ -32,7 +32,10 @@ def ambiguous() -> LoopReport:
 @pytest.mark.parametrize(
     ("sets", "probabilities", "is_noise", "word"),
     [
-        ([NONE, VISCOUS], [0.6, 0.4], True, "adequate"),
+        ([NONE, VISCOUS], [0.96, 0.04], True, "adequate"),
+        ([NONE, VISCOUS], [0.6, 0.4], True, "ambiguous"),
+        ([NONE, DRIFT], [0.6, 0.4], True, "adequate"),
+        ([NONE, VISCOUS, DRIFT], [0.6, 0.06, 0.34], True, "ambiguous"),
         ([NONE, VISCOUS], [0.99, 0.01], False, "unexplained"),
         ([VISCOUS, DRIFT], [0.96, 0.04], True, "explained"),
         ([VISCOUS, DRIFT], [0.94, 0.06], True, "ambiguous"),
@@ -45,7 +48,8 @@ def ambiguous() -> LoopReport:
 def test_verdict_follows_the_rule(
     sets: list[frozenset[str]], probabilities: list[float], is_noise: bool, word: str
 ) -> None:
-    assert verdict(sets, np.array(probabilities), is_noise) == word
+    agrees = np.array([not names or names == DRIFT for names in sets])
+    assert verdict(sets, np.array(probabilities), agrees, is_noise) == word
 
 
 def test_credible_counts_what_holds_95_percent() -> None:

@@ -1,0 +1,71 @@
+"""Damping and drift too slight to show: their posterior, and what friction answers for."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import integrate, stats
+
+import friction_bayes as fb
+from friction_bayes.loop.slight_effects import SlightEffect, with_slight_effects
+
+SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
+
+
+@given(
+    estimate=st.floats(-0.3, 0.5),
+    information=st.floats(4.0, 1e5),
+    positive=st.booleans(),
+)
+def test_probability_is_that_of_the_integral(estimate: float, information: float, positive: bool) -> None:
+    """Against quadrature of likelihood times prior."""
+    support = (0.0 if positive else -math.inf, math.inf)
+    z = estimate * math.sqrt(information)
+    if abs(z) > 8.0:
+        return
+    slight = SlightEffect.of_likelihood(estimate, information, support, 1.0)
+    scale = min(2.0 / math.sqrt(information), 1.0)
+    reach = 12.0 / math.sqrt(information)
+
+    def joint(c: float) -> float:
+        likelihood = math.exp(-0.5 * information * (c - estimate) ** 2 + 0.5 * information * estimate**2)
+        return float(likelihood * stats.norm.pdf(c, scale=scale) * (2.0 if positive else 1.0))
+
+    low = 0.0 if positive else estimate - reach
+    bayes_factor, _ = integrate.quad(joint, low, max(estimate, 0.0) + reach, points=[max(estimate, low)])
+    assert slight.probability == pytest.approx(bayes_factor / (1.0 + bayes_factor), rel=1e-3)
+
+
+def test_friction_follows_and_is_never_negative() -> None:
+    rng = np.random.default_rng(1)
+    friction = np.abs(rng.normal(0.07, 0.03, 4000))
+    certain = SlightEffect(probability=1.0, mean=0.01, sd=0.002, low=0.0, high=math.inf, follow=-2.0)
+    moved = with_slight_effects(friction, [certain], rng)
+    assert np.all(moved >= 0.0)
+    free = friction > 0.05
+    assert np.mean(moved[free] - friction[free]) == pytest.approx(-0.02, rel=0.02)
+    absent = SlightEffect(probability=0.0, mean=0.01, sd=0.002, low=0.0, high=math.inf, follow=-2.0)
+    np.testing.assert_array_equal(with_slight_effects(friction, [absent], rng), friction)
+
+
+def test_a_plain_record_answers_for_damping_unless_that_is_excluded() -> None:
+    """Cut long before it rests, a decay hardly tells a slight damping from friction."""
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.07,
+        initial_displacement=0.0147,
+        duration=14.0,
+        sampling_rate=200.0,
+        noise_sd=2e-4,
+        seed=3,
+    )
+    with_damping = fb.close_loop([record], SYSTEM, effects=["viscous_damping"], seed=1).friction_after
+    without = fb.close_loop([record], SYSTEM, effects=[], seed=1).friction_after
+    low, high = with_damping["interval90"]
+    assert high - low > 3.0 * (without["interval90"][1] - without["interval90"][0])
+    # damping takes from friction and never adds to it
+    assert without["interval90"][0] - low > 3.0 * abs(high - without["interval90"][1])
