@@ -15,8 +15,9 @@ from friction_bayes.core.declared_force import by_mass, by_stiffness, frequencie
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.core.text import set_words
-from friction_bayes.loop.candidate import SearchResult, in_catalogue_order
+from friction_bayes.loop.candidate import in_catalogue_order
 from friction_bayes.loop.family import Family, FamilyDraws, Mixture, mixture_of
+from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import forecast_records, held_out_error, with_forecasts
 from friction_bayes.loop.friction import (
     Distribution,
@@ -35,7 +36,7 @@ from friction_bayes.loop.result import LoopReport, RecordTrace
 from friction_bayes.loop.verdict import UNEXPLAINED, credible_count, verdict
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
-__all__ = ["assemble_report", "frequency_summary"]
+__all__ = ["assemble_report"]
 
 _MOST_RIVALS = 3
 _LEAST_TURNS = 3
@@ -43,7 +44,7 @@ _LEAST_TURNS = 3
 
 
 def assemble_report(
-    found: SearchResult,
+    before: LoopFit,
     families: Sequence[Family],
     rng: np.random.Generator,
     *,
@@ -58,10 +59,10 @@ def assemble_report(
 
     Parameters
     ----------
-    found : SearchResult
-        What the search found: the Coulomb model alone comes from it.
+    before : LoopFit
+        The Coulomb model alone.
     families : sequence of Family
-        All candidates; those of the search first. One that is left without any has nothing but its trail.
+        All candidates. One that is left without any has nothing but its trail.
     rng : numpy.random.Generator
     seed : int
         That the generators come from.
@@ -80,29 +81,28 @@ def assemble_report(
     trail = [step for family in families for step in family.trail]
     everyone, families = families, [family for family in families if family.sets]
     mixture = mixture_of(families, rng_mixture)
-    best, model = mixture.best, found.before.model
+    best, model = mixture.best, before.model
     segment = model.segments[0]
     effects = in_catalogue_order(mixture.sets[0])
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, best.explains)
     factor, unit = friction_scale(model)
-    alone, readings = coulomb_alone(found.before, rng_before), None
+    alone, readings = coulomb_alone(before, rng_before), None
     if word == UNEXPLAINED:
         readings = [alone, *(family.reading for family in everyone)]
-        if best is everyone[0]:
-            # draws along the motion hold how far friction could shift; those of the search know no such force
+        if not best.holds_what_is_left:
             mixture = mixture.with_friction(pooled(readings, rng_pool))
-    before = reported_friction(alone.friction, mixture.draws.frequency, model, rng_before)
+    frictions_before = reported_friction(alone.friction, mixture.draws.frequency, model, rng_before)
     after = reported_friction(mixture.draws.friction, mixture.draws.frequency, model, rng_after)
     residual: dict[str, Any] = {
-        "before": residual_tests(found.before).to_dict(),
+        "before": residual_tests(before).to_dict(),
         "after": best.tests.to_dict(),
     }
     left, traces = best.left(), best.traces()
     if reference_force is not None:
-        residual["force"], forces = compare_forces(found.before, best.resisting_force(), reference_force)
+        residual["force"], forces = compare_forces(before, best.resisting_force(), reference_force)
         traces = (replace(traces[0], forces=forces), *traces[1:])
-    forecasts = forecast_records(found.before), best.forecasts()
-    reference = _compare_with_reference(after, before, reference_friction) or {}
+    forecasts = forecast_records(before), best.forecasts()
+    reference = _compare_with_reference(after, frictions_before, reference_friction) or {}
     if check:
         reference["sampler"] = best.check(seed)
     return LoopReport(
@@ -115,15 +115,15 @@ def assemble_report(
             {"effects": list(in_catalogue_order(names)), "probability": float(p)}
             for names, p in zip(mixture.sets, mixture.probabilities, strict=True)
         ],
-        friction_before=before.to_dict(),
+        friction_before=frictions_before.to_dict(),
         friction_after=after.to_dict(),
         friction_range=friction_range(readings, factor, unit) if readings else None,
         dry_friction=dry_friction(after, _loss(traces[0], mixture, model), tolerance),
         held_out_error=held_out_error(*forecasts, best.noise_floor(), segment.decay.unit),
         residual=residual,
         noise=best.noise(),
-        paper_procedure=paper_procedure(found.fits[0], after, effects),
-        frequency=frequency_summary(mixture.draws.frequency, model, mixture.draws.friction),
+        paper_procedure=paper_procedure(*best.simulated(), after, effects),
+        frequency=_frequency(mixture.draws.frequency, model, mixture.draws.friction),
         random_force=_random_force(mixture, families, factor, unit),
         witnesses=best.witnesses(),
         left=left
@@ -136,6 +136,7 @@ def assemble_report(
         trail=trail,
         traces=with_forecasts(traces, *forecasts),
         posterior=_posterior(mixture, after, seed),
+        friction_between_records=best.between_records(),
     )
 
 
@@ -177,14 +178,10 @@ def _random_force(
     }
 
 
-def frequency_summary(frequencies: Array, model: LoopModel, friction: Array) -> dict[str, Any]:
+def _frequency(frequencies: Array, model: LoopModel, friction: Array) -> dict[str, Any]:
     """Draws of the natural frequency [rad/s] beside the declared one, and both forces where they disagree.
 
-    Parameters
-    ----------
-    frequencies, friction : ndarray, shape (m,)
-        Draws of the natural frequency and of the model's friction [N or N m].
-    model : LoopModel
+    Those of ``friction``, shape (m,), are of the model's [N or N m].
     """
     system, decay = model.system, model.segments[0].decay
     found, sd = float(frequencies.mean()), float(frequencies.std(ddof=1))

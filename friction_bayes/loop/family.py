@@ -18,6 +18,7 @@ from friction_bayes.core.summary import TAILS
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.forecast import Forecast
 from friction_bayes.loop.friction_range import Reading
+from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.next_experiment import Contender
 from friction_bayes.loop.reference_force import ResistingForce
 from friction_bayes.loop.residual_tests import ResidualTests
@@ -79,11 +80,14 @@ class Family(Protocol):
         The steps that led to them.
     fitted : tuple of int
         Samples of the first record that were fitted, from its start, and turning points among them.
+    holds_what_is_left : bool
+        Whether its draws of friction hold how far that could shift for what the law does not say.
     """
 
     sets: tuple[Names, ...]
     log_weights: Array
     trail: tuple[str, ...]
+    holds_what_is_left: bool
 
     @property
     def draws(self) -> FamilyDraws: ...
@@ -112,12 +116,16 @@ class Family(Protocol):
         """What the most probable candidate leaves; a shift of friction in the unit of force [N or N m]."""
         ...
 
-    def check(self, seed: int) -> dict[str, Any]:
-        """Compare the posterior of the most probable candidate with a sampler's."""
+    def check(self, seed: int) -> dict[str, Any] | None:
+        """Compare the posterior of the most probable candidate with a sampler's; None where none has it."""
         ...
 
     def witnesses(self) -> dict[str, Any] | None:
         """Friction by the loss of amplitude and by the shape within a cycle; None where not compared."""
+        ...
+
+    def between_records(self) -> dict[str, Any] | None:
+        """Friction of each record and its spread between them; None where it is one friction."""
         ...
 
     def noise(self) -> dict[str, Any]:
@@ -134,6 +142,10 @@ class Family(Protocol):
 
     def traces(self) -> tuple[RecordTrace, ...]:
         """Each record with the most probable candidate."""
+        ...
+
+    def simulated(self) -> tuple[LoopModel, Array]:
+        """Model that can be simulated, nearest to the records, and its coordinates."""
         ...
 
     def resisting_force(self) -> ResistingForce:
@@ -167,7 +179,7 @@ class Mixture:
 
     def probability(self, name: str) -> float:
         """Probability that an effect acts."""
-        return float(self.probabilities[[name in names for names in self.sets]].sum())
+        return min(float(self.probabilities[[name in names for names in self.sets]].sum()), 1.0)
 
     @property
     def agrees(self) -> Mask:

@@ -16,7 +16,7 @@ from scipy.special import log_ndtr
 from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.effects import EFFECTS, Scales
 
-__all__ = ["NoiseFit", "NoiseModel", "fit_noise", "log_densities", "whiten"]
+__all__ = ["NoiseFit", "NoiseModel", "fit_noise", "has_heavy_tails", "log_densities", "whiten"]
 
 
 LEAST_NOISE = 1e-6
@@ -187,3 +187,11 @@ def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, float,
     volume += 0.5 * math.log(1.0 / (2.0 * count)) + math.log(scale)
     volume += float(fraction_prior.log_density(fraction) + scale_prior.log_density(scale))
     return deviance, sd, fraction, scale, core, volume
+
+
+def has_heavy_tails(x: Array) -> bool:
+    """Whether more residuals lie beyond four standard deviations than the normal has by chance."""
+    core = 1.4826 * float(np.median(np.abs(x)))
+    expected = 6.4e-5 * x.size
+    far = np.count_nonzero(np.abs(x) > 4.0 * core)
+    return bool(far > expected + 3.0 * math.sqrt(expected) + 1.0)

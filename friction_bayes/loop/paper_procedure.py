@@ -15,8 +15,8 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.estimators.estimate import estimate
-from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.friction import Distribution
+from friction_bayes.loop.model import LoopModel
 from friction_bayes.records.record import make_record
 
 __all__ = ["paper_procedure"]
@@ -30,23 +30,27 @@ _TOO_WIDE = 3.0
 """Ratio of interval widths beyond which successive drops that share a peak are named."""
 
 
-def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...]) -> dict[str, Any]:
+def paper_procedure(
+    model: LoopModel, z: Array, after: Distribution, effects: tuple[str, ...]
+) -> dict[str, Any]:
     """Compare the paper's procedure with the final friction, on the first record.
 
     Parameters
     ----------
-    fit : LoopFit
-        The final model.
+    model : LoopModel
+        The final model, or the nearest to it that can be simulated.
+    z : ndarray, shape (p,)
+        Its coordinates.
     after : Distribution
         Its friction.
     effects : tuple of str
         Its effects.
     """
-    segment = fit.model.segments[0]
+    segment = model.segments[0]
     friction = float(after.draws.mean())
     sd = float(after.draws.std())
     try:
-        said = _read_off(fit, segment.time, segment.values)
+        said = _read_off(model, segment.time, segment.values)
     except InputError as error:
         unusable = ["sensor_clipping"] if segment.clipped else []
         # the remedy of a record that estimate refuses is this loop
@@ -58,7 +62,7 @@ def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...])
     last = friction
     for fault, clock in (("effects", fine), ("coarse_sampling", moving)):
         try:
-            read = _read_off(fit, clock, _predicted(fit, clock)).mean
+            read = _read_off(model, clock, _predicted(model, z, clock)).mean
         except InputError:
             continue
         shares[fault] = read - last
@@ -84,18 +88,18 @@ def paper_procedure(fit: LoopFit, after: Distribution, effects: tuple[str, ...])
     }
 
 
-def _read_off(fit: LoopFit, time: Array, values: Array) -> Summary:
-    decay = fit.model.segments[0].decay
+def _read_off(model: LoopModel, time: Array, values: Array) -> Summary:
+    decay = model.segments[0].decay
     record = make_record(time, values, decay.quantity.name, unit=decay.unit, name=decay.name)
     with warnings.catch_warnings():
         # what an estimate warns of, a wrong frequency above all, is the loop's own business
         warnings.simplefilter("ignore", RecordWarning)
-        estimated = estimate(record, fit.model.system, method=_METHOD)
+        estimated = estimate(record, model.system, method=_METHOD)
     return Summary.of_distribution(estimated.friction, estimated.friction_unit)
 
 
-def _predicted(fit: LoopFit, time: Array) -> Array:
-    prediction = fit.model.predict_at(fit.z, 0, time)
+def _predicted(model: LoopModel, z: Array, time: Array) -> Array:
+    prediction = model.predict_at(z, 0, time)
     if prediction is None:
         raise InputError("prediction", "does not stay finite", "look at the fit")
     return prediction.signal

@@ -135,7 +135,8 @@ class LoopReport:
         ``share_of_friction`` (None without friction) and ``correlation_time_s``; None where none was weighed.
     witnesses : dict or None
         Friction by the ``loss`` of amplitude and by the ``shape`` within a cycle, and whether they ``agree``;
-        None where the most probable candidate was not weighed along the measured motion.
+        None where the most probable candidate was not weighed along the measured motion, and of several
+        records.
     left : dict
         What the law leaves that depends on the motion: ``structured_rms`` in the signal, its ``unit`` and
         ``share_of_amplitude``, how far ``friction_could_shift_by`` it, what it ``depends_on``, and the

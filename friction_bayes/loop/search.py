@@ -21,7 +21,7 @@ from friction_bayes.loop.evidence import log_evidence
 from friction_bayes.loop.expansion import Approximation, Expansion, is_identifiable
 from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model
 from friction_bayes.loop.model import LoopModel, changes_signal
-from friction_bayes.loop.noise import NoiseModel
+from friction_bayes.loop.noise import NoiseModel, has_heavy_tails
 from friction_bayes.loop.parameters import FRICTION
 from friction_bayes.loop.residual_tests import residual_tests
 from friction_bayes.loop.segment import Segment
@@ -191,7 +191,9 @@ class Search:
         """Fit the same set with outliers where residuals lie far out, and without them where it has them."""
         if OUTLIERS.name in centre.effects:
             other = centre.effects - {OUTLIERS.name}
-        elif OUTLIERS.name in self.allowed and _has_heavy_tails(centre.fit):
+        elif OUTLIERS.name in self.allowed and any(
+            has_heavy_tails(noise.residual[noise.weight > 0.0]) for noise in centre.fit.noises
+        ):
             other = centre.effects | {OUTLIERS.name}
         else:
             return
@@ -231,14 +233,3 @@ class Search:
         if known is not None and known.fit.objective <= fit.objective:
             return
         self.candidates[names] = Candidate(names, fit, log_evidence(fit) + self.sets.log_prior(names))
-
-
-def _has_heavy_tails(fit: LoopFit) -> bool:
-    """Whether more residuals lie beyond four standard deviations than the normal has by chance."""
-    for noise in fit.noises:
-        x = noise.residual[noise.weight > 0.0]
-        core = 1.4826 * float(np.median(np.abs(x)))
-        expected = 6.4e-5 * x.size
-        if np.count_nonzero(np.abs(x) > 4.0 * core) > expected + 3.0 * math.sqrt(expected) + 1.0:
-            return True
-    return False

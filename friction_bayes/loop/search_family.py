@@ -17,13 +17,17 @@ from friction_bayes.loop.family import FamilyDraws
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import Forecast, forecast_records
 from friction_bayes.loop.friction_range import Reading
+from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.next_experiment import Contender
+from friction_bayes.loop.noise import LEAST_NOISE
 from friction_bayes.loop.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.reference_force import ResistingForce, resisting_force
 from friction_bayes.loop.residual_tests import ResidualTests, residual_tests
 from friction_bayes.loop.result import RecordTrace
 from friction_bayes.loop.sampler_check import sampler_check
 from friction_bayes.loop.slight_effects import slight_effects, with_slight_effects
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
 __all__ = ["SearchFamily"]
 
@@ -39,6 +43,8 @@ class SearchFamily:
     rng : numpy.random.Generator
         Of the draws.
     """
+
+    holds_what_is_left = False
 
     def __init__(
         self,
@@ -56,6 +62,22 @@ class SearchFamily:
     def best(self) -> LoopFit:
         """The most probable."""
         return self.found.fits[0]
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether the record has no noise."""
+        white = self.found.white
+        return white.noises[0].sd <= LEAST_NOISE * white.model.scales.signal
+
+    @property
+    def holds_more(self) -> bool:
+        """Whether the most probable has what has no place among columns along the motion.
+
+        Clipped samples and outliers have none, nor has coloured noise of the sensor that explains the
+        records, nor a signal without noise.
+        """
+        coloured = any(ar.size for ar in self.found.ar) and self.explains
+        return self.is_silent or coloured or bool(self.sets[0] & {SENSOR_CLIPPING.name, OUTLIERS.name})
 
     @cached_property
     def tests(self) -> ResidualTests:
@@ -133,6 +155,9 @@ class SearchFamily:
     def witnesses(self) -> None:
         """Not compared: that takes the columns of a regression."""
 
+    def between_records(self) -> None:
+        """It has one friction."""
+
     def noise(self) -> dict[str, Any]:
         ar, segment = self.found.ar, self.best.model.segments[0]
         order = max(a.size for a in ar)
@@ -157,6 +182,9 @@ class SearchFamily:
     def traces(self) -> tuple[RecordTrace, ...]:
         records = range(len(self.best.noises))
         return tuple(_trace(self.found.before, self.best, r) for r in records)
+
+    def simulated(self) -> tuple[LoopModel, Array]:
+        return self.best.model, self.best.z
 
     def resisting_force(self) -> ResistingForce:
         return ResistingForce(law=resisting_force(self.best), direction=self.best.predictions[0].direction)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -244,6 +244,17 @@ class Posterior:
     def _share(self) -> Array:
         """Posterior probability of each point, shape (g,)."""
         return np.asarray(self.weight.sum(axis=1))
+
+    def among(self, cells: Mask) -> Posterior:
+        """The same given that the truth is at some of the points and sets, ``cells`` of shape (g, m)."""
+        points = [
+            replace(
+                point, found=point.found._replace(log_weight=np.where(mine, point.found.log_weight, -np.inf))
+            )
+            for point, mine in zip(self.points, cells, strict=True)
+            if mine.any()
+        ]
+        return Posterior(self.problem, points)
 
     @property
     def force_sd(self) -> Any:

@@ -10,19 +10,26 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.estimators.random_force.law_regression import frequency_change
 from friction_bayes.loop.model import LoopModel, changes_signal
 from friction_bayes.loop.next_experiment import Contender
-from friction_bayes.loop.parameters import FRICTION, LOG_FREQUENCY_RATIO, Coordinate
-from friction_bayes.loop.random_force.draws import LawDraws
+from friction_bayes.loop.parameters import (
+    DISPLACEMENT,
+    FRICTION,
+    LOG_FREQUENCY_RATIO,
+    VELOCITY,
+    Coordinate,
+)
+from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 
 __all__ = ["drawn_contender"]
 
 
-def drawn_contender(draws: LawDraws, chosen: Mask) -> Contender | None:
+def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
     """The candidate that some draws, ``chosen`` of shape (k,), are of; None where they are too few to tell.
 
-    Its law is their mean, in the most frequent shape of each effect.
+    Its law is their mean, in the most frequent shape of each effect; state and sensor are those of the first
+    record. Where friction differs between the records it would in a further one too.
     """
-    fit = draws.fit
+    draws, fit = laws.first, laws.first.fit
     if np.count_nonzero(chosen) < 2:
         return None
     shape = int(np.argmax(np.bincount(draws.chosen[chosen])))
@@ -34,8 +41,10 @@ def drawn_contender(draws: LawDraws, chosen: Mask) -> Contender | None:
     declared = fit.w0 / fit.system.natural_frequency
     change = np.array([frequency_change(kappa) for kappa in draws.stiffness[mine]])
     values = {
-        ("", FRICTION): draws.friction[mine],
+        ("", FRICTION): laws.friction[mine],
         ("", LOG_FREQUENCY_RATIO): np.log(declared * change),
+        ("", DISPLACEMENT): draws.coefficients[mine, 0],
+        ("", VELOCITY): draws.coefficients[mine, 1] * fit.w0,
     } | {
         (name, parameter): drawn
         for name in names
@@ -43,10 +52,12 @@ def drawn_contender(draws: LawDraws, chosen: Mask) -> Contender | None:
     }
     count = int(np.count_nonzero(mine))
     z = np.column_stack([_coordinates(c, values.get((c.effect, c.name)), count) for c in model.coordinates])
+    covariance, rubs = np.cov(z, rowvar=False), model.index(FRICTION)
+    covariance[rubs, rubs] += np.mean((laws.spread[mine] / model.coordinates[rubs].prior.scale) ** 2)
     return Contender(
         model=model,
         z=z.mean(axis=0),
-        covariance=np.cov(z, rowvar=False),
+        covariance=covariance,
         noise_sd=fit.posterior.noise_sd * fit.unit,
         ar=np.zeros(0),
         random_force=float(np.median(draws.random_force[mine])),

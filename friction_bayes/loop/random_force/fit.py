@@ -162,14 +162,7 @@ class ForceFit:
 
     def among(self, cells: Mask) -> ForceFit:
         """The same given that the truth is at some of the points and sets, ``cells`` of shape (g, m)."""
-        points = [
-            replace(
-                point, found=point.found._replace(log_weight=np.where(mine, point.found.log_weight, -np.inf))
-            )
-            for point, mine in zip(self.posterior.points, cells, strict=True)
-            if mine.any()
-        ]
-        posterior = Posterior(self.posterior.problem, points)
+        posterior = self.posterior.among(cells)
         coefficients = posterior.best_law()
         motion = self.regression.smoothed(coefficients, posterior.best)
         return replace(self, posterior=posterior, coefficients=coefficients, motion=motion)

@@ -8,7 +8,7 @@ to find the common law and the sets that may matter, and those along the motions
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -81,9 +81,26 @@ class JointFit:
         return worth
 
     @property
-    def probability_of_spread(self) -> float:
-        """Probability that friction differs between the records."""
-        return float(self.posterior.weight[:, self.spread_of > 0.0].sum())
+    def weight(self) -> Array:
+        """Posterior of points and sets of the records, over all spreads, shape (g, m)."""
+        sets = len(self.along[0].sets.effects)
+        return np.array([np.bincount(self.problem.number, point, sets) for point in self.posterior.weight])
+
+    @property
+    def share_of_loss(self) -> float:
+        """Sd of the random force over the friction that alone would explain the loss of amplitude."""
+        best = self.posterior.best
+        return best.ratio * best.noise / _friction_of_loss(self.along)
+
+    def among(self, cells: Mask) -> JointFit:
+        """The same given that the truth is at some of the points and sets, ``cells`` of shape (g, m)."""
+        return replace(self, posterior=self.posterior.among(cells[:, self.problem.number]))
+
+    def without_force(self) -> JointFit:
+        """All sets weighed anew along these motions, without a random force."""
+        some = self.spreads[self.spreads > 0.0]
+        varying = some.size == self.spreads.size
+        return _weighed(self.alone, self.records, self.along, some, varying=varying, forced=False)
 
     @cached_property
     def fits(self) -> tuple[ForceFit, ...]:
@@ -102,7 +119,12 @@ class JointFit:
 
 
 def fit_together(
-    segments: Sequence[Segment], system: Oscillator, allowed: Sequence[str], *, varying: bool
+    segments: Sequence[Segment],
+    system: Oscillator,
+    allowed: Sequence[str],
+    *,
+    varying: bool,
+    progress: Callable[[str], None] | None = None,
 ) -> JointFit | None:
     """Analyse several records of one quantity.
 
@@ -115,13 +137,19 @@ def fit_together(
         Effects that may act.
     varying : bool
         Whether friction is known to differ between the records; else that is as probable as not.
+    progress : callable, optional
+        Called with the name of each record.
 
     Returns
     -------
     JointFit or None
         None where a record holds too few turning points.
     """
-    fits = [fit_random_force(segment, system, allowed) for segment in segments]
+    fits = []
+    for segment in segments:
+        if progress is not None:
+            progress(segment.decay.name)
+        fits.append(fit_random_force(segment, system, allowed))
     alone = tuple(fit for fit in fits if fit is not None)
     if len(alone) < len(fits):
         return None
@@ -135,67 +163,78 @@ def fit_together(
         )
         for fit in alone
     )
-    first = _weighed(alone, records, motions, w0, allowed, varying=varying)
-    if first is None:
+    forced = RANDOM_FORCE.name in allowed
+    along = _along(alone, records, motions, w0)
+    if along is None:
         return None
+    first = _weighed(
+        alone, records, along, SPREADS[::_COARSE], varying=varying, forced=forced, only_mode=True
+    )
     one = first.fits[0]
     change = frequency_change(one.coefficients[one.regression.stiffness])
-    motions = [fit.motion.at_frequency(change) for fit in first.fits]
-    return _weighed(alone, records, motions, w0 * change, allowed, varying=varying, first=first)
+    along = _along(alone, records, [fit.motion.at_frequency(change) for fit in first.fits], w0 * change)
+    if along is None:
+        return None
+    return _weighed(alone, records, along, SPREADS, varying=varying, forced=forced, kept=first.worth_it)
+
+
+def _along(
+    alone: Sequence[ForceFit], records: Sequence[MovingRecord], motions: Sequence[Motion], w0: float
+) -> tuple[LawAlongMotion, ...] | None:
+    """The law along motions in natural units of ``w0``; None where one has too few turning points."""
+    friction = _friction_of_loss(alone)
+    found = [
+        record.along(motion, w0, lines, friction)
+        for record, motion, lines in zip(records, motions, _lines(alone), strict=True)
+    ]
+    along = tuple(one for one in found if one is not None)
+    return along if len(along) == len(found) else None
 
 
 def _weighed(
     alone: tuple[ForceFit, ...],
     records: tuple[MovingRecord, ...],
-    motions: Sequence[Motion],
-    w0: float,
-    allowed: Sequence[str],
+    along: tuple[LawAlongMotion, ...],
+    some: Array,
     *,
     varying: bool,
-    first: JointFit | None = None,
-) -> JointFit | None:
-    """Weigh all sets along motions in natural units of ``w0``; None where one has too few turning points.
-
-    What ``first`` found along others says which sets are worth it; without it all are weighed, but at the
-    mode and some of the spreads alone.
-    """
-    friction = float(np.median([friction_of_loss(fit.path.turning_x) for fit in alone]))
-    along = []
-    for record, motion, lines in zip(records, motions, _lines(alone), strict=True):
-        found = record.along(motion, w0, lines, friction)
-        if found is None:
-            return None
-        along.append(found)
+    forced: bool,
+    kept: Mask | None = None,
+    only_mode: bool = False,
+) -> JointFit:
+    """Weigh the sets that are ``kept`` with ``some`` spreads, and without one unless friction varies."""
+    friction = _friction_of_loss(alone)
     law, sets = along[0].law, along[0].sets
     # of its frictions a set has one at most
     rubbing = sets.columns[:, law.frictions]
     columns = np.where(rubbing.any(axis=1), np.array(law.frictions)[rubbing.argmax(axis=1)], -1)
     level = float(np.median([fit.coefficients[fit.law.frictions].sum() for fit in alone])) or friction
-    some = SPREADS[::_COARSE] if first is None else SPREADS
     spreads = some if varying else np.append(0.0, some)
     share = np.full(spreads.size, (1.0 if varying else _DIFFERS) / some.size)
     share[spreads == 0.0] = 1.0 - _DIFFERS
-    sd = spreads * level / law.scale[law.dry_friction]
     problem = JointProblem(
         _members(alone, along),
         np.array([column.own for column in law.columns]),
-        Spread(columns=columns, sd=sd, log_prior=np.log(share)),
-        None if first is None else first.worth_it,
+        Spread(columns=columns, sd=spreads * level / law.scale[law.dry_friction], log_prior=np.log(share)),
+        kept,
     )
-    noise = math.exp(float(np.mean([math.log(motion.noise) for motion in motions])))
-    prior = (
-        force_prior(friction) if RANDOM_FORCE.name in allowed else replace(force_prior(friction), none=1.0)
-    )
-    posterior = integrate(problem, prior, noise, only_mode=first is None)
+    noise = math.exp(float(np.mean([math.log(one.regression.motion.noise) for one in along])))
+    prior = force_prior(friction)
+    posterior = integrate(problem, prior if forced else replace(prior, none=1.0), noise, only_mode=only_mode)
     return JointFit(
         alone=alone,
         records=records,
-        along=tuple(along),
+        along=along,
         problem=problem,
         posterior=posterior,
         spreads=spreads,
         level=level,
     )
+
+
+def _friction_of_loss(records: Sequence[ForceFit | LawAlongMotion]) -> float:
+    """Friction that alone would explain the loss of amplitude of the median record, natural units."""
+    return float(np.median([friction_of_loss(record.path.turning_x) for record in records]))
 
 
 def _lines(alone: Sequence[ForceFit]) -> list[tuple[float, ...]]:

@@ -8,7 +8,7 @@ the law. What passes is fluctuation; what fails and is large is an effect that t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,7 +22,7 @@ from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.shapes import Shape, best_shape
 from friction_bayes.loop.residual_tests import Channel, ResidualTests, largest_line
 
-__all__ = ["Dependence", "LeftOver", "what_is_left"]
+__all__ = ["Dependence", "LeftOver", "what_is_left", "worst_of"]
 
 _BINS = 10
 _TIME_BINS = 8
@@ -125,6 +125,18 @@ def what_is_left(fit: ForceFit) -> LeftOver:
         rms=float(fit.posterior.best.noise * fit.unit * np.sqrt(np.mean(x**2))),
     )
     return left if left.worst is None else replace(left, shape=best_shape(fit, binned[left.worst.on]))
+
+
+def worst_of(records: Sequence[LeftOver]) -> ResidualTests:
+    """Each test at the record where it is worst, its p-value that of the least of as many."""
+    if len(records) == 1:
+        return records[0]
+    channels = []
+    for same in zip(*(left.channels for left in records), strict=True):
+        least = min(same, key=lambda channel: channel.p_value)
+        p_value = -math.expm1(len(same) * math.log1p(-min(least.p_value, 1.0 - 1e-12)))
+        channels.append(replace(least, p_value=p_value))
+    return ResidualTests(tuple(channels), math.sqrt(float(np.mean([left.rms**2 for left in records]))))
 
 
 def _near_motion(fit: ForceFit, innovations: Array) -> float:

@@ -15,10 +15,10 @@ from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.whitening import sensor_row
 from friction_bayes.loop.evidence import log_evidence
+from friction_bayes.loop.random_force.cells import LEAST_COUNTED
 from friction_bayes.loop.random_force.columns import law_columns
 from friction_bayes.loop.random_force.evidence import log_evidence_without_force
 from friction_bayes.loop.random_force.fit import fit_random_force
-from friction_bayes.loop.random_force.force_family import LEAST_COUNTED
 from friction_bayes.loop.search import Search
 from friction_bayes.loop.segment import cut_records
 from friction_bayes.loop.spectral_lines import lines_beside_motion

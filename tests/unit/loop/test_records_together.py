@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import friction_bayes as fb
 from decays import SYSTEM
 from friction_bayes.core.errors import InputError
+from friction_bayes.loop.random_force.cells import LEAST_COUNTED
 from friction_bayes.plotting.loop import plot_friction_between_records
 from friction_bayes.report.story import loop_story
 
@@ -96,7 +98,7 @@ def test_it_can_be_demanded_without_a_random_force() -> None:
     [
         (1, {}, "one record"),
         (2, {"noise": "ar"}, "noise 'ar'"),
-        (2, {"check": True}, "check or a measured force"),
+        (2, {"check": True}, "check"),
     ],
 )
 def test_what_it_does_not_go_with_is_refused(records: int, options: dict, problem: str) -> None:
@@ -104,6 +106,79 @@ def test_what_it_does_not_go_with_is_refused(records: int, options: dict, proble
         fb.close_loop(
             releases(*[0.07] * records), SYSTEM, seed=1, effects=EFFECTS, varying_friction=True, **options
         )
+
+
+def test_white_sensors_need_no_search_and_others_keep_it(report: fb.LoopReport) -> None:
+    """Coloured noise and outliers are nothing that columns along a motion know."""
+    assert not any("fitted" in step for step in report.trail)
+    rng, fitted = np.random.default_rng(1), list[str]()
+    plain, spoilt = releases(0.07, 0.07)
+    spoilt.values[rng.choice(spoilt.size, 30, replace=False)] += 5e-3 * rng.standard_normal(30)
+    found = fb.close_loop(
+        [plain, spoilt], SYSTEM, seed=1, effects=[*EFFECTS, "outliers"], progress=fitted.append
+    )
+    assert fitted[:2] == ["release-0", "release-1"]
+    assert "Coulomb friction alone" in fitted
+    assert "outliers" in found.candidates[0]["effects"]
+    assert found.friction_between_records is None
+    noisy = releases(0.07, 0.07)
+    for record in noisy:
+        record.values[:] += lfilter([1e-3], [1.0, -0.9], rng.standard_normal(record.size))
+    found = fb.close_loop(noisy, SYSTEM, seed=1, effects=EFFECTS)
+    assert found.noise["model"] == "ar"
+    assert found.friction_between_records is None
+
+
+def test_what_is_improbable_is_left_out_of_several_records_too() -> None:
+    found = fb.close_loop(releases(0.07, 0.07), SYSTEM, seed=1)
+    left_out = [step.split()[0] for step in found.trail if step.endswith("left out")]
+    assert "random_force" in left_out
+    for name in ("random_force", "presliding", "sensor_hysteresis"):
+        held = sum(c["probability"] for c in found.candidates if name in c["effects"])
+        assert held == 0.0 if name in left_out else held > LEAST_COUNTED
+    assert found.random_force is None
+    assert all(trace.fluctuation is None for trace in found.traces)
+    assert found.friction_between_records is not None
+
+
+def test_a_measured_force_is_set_beside_several_records() -> None:
+    first, second = releases(0.07, 0.07)
+    force = np.full(first.size, 0.07)
+    plain, beside = (
+        fb.close_loop([first, second], SYSTEM, seed=1, effects=EFFECTS, **options)
+        for options in ({}, {"reference_force": force})
+    )
+    assert beside.friction_after == plain.friction_after
+    assert "force" in beside.residual
+    assert beside.traces[0].forces is not None
+    assert beside.traces[1].forces is None
+
+
+def test_the_next_experiment_is_named_for_several_records() -> None:
+    """Two releases from one place do not tell two drags apart; one from another would."""
+    records = [
+        fb.simulate(
+            SYSTEM,
+            friction=0.07,
+            initial_displacement=0.0147,
+            duration=10.0,
+            sampling_rate=50.0,
+            noise_sd=1e-5,
+            seed=3 + k,
+            effects={
+                "random_force.sd": 0.021,
+                "random_force.correlation_time": 0.1,
+                "viscous_damping.damping_ratio": 0.003,
+            },
+        )
+        for k in range(2)
+    ]
+    tried = ["viscous_damping", "quadratic_drag", "random_force"]
+    found = fb.close_loop(records, SYSTEM, seed=1, effects=tried)
+    assert found.friction_between_records is not None
+    assert found.verdict == "ambiguous"
+    assert found.next_experiment is not None
+    assert "random force from" in found.next_experiment
 
 
 def test_a_drift_of_friction_is_each_records_own() -> None:

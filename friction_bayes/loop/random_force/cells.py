@@ -1,0 +1,132 @@
+"""Candidates of an analysis along measured motions: sets of columns, under a random force or none.
+
+The analysis knows points of a grid over the random force, and sets of columns; one candidate is all of those
+that stand for the same effects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.text import percent
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
+
+__all__ = ["LEAST_COUNTED", "Cells"]
+
+Names = frozenset[str]
+
+LEAST_COUNTED = 0.05
+"""Probability of an effect that the search does not try below which no candidate has it.
+
+So little can neither keep a law from 95 % nor move friction's interval noticeably; but several effects at a
+few per cent each, which a record that says little of them leaves them, would keep any law from that.
+"""
+_LEAST = 1e-12
+"""Share of the probability of all that counts."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """How probable each set of columns is at each point of the grid.
+
+    Attributes
+    ----------
+    weight : ndarray, shape (j, g, m)
+        Probability of points and sets without jitter of the sample times and, where ``j`` is two, with it;
+        zero where that is no candidate. The sum need not be one.
+    forced : ndarray of bool, shape (g,)
+        Points with a random force.
+    effects : sequence of frozenset of str, length m
+        Effects of each set of columns.
+    """
+
+    weight: Array
+    forced: Mask
+    effects: Sequence[Names]
+
+    @property
+    def total(self) -> Array:
+        """Probability of points and sets, shape (g, m)."""
+        return np.asarray(self.weight.sum(axis=0))
+
+    @cached_property
+    def _sets(self) -> tuple[list[Names], Integers]:
+        """Different sets of effects, and which of them each set of columns is, shape (m,)."""
+        different = list(dict.fromkeys(self.effects))
+        place = {names: i for i, names in enumerate(different)}
+        return different, np.array([place[names] for names in self.effects])
+
+    @cached_property
+    def probabilities(self) -> dict[Names, float]:
+        """Probability of each candidate that counts."""
+        different, which = self._sets
+        found: dict[Names, float] = {}
+        for jitter, weight in enumerate(self.weight):
+            for forced in (False, True):
+                some = weight[self.forced == forced].sum(axis=0)
+                sums = np.bincount(which, some, len(different))
+                for i in np.flatnonzero(sums > _LEAST * self.weight.sum()):
+                    found[self._names(different[i], forced, jitter)] = float(sums[i])
+        return found
+
+    @staticmethod
+    def _names(effects: Names, forced: int, jitter: int) -> Names:
+        force = {RANDOM_FORCE.name} if forced else set()
+        return effects | force | ({TIMING_JITTER.name} if jitter else set())
+
+    def places(self, sets: Sequence[Names]) -> Integers:
+        """Which of some candidates each cell belongs to, shape (j, g, m); -1 where to none."""
+        different, which = self._sets
+        place = {names: i for i, names in enumerate(sets)}
+        table = np.array(
+            [
+                [
+                    [place.get(self._names(names, forced, jitter), -1) for names in different]
+                    for forced in (0, 1)
+                ]
+                for jitter in range(len(self.weight))
+            ]
+        )
+        return np.asarray(table[:, self.forced.astype(int)][:, :, which])
+
+    def counted(self, own: Iterable[str], share: float) -> tuple[Cells, tuple[str, ...]]:
+        """Leave out the candidates with effects that are too improbable (see :data:`LEAST_COUNTED`).
+
+        Parameters
+        ----------
+        own : iterable of str
+            Effects that the search does not try.
+        share : float
+            Factor from ``weight`` to probabilities over all families.
+
+        Returns
+        -------
+        cells : Cells
+        steps : tuple of str
+            A line on each effect that is left out.
+        """
+        probability = {
+            name: share * sum(p for names, p in self.probabilities.items() if name in names) for name in own
+        }
+        small = {name: p for name, p in probability.items() if p < LEAST_COUNTED}
+        steps = (
+            f"{name} has a probability of {percent(p)}: left out" for name, p in small.items() if p > 0.0
+        )
+        return self._without(small.keys()), tuple(steps)
+
+    def _without(self, effects: Iterable[str]) -> Cells:
+        """The same without candidates that have any of these effects."""
+        unwanted = set(effects)
+        kept = np.array([not names & unwanted for names in self.effects])
+        weight = self.weight * kept
+        if RANDOM_FORCE.name in unwanted:
+            weight[:, self.forced] = 0.0
+        if TIMING_JITTER.name in unwanted:
+            weight[1:] = 0.0
+        return replace(self, weight=weight)

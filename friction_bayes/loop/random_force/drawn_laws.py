@@ -1,0 +1,78 @@
+"""Draws of the law that one or several records share, and of what each has of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop.random_force.draws import LawDraws
+from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
+
+__all__ = ["DrawnLaws"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DrawnLaws:
+    """Joint draws of the law, of what each record has of its own, and of the spread between them.
+
+    Attributes
+    ----------
+    records : tuple of LawDraws, length r
+        Those of each record, of its own friction.
+    friction : ndarray, shape (k,)
+        Mean friction [N or N m]: that of all records where it does not differ between them.
+    spread : ndarray, shape (k,)
+        Spread of friction between records [N or N m]; zero where it does not differ.
+    """
+
+    records: tuple[LawDraws, ...]
+    friction: Array
+    spread: Array
+
+    @classmethod
+    def of_one(cls, draws: LawDraws) -> DrawnLaws:
+        """Those of one record."""
+        return cls(records=(draws,), friction=draws.friction, spread=np.zeros_like(draws.friction))
+
+    @property
+    def first(self) -> LawDraws:
+        """Those of the first record."""
+        return self.records[0]
+
+    @property
+    def frequency(self) -> Array:
+        """Natural frequency [rad/s], shape (k,)."""
+        return np.asarray(self.first.fit.w0 * np.sqrt(np.maximum(1.0 + self.first.stiffness, 0.25)))
+
+    def parameters(self, effect: str, chosen: Mask) -> dict[str, Array]:
+        """Parameters of an effect in the ``chosen`` draws that have it, a record's own with its number."""
+        if effect == TIMING_JITTER.name:
+            return {"sd": self.first.timing_jitter[chosen]}
+        if effect == RANDOM_FORCE.name:
+            return {
+                "sd": self.first.random_force[chosen],
+                "correlation_time": self.first.correlation_time[chosen],
+            }
+        own = any(column.own for column in self.first.fit.law.columns if column.effect == effect)
+        if len(self.records) == 1 or not own:
+            # a share of friction is one of the mean friction
+            return _parameters(replace(self.first, friction=self.friction), effect, chosen)
+        return {
+            f"{name}[{r}]": values
+            for r, draws in enumerate(self.records)
+            for name, values in _parameters(draws, effect, chosen).items()
+        }
+
+
+def _parameters(draws: LawDraws, effect: str, chosen: Mask) -> dict[str, Array]:
+    """Parameters as the catalogue has them: a line of interference by amplitude and phase."""
+    values = draws.parameters(effect, chosen)
+    if effect == PERIODIC_INTERFERENCE.name:
+        sine, cosine = values["sine"], values["cosine"]
+        values |= {"amplitude": np.hypot(sine, cosine), "phase": np.arctan2(cosine, sine)}
+    return {parameter.name: values[parameter.name] for parameter in EFFECTS[effect].parameters}

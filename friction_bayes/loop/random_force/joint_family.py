@@ -1,0 +1,212 @@
+"""Sets of effects weighed on several records, each with a fluctuation and perhaps friction of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.system import Oscillator
+from friction_bayes.estimators.random_force.smoothing import LEAST_NOISE
+from friction_bayes.loop.autoregression import is_coloured
+from friction_bayes.loop.draws import DRAWS
+from friction_bayes.loop.fit import LoopFit, fit_model
+from friction_bayes.loop.friction import friction_scale, scale_draws
+from friction_bayes.loop.friction_range import Reading
+from friction_bayes.loop.model import LoopModel
+from friction_bayes.loop.noise import NoiseModel, has_heavy_tails
+from friction_bayes.loop.random_force.between_records import friction_between_records
+from friction_bayes.loop.random_force.cells import Cells
+from friction_bayes.loop.random_force.contender import drawn_contender
+from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
+from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.random_force.joint_draws import joint_draws
+from friction_bayes.loop.random_force.joint_fit import JointFit, fit_together
+from friction_bayes.loop.random_force.motion_family import MotionFamily, too_large
+from friction_bayes.loop.random_force.unknowable import unknowable
+from friction_bayes.loop.searched import coulomb_model
+from friction_bayes.loop.segment import Segment
+from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+
+__all__ = ["JointFamily", "joint_family"]
+
+_NO_NOISE = 1.01 * LEAST_NOISE
+"""Noise over the largest signal below which columns along a motion are no measure of it."""
+
+
+def joint_family(
+    segments: tuple[Segment, ...],
+    system: Oscillator,
+    allowed: tuple[str, ...],
+    own: tuple[str, ...],
+    tolerance: float,
+    rng: np.random.Generator,
+    *,
+    varying: bool,
+    progress: Callable[[str], None] | None = None,
+) -> JointFamily | None:
+    """Weigh sets of effects on several records together.
+
+    Parameters
+    ----------
+    segments : tuple of Segment, length r
+    system : Oscillator
+    allowed : tuple of str
+        Effects that may act.
+    own : tuple of str
+        Those of them that a search does not try.
+    tolerance : float
+        Share of friction below which a force that depends on the motion does not matter.
+    rng : numpy.random.Generator
+        Of the draws.
+    varying : bool
+        Whether friction is known to differ between the records.
+    progress : callable, optional
+        Called with the name of each record.
+
+    Returns
+    -------
+    JointFamily or None
+        None where a record holds too few turning points.
+
+    Raises
+    ------
+    InputError
+        If that is so and friction is known to differ, or no Coulomb decay can be fitted.
+    """
+    fit = fit_together(segments, system, allowed, varying=varying, progress=progress)
+    if fit is None:
+        if varying:
+            name = segments[0].decay.name
+            raise InputError(name, "too few turning points for a friction of its own", "leave the record out")
+        return None
+    white = tuple(np.zeros(0) for _ in segments)
+    before = coulomb_model(system, segments, white, SENSOR_OFFSET.name)
+    return JointFamily(before, fit, own, tolerance, rng)
+
+
+class JointFamily(MotionFamily):
+    """All candidates of several records: with a random force or none, one friction or one of each record.
+
+    Every set that a search of the records could name is among them, weighed along the motions
+    (see :class:`friction_bayes.loop.random_force.motion_family.MotionFamily`).
+
+    Parameters
+    ----------
+    before : LoopFit
+        The Coulomb model alone.
+    fit : JointFit
+    own : sequence of str
+        Effects that a search does not try.
+    tolerance : float
+        Share of friction below which a force that depends on the motion does not matter.
+    rng : numpy.random.Generator
+        Of the draws.
+    """
+
+    def __init__(
+        self,
+        before: LoopFit,
+        fit: JointFit,
+        own: Sequence[str],
+        tolerance: float,
+        rng: np.random.Generator,
+    ) -> None:
+        super().__init__(before, tolerance, rng)
+        self._everything = fit
+        self.fit = fit.without_force() if too_large(fit.share_of_loss) else fit
+        effects = fit.along[0].sets.effects
+        nothing = set.intersection(*(unknowable(one) for one in fit.alone))
+        known = np.array([not names & nothing for names in effects])
+        cells = Cells((known * self.fit.weight)[None], self.fit.posterior.ratio > 0.0, effects)
+        self.cells, left_out = cells.counted(own, 1.0 / float(cells.total.sum()))
+        # all mixtures have the empty set
+        weights = {frozenset[str](): 0.0} | self.cells.probabilities
+        ranked = sorted(weights.items(), key=lambda pair: -pair[1])
+        self.sets = tuple(names for names, _ in ranked)
+        with np.errstate(divide="ignore"):
+            self.log_weights = np.log([p for _, p in ranked])
+        self.trail = (
+            f"along the measured motions: {len(effects)} sets of effects weighed on {len(fit.alone)} records "
+            "together",
+            *too_large(fit.share_of_loss),
+            *left_out,
+        )
+
+    @property
+    def _weight(self) -> Array:
+        """Posterior of the points and of the sets with a spread, zero for what is no candidate."""
+        kept = self.cells.total > 0.0
+        return self.fit.posterior.weight * kept[:, self.fit.problem.number]
+
+    @cached_property
+    def laws(self) -> DrawnLaws:
+        return joint_draws(self.fit, self._rng_draws, DRAWS, self._weight)
+
+    @cached_property
+    def candidate(self) -> Integers:
+        drawn = self.laws.first
+        return self.cells.places(self.sets)[0, drawn.point, drawn.chosen]
+
+    @cached_property
+    def best(self) -> tuple[ForceFit, ...]:
+        return self.fit.among(self.cells.places(self.sets[:1])[0] == 0).fits
+
+    @cached_property
+    def reading(self) -> Reading:
+        laws = joint_draws(self._everything, self._rng_reading, DRAWS)
+        return self._reading("the sets weighed along the measured motions", self._everything.fits, laws)
+
+    def variables(self) -> dict[str, Array]:
+        best = self._of_best
+        own = {"friction_spread": self.laws.spread[best]}
+        for r, one in enumerate(self.laws.records):
+            own[f"friction[{r}]"] = one.friction[best]
+            own[f"displacement[{r}]"] = one.coefficients[best, 0]
+            own[f"velocity[{r}]"] = one.coefficients[best, 1] * one.fit.w0
+        return super().variables() | own
+
+    def simulated(self) -> tuple[LoopModel, Array]:
+        """The most probable law, fitted to the first record as far as it follows that."""
+        law = drawn_contender(DrawnLaws.of_one(self.laws.first), self._of_best)
+        if law is None:
+            return self.before.model, self.before.z
+        fit = fit_model(law.model, [NoiseModel(law.ar)], law.z)
+        return law.model, law.z if fit is None else fit.z
+
+    def check(self, seed: int) -> None:
+        """No sampler has the likelihood of several records."""
+
+    def witnesses(self) -> None:
+        """Each record would have its own."""
+
+    def between_records(self) -> dict[str, Any]:
+        differs, weight = self.fit.spread_of > 0.0, self._weight
+        model = self.before.model
+        _, unit = friction_scale(model)
+        rng_scale, rng_alone = self._rng_reading.spawn(2)
+        return friction_between_records(
+            self.laws,
+            self.fit.alone,
+            probability=float(weight[:, differs].sum() / weight.sum()),
+            scale=scale_draws(model, self.laws.frequency, DRAWS, rng_scale),
+            unit=unit,
+            rng=rng_alone,
+        )
+
+    @property
+    def knows_the_noise(self) -> bool:
+        """Whether the sensors have the noise that columns along the motion know: white, without outliers.
+
+        A search knows coloured noise and outliers too, and none at all.
+        """
+        return not any(
+            fit.posterior.noise_sd * fit.unit <= _NO_NOISE * fit.scales.signal
+            or is_coloured(fit.residual, fit.segment.decay.step, fit.segment.decay.frequency)
+            or has_heavy_tails(fit.innovations[np.isfinite(fit.clock.variance)])
+            for fit in self.best
+        )

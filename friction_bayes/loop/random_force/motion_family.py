@@ -1,0 +1,229 @@
+"""Candidates weighed along measured motions, of one record or of several: what is told of both alike."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.loop.draws import DRAWS
+from friction_bayes.loop.effect_summaries import parameter_summary, parameter_units
+from friction_bayes.loop.family import FamilyDraws
+from friction_bayes.loop.fit import LoopFit
+from friction_bayes.loop.forecast import Forecast
+from friction_bayes.loop.friction_range import Reading
+from friction_bayes.loop.next_experiment import Contender
+from friction_bayes.loop.parameters import LOG_FREQUENCY_RATIO
+from friction_bayes.loop.random_force.contender import drawn_contender
+from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
+from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.random_force.forecast import forecast
+from friction_bayes.loop.random_force.left_over import LeftOver, what_is_left, worst_of
+from friction_bayes.loop.random_force.motion_trace import motion_trace
+from friction_bayes.loop.reference_force import ResistingForce
+from friction_bayes.loop.residual_tests import ResidualTests
+from friction_bayes.loop.result import RecordTrace
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+
+__all__ = ["MotionFamily", "too_large"]
+
+_LARGEST_SHARE = 1.5
+"""Sd of a random force, over the friction that alone would explain the loss of amplitude, above which it is
+no fluctuation but stands for the unknown."""
+
+
+class MotionFamily(ABC):
+    """Candidates weighed along measured motions (see :class:`friction_bayes.loop.family.Family`).
+
+    What is improbable of the effects that the search does not try is left out (see
+    :data:`friction_bayes.loop.random_force.cells.LEAST_COUNTED`), and no random force is larger than what the
+    loss of amplitude could be friction of (:func:`too_large`): its prior ends there.
+
+    Parameters
+    ----------
+    before : LoopFit
+        The Coulomb model alone.
+    tolerance : float
+        Share of friction below which a force that depends on the motion does not matter.
+    rng : numpy.random.Generator
+        Of the draws.
+    """
+
+    holds_what_is_left = True
+    sets: tuple[frozenset[str], ...]
+    log_weights: Array
+    trail: tuple[str, ...]
+
+    def __init__(self, before: LoopFit, tolerance: float, rng: np.random.Generator) -> None:
+        self.before = before
+        self._tolerance = tolerance
+        self._rng_draws, self._rng_forecast, self._rng_reading = rng.spawn(3)
+
+    @property
+    @abstractmethod
+    def best(self) -> tuple[ForceFit, ...]:
+        """Each record under the most probable candidate."""
+
+    @property
+    @abstractmethod
+    def laws(self) -> DrawnLaws:
+        """Draws over all candidates."""
+
+    @property
+    @abstractmethod
+    def candidate(self) -> Integers:
+        """Which of the sets each draw has, shape (k,)."""
+
+    @property
+    @abstractmethod
+    def reading(self) -> Reading:
+        """Friction by all that it weighs."""
+
+    @cached_property
+    def _of_best(self) -> Mask:
+        """Draws of the most probable candidate."""
+        return np.asarray(self.candidate == 0)
+
+    @cached_property
+    def _left(self) -> tuple[LeftOver, ...]:
+        """Tests of what each record leaves."""
+        return tuple(what_is_left(fit) for fit in self.best)
+
+    @property
+    def _worst(self) -> int:
+        """The record that could shift friction most."""
+        return int(np.argmax([_friction_shift(*pair) for pair in zip(self.best, self._left, strict=True)]))
+
+    @property
+    def _fluctuates(self) -> bool:
+        """Whether the most probable candidate has a random force."""
+        return RANDOM_FORCE.name in self.sets[0]
+
+    @cached_property
+    def tests(self) -> ResidualTests:
+        return worst_of(self._left)
+
+    @property
+    def explains(self) -> bool:
+        return not any(
+            left.matters(self._tolerance, fit.comparable_friction(self.laws.friction))
+            for fit, left in zip(self.best, self._left, strict=True)
+        )
+
+    @cached_property
+    def draws(self) -> FamilyDraws:
+        laws, candidate = self.laws, self.candidate
+        return FamilyDraws(
+            candidate=candidate,
+            friction=_moved(self._friction(), self.left()["friction_could_shift_by"], self._rng_draws),
+            frequency=laws.frequency,
+            random_force=laws.first.random_force,
+            correlation_time=laws.first.correlation_time,
+        )
+
+    def _friction(self) -> Array:
+        """Draws of friction [N or N m]: those of the laws, with whatever else it answers for."""
+        return self.laws.friction
+
+    def _reading(self, what: str, fits: tuple[ForceFit, ...], laws: DrawnLaws) -> Reading:
+        """Friction by some laws, with what the most probable one leaves of the records."""
+        shift = max(_friction_shift(fit, what_is_left(fit)) for fit in fits)
+        return Reading(what, _moved(laws.friction, shift, self._rng_reading))
+
+    def parameters(self, name: str) -> dict[str, dict[str, Any]]:
+        units = parameter_units(name, self.best[0].segment, self.best[0].system)
+        return {
+            key: parameter_summary(values, units[key.partition("[")[0]])
+            for key, values in self.laws.parameters(name, self._of_best).items()
+        }
+
+    def variables(self) -> dict[str, Array]:
+        fit, best = self.best[0], self._of_best
+        declared = math.log(fit.w0 / fit.system.natural_frequency)
+        return {
+            "friction": self.laws.friction[best],
+            LOG_FREQUENCY_RATIO: declared + 0.5 * np.log1p(self.laws.first.stiffness[best]),
+        } | {
+            f"{name}.{parameter}": values
+            for name in self.sets[0]
+            for parameter, values in self.laws.parameters(name, best).items()
+        }
+
+    def left(self) -> dict[str, Any]:
+        """The largest force that follows the motion, if any does, of the record where it could do most."""
+        fit, left = self.best[self._worst], self._left[self._worst]
+        rms = 0.0 if left.worst is None else left.worst.signal
+        return {
+            "structured_rms": rms,
+            "share_of_amplitude": rms / (float(np.max(np.abs(fit.path.x))) * fit.unit),
+            "friction_could_shift_by": _friction_shift(fit, left),
+            **left.to_left(),
+        }
+
+    def noise(self) -> dict[str, Any]:
+        """Noise of the first record's sensor, a sample of it: those of a block were averaged."""
+        fit = self.best[0]
+        sd = fit.posterior.noise_sd * fit.unit * math.sqrt(fit.segment.block)
+        step = fit.segment.resolution
+        return {"model": "white", "order": 0, "sd": sd, "correlation_length_s": 0.0, "step": step}
+
+    def forecasts(self) -> tuple[Forecast, ...]:
+        found = []
+        for fit in self.best:
+            predicted = forecast(fit, self._rng_forecast)
+            if predicted is None:
+                return ()
+            found.append(predicted)
+        return tuple(found)
+
+    def noise_floor(self) -> float:
+        return self.tests.rms
+
+    @property
+    def fitted(self) -> tuple[int, int]:
+        return self.best[0].samples, self.best[0].path.turning.size
+
+    def traces(self) -> tuple[RecordTrace, ...]:
+        return tuple(
+            motion_trace(fit, self.before, r, draws, fluctuates=self._fluctuates)
+            for r, (fit, draws) in enumerate(zip(self.best, self.laws.records, strict=True))
+        )
+
+    def resisting_force(self) -> ResistingForce:
+        fit, law = self.best[0], self.best[0].law
+        resisting = law.resisting
+        return ResistingForce(
+            law=-law.unit_force * (law.forces[:, resisting] @ fit.coefficients[resisting]),
+            fluctuation=-law.unit_force * fit.fluctuation if self._fluctuates else None,
+            direction=np.sign(fit.path.v),
+        )
+
+    def contender(self, names: frozenset[str]) -> Contender | None:
+        return drawn_contender(self.laws, self.candidate == self.sets.index(names))
+
+
+def too_large(share: float) -> tuple[str, ...]:
+    """What the trail says of a random force that is no fluctuation; empty where it may be one.
+
+    Parameters
+    ----------
+    share : float
+        Its sd over the friction that alone would explain the loss of amplitude.
+    """
+    if share <= _LARGEST_SHARE:
+        return ()
+    return (f"{RANDOM_FORCE.name} is {share:.2g} times the friction that explains the loss: no fluctuation",)
+
+
+def _friction_shift(fit: ForceFit, left: LeftOver) -> float:
+    """How far friction could shift for what a record's law does not say [N or N m]."""
+    return 0.0 if left.worst is None else left.worst.friction * fit.law.unit_force
+
+
+def _moved(friction: Array, shift: float, rng: np.random.Generator) -> Array:
+    """Draws that carry such a shift: reflected, as friction is never negative."""
+    return np.abs(friction + shift * rng.standard_normal(DRAWS))

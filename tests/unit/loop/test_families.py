@@ -1,0 +1,237 @@
+"""What every family of candidates owes the report, over all of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from decays import SYSTEM
+from friction_bayes.loop.draws import DRAWS
+from friction_bayes.loop.family import Family, mixture_of
+from friction_bayes.loop.random_force.cells import LEAST_COUNTED, Cells
+from friction_bayes.loop.random_force.contender import drawn_contender
+from friction_bayes.loop.random_force.force_family import ForceFamily, force_family
+from friction_bayes.loop.random_force.joint_family import JointFamily, joint_family
+from friction_bayes.loop.search_family import SearchFamily
+from friction_bayes.loop.searched import search_records
+from friction_bayes.loop.segment import cut_records
+
+SEARCHED = ("viscous_damping", "quadratic_drag", "sensor_offset")
+ALLOWED = ("viscous_damping", "quadratic_drag", "sensor_offset", "random_force")
+LEFT = {"structured_rms", "share_of_amplitude", "friction_could_shift_by", "depends_on", "shape", "share"}
+
+
+def releases(count: int, sd: float = 0.021):  # type: ignore[no-untyped-def]
+    """Decays with viscous damping and a random force; the sensors are off their zeros."""
+    records = [
+        fb.simulate(
+            SYSTEM,
+            friction=0.07,
+            initial_displacement=0.0147,
+            duration=10.0,
+            sampling_rate=50.0,
+            noise_sd=1e-5,
+            seed=3 + k,
+            effects={
+                "random_force.sd": sd,
+                "random_force.correlation_time": 0.1,
+                "viscous_damping.damping_ratio": 0.004,
+                "sensor_offset.offset": 1e-3 * (k + 1),
+            },
+        )
+        for k in range(count)
+    ]
+    return cut_records(records, SYSTEM)
+
+
+def searched() -> SearchFamily:
+    found = search_records(SYSTEM, releases(1), SEARCHED, "auto", None)
+    return SearchFamily(found, ALLOWED, np.random.default_rng(1))
+
+
+def forced() -> ForceFamily:
+    family = force_family(searched(), ALLOWED, 0.2, np.random.default_rng(2))
+    assert family is not None
+    return family
+
+
+def together(sd: float = 0.021) -> JointFamily:
+    rng = np.random.default_rng(3)
+    family = joint_family(releases(2, sd), SYSTEM, ALLOWED, ("random_force",), 0.2, rng, varying=False)
+    assert family is not None
+    return family
+
+
+@pytest.fixture(scope="module", params=[searched, forced, together])
+def family(request: pytest.FixtureRequest) -> Family:
+    return request.param()  # type: ignore[no-any-return]
+
+
+@pytest.fixture(scope="module")
+def joint() -> JointFamily:
+    return together()
+
+
+def records(family: Family) -> int:
+    return 2 if isinstance(family, JointFamily) else 1
+
+
+def test_candidates_are_ranked_and_drawn_by_their_evidence(family: Family) -> None:
+    assert len(set(family.sets)) == len(family.sets) == len(family.log_weights)
+    assert np.all(np.diff(family.log_weights) <= 0.0)
+    shares = np.exp(family.log_weights - np.logaddexp.reduce(family.log_weights))
+    drawn = family.draws
+    assert all(values.shape == (DRAWS,) for values in vars(drawn).values())
+    assert drawn.candidate.min() >= 0
+    for i, p in enumerate(shares):
+        # five standard errors, and what cells below 1e-4 hold together
+        assert abs(np.mean(drawn.candidate == i) - p) < 5.0 * np.sqrt(p * (1.0 - p) / DRAWS) + 0.02
+    forced = np.array(["random_force" in names for names in family.sets])
+    np.testing.assert_array_equal(drawn.random_force > 0.0, forced[drawn.candidate])
+    assert drawn.friction.min() >= 0.0
+    assert drawn.frequency.mean() == pytest.approx(SYSTEM.natural_frequency, rel=1e-2)
+    assert family.reading.friction.mean() == pytest.approx(drawn.friction.mean(), rel=0.2)
+
+
+def test_parameters_are_summaries_of_the_variables(family: Family) -> None:
+    variables = family.variables()
+    count = np.count_nonzero(family.draws.candidate == 0)
+    assert {"friction", "log_frequency_ratio"} <= set(variables)
+    assert all(values.shape == (count,) for values in variables.values())
+    for name in family.sets[0]:
+        parameters = family.parameters(name)
+        assert parameters
+        for parameter, found in parameters.items():
+            draws = variables[f"{name}.{parameter}"]
+            assert found["mean"] == pytest.approx(float(draws.mean()))
+            assert found["sd"] == pytest.approx(float(draws.std(ddof=1)))
+
+
+def test_each_record_is_traced_and_forecast(family: Family) -> None:
+    traces, forecasts = family.traces(), family.forecasts()
+    assert len(traces) == len(forecasts) == records(family)
+    samples, turns = family.fitted
+    assert traces[0].signal.size == samples
+    assert traces[0].turning_points.size == turns
+    for trace, forecast in zip(traces, forecasts, strict=True):
+        assert trace.before.shape == trace.after.shape == trace.signal.shape
+        near = np.sqrt(np.mean((trace.signal - trace.after) ** 2))
+        assert near < 0.2 * trace.signal.std()
+        assert np.all(forecast.sd > 0.0)
+    assert (traces[0].fluctuation is not None) == ("random_force" in family.sets[0])
+
+
+def test_what_is_left_is_one_verdict(family: Family) -> None:
+    left, noise = family.left(), family.noise()
+    assert set(left) == LEFT
+    assert left["friction_could_shift_by"] >= 0.0
+    assert set(noise) == {"model", "order", "sd", "correlation_length_s", "step"}
+    assert family.noise_floor() == pytest.approx(family.tests.rms, rel=1e-2)
+    if not family.tests.failed:
+        assert family.explains
+
+
+def test_what_is_told_of_the_first_record_alone(family: Family) -> None:
+    model, z = family.simulated()
+    segment = model.segments[0]
+    predicted = model.predict_at(z, 0, segment.time)
+    assert predicted is not None
+    assert np.std(segment.values - predicted.signal) < 0.3 * segment.values.std()
+    force = family.resisting_force()
+    assert force.law.shape == force.direction.shape == (family.fitted[0],)
+    between = family.between_records()
+    assert (between is not None) == (records(family) > 1)
+
+
+def test_contenders_predict_as_their_draws_say(family: Family) -> None:
+    for i, names in enumerate(family.sets[:2]):
+        found, mine = family.contender(names), family.draws.candidate == i
+        if np.count_nonzero(mine) < 100:
+            assert i > 0
+            continue
+        assert found is not None
+        mean, sd = family.draws.friction[mine].mean(), family.draws.friction[mine].std()
+        assert abs(found.friction - mean) < 3.0 * sd
+        assert set(found.model.effects) <= names
+        assert (found.random_force > 0.0) == ("random_force" in names)
+
+
+def test_they_mix(family: Family) -> None:
+    families = [family] if frozenset() in family.sets else [searched(), family]
+    mixture = mixture_of(families, np.random.default_rng(4))
+    assert frozenset() in mixture.sets
+    assert mixture.probabilities.sum() == pytest.approx(1.0)
+    assert mixture.best.sets[0] == mixture.sets[0]
+
+
+def test_between_records_each_has_a_friction(joint: JointFamily) -> None:
+    between = joint.between_records()
+    assert 0.0 < between["probability"] < 1.0
+    for record in between["records"]:
+        assert record["friction"]["mean"] == pytest.approx(0.07, abs=5.0 * record["friction"]["sd"])
+
+
+def test_a_further_record_would_have_a_friction_of_its_own(joint: JointFamily) -> None:
+    every, spread = np.ones(DRAWS, np.bool_), np.full(DRAWS, 0.01)
+    one, other = (drawn_contender(replace(joint.laws, spread=sd), every) for sd in (np.zeros(DRAWS), spread))
+    assert one is not None
+    assert other is not None
+    rubs = one.model.index("friction")
+    scale = one.model.coordinates[rubs].prior.scale
+    added = np.sqrt(other.covariance[rubs, rubs] - one.covariance[rubs, rubs])
+    assert added * scale == pytest.approx(0.01)
+
+
+def test_a_force_too_large_for_a_fluctuation_is_no_candidate() -> None:
+    family = together(sd=0.3)
+    assert "random_force is" in family.trail[1]
+    assert not any("random_force" in names for names in family.sets)
+    assert not family.draws.random_force.any()
+    assert np.isfinite(family.log_weights[0])
+
+
+EFFECTS = (
+    frozenset[str](),
+    frozenset({"presliding"}),
+    frozenset({"presliding"}),
+    frozenset({"viscous_damping"}),
+)
+
+
+def cells(*weights: float) -> Cells:
+    """Two points, the second with a random force, and four sets of which two are the same effects."""
+    without = np.array(weights).reshape(2, 4)
+    return Cells(np.array([without, 0.1 * without]), np.array([False, True]), EFFECTS)
+
+
+def test_cells_of_the_same_effects_are_one_candidate() -> None:
+    found = cells(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
+    sums = found.probabilities
+    assert sums[frozenset({"presliding"})] == pytest.approx(5.0)
+    assert sums[frozenset({"presliding", "random_force"})] == pytest.approx(13.0)
+    assert sums[frozenset({"viscous_damping", "random_force", "timing_jitter"})] == pytest.approx(0.8)
+    assert sum(sums.values()) == pytest.approx(found.weight.sum())
+    sets = [frozenset({"presliding", "random_force"}), frozenset({"timing_jitter"})]
+    places = found.places(sets)
+    assert np.argwhere(places == 0).tolist() == [[0, 1, 1], [0, 1, 2]]
+    assert np.argwhere(places == 1).tolist() == [[1, 0, 0]]
+    assert np.count_nonzero(places == -1) == 16 - 3
+
+
+def test_effects_too_improbable_to_count_are_left_out() -> None:
+    little = 0.9 * LEAST_COUNTED
+    found = cells(0.5, little, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0)
+    kept, steps = found.counted(("presliding", "random_force", "timing_jitter"), 0.9)
+    assert [step.split()[0] for step in steps] == ["presliding"]
+    assert set(kept.probabilities) == {
+        frozenset(),
+        frozenset({"viscous_damping"}),
+        frozenset({"timing_jitter"}),
+        frozenset({"viscous_damping", "timing_jitter"}),
+    }
+    everything, steps = found.counted(("presliding",), 1.2)
+    assert steps == ()
+    assert everything.probabilities == found.probabilities
