@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -49,3 +50,26 @@ def written_decay(
     half_cycle = np.floor(frequency * time / np.pi)
     swing = amplitude - (2.0 * half_cycle + 1.0) * shift
     return swing * np.cos(frequency * time) + shift * (-1.0) ** half_cycle
+
+
+PUSHED_UNTIL = 0.6
+"""When the hand of :func:`pushed_decay` has let go [s], nearly two half cycles after the release."""
+
+
+def pushed_decay(*, push: float = 3.0, noise_sd: float = 1e-4, seed: int = 1) -> xr.DataArray:
+    """Integrate a decay from 50 mm under 0.25 N that a force [N] swells and fades upon, as of a hand.
+
+    Mass and stiffness are those of ``SYSTEM``; it ends in motion.
+    """
+    step, friction = 2e-4, 0.25
+    x, v, signal = 0.05, 0.0, []
+    for i in range(60_000):
+        t = i * step
+        hand = push * math.sin(math.pi * t / PUSHED_UNTIL) ** 2 if t < PUSHED_UNTIL else 0.0
+        if i % 50 == 0:
+            signal.append(x)
+        v += step * (-1000.0 * x - math.copysign(friction, v) + hand) / 10.0
+        x += step * v
+    noise = noise_sd * np.random.default_rng(seed).standard_normal(len(signal))
+    time = 50 * step * np.arange(len(signal))
+    return fb.make_record(time, np.array(signal) + noise, "displacement", name="pushed.csv")

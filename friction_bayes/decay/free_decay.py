@@ -58,6 +58,8 @@ class FreeDecay:
         Whether the motion came to rest within the record.
     rest_known : bool
         Whether ``rest_position`` was given, not found.
+    disturbed : int
+        Half cycles after the release that are left out as a hand still acted on them.
     """
 
     name: str
@@ -72,11 +74,22 @@ class FreeDecay:
     rest_position: float
     stops: bool
     rest_known: bool = False
+    disturbed: int = 0
 
     @property
     def time(self) -> Array:
         """Seconds since the first moving sample, shape (n,)."""
         return self.step * np.arange(self.values.size, dtype=np.float64)
+
+    @property
+    def release_notes(self) -> tuple[str, ...]:
+        """What a reader must know of the release; empty where it was free."""
+        if not self.disturbed:
+            return ()
+        return (
+            f"{self.name}: the release was still disturbed, as by a hand: the first {self.disturbed} half "
+            f"cycles are left out, up to the turning point at {self.start_time:.4g} s",
+        )
 
     @property
     def located(self) -> Located:
@@ -89,6 +102,7 @@ class FreeDecay:
             phase=np.array([self.phase]),
             rest_position=np.array([self.rest_position]),
             stops=np.array([self.stops]),
+            disturbed=np.array([self.disturbed], dtype=np.int64),
         )
 
 
@@ -103,7 +117,8 @@ def find_free_decay(
     """Find the moving part of a record, from the data alone.
 
     The declared natural frequency only says where to look; the data decide. The start is the release (a
-    record may begin in mid-motion: then it is the first sample). The stop is the turning point nearest to
+    record may begin in mid-motion: then it is the first sample), or the first turning point after a hand has
+    let go, see :mod:`friction_bayes.decay.disturbed_release`. The stop is the turning point nearest to
     where the amplitude meets zero, or to where a sensor with steps has begun to show no more than two
     neighbouring levels for half a period and longer, or the end of the record.
 
@@ -114,7 +129,7 @@ def find_free_decay(
     system : Oscillator
         The declared system.
     start : float, optional
-        Time at which the free decay starts [s], when known.
+        Time at which the free decay starts [s], when known; no hand is then looked for.
     rest_position : float, optional
         Rest position in the unit of the signal, when known.
     resolution : float, optional
@@ -170,6 +185,7 @@ def find_free_decay(
         ),
         stops=bool(found.stops[0]),
         rest_known=rest_position is not None,
+        disturbed=int(found.disturbed[0]),
     )
 
 
@@ -216,6 +232,7 @@ def locate_free_decays(
         phase=np.zeros(records),
         rest_position=np.zeros(records),
         stops=np.zeros(records, dtype=np.bool_),
+        disturbed=np.zeros(records, dtype=np.int64),
     )
     locate_moving_parts(values, frequencies, resolutions, order, start, located)
     return located

@@ -29,6 +29,8 @@ class Located(NamedTuple):
         In the unit of the signal.
     stops : ndarray of bool, shape (records,)
         Whether the motion ends within the record.
+    disturbed : ndarray of int, shape (records,)
+        Half cycles before ``start`` that are left out as a hand still acted on them.
     """
 
     status: Integers
@@ -38,3 +40,4 @@ class Located(NamedTuple):
     phase: Array
     rest_position: Array
     stops: Mask
+    disturbed: Integers

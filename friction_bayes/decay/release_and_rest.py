@@ -20,6 +20,7 @@ from friction_bayes.decay.demodulation import (
     rate_of,
     rough_phase,
 )
+from friction_bayes.decay.disturbed_release import disturbed_half_cycles
 from friction_bayes.decay.linear_least_squares import add_sample, regression, restricted
 from friction_bayes.decay.located import CONSTANT, FOUND, NO_OSCILLATION, NOT_FINITE, TOO_SHORT, Located
 
@@ -231,13 +232,14 @@ def locate_moving_parts(
             located.phase[r],
             located.rest_position[r],
             located.stops[r],
+            located.disturbed[r],
         ) = _moving_part(values[r], frequencies[r], resolutions[r], order, given_start)
 
 
 @njit(cache=True, nogil=True)
 def _moving_part(
     y: Array, omega: float, resolution: float, order: int, given_start: int
-) -> tuple[int, int, int, float, float, float, bool]:
+) -> tuple[int, int, int, float, float, float, bool, int]:
     """The row of :class:`Located` that belongs to one record."""
     low, high = math.inf, -math.inf
     for i in range(y.size):
@@ -283,8 +285,18 @@ def _moving_part(
     if (moving.size - still) * rate_of(polynomial, scale, still) > math.pi:
         turn = _nearest_turn(still, polynomial, scale, order)
         stop = min(math.floor(begin + turn * width + shift) + 1, stop)
+    disturbed = 0
+    if given_start < 0:
+        half = math.pi / rate_of(polynomial, scale, start)
+        # where the record begins with a hold, the release is known to about half a half cycle
+        free = start + int(0.5 * half) if start > 0 else 0
+        swing = moving[free : (stop - begin) // width] - rest
+        disturbed = disturbed_half_cycles(swing, math.pi / half)
+        if disturbed > 0:
+            let_go = _nearest_turn(free + disturbed * half, polynomial, scale, order)
+            first_sample = math.ceil(begin + let_go * width + shift)
     last = (stop - begin - shift) / width
-    begun = start - shift / width
+    begun = (first_sample - begin - shift) / width
     rate = (phase_of(polynomial, scale, last) - phase_of(polynomial, scale, begun)) / max(
         stop - first_sample, 1
     )
@@ -293,9 +305,9 @@ def _moving_part(
     if (stop - first_sample) * rate < 3.0 * math.pi:
         return _nothing(TOO_SHORT)
     phase = (phase_of(polynomial, scale, begun) - 0.5 * math.pi * order) % (2.0 * math.pi)
-    return FOUND, first_sample, stop, rate, phase, rest + offset, stop < y.size
+    return FOUND, first_sample, stop, rate, phase, rest + offset, stop < y.size, disturbed
 
 
 @njit(cache=True, nogil=True)
-def _nothing(status: int) -> tuple[int, int, int, float, float, float, bool]:
-    return status, 0, 0, 0.0, 0.0, 0.0, False
+def _nothing(status: int) -> tuple[int, int, int, float, float, float, bool, int]:
+    return status, 0, 0, 0.0, 0.0, 0.0, False, 0

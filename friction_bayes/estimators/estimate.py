@@ -82,7 +82,7 @@ def estimate(
     accept_precision : float, optional
         The least precision accepted, instead of ``setup``.
     start : float, optional
-        When the free decay begins [s]; found when left out.
+        When the free decay begins [s]; found when left out, after a hand has let go.
     rest_position : float, optional
         Signal at rest, unit of the signal; found when left out.
     random_force : {"auto", "none"}
@@ -133,7 +133,7 @@ def estimate(
         prior=chosen,
         peaks=peaks,
         acceptance=acceptance,
-        notes=(*fit.notes, *force_notes(decay, fit), *_provenance(record)),
+        notes=(*decay.release_notes, *fit.notes, *force_notes(decay, fit), *_provenance(record)),
     )
 
 

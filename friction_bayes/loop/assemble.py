@@ -137,6 +137,7 @@ def assemble_report(
         traces=with_forecasts(traces, *forecasts),
         posterior=_posterior(mixture, after, seed),
         friction_between_records=best.between_records(),
+        notes=tuple(note for each in model.segments for note in each.decay.release_notes),
     )
 
 

@@ -148,6 +148,8 @@ class LoopReport:
         Where several records were weighed together: ``probability`` that friction differs between them, its
         ``spread`` given that, ``share_of_friction``, ``reduced_chi_square`` of the frictions that each has by
         itself, and ``records`` with ``name`` and ``friction`` of each.
+    notes : tuple of str
+        What was done to the records before any model.
     next_experiment : str or None
     reference_check : dict or None
         Of the sampler, or against a reference friction.
@@ -185,6 +187,7 @@ class LoopReport:
     posterior: xr.DataTree
     friction_between_records: dict[str, Any] | None = None
     friction_range: dict[str, Any] | None = None
+    notes: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Fields of ``report.json``; numbers that are not finite are None."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import re
 from collections.abc import Callable
@@ -14,7 +15,7 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
-from decays import short_decay
+from decays import PUSHED_UNTIL, pushed_decay, short_decay
 from friction_bayes.cli.program import main
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
@@ -280,3 +281,19 @@ def test_bad_reference_force(
     )
     assert "force.csv" in line
     assert words in line
+
+
+def test_a_hand_at_the_release_is_cut_and_told(
+    write_csv: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    record = pushed_decay()
+    path = write_csv("pushed.csv", record["time"].values, record.values, "displacement_m")
+    main(["estimate", str(path), *SYSTEM, "--json"])
+    (cut,) = (note for note in strict(capsys.readouterr().out)["notes"] if "as by a hand" in note)
+    options = ("--effects", "viscous_damping", "--random-force", "none", "--json")
+    main(["close-loop", str(path), *SYSTEM, "--out", str(tmp_path / "out"), *options])
+    report = strict(capsys.readouterr().out)
+    assert report["notes"] == [cut]
+    assert report["fitted"]["from_s"] > PUSHED_UNTIL
+    assert report["friction_after"]["mean"] == pytest.approx(0.25, rel=0.01)
+    assert cut in html.unescape((tmp_path / "out" / "report.html").read_text())

@@ -143,7 +143,8 @@ def _close(arguments: argparse.Namespace, folder: Path) -> dict[str, Any]:
 
             force = read_force(arguments.reference_force, records[0])
         report = _search(arguments, records, system, effects=effects, exclude=exclude, reference_force=force)
-    result = report.to_dict() | {"notes": list(dict.fromkeys(warned))}
+    result = report.to_dict()
+    result["notes"] = list(dict.fromkeys([*result["notes"], *warned]))
     inputs = input_digests(*arguments.records, arguments.reference_force)
     made = manifest("close-loop", options=options_of(arguments), seed=arguments.seed, inputs=inputs)
     _write(report, result, made, folder)

@@ -1,0 +1,97 @@
+"""Half cycles after the release that a force acted on which is gone later: a hand that had not let go yet.
+
+From one period to the next, half a period apart, a free decay loses amplitude by a constant and a part in
+proportion to the amplitude, whatever mixture of dry friction and drag damps it over few half cycles; and
+it advances in phase by a constant and, on a spring that stiffens or as a pendulum, a part in proportion to
+the amplitude squared. Both are fitted to the half cycles after the first few and extrapolated to those. No
+law of friction enters, and the scatter of the later half cycles, from whatever it comes, is the yardstick.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from scipy import stats
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.demodulation import demodulate
+from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
+
+__all__ = ["disturbed_half_cycles"]
+
+_SOUGHT = 4
+"""Steps of half a period from the start that may be disturbed."""
+_FEWEST_COMPARED, _MOST_COMPARED = 16, 20
+"""Steps after those that they are compared with: fewer say too little of larger amplitudes."""
+_FALSE_ALARM = 0.01
+"""Probability of a cut, at most, in a record whose steps scatter normally about both fits."""
+_LIMITS: Array = np.asarray(
+    stats.t.isf(_FALSE_ALARM / (2 * 2 * _SOUGHT), np.maximum(np.arange(_MOST_COMPARED + 1) - 2, 1))
+)
+"""Of a step over its standard error, by the number that it is compared with."""
+_MATTERS = 0.5
+"""Share of the amplitude lost in a half cycle below which a step is left: friction moves by some 2 %."""
+_FADING = 1
+"""Half cycles left out beyond the last step that shows: a force that fades shows too little at its end."""
+
+
+@njit(cache=True, nogil=True)
+def disturbed_half_cycles(y: Array, omega: float) -> int:
+    """How many half cycles from the start are to be left out.
+
+    Parameters
+    ----------
+    y : ndarray, shape (n,)
+        The moving samples about their rest position.
+    omega : float
+        Rough angular frequency [rad/sample].
+
+    Returns
+    -------
+    int
+        Zero where nothing shows, or where too few half cycles follow to compare with.
+    """
+    _, inphase, quadrature, _ = demodulate(y, omega)
+    steps = inphase.size - 1
+    # the last step may be one into the rest
+    compared = min(_MOST_COMPARED, steps - 1 - _SOUGHT)
+    if compared < _FEWEST_COMPARED:
+        return 0
+    amplitude, lost, advanced = np.zeros(steps), np.zeros(steps), np.zeros(steps)
+    for k in range(steps):
+        along = inphase[k + 1] * inphase[k] + quadrature[k + 1] * quadrature[k]
+        across = quadrature[k + 1] * inphase[k] - inphase[k + 1] * quadrature[k]
+        before, after = math.hypot(inphase[k], quadrature[k]), math.hypot(inphase[k + 1], quadrature[k + 1])
+        amplitude[k] = 0.5 * (before + after)
+        lost[k] = before - after
+        advanced[k] = amplitude[k] * math.atan2(across, along)
+    matters = 0.0
+    for k in range(_SOUGHT, _SOUGHT + compared):
+        matters += _MATTERS * lost[k] / compared
+    last = max(
+        _last_apart(lost, amplitude, np.array([0.0, 1.0]), compared, abs(matters)),
+        _last_apart(advanced, amplitude, np.array([1.0, 3.0]), compared, abs(matters)),
+    )
+    return last + 1 + _FADING if last >= 0 else 0
+
+
+@njit(cache=True, nogil=True)
+def _last_apart(step: Array, amplitude: Array, powers: Array, compared: int, matters: float) -> int:
+    """Last of the first steps that powers of the amplitude, fitted to those after, miss; -1 for none."""
+    matrix, right, square = np.zeros((2, 2)), np.zeros(2), 0.0
+    for k in range(_SOUGHT, _SOUGHT + compared):
+        add_sample(matrix, right, amplitude[k] ** powers, step[k], 1.0)
+        square += step[k] ** 2
+    law, rest = regression(matrix, right, square)
+    if not rest < math.inf:
+        return -1
+    sd, last = math.sqrt(rest / (compared - 2)), -1
+    for k in range(_SOUGHT):
+        basis = amplitude[k] ** powers
+        spread, _ = solve_spd(matrix, basis)
+        limit = _LIMITS[compared] * sd * math.sqrt(1.0 + (basis * spread).sum())
+        if abs(step[k] - (law * basis).sum()) > max(matters, limit):
+            last = k
+    return last
