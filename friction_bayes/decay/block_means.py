@@ -1,16 +1,18 @@
 """Means of blocks of samples, where a period holds far more samples than its shape has detail.
 
 Two hundred values a period keep the amplitude to 4e-5 and all that white noise leaves to be known; the steps
-of an encoder average out.
+of an encoder average out. What the average takes from the amplitude, those 4e-5, is known and given back.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array
 
-__all__ = ["block_means", "samples_in_block"]
+__all__ = ["amplitude_kept", "block_means", "samples_in_block"]
 
 _KEPT_SAMPLES = 200.0
 """Least number of values a period that averaging leaves."""
@@ -25,3 +27,9 @@ def block_means(values: Array, block: int) -> Array:
     """Means of successive blocks, shape (n // block,), of ``values``, shape (n,); an odd end is left out."""
     n = values.size // block * block
     return np.asarray(values[:n].reshape(-1, block).mean(axis=1))
+
+
+def amplitude_kept(samples_per_period: float, block: int) -> float:
+    """Amplitude of the block means of a sinusoid over its own."""
+    half_step = math.pi / samples_per_period
+    return math.sin(block * half_step) / (block * math.sin(half_step))

@@ -13,13 +13,13 @@ import math
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at, rises
 from friction_bayes.mechanics.coulomb import coulomb_shapes
 
-__all__ = ["MAX_DEGREE", "coulomb_fit", "track_phase", "tracked_phase"]
+__all__ = ["MAX_DEGREE", "coulomb_fit", "nearest_turning_points", "track_phase", "tracked_phase"]
 
 MAX_DEGREE = 5
 """Highest degree of the phase polynomial; a pendulum's phase is odd in time to this order at 1 rad."""
@@ -238,3 +238,10 @@ def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
         values,
         reference,
     )
+
+
+def nearest_turning_points(decay: FreeDecay) -> Mask:
+    """Which samples of a decay lie nearest to its turning points, one each, shape (n,)."""
+    polynomial, values, _ = tracked_phase(decay)
+    half_cycles = np.polynomial.chebyshev.chebval(np.linspace(-1.0, 1.0, values.size), polynomial) / math.pi
+    return np.asarray(np.abs(half_cycles - np.rint(half_cycles)) <= 0.5 * np.gradient(half_cycles))

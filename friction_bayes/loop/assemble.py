@@ -213,7 +213,7 @@ def _fitted(best: Family, model: LoopModel) -> dict[str, Any]:
         "to_s": float(start + segment.time[samples - 1]),
         "samples": samples,
         "half_cycles": max(turning_points - 1, 0),
-        "set_aside": int(np.count_nonzero(segment.sides[:samples])),
+        "set_aside": int(np.count_nonzero(~segment.free[:samples])),
     }
 
 

@@ -84,9 +84,9 @@ class LoopFit:
 
     @property
     def free_residuals(self) -> tuple[Array, ...]:
-        """The same without samples held at an end of the sensor's range, which measure no noise."""
+        """The same of the samples that measure noise."""
         pairs = zip(self.model.segments, self.residuals, strict=True)
-        return tuple(residual[segment.sides == 0.0] for segment, residual in pairs)
+        return tuple(residual[segment.free] for segment, residual in pairs)
 
     @property
     def covariance(self) -> Array:

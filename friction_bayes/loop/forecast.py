@@ -87,7 +87,7 @@ def forecast_records(fit: LoopFit) -> tuple[Forecast, ...]:
                 signal=segment.values[rest],
                 mean=predicted.signal[rest],
                 sd=np.sqrt(np.sum((moved @ covariance) * moved, axis=1) + noise),
-                free=segment.sides[rest] == 0.0,
+                free=segment.free[rest],
             )
         )
     return tuple(forecasts)

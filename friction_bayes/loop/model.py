@@ -38,8 +38,6 @@ __all__ = ["LoopModel", "Prediction", "RecordParameters", "changes_signal", "sen
 
 RTOL = 1e-8
 """Local error of the integrator over the amplitude: 1e-7 after a hundred half cycles."""
-_JUMP_SHARE = 0.1
-"""Share of the sampling interval over which the acceleration jumps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,8 +251,6 @@ class LoopModel:
             RTOL,
         )
         clean = (x, v, a)[self.segments[r].order if order is None else order]
-        if status == 0 and clean is a:
-            _soften_jumps(a, time, times)
         if status != 0 or not math.isfinite(float(clean.sum())):
             return None
         signal = sensor_output(clean, time, values.effects)
@@ -269,22 +265,3 @@ def sensor_output(clean: Array, time: Array, effects: Mapping[str, tuple[float, 
         if isinstance(effect, SensorEffect):
             signal = effect.distort(signal, time, *values)
     return signal
-
-
-def _soften_jumps(acceleration: Array, time: Array, turns: Array) -> None:
-    """Spread the jump at each turning point over a small share of the sampling interval, in place.
-
-    The sampling clock does not decide on which side of a turning point a sample that close to it lies; and a
-    likelihood without steps can be climbed.
-    """
-    if time.size < 3:
-        return
-    step = time[1] - time[0]
-    at = np.rint((turns - time[0]) / step).astype(int)
-    inside = (at > 0) & (at < time.size - 1)
-    j, turn = at[inside], turns[inside]
-    s = (time[j] - turn) / (_JUMP_SHARE * step)
-    near = np.abs(s) < 1.0
-    j, s = j[near], s[near]
-    jump = acceleration[j + 1] - acceleration[j - 1]
-    acceleration[j] += np.where(s < 0.0, 0.5 + 0.5 * s, 0.5 * s - 0.5) * jump

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.special import log_ndtr
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.mechanics.effects import EFFECTS, Scales
 
 __all__ = ["NoiseFit", "NoiseModel", "fit_noise", "has_heavy_tails", "log_densities", "whiten"]
@@ -79,7 +79,9 @@ def whiten(columns: Array, ar: Array) -> Array:
     return np.asarray(lfilter(np.concatenate([[1.0], -ar]), [1.0], columns, axis=0))
 
 
-def fit_noise(residual: Array, sides: Array, noise_model: NoiseModel, scales: Scales) -> NoiseFit:
+def fit_noise(
+    residual: Array, sides: Array, noise_model: NoiseModel, scales: Scales, ignored: Mask | None = None
+) -> NoiseFit:
     """Find the best noise scale of residuals, and the weight of each sample under it.
 
     Parameters
@@ -91,16 +93,16 @@ def fit_noise(residual: Array, sides: Array, noise_model: NoiseModel, scales: Sc
     noise_model : NoiseModel
     scales : Scales
         Of the priors of the outliers.
+    ignored : ndarray of bool, shape (n,), optional
+        Samples that do not count.
     """
     white = whiten(residual, noise_model.ar)
-    usable = np.ones(white.size, dtype=bool)
-    usable[: noise_model.ar.size] = False
     flat = (sides != 0.0) if noise_model.censored else np.zeros(sides.size, dtype=bool)
-    if noise_model.censored and noise_model.ar.size:
-        # a flat sample spoils the innovations of all that follow within the order
-        usable &= lfilter(np.ones(noise_model.ar.size + 1), [1.0], flat.astype(float)) < 0.5
-        flat = np.zeros(sides.size, dtype=bool)
-    usable &= ~flat
+    unknown = flat if ignored is None else flat | ignored
+    # a sample that is not known spoils the innovations of all that follow within the order
+    usable = lfilter(np.ones(noise_model.ar.size + 1), [1.0], unknown.astype(float)) < 0.5
+    usable[: noise_model.ar.size] = False
+    flat &= noise_model.ar.size == 0
     x = white[usable]
     weight = np.zeros(white.size)
     if noise_model.outliers:

@@ -83,7 +83,9 @@ class Objective:
                 return None
             residual = segment.values - prediction.signal
             predictions.append(prediction)
-            noises.append(fit_noise(residual, segment.sides, self.noise_models[r], self.model.scales))
+            noises.append(
+                fit_noise(residual, segment.sides, self.noise_models[r], self.model.scales, segment.at_jump)
+            )
         deviance = math.fsum(noise.deviance for noise in noises)
         objective = deviance + float(self.prior_precision @ (z * z))
         return Point(z, tuple(predictions), tuple(noises), deviance, objective)

@@ -112,7 +112,7 @@ def standardised_residual(fit: LoopFit, r: int) -> tuple[Array, Mask]:
     e = noise.residual * np.sqrt(noise.weight)
     free = noise.weight > 0.0
     if fit.noise_models[r].censored:
-        free &= segment.sides == 0.0
+        free &= segment.free
         reach = fit.predictions[r].signal
         for side in (1.0, -1.0):
             held = segment.values[segment.sides == side]

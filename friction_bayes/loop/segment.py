@@ -13,8 +13,9 @@ from scipy.ndimage import median_filter
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.block_means import block_means, samples_in_block
+from friction_bayes.decay.block_means import amplitude_kept, block_means, samples_in_block
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
+from friction_bayes.decay.phase_tracking import nearest_turning_points
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import sampling_interval
 from friction_bayes.records.quantisation import quantisation_step
@@ -45,6 +46,9 @@ class Segment:
         Seconds since the first of them.
     sides : ndarray, shape (n,)
         1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
+    at_jump : ndarray of bool, shape (n,)
+        Where the acceleration jumps: its sample nearest to each turning point, which tells either side of
+        the jump or a mean of both. Not fitted.
     moving : int
         Samples before the stop.
     first, recorded : int
@@ -59,6 +63,7 @@ class Segment:
     values: Array
     time: Array
     sides: Array
+    at_jump: Mask
     moving: int
     first: int
     recorded: int
@@ -86,6 +91,11 @@ class Segment:
         return bool(self.sides.any())
 
     @property
+    def free(self) -> Mask:
+        """Samples that show the signal with noise, shape (n,)."""
+        return np.asarray((self.sides == 0.0) & ~self.at_jump)
+
+    @property
     def order(self) -> int:
         """Derivative order of the signal."""
         return self.decay.quantity.order
@@ -97,6 +107,7 @@ class Segment:
             values=self.values[:n],
             time=self.time[:n],
             sides=self.sides[:n],
+            at_jump=self.at_jump[:n],
             moving=min(self.moving, n),
         )
 
@@ -146,12 +157,16 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
             held = np.isclose(used, end, rtol=1e-12, atol=1e-12 * float(np.ptp(values)))
             if np.count_nonzero(held) > 3:
                 sides[held] = side
+    at_jump = np.zeros(n, dtype=bool)
+    if decay.quantity.order == 2:
+        at_jump[: min(moving, n)] = nearest_turning_points(decay)[:n]
     time = np.asarray(decay.step * np.arange(n), dtype=np.float64)
     return Segment(
         decay=decay,
         values=used,
         time=time,
         sides=sides,
+        at_jump=at_jump,
         moving=min(moving, n),
         first=first * block,
         recorded=recorded,
@@ -179,7 +194,8 @@ def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, i
         return record, 1
     if np.count_nonzero(_spikes(values)[1]) > _STRAY_SPIKES * values.size:
         return record, 1
-    means = [block_means(x, block) for x in (clock, values)]
+    means = block_means(values, block) / amplitude_kept(samples, block)
+    middles = block_means(clock, block)
     return xr.DataArray(
-        means[1], coords={"time": ("time", means[0], record["time"].attrs)}, attrs=record.attrs
+        means, coords={"time": ("time", middles, record["time"].attrs)}, attrs=record.attrs
     ), block

@@ -97,7 +97,9 @@ def _deviance(fit: LoopFit, z: Array) -> float:
         if prediction is None:
             return math.inf
         residual = segment.values - prediction.signal
-        total += fit_noise(residual, segment.sides, fit.noise_models[r], fit.model.scales).deviance
+        total += fit_noise(
+            residual, segment.sides, fit.noise_models[r], fit.model.scales, segment.at_jump
+        ).deviance
     return total
 
 
@@ -117,7 +119,7 @@ def block_log_likelihoods(fit: LoopFit, draws: Array) -> Array:
                 row.append(np.full(blocks[r].size, -np.inf))
                 continue
             residual = segment.values - prediction.signal
-            noise = fit_noise(residual, segment.sides, fit.noise_models[r], fit.model.scales)
+            noise = fit_noise(residual, segment.sides, fit.noise_models[r], fit.model.scales, segment.at_jump)
             each = log_densities(residual, segment.sides, fit.noise_models[r], noise)
             row.append(np.add.reduceat(each, blocks[r]))
         out.append(np.concatenate(row))

@@ -61,7 +61,7 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
         signal=segment.values[rest],
         mean=middle[1:],
         sd=sd[1:],
-        free=segment.sides[rest] == 0.0,
+        free=segment.free[rest],
     )
 
 

@@ -83,7 +83,7 @@ class MovingRecord:
     scales : Scales
         Of the priors.
     variance : ndarray, shape (samples,)
-        Noise variances of the samples beside each other, infinite for those that are clipped.
+        Noise variances of the samples beside each other, infinite for those that are not fitted.
     """
 
     segment: Segment
@@ -109,7 +109,7 @@ class MovingRecord:
             if name in allowed and along_motion(EFFECTS[name]) and _may_act(name, segment, scales)
         )
         n = _moving(segment) if samples is None else samples
-        variance = np.where(segment.sides[:n] == 0.0, 1.0, np.inf)
+        variance = np.where(segment.free[:n], 1.0, np.inf)
         return cls(segment, n, system, effects, scales, variance)
 
     def signal(self, w0: float) -> Array:
