@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from experiments.blind.fluctuating import RANDOM_FORCE
-from experiments.blind.scoring import score, set_name
+from experiments.blind.scoring import score, set_name, widths_off
 from experiments.blind.sealed import Truth
 
 __all__ = ["FOUND", "force_score", "other_effects", "without_force"]
@@ -36,16 +36,6 @@ def _within(summary: Mapping[str, Any] | None, value: float) -> float:
         return math.nan
     low, high = summary["interval90"]
     return float(low <= value <= high)
-
-
-def _widths_off(estimate: Mapping[str, Any] | None, friction: float) -> float:
-    """Distance of the truth from the estimate's mean in widths of its 90 % interval."""
-    if estimate is None or estimate["mean"] is None or estimate["interval90"] is None:
-        return math.inf
-    low, high = estimate["interval90"]
-    if low is None or high is None or not high > low:
-        return math.inf
-    return float(abs(estimate["mean"] - friction) / (high - low))
 
 
 def force_score(truth: Truth, report: Mapping[str, Any]) -> dict[str, Any]:
@@ -85,5 +75,5 @@ def force_score(truth: Truth, report: Mapping[str, Any]) -> dict[str, Any]:
         ),
         "force_sd_error": math.nan if mean is None else abs(mean / sd - 1.0),
         "band": math.nan if band is None else float(band),
-        "widths_off": _widths_off(report["friction_after"], truth.friction),
+        "widths_off": widths_off(report["friction_after"], truth.friction),
     }

@@ -41,6 +41,10 @@ class Law:
         A one-sided spring, ``stop_stiffness (x - stop_gap)`` beyond the gap.
     patch_centre, patch_width, patch_boost : float
         Friction higher around one position, ``d (1 + boost exp(-((x - centre)/width)**2))``.
+    stiffness_change, quadratic_stiffness : float
+        ``(1 + e (t/duration - 1/2)) x`` and ``x + quadratic_stiffness x |x|``.
+    friction_tilt, friction_rise : float
+        Friction that depends on position, ``d (1 + tilt x + rise |x|)``: ``d`` is its level in the middle.
     base_slips, base_creep, base_slip : tuple of float, float, float
         The support creeps at ``base_creep`` and jumps back by ``base_slip`` at the given times.
     presliding : float
@@ -62,6 +66,10 @@ class Law:
     patch_centre: float = 0.0
     patch_width: float = 1.0
     patch_boost: float = 0.0
+    stiffness_change: float = 0.0
+    quadratic_stiffness: float = 0.0
+    friction_tilt: float = 0.0
+    friction_rise: float = 0.0
     base_slips: tuple[float, ...] = ()
     base_creep: float = 0.0
     base_slip: float = 0.0
@@ -74,6 +82,7 @@ class Law:
     def drive(self, t: float, x: float, v: float, slips: int) -> float:
         """Acceleration without friction."""
         force = -(x - self.base(t, slips)) - self.cubic * x**3
+        force -= self.stiffness_change * (t / self.duration - 0.5) * x + self.quadratic_stiffness * x * abs(x)
         force -= 2.0 * self.damping_ratio * v + self.drag * v * abs(v)
         if x > self.stop_gap:
             force -= self.stop_stiffness * (x - self.stop_gap)
@@ -88,6 +97,7 @@ class Law:
             level *= 1.0 + self.relative_change * (t / self.duration - 0.5)
         if self.patch_boost:
             level *= 1.0 + self.patch_boost * math.exp(-(((x - self.patch_centre) / self.patch_width) ** 2))
+        level *= 1.0 + self.friction_tilt * x + self.friction_rise * abs(x)
         return level
 
     def acceleration(self, t: float, x: float, v: float, sign: float, slips: int) -> float:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-__all__ = ["credible_set", "score", "set_name"]
+__all__ = ["credible_set", "score", "set_name", "widths_off"]
 
 CREDIBLE_MASS = 0.95
 KEPT_CANDIDATES = 40
@@ -47,6 +47,16 @@ def _covers(estimate: Mapping[str, Any] | None, friction: float) -> bool:
         return False
     low, high = estimate["interval90"]
     return bool(low <= friction <= high)
+
+
+def widths_off(estimate: Mapping[str, Any] | None, friction: float) -> float:
+    """Distance of the truth from the estimate's mean in widths of its 90 % interval."""
+    if estimate is None or estimate["mean"] is None or estimate["interval90"] is None:
+        return math.inf
+    low, high = estimate["interval90"]
+    if low is None or high is None or not high > low:
+        return math.inf
+    return float(abs(estimate["mean"] - friction) / (high - low))
 
 
 def score(visible: Sequence[str], friction: float, report: Mapping[str, Any]) -> dict[str, Any]:

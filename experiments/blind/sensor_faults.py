@@ -54,6 +54,8 @@ def with_sensor(
         Strengths as drawn.
     """
     out = signal
+    if "gain_change" in drawn:
+        out = out * (1.0 + drawn["gain_change"] * (times / times[-1] - 0.5))
     if "backlash" in drawn:
         out = _play(out, drawn["backlash"])
     if "held_counts" in drawn:

@@ -1,0 +1,121 @@
+"""Is a verdict to be trusted where an effect is small, or one that the catalogue lacks? Sealed records."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+import friction_bayes as fb
+from experiments.blind.near_threshold import FRICTION, KINDS, SYSTEM, draw_near_threshold
+from experiments.blind.scoring import set_name, widths_off
+from experiments.method_tables import share_error, with_error
+from experiments.runner import Cell, Experiment, Row, main
+
+__all__ = ["EXPERIMENT"]
+
+_TRUSTED = 0.85
+"""Share of the intervals that have to hold the true friction, of the verdicts that may be trusted."""
+
+
+@dataclass(frozen=True)
+class Config:
+    """Records a kind."""
+
+    records: int = 12
+    records_full: int = 60
+
+
+def cells(config: Config, full: bool) -> list[Cell]:
+    """One cell a record."""
+    wanted = config.records_full if full else config.records
+    return [{"kind": kind, "replicate": replicate} for replicate in range(wanted) for kind in KINDS]
+
+
+def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+    """Draw, close the loop on nothing but record and system, then open the seal."""
+    seed_of_record, seed_of_loop = seed.spawn(2)
+    sealed = draw_near_threshold(cell["kind"], seed_of_record)
+    busy = time.process_time()
+    report = fb.close_loop(
+        [sealed.record],
+        fb.Oscillator(**SYSTEM),
+        seed=int(seed_of_loop.generate_state(1)[0]),
+    ).to_dict()
+    # processor time, so that a busy machine does not count
+    elapsed = time.process_time() - busy
+    low, high = report["friction_after"]["interval90"]
+    best = report["candidates"][0]
+    return {
+        "size": sealed.size,
+        "verdict": report["verdict"],
+        "said": set_name(best["effects"]),
+        "said_probability": best["probability"],
+        "mean": report["friction_after"]["mean"] / FRICTION,
+        "covered": low <= FRICTION <= high,
+        "relative_width": (high - low) / FRICTION,
+        "widths_off": widths_off(report["friction_after"], FRICTION),
+        "elapsed": elapsed,
+    }
+
+
+def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dataset:
+    """One entry a record."""
+    columns = {
+        "kind": ("record", [str(cell["kind"]) for cell in cells]),
+        "replicate": ("record", [int(cell["replicate"]) for cell in cells]),
+    }
+    # JSON has no infinity: an estimate without an interval is any number of widths off
+    return xr.Dataset(
+        columns
+        | {
+            name: ("record", [math.inf if result[name] is None else result[name] for result in results])
+            for name in results[0]
+        }
+    )
+
+
+def _row(what: str, records: xr.Dataset) -> Row:
+    trusted = records.isel(record=(records["verdict"] != "unexplained").values)
+    n = trusted.sizes["record"]
+    told = f"{n} of {records.sizes['record']} trusted"
+    if n == 0:
+        return Row(what, "none trusted", f">= {_TRUSTED:.0%}", told)
+    rate, error = share_error(trusted["covered"])
+    gross = int(np.sum(trusted["widths_off"] > 1.0))
+    width = 100.0 * float(trusted["relative_width"].median())
+    words, counts = np.unique(records["verdict"], return_counts=True)
+    verdicts = ", ".join(f"{word} {count}" for word, count in zip(words, counts, strict=True))
+    return Row(
+        what,
+        f"covers {with_error(100.0 * rate, 100.0 * error)} %",
+        f">= {_TRUSTED:.0%}",
+        f"{told} ({verdicts}); {gross} a whole width off; median width {width:.2g} %",
+    )
+
+
+def rows(dataset: xr.Dataset) -> list[Row]:
+    """Of the verdicts other than ``unexplained``, how many intervals hold the true friction, by kind."""
+    table = [_row(kind, dataset.isel(record=(dataset["kind"] == kind).values)) for kind in KINDS]
+    seconds = float(dataset["elapsed"].median())
+    return [*table, _row("all kinds", dataset), Row("time a record", f"{seconds:.2g} s", "", "median")]
+
+
+EXPERIMENT = Experiment(
+    name="near_threshold",
+    question="is a verdict to be trusted where an effect is small, or one that the catalogue lacks?",
+    config=Config(),
+    cells=cells,
+    run=run,
+    assemble=assemble,
+    rows=rows,
+    beside="target",
+)
+
+if __name__ == "__main__":
+    main(EXPERIMENT)
