@@ -30,6 +30,7 @@ from friction_bayes.loop.friction_range import coulomb_alone, friction_range, po
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.next_experiment import next_experiment
 from friction_bayes.loop.paper_procedure import paper_procedure
+from friction_bayes.loop.prior_sensitivity import prior_sensitivity
 from friction_bayes.loop.reference_force import compare_forces
 from friction_bayes.loop.residual_tests import residual_tests
 from friction_bayes.loop.result import LoopReport, RecordTrace
@@ -86,6 +87,7 @@ def assemble_report(
     effects = in_catalogue_order(mixture.sets[0])
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, best.explains)
     factor, unit = friction_scale(model)
+    sensitivity = prior_sensitivity(mixture.draws)
     alone, readings = coulomb_alone(before, rng_before), None
     if word == UNEXPLAINED:
         readings = [alone, *(family.reading for family in everyone)]
@@ -118,6 +120,7 @@ def assemble_report(
         friction_before=frictions_before.to_dict(),
         friction_after=after.to_dict(),
         friction_range=friction_range(readings, factor, unit) if readings else None,
+        prior_sensitivity=sensitivity,
         dry_friction=dry_friction(after, _loss(traces[0], mixture, model), tolerance),
         held_out_error=held_out_error(*forecasts, best.noise_floor(), segment.decay.unit),
         residual=residual,

@@ -46,6 +46,10 @@ class FamilyDraws:
         Natural frequency [rad/s].
     random_force, correlation_time : ndarray, shape (k,)
         Sd of the random force [N or N m], zero where there is none, and its correlation time [s].
+    coefficients : ndarray of int, shape (k,)
+        How many coefficients of effects each draw has whose prior is normal.
+    squares : ndarray, shape (k,)
+        Sum of their squares, in variances of the prior.
     """
 
     candidate: Integers
@@ -53,6 +57,8 @@ class FamilyDraws:
     frequency: Array
     random_force: Array
     correlation_time: Array
+    coefficients: Integers
+    squares: Array
 
     def at(self, index: Integers | Mask) -> FamilyDraws:
         """Some of the draws."""

@@ -125,6 +125,9 @@ class LoopReport:
     dry_friction : dict
         Whether dry friction matters: ``probability`` that it takes more than the tolerance's share of the
         loss of amplitude, ``upper95`` below which it lies with 95 % if there is any, and ``unit``.
+    prior_sensitivity : dict
+        By how many of its sd the mean of friction after would move were the priors of all effects ``0.1`` or
+        ``10`` times as wide; None where the draws do not tell.
     held_out_error, residual, noise, paper_procedure : dict
     frequency : dict
         Mean and sd of what was found, ``declared`` sqrt(k/m), unit; where they differ ``from_stiffness`` and
@@ -169,6 +172,7 @@ class LoopReport:
     friction_before: dict[str, Any]
     friction_after: dict[str, Any]
     dry_friction: dict[str, Any]
+    prior_sensitivity: dict[str, float | None]
     held_out_error: dict[str, Any]
     residual: dict[str, Any]
     noise: dict[str, Any]

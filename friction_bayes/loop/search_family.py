@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.autoregression import correlation_length
 from friction_bayes.loop.candidate import INCLUSION, SearchResult
 from friction_bayes.loop.draws import candidate_draws
@@ -98,12 +98,15 @@ class SearchFamily:
         pairs = list(zip(self.found.fits, self._coordinates, strict=True))
         friction = np.concatenate([self._friction(fit, z) for fit, z in pairs])
         ratio = np.exp(np.concatenate([fit.model.value(z, LOG_FREQUENCY_RATIO) for fit, z in pairs]))
+        scores = [z[:, _normal_coefficients(fit)] for fit, z in pairs]
         return FamilyDraws(
             candidate=np.repeat(np.arange(len(pairs)), [len(z) for _, z in pairs]),
             friction=friction,
             frequency=self.best.model.system.natural_frequency * ratio,
             random_force=np.zeros_like(friction),
             correlation_time=np.zeros_like(friction),
+            coefficients=np.repeat([z.shape[1] for z in scores], [len(z) for z in scores]),
+            squares=np.concatenate([np.sum(z**2, axis=1) for z in scores]),
         )
 
     def _friction(self, fit: LoopFit, drawn: Array) -> Array:
@@ -191,6 +194,11 @@ class SearchFamily:
 
     def contender(self, names: frozenset[str]) -> Contender:
         return Contender.of_fit(self.found.fits[self.sets.index(names)])
+
+
+def _normal_coefficients(fit: LoopFit) -> Mask:
+    """Coordinates that are coefficients of effects with a normal prior, shape (p,)."""
+    return np.array([bool(c.effect) and c.prior.family == "normal" for c in fit.model.coordinates])
 
 
 def _of_autoregression(found: SearchResult) -> float:

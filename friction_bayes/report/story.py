@@ -132,6 +132,8 @@ def loop_story(report: Report) -> list[tuple[str, str]]:
         ("friction after", with_interval(report["friction_after"])),
         ("dry friction", _dry_friction(report["dry_friction"])),
     ]
+    if report["effects"]:
+        rows.append(("prior", _sensitivity(report["prior_sensitivity"])))
     if report["friction_range"]:
         rows.insert(3, ("friction range", _range(report["friction_range"])))
     if report["friction_between_records"]:
@@ -293,6 +295,20 @@ def _witnesses(witnesses: Mapping[str, Any]) -> str:
         f"{with_interval(witnesses['loss'])} by the loss of amplitude\n"
         f"{with_interval(witnesses['shape'])} by the shape within a cycle\n{outcome}"
     )
+
+
+def _sensitivity(shifts: Mapping[str, float | None]) -> str:
+    """How far friction hangs on how large effects were taken to be beforehand."""
+    narrow, wide = shifts["0.1"], shifts["10"]
+    told = [
+        f"{number(shift, 2)} sd were they ten times as {width}"
+        for width, shift in (("narrow", narrow), ("wide", wide))
+        if shift is not None
+    ]
+    unknown = "" if len(told) == 2 else "; with the other the posterior would lie elsewhere"
+    if not told:
+        return "with priors of effects ten times as narrow or as wide the posterior would lie elsewhere"
+    return f"friction would move by {' and by '.join(told)} (the priors of effects){unknown}"
 
 
 def _dry_friction(dry: Mapping[str, Any]) -> str:

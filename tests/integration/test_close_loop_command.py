@@ -27,6 +27,7 @@ FIELDS = {
     "friction_before",
     "friction_after",
     "dry_friction",
+    "prior_sensitivity",
     "held_out_error",
     "residual",
     "noise",

@@ -31,6 +31,8 @@ class Made:
             frequency=np.ones(DRAWS),
             random_force=force,
             correlation_time=force,
+            coefficients=np.array([len(names) for names in self.sets])[chosen],
+            squares=force,
         )
 
 

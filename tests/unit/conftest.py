@@ -85,6 +85,7 @@ def loop_report(rng: np.random.Generator) -> LoopReport:
         friction_before=summary(0.65, 0.001),
         friction_after=summary(0.53, 0.05),
         dry_friction={"probability": 0.99, "upper95": 0.6, "unit": "N"},
+        prior_sensitivity={"0.1": 0.12, "10": -0.03},
         held_out_error={
             "before": 4e-4,
             "after": 1e-4,

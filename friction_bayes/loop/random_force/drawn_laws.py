@@ -49,6 +49,15 @@ class DrawnLaws:
         """Natural frequency [rad/s], shape (k,)."""
         return np.asarray(self.first.fit.w0 * np.sqrt(np.maximum(1.0 + self.first.stiffness, 0.25)))
 
+    @property
+    def scores(self) -> Array:
+        """Coefficients of effects in units of their prior sd, shape (k, c); zero where a law lacks one.
+
+        Each record's own count besides those that all share.
+        """
+        own = np.array([column.own for column in self.first.fit.law.columns])
+        return np.hstack([_scores(self.first, ~own), *(_scores(draws, own) for draws in self.records)])
+
     def parameters(self, effect: str, chosen: Mask) -> dict[str, Array]:
         """Parameters of an effect in the ``chosen`` draws that have it, a record's own with its number."""
         if effect == TIMING_JITTER.name:
@@ -67,6 +76,12 @@ class DrawnLaws:
             for r, draws in enumerate(self.records)
             for name, values in _parameters(draws, effect, chosen).items()
         }
+
+
+def _scores(draws: LawDraws, wanted: Mask) -> Array:
+    law = draws.fit.law
+    mine = wanted & np.array([column.kind == "effect" for column in law.columns])
+    return np.asarray(draws.coefficients[:, mine] / law.scale[mine])
 
 
 def _parameters(draws: LawDraws, effect: str, chosen: Mask) -> dict[str, Array]:

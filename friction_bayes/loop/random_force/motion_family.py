@@ -123,6 +123,8 @@ class MotionFamily(ABC):
             frequency=laws.frequency,
             random_force=laws.first.random_force,
             correlation_time=laws.first.correlation_time,
+            coefficients=np.count_nonzero(laws.scores, axis=1),
+            squares=np.sum(laws.scores**2, axis=1),
         )
 
     def _friction(self) -> Array:

@@ -1,0 +1,40 @@
+r"""By how much friction would move had the prior of the effects another scale.
+
+Coefficients of effects are normal with a standard deviation that the set-up suggests. Were all of them
+:math:`f` times as wide, a draw with :math:`n` coefficients whose squares add up to :math:`S` variances of the
+prior would count
+
+.. math:: f^{-n} \exp\left(-\tfrac12 S (f^{-2} - 1)\right)
+
+times as much: importance weights of the draws that there are (Kallioinen et al., Stat. Comput. 34, 2024).
+"""
+
+from __future__ import annotations
+
+import math
+
+from scipy.special import softmax
+
+from friction_bayes.loop.family import FamilyDraws
+
+__all__ = ["prior_sensitivity"]
+
+_FACTORS = (0.1, 10.0)
+_LEAST_DRAWS = 50.0
+"""Effective draws below which they do not tell."""
+
+
+def prior_sensitivity(draws: FamilyDraws) -> dict[str, float | None]:
+    """Shift of friction's mean in its own standard deviations, by what the prior's scale is multiplied with.
+
+    None where too few of the draws would count: a posterior with that prior lies elsewhere.
+    """
+    sd = float(draws.friction.std(ddof=1))
+    found: dict[str, float | None] = {}
+    for factor in _FACTORS:
+        log_ratio = -draws.coefficients * math.log(factor) - 0.5 * draws.squares * (factor**-2 - 1.0)
+        weight = softmax(log_ratio)
+        told = 1.0 / float(weight @ weight) > _LEAST_DRAWS and sd > 0.0
+        shift = float(weight @ draws.friction - draws.friction.mean())
+        found[f"{factor:g}"] = shift / sd if told else None
+    return found

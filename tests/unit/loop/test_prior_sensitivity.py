@@ -1,0 +1,78 @@
+"""Importance weights of draws against the posterior that another prior gives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from friction_bayes.loop.family import FamilyDraws
+from friction_bayes.loop.prior_sensitivity import prior_sensitivity
+
+
+def draws(likelihood_mean: float, likelihood_sd: float, size: int = 200_000) -> FamilyDraws:
+    """Friction equal to one coefficient with a standard normal prior and a normal likelihood."""
+    rng = np.random.default_rng(7)
+    variance = 1.0 / (1.0 + likelihood_sd**-2)
+    value = rng.normal(variance * likelihood_mean / likelihood_sd**2, np.sqrt(variance), size)
+    nothing = np.zeros(size)
+    return FamilyDraws(
+        candidate=np.zeros(size, dtype=int),
+        friction=value,
+        frequency=nothing + 1.0,
+        random_force=nothing,
+        correlation_time=nothing,
+        coefficients=np.ones(size, dtype=int),
+        squares=value**2,
+    )
+
+
+@pytest.mark.parametrize("factor", [0.1, 10.0])
+def test_shift_is_that_of_the_other_posterior(factor: float) -> None:
+    mean, sd = 0.15, 0.1
+    variance = 1.0 / (1.0 + sd**-2)
+    other = mean / sd**2 / (factor**-2 + sd**-2)
+    expected = (other - variance * mean / sd**2) / np.sqrt(variance)
+    assert prior_sensitivity(draws(mean, sd))[f"{factor:g}"] == pytest.approx(expected, abs=0.02)
+
+
+def test_a_posterior_that_lies_elsewhere_is_not_told() -> None:
+    # two standard deviations of the prior, known to a tenth: a tenth of the prior pulls it half way to zero
+    assert prior_sensitivity(draws(2.0, 0.1, 4000))["0.1"] is None
+
+
+def test_occam_factors_count() -> None:
+    """Half of the draws have an effect at its null: a prior ten times as wide leaves a tenth of these."""
+    size = 40_000
+    with_one = np.arange(size) % 2
+    nothing = np.zeros(size)
+    some = FamilyDraws(
+        candidate=with_one,
+        friction=with_one.astype(float),
+        frequency=nothing + 1.0,
+        random_force=nothing,
+        correlation_time=nothing,
+        coefficients=with_one,
+        squares=nothing,
+    )
+    moved = prior_sensitivity(some)
+    assert moved["10"] == pytest.approx((1.0 / 11.0 - 0.5) / 0.5, abs=1e-3)
+    assert moved["0.1"] == pytest.approx((10.0 / 11.0 - 0.5) / 0.5, abs=1e-3)
+
+
+def test_a_report_says_it() -> None:
+    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
+    record = fb.simulate(
+        system,
+        friction=0.07,
+        initial_displacement=0.0147,
+        duration=20.0,
+        sampling_rate=100.0,
+        noise_sd=2e-4,
+        effects={"viscous_damping.damping_ratio": 0.002},
+        seed=1,
+    )
+    report = fb.close_loop([record], system, seed=1)
+    shifts = report.prior_sensitivity
+    assert set(shifts) == {"0.1", "10"}
+    assert any(shift is not None and shift != 0.0 for shift in shifts.values())
