@@ -10,6 +10,7 @@ from friction_bayes.loop.fit import LoopFit
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
+from friction_bayes.mechanics.effects.proportional_noise import PROPORTIONAL_NOISE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
@@ -35,7 +36,9 @@ MOST_EFFECTS = 3
 """Effects at once, those of the sensor's zero and those that are certain not counted."""
 SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
 """An error of the sensor's zero comes besides: measured records hardly ever have none."""
-LEFT_TO_REGRESSION = frozenset({RANDOM_FORCE.name, TIMING_JITTER.name, ENCODER_ECCENTRICITY.name})
+LEFT_TO_REGRESSION = frozenset(
+    {RANDOM_FORCE.name, TIMING_JITTER.name, PROPORTIONAL_NOISE.name, ENCODER_ECCENTRICITY.name}
+)
 """Effects that the search never tries."""
 ALONG_MOTION_ALONE = LEFT_TO_REGRESSION | {PRESLIDING.name, SENSOR_HYSTERESIS.name}
 """Effects that are weighed along the measured motion; the search tries the others if named."""

@@ -169,7 +169,7 @@ def simulate(
         rate = np.gradient(clean, time) if samples > 1 else np.zeros(1)
         for effect, numbers in ((effect_named(name), values[name]) for name in contaminations):
             assert isinstance(effect, NoiseEffect)
-            noise = effect.contaminate(noise, rate, rng, *numbers)
+            noise = effect.contaminate(noise, clean, rate, rng, *numbers)
     signal = _distorted(clean, time, values, after_noise=False) + noise
     signal = _distorted(signal, time, values, after_noise=True)
     if full_scale is not None:

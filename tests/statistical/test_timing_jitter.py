@@ -1,8 +1,9 @@
-"""Jitter of the sample times is found where it is and not where it is not.
+"""Jitter of the sample times is found where it is, and noise that grows is not where it does not.
 
-Records of a simulator of their own, with a force that fluctuates. Without jitter none of 40 had a probability
-above 0.2; three of 24 above a half would be far more than chance. Of 12 with jitter that makes twice
-the noise of the sensor at full speed all had one above a half, with a median of 1.00.
+Records of a simulator of their own, with a force that fluctuates; noise in proportion to the signal is
+offered beside jitter. Without jitter none of 40 had a probability above 0.2; three of 24 above a half would
+be far more than chance. Of 12 with jitter that makes twice the noise of the sensor at full speed all had one
+above a half, with a median of 1.00.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ AT_FULL_SPEED = NOISE / (RELEASE * 10.0)
 
 
 def probabilities(rng: np.random.Generator, jitter: float, count: int) -> np.ndarray:
+    """Of growing noise where there is no jitter, of jitter where there is."""
     found = []
     for k in range(count):
         order = k % 2
@@ -40,10 +42,13 @@ def probabilities(rng: np.random.Generator, jitter: float, count: int) -> np.nda
         values = motion[order] + late * motion[order + 1] + NOISE * 10.0**order * rng.standard_normal(n)
         record = fb.make_record(STEP * np.arange(n), values, ("displacement", "velocity")[order])
         (segment,) = cut_records([record], SYSTEM)
-        fit = fit_random_force(segment, SYSTEM, ("viscous_damping", "timing_jitter", "sensor_offset"))
+        fit = fit_random_force(
+            segment, SYSTEM, ("viscous_damping", "timing_jitter", "proportional_noise", "sensor_offset")
+        )
         assert fit is not None
-        assert fit.jitter is not None
-        found.append(fit.jitter.probability)
+        assert fit.growth is not None
+        named = jitter == 0.0 or fit.growth.effect.name == "timing_jitter"
+        found.append(fit.growth.probability if named else 0.0)
     return np.array(found)
 
 

@@ -15,7 +15,6 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.text import percent
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
-from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
 __all__ = ["LEAST_COUNTED", "Cells"]
 
@@ -38,17 +37,20 @@ class Cells:
     Attributes
     ----------
     weight : ndarray, shape (j, g, m)
-        Probability of points and sets without jitter of the sample times and, where ``j`` is two, with it;
+        Probability of points and sets with noise of one size and, where ``j`` is two, with noise that grows;
         zero where that is no candidate. The sum need not be one.
     forced : ndarray of bool, shape (g,)
         Points with a random force.
     effects : sequence of frozenset of str, length m
         Effects of each set of columns.
+    growth : str
+        Effect by which the noise grows, where ``j`` is two.
     """
 
     weight: Array
     forced: Mask
     effects: Sequence[Names]
+    growth: str = ""
 
     @property
     def total(self) -> Array:
@@ -67,18 +69,17 @@ class Cells:
         """Probability of each candidate that counts."""
         different, which = self._sets
         found: dict[Names, float] = {}
-        for jitter, weight in enumerate(self.weight):
+        for grows, weight in enumerate(self.weight):
             for forced in (False, True):
                 some = weight[self.forced == forced].sum(axis=0)
                 sums = np.bincount(which, some, len(different))
                 for i in np.flatnonzero(sums > _LEAST * self.weight.sum()):
-                    found[self._names(different[i], forced, jitter)] = float(sums[i])
+                    found[self._names(different[i], forced, grows)] = float(sums[i])
         return found
 
-    @staticmethod
-    def _names(effects: Names, forced: int, jitter: int) -> Names:
+    def _names(self, effects: Names, forced: int, grows: int) -> Names:
         force = {RANDOM_FORCE.name} if forced else set()
-        return effects | force | ({TIMING_JITTER.name} if jitter else set())
+        return effects | force | ({self.growth} if grows else set())
 
     def places(self, sets: Sequence[Names]) -> Integers:
         """Which of some candidates each cell belongs to, shape (j, g, m); -1 where to none."""
@@ -87,10 +88,10 @@ class Cells:
         table = np.array(
             [
                 [
-                    [place.get(self._names(names, forced, jitter), -1) for names in different]
+                    [place.get(self._names(names, forced, grows), -1) for names in different]
                     for forced in (0, 1)
                 ]
-                for jitter in range(len(self.weight))
+                for grows in range(len(self.weight))
             ]
         )
         return np.asarray(table[:, self.forced.astype(int)][:, :, which])
@@ -127,6 +128,6 @@ class Cells:
         weight = self.weight * kept
         if RANDOM_FORCE.name in unwanted:
             weight[:, self.forced] = 0.0
-        if TIMING_JITTER.name in unwanted:
+        if self.growth in unwanted:
             weight[1:] = 0.0
         return replace(self, weight=weight)

@@ -8,10 +8,9 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.random_force.draws import LawDraws
-from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
-from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
 __all__ = ["DrawnLaws"]
 
@@ -60,8 +59,8 @@ class DrawnLaws:
 
     def parameters(self, effect: str, chosen: Mask) -> dict[str, Array]:
         """Parameters of an effect in the ``chosen`` draws that have it, a record's own with its number."""
-        if effect == TIMING_JITTER.name:
-            return {"sd": self.first.timing_jitter[chosen]}
+        if isinstance(EFFECTS[effect], GrowingNoiseEffect):
+            return {EFFECTS[effect].parameters[0].name: self.first.noise_growth[chosen]}
         if effect == RANDOM_FORCE.name:
             return {
                 "sd": self.first.random_force[chosen],

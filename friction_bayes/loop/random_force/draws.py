@@ -38,8 +38,8 @@ class LawDraws:
         Sd of the random force [N or N m]; zero where there is none.
     correlation_time : ndarray, shape (k,)
         Its correlation time [s].
-    timing_jitter : ndarray, shape (k,)
-        Sd of the time of a sample [s]; zero where there is no jitter.
+    noise_growth : ndarray, shape (k,)
+        Parameter of the noise of a sample that grows with the motion; zero where none does.
     """
 
     fit: ForceFit
@@ -50,7 +50,7 @@ class LawDraws:
     stiffness: Array
     random_force: Array
     correlation_time: Array
-    timing_jitter: Array
+    noise_growth: Array
 
     def parameters(self, effect: str, chosen: Mask) -> dict[str, Array]:
         """Parameters of an effect in those of the ``chosen`` draws, of shape (k,), that have it."""
@@ -136,7 +136,7 @@ def laws_drawn(
         stiffness=stiffness,
         random_force=ratio * noise * factor,
         correlation_time=tau / fit.w0,
-        timing_jitter=_timing_jitter(fit, noise, rng),
+        noise_growth=_noise_growth(fit, noise, rng),
     )
 
 
@@ -146,12 +146,12 @@ def unit_force(fit: ForceFit, stiffness: Array) -> Array:
     return np.asarray(fit.law.unit_force * (1.0 + stiffness) ** (0.5 * (fit.segment.order - 2)))
 
 
-def _timing_jitter(fit: ForceFit, noise: Array, rng: np.random.Generator) -> Array:
-    if fit.jitter is None or not fit.jitter.found:
+def _noise_growth(fit: ForceFit, noise: Array, rng: np.random.Generator) -> Array:
+    if fit.growth is None or not fit.growth.found:
         return np.zeros_like(noise)
-    scatter = np.exp(fit.jitter.log_sd * rng.standard_normal(noise.size))
+    scatter = np.exp(fit.growth.log_sd * rng.standard_normal(noise.size))
     # as the noise, of a sample: those of a block were averaged
-    return np.asarray(fit.jitter.ratio * noise * scatter * np.sqrt(fit.segment.block) / fit.w0)
+    return np.asarray(fit.growth.ratio * noise * scatter * np.sqrt(fit.segment.block))
 
 
 def _set_posterior(fit: ForceFit, g: int, m: int) -> tuple[Array, Array]:

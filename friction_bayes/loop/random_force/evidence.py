@@ -30,7 +30,7 @@ __all__ = ["log_evidence_without_force", "log_scale"]
 
 
 def log_scale(fit: ForceFit, white: LoopFit) -> float:
-    """Logarithm of the factor from weights along the measured motion to evidences without timing jitter.
+    """Logarithm of the factor from weights along the measured motion to evidences without noise that grows.
 
     Where the regression has more evidence than the search for one law without a force, the approximations
     differ and not the hypotheses: that much is taken off. (The jumps of an accelerometer's signal do it: the
@@ -72,7 +72,7 @@ def _log_convention(fit: ForceFit, white: LoopFit) -> float:
     sides, noise_model = fit.segment.sides, white.noise_models[0]
     densities = log_densities(white.residuals[0], sides, noise_model, white.noises[0])
     value += float(densities[fit.samples :].sum())
-    if fit.jitter is not None and fit.jitter.found:
-        # the weights are then those with the jitter at its best
-        value += fit.jitter.log_volume + math.log(INCLUSION / (1.0 - INCLUSION)) - fit.jitter.log_odds
+    if fit.growth is not None and fit.growth.found:
+        # the weights are then those with its size at its best
+        value += fit.growth.log_volume + math.log(INCLUSION / (1.0 - INCLUSION)) - fit.growth.log_odds
     return value

@@ -24,14 +24,13 @@ from friction_bayes.estimators.random_force.whitening import Clock
 from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.columns import LawColumns
+from friction_bayes.loop.random_force.growing_noise import NoiseGrowth, find_noise_growth
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.random_force.sets import ColumnSets
-from friction_bayes.loop.random_force.timing import TimingJitter, find_timing_jitter
 from friction_bayes.loop.segment import Segment
 from friction_bayes.loop.spectral_lines import lines_beside_motion
-from friction_bayes.mechanics.effects import Scales
+from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect, Scales
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
-from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
 __all__ = ["ForceFit", "fit_random_force", "force_fit"]
 
@@ -69,8 +68,8 @@ class ForceFit:
         Of the best set at the best point.
     motion : Motion
         Smoothed with that law.
-    jitter : TimingJitter or None
-        Of the sample times; None where it may not act.
+    growth : NoiseGrowth or None
+        Of the noise with the motion, the most probable; None where none may act.
     """
 
     segment: Segment
@@ -87,7 +86,7 @@ class ForceFit:
     posterior: Posterior
     coefficients: Array
     motion: Motion
-    jitter: TimingJitter | None
+    growth: NoiseGrowth | None
 
     @property
     def clock(self) -> Clock:
@@ -222,16 +221,30 @@ def fit_random_force(
             break
     if found is None:
         return None
-    posterior, jitter = integrate(found.regression.problem, found.prior, motion.noise), None
-    if TIMING_JITTER.name in allowed:
-        # the prior is one of the time of a sample: in a mean of a block it counts less
-        prior = TIMING_JITTER.priors(record.scales)[0]
-        prior = replace(prior, location=prior.location * w0 / math.sqrt(segment.block))
-        jitter = find_timing_jitter(found.regression, posterior, found.path, segment.order, prior)
-        if jitter.found:
-            found = found._replace(regression=replace(found.regression, clock=jitter.clock))
-            posterior = integrate(found.regression.problem, found.prior, posterior.best.noise)
-    return force_fit(record, found, posterior, posterior.best_law(), jitter)
+    posterior = integrate(found.regression.problem, found.prior, motion.noise)
+    growth = _noise_growth(record, found, posterior, allowed)
+    if growth is not None and growth.found:
+        found = found._replace(regression=replace(found.regression, clock=growth.clock))
+        posterior = integrate(found.regression.problem, found.prior, posterior.best.noise)
+    return force_fit(record, found, posterior, posterior.best_law(), growth)
+
+
+def _noise_growth(
+    record: MovingRecord, found: LawAlongMotion, posterior: Posterior, allowed: Sequence[str]
+) -> NoiseGrowth | None:
+    """The most probable growth of the noise; None where none may act."""
+    growths = []
+    for effect in (EFFECTS[name] for name in allowed):
+        if isinstance(effect, GrowingNoiseEffect):
+            # the prior is one of the noise of a sample: in a mean of a block it counts less
+            prior = effect.priors(record.scales)[0]
+            prior = replace(prior, location=prior.location / math.sqrt(record.segment.block))
+            growths.append(
+                find_noise_growth(
+                    effect, found.regression, posterior, found.path, record.segment.order, found.w0, prior
+                )
+            )
+    return max(growths, key=lambda growth: growth.log_odds, default=None)
 
 
 def force_fit(
@@ -239,7 +252,7 @@ def force_fit(
     found: LawAlongMotion,
     posterior: Posterior,
     coefficients: Array,
-    jitter: TimingJitter | None,
+    growth: NoiseGrowth | None,
 ) -> ForceFit:
     """The analysis of a record, its motion smoothed with the law of these coefficients."""
     return ForceFit(
@@ -257,5 +270,5 @@ def force_fit(
         posterior=posterior,
         coefficients=coefficients,
         motion=found.regression.smoothed(coefficients, posterior.best),
-        jitter=jitter,
+        growth=growth,
     )

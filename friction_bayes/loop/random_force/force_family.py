@@ -105,14 +105,14 @@ class ForceFamily(MotionFamily):
         none = logsumexp(fit.sets.log_prior[[not names for names in fit.sets.effects]])
         others = len(set(allowed) - {RANDOM_FORCE.name}) * math.log1p(-INCLUSION)
         scale = log_scale(fit, self.found.white) + others - float(none)
-        # the weights are shared out to jitter and none, while the scale is that of none
-        jitters = 0.0 if fit.jitter is None else float(np.logaddexp(0.0, fit.jitter.log_odds))
-        return fit.posterior.log_evidence + scale + jitters
+        # the weights are shared out to noise that grows and none, while the scale is that of none
+        either = 0.0 if fit.growth is None else float(np.logaddexp(0.0, fit.growth.log_odds))
+        return fit.posterior.log_evidence + scale + either
 
     def _weighed_here(self) -> Cells:
         """All but what the search has, of which the samples say something.
 
-        Jitter is weighed by itself: what the noise grows with tells the sets of effects nothing.
+        Noise that grows is weighed by itself: what it grows with tells the sets of effects nothing.
         """
         fit, tried, nothing = self.fit, set(self.found.allowed), unknowable(self.fit)
         forced = fit.posterior.ratio > 0.0
@@ -120,9 +120,12 @@ class ForceFamily(MotionFamily):
         known = np.array([not names & nothing for names in fit.sets.effects])
         if too_large(fit.share_of_loss):
             known = known & ~forced[:, None]
-        jitter = 0.0 if fit.jitter is None else fit.jitter.probability
         weight = known * fit.posterior.weight
-        return Cells(np.array([(1.0 - jitter) * own * weight, jitter * weight]), forced, fit.sets.effects)
+        if fit.growth is None:
+            return Cells((own * weight)[None], forced, fit.sets.effects)
+        grows = fit.growth.probability
+        shared = np.array([(1.0 - grows) * own * weight, grows * weight])
+        return Cells(shared, forced, fit.sets.effects, fit.growth.effect.name)
 
     @cached_property
     def laws(self) -> DrawnLaws:
@@ -131,9 +134,10 @@ class ForceFamily(MotionFamily):
     @cached_property
     def candidate(self) -> Integers:
         drawn = self.laws.first
-        jitter = self.cells.weight[1] / np.maximum(self.cells.total, 1e-300)
-        jitters = self._rng_draws.random(DRAWS) < jitter[drawn.point, drawn.chosen]
-        return self.cells.places(self.sets)[jitters.astype(int), drawn.point, drawn.chosen]
+        share = self.cells.weight[-1] / np.maximum(self.cells.total, 1e-300)
+        last = self._rng_draws.random(DRAWS) < share[drawn.point, drawn.chosen]
+        kind = np.where(last, len(self.cells.weight) - 1, 0)
+        return self.cells.places(self.sets)[kind, drawn.point, drawn.chosen]
 
     def _friction(self) -> Array:
         return friction_with_slight_effects(self.laws.first, self._rng_draws)

@@ -17,7 +17,6 @@ from friction_bayes.loop.random_force.draws import LawDraws, law_draws
 from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
-from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
 __all__ = ["forecast"]
 
@@ -34,8 +33,8 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     segment = fit.segment
     head = int(FITTED_SHARE * segment.moving)
     allowed = tuple(dict.fromkeys(column.effect for column in fit.law.columns if column.effect))
-    if fit.jitter is not None and fit.jitter.found:
-        allowed = (*allowed, TIMING_JITTER.name)
+    if fit.growth is not None and fit.growth.found:
+        allowed = (*allowed, fit.growth.effect.name)
     first = fit_random_force(segment, fit.system, allowed, samples=head)
     if first is None:
         return None
@@ -50,10 +49,11 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
         return None
     laws = np.array([signal for signal in signals if signal is not None]) + shifts[finite]
     middle = laws.mean(axis=0)
-    noise = first.posterior.noise_sd * first.unit
-    if first.jitter is not None and first.jitter.found:
-        # the rate over the unit of phase, in which the jitter is given
-        noise = noise * np.hypot(1.0, first.jitter.ratio / first.unit * np.gradient(middle, first.w0 * time))
+    noise = np.full(middle.size, first.posterior.noise_sd * first.unit)
+    if first.growth is not None and first.growth.found:
+        about_rest = middle - segment.decay.rest_position
+        grown = first.growth.effect.grows_with(about_rest, np.gradient(middle, time))
+        noise = noise * np.hypot(1.0, first.growth.ratio / first.unit * grown)
     sd = np.sqrt(laws.var(axis=0) + variances[which[finite]].mean(axis=0) + noise**2)
     rest = slice(head, segment.moving)
     return Forecast(

@@ -111,7 +111,7 @@ class JointFit:
         said = self.problem.conditional(best, row)
         laws = said.laws(self.posterior.best_law()[said.columns][None])[0]
         return tuple(
-            force_fit(record, found, _alone_at(found, member, best, row, chosen), law, alone.jitter)
+            force_fit(record, found, _alone_at(found, member, best, row, chosen), law, alone.growth)
             for record, found, member, law, alone in zip(
                 self.records, self.along, self.problem.members, laws, self.alone, strict=True
             )

@@ -28,7 +28,7 @@ def best_set(fit: ForceFit, *, forced: bool) -> int:
 def target_of_set(fit: ForceFit, chosen: int, *, forced: bool) -> Target:
     """Posterior of a set's coefficients, confined to their support, of noise and of any random force.
 
-    Columns are those along the measured motion and timing jitter is as found: neither is sampled.
+    Columns are those along the measured motion and noise that grows is as found: neither is sampled.
     """
     columns = fit.sets.columns[chosen]
     regression = fit.regression.of_columns(columns)

@@ -11,6 +11,7 @@ from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
 from friction_bayes.mechanics.effects.effect import (
     Effect,
     ForceEffect,
+    GrowingNoiseEffect,
     NoiseEffect,
     Parameter,
     ProcessEffect,
@@ -22,6 +23,7 @@ from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.effects.prior import Prior, Scales
+from friction_bayes.mechanics.effects.proportional_noise import PROPORTIONAL_NOISE
 from friction_bayes.mechanics.effects.quadratic_drag import QUADRATIC_DRAG
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.registry import (
@@ -47,6 +49,7 @@ __all__ = [
     "EFFECTS",
     "Effect",
     "ForceEffect",
+    "GrowingNoiseEffect",
     "NoiseEffect",
     "Parameter",
     "Prior",
@@ -78,6 +81,7 @@ BUILT_IN: tuple[Effect, ...] = (
     SENSOR_CLIPPING,
     PERIODIC_INTERFERENCE,
     TIMING_JITTER,
+    PROPORTIONAL_NOISE,
     OUTLIERS,
 )
 """The effects this package brings; the integrator is compiled for their forces ahead."""

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
+
+import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite
@@ -13,7 +16,15 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.effects.prior import Prior, Scales
 
-__all__ = ["Effect", "ForceEffect", "NoiseEffect", "Parameter", "ProcessEffect", "SensorEffect"]
+__all__ = [
+    "Effect",
+    "ForceEffect",
+    "GrowingNoiseEffect",
+    "NoiseEffect",
+    "Parameter",
+    "ProcessEffect",
+    "SensorEffect",
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,19 +175,47 @@ class SensorEffect(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
-class NoiseEffect(Effect):
-    """A departure of the noise from independent normal samples of one variance.
-
-    Attributes
-    ----------
-    contaminate : callable
-        ``contaminate(noise, rate, rng, *values)`` returns the noise as it is then, shape (n,); ``rate`` is
-        the derivative of the clean signal by time, shape (n,).
-    """
+class NoiseEffect(Effect, ABC):
+    """A departure of the noise from independent normal samples of one variance."""
 
     kind: ClassVar[str] = "noise"
 
-    contaminate: Callable[..., Array]
+    @abstractmethod
+    def contaminate(
+        self, noise: Array, signal: Array, rate: Array, rng: np.random.Generator, *values: float
+    ) -> Array:
+        """Return the noise as it is then, shape (n,).
+
+        Parameters
+        ----------
+        noise : ndarray, shape (n,)
+            Independent samples of one variance.
+        signal, rate : ndarray, shape (n,)
+            The clean signal about its rest, and its derivative by time.
+        rng : numpy.random.Generator
+        *values : float
+            In the order of the effect's parameters.
+        """
+
+
+@dataclass(frozen=True, kw_only=True)
+class GrowingNoiseEffect(NoiseEffect):
+    """Noise that grows with the motion, of variance ``sigma^2 + (g size)^2``; ``size`` is its one parameter.
+
+    Attributes
+    ----------
+    grows_with : callable
+        ``grows_with(signal, rate)`` returns ``g``, shape (n,): linear in the signal about its rest and in
+        its derivative by time.
+    """
+
+    grows_with: Callable[[Array, Array], Array]
+
+    def contaminate(
+        self, noise: Array, signal: Array, rate: Array, rng: np.random.Generator, *values: float
+    ) -> Array:
+        """Return the noise with that which grows."""
+        return noise + self.grows_with(signal, rate) * rng.normal(0.0, values[0], noise.size)
 
 
 @dataclass(frozen=True, kw_only=True)

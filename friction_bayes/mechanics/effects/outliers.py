@@ -11,13 +11,16 @@ from friction_bayes.mechanics.effects.prior import half_normal, log_normal
 __all__ = ["OUTLIERS"]
 
 
-def _contaminate(noise: Array, rate: Array, rng: np.random.Generator, fraction: float, scale: float) -> Array:
-    del rate
-    hit = rng.random(noise.size) < fraction
-    return np.where(hit, rng.normal(0.0, scale, noise.size), noise)
+class _ContaminatedNoise(NoiseEffect):
+    def contaminate(
+        self, noise: Array, signal: Array, rate: Array, rng: np.random.Generator, *values: float
+    ) -> Array:
+        fraction, scale = values
+        hit = rng.random(noise.size) < fraction
+        return np.where(hit, rng.normal(0.0, scale, noise.size), noise)
 
 
-OUTLIERS = NoiseEffect(
+OUTLIERS = _ContaminatedNoise(
     name="outliers",
     summary="a fraction of the noise samples has standard deviation scale",
     parameters=(
@@ -30,5 +33,4 @@ OUTLIERS = NoiseEffect(
             prior=lambda scales: log_normal(0.3 * scales.signal, 1.0),
         ),
     ),
-    contaminate=_contaminate,
 )

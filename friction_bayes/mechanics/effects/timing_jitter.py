@@ -5,20 +5,13 @@ It is noise in proportion to the rate of the signal, ``sd^2 = sigma^2 + (rate x 
 
 from __future__ import annotations
 
-import numpy as np
-
-from friction_bayes.core.arrays import Array
-from friction_bayes.mechanics.effects.effect import NoiseEffect, Parameter
+from friction_bayes.mechanics.effects.effect import GrowingNoiseEffect, Parameter
 from friction_bayes.mechanics.effects.prior import log_normal
 
 __all__ = ["TIMING_JITTER"]
 
 
-def _contaminate(noise: Array, rate: Array, rng: np.random.Generator, sd: float) -> Array:
-    return noise + rate * rng.normal(0.0, sd, noise.size)
-
-
-TIMING_JITTER = NoiseEffect(
+TIMING_JITTER = GrowingNoiseEffect(
     name="timing_jitter",
     summary="noise of variance sigma^2 + (rate of the signal x jitter)^2",
     parameters=(
@@ -31,5 +24,5 @@ TIMING_JITTER = NoiseEffect(
             prior=lambda scales: log_normal(0.01 / scales.sampling_rate, 1.5),
         ),
     ),
-    contaminate=_contaminate,
+    grows_with=lambda signal, rate: rate,
 )

@@ -204,7 +204,7 @@ EFFECTS = (
 def cells(*weights: float) -> Cells:
     """Two points, the second with a random force, and four sets of which two are the same effects."""
     without = np.array(weights).reshape(2, 4)
-    return Cells(np.array([without, 0.1 * without]), np.array([False, True]), EFFECTS)
+    return Cells(np.array([without, 0.1 * without]), np.array([False, True]), EFFECTS, "timing_jitter")
 
 
 def test_cells_of_the_same_effects_are_one_candidate() -> None:

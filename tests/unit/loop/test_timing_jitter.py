@@ -39,7 +39,7 @@ def fitted(decay) -> ForceFit:  # type: ignore[no-untyped-def]
     (segment,) = cut_records([decay], SYSTEM)
     found = fit_random_force(segment, SYSTEM, ("viscous_damping", "timing_jitter", "sensor_offset"))
     assert found is not None
-    assert found.jitter is not None
+    assert found.growth is not None
     return found
 
 
@@ -49,11 +49,11 @@ def test_jitter_is_found_with_its_size_and_leaves_the_sensors_noise(
 ) -> None:
     # at full speed as large as the noise
     fit = fitted(record(rng, 0.04, order=order))
-    assert fit.jitter.probability > 0.99
+    assert fit.growth.probability > 0.99
     assert fit.posterior.noise_sd == pytest.approx(NOISE * (10.0 / fit.w0) ** order, rel=0.1)
-    jitter = fit.jitter.ratio * fit.posterior.noise_sd / fit.w0
+    jitter = fit.growth.ratio * fit.posterior.noise_sd
     assert jitter == pytest.approx(0.04 * STEP, rel=0.3)
-    assert abs(np.log(jitter / (0.04 * STEP))) < 5.0 * fit.jitter.log_sd
+    assert abs(np.log(jitter / (0.04 * STEP))) < 5.0 * fit.growth.log_sd
     # the innovations are of one size at any speed
     fast = np.abs(fit.path.v) > np.median(np.abs(fit.path.v))
     assert np.var(fit.innovations[fast]) == pytest.approx(np.var(fit.innovations[~fast]), rel=0.3)
@@ -76,7 +76,7 @@ def test_where_it_may_not_act_it_is_not_weighed(rng: np.random.Generator) -> Non
     (segment,) = cut_records([record(rng, 0.1)], SYSTEM)
     fit = fit_random_force(segment, SYSTEM, ("viscous_damping",))
     assert fit is not None
-    assert fit.jitter is None
+    assert fit.growth is None
 
 
 def test_simulated_jitter_is_noise_in_proportion_to_the_rate() -> None:

@@ -56,6 +56,7 @@ CATALOGUE = {
         {"amplitude": ("V", "V"), "frequency": ("Hz", "Hz"), "phase": ("rad", "rad")},
     ),
     "timing_jitter": ("noise", {"sd": ("s", "s")}),
+    "proportional_noise": ("noise", {"share": ("1", "1")}),
     "outliers": ("noise", {"fraction": ("1", "1"), "scale": ("V", "V")}),
 }
 

@@ -1,8 +1,9 @@
-r"""Whether the noise grows with the rate of the signal: sample times that jitter.
+r"""Whether the noise grows with the motion: with the signal, or with its rate as sample times that jitter.
 
-A sample that is late by ``s_t z`` is off by the rate of the signal times that, so that sample ``i`` has the
-variance ``sigma**2 (1 + (rate_i s_t / sigma)**2)``: the filter takes it as it is. The evidence of jitter is
-that at the mode of the random force, whose sd stays, with ``log s_t`` integrated by Laplace's method.
+A sample that is late by ``s z`` is off by the rate of the signal times that, one read with a gain that is off
+by ``s z`` by the signal times that. Of what the noise grows with, ``g_i``, sample ``i`` has the variance
+``sigma**2 (1 + (g_i s / sigma)**2)``: the filter takes it as it is. The evidence of growth is that at the
+mode of the random force, whose sd stays, with ``log s`` integrated by Laplace's method.
 """
 
 from __future__ import annotations
@@ -20,33 +21,35 @@ from friction_bayes.estimators.random_force.posterior import Posterior
 from friction_bayes.estimators.random_force.subsets import weigh_sets
 from friction_bayes.estimators.random_force.whitening import Clock, whiten
 from friction_bayes.loop.candidate import INCLUSION
-from friction_bayes.mechanics.effects import Prior
+from friction_bayes.mechanics.effects import GrowingNoiseEffect, Prior
 
-__all__ = ["TimingJitter", "find_timing_jitter"]
+__all__ = ["NoiseGrowth", "find_noise_growth"]
 
 _SHARES = np.geomspace(0.05, 12.8, 9)
-"""Noise by jitter over the sensor's own, both over the whole record, between which the mode is sought."""
+"""Noise that grows over that of one size, both over the whole record, between which the mode is sought."""
 _STENCIL = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class TimingJitter:
-    """Jitter of the sample times of a record, given that there is some, and how probable that is.
+class NoiseGrowth:
+    """Noise of a record that grows with its motion, given that there is some, and how probable that is.
 
     Attributes
     ----------
+    effect : GrowingNoiseEffect
     log_odds : float
-        Of jitter against none, prior odds included.
+        Of growth against none, prior odds included.
     log_volume : float
-        Logarithm of the prior probability of the jitters that ``clock`` stands for.
+        Logarithm of the prior probability of the sizes that ``clock`` stands for.
     ratio : float
-        Its standard deviation, a phase, over that of the noise in natural units.
+        The size, a parameter of the effect, over the sd of the noise of one size in natural units.
     log_sd : float
         Standard deviation of its logarithm.
     clock : Clock
         Time stamps with the noise that it makes of them.
     """
 
+    effect: GrowingNoiseEffect
     log_odds: float
     log_volume: float
     ratio: float
@@ -55,7 +58,7 @@ class TimingJitter:
 
     @property
     def probability(self) -> float:
-        """Probability that the sample times jitter."""
+        """Probability that the noise grows."""
         return float(expit(self.log_odds))
 
     @property
@@ -64,22 +67,31 @@ class TimingJitter:
         return self.log_odds > 0.0
 
 
-def find_timing_jitter(
-    regression: LawRegression, posterior: Posterior, path: MeasuredPath, order: int, prior: Prior
-) -> TimingJitter:
-    """Weigh jitter against none.
+def find_noise_growth(
+    effect: GrowingNoiseEffect,
+    regression: LawRegression,
+    posterior: Posterior,
+    path: MeasuredPath,
+    order: int,
+    w0: float,
+    prior: Prior,
+) -> NoiseGrowth:
+    """Weigh noise that grows against noise of one size.
 
     Parameters
     ----------
+    effect : GrowingNoiseEffect
     regression : LawRegression
-        The record, without jitter.
+        The record, with noise of one size.
     posterior : Posterior
         Of its random force.
     path : MeasuredPath
     order : int
         Derivative that is measured.
+    w0 : float
+        Frequency of the natural units [rad/s].
     prior : Prior
-        Log-normal, of the standard deviation of the time of one value, a phase.
+        Log-normal, of the size in one value.
     """
     clock, best = regression.clock, posterior.best
     chosen = regression.sets[int(np.argmax(best.found.log_weight))]
@@ -88,10 +100,12 @@ def find_timing_jitter(
     block = np.column_stack([scaled, regression.target - scaled @ reference])
     # what is lost at a jump of the acceleration is no matter of time
     rate = (path.v, np.gradient(path.v, path.phase), -path.v)[order]
-    mean_square = float(np.mean(rate**2))
+    signal = (path.x, path.v, -path.x)[order]
+    growth = effect.grows_with(signal, w0 * rate)
+    mean_square = float(np.mean(growth**2))
 
     def clock_at(ratio: float) -> Clock:
-        return Clock.of(clock.phase, clock.variance * (1.0 + (ratio * rate) ** 2))
+        return Clock.of(clock.phase, clock.variance * (1.0 + (ratio * growth) ** 2))
 
     def log_weight(clock: Clock, spread: float) -> tuple[float, float]:
         found = weigh_sets(
@@ -105,11 +119,11 @@ def find_timing_jitter(
         return float(found.log_weight[0]), math.sqrt(found.noise2[0])
 
     def density(log_ratio: float) -> float:
-        """Log posterior density of the logarithm of the jitter; the noise gives what the jitter takes."""
+        """Log posterior density of the logarithm of the size; other noise gives what this takes."""
         ratio = math.exp(log_ratio)
         value, noise = log_weight(clock_at(ratio), math.sqrt(1.0 + ratio**2 * mean_square))
-        jitter = ratio * noise
-        return value + float(prior.log_density(jitter)) + math.log(jitter)
+        size = ratio * noise
+        return value + float(prior.log_density(size)) + math.log(size)
 
     grid = np.log(_SHARES / math.sqrt(mean_square))
     values = [density(x) for x in grid]
@@ -127,4 +141,4 @@ def find_timing_jitter(
     log_odds = math.log(INCLUSION / (1.0 - INCLUSION)) + log_evidence - log_weight(clock, 1.0)[0]
     ratio = math.exp(mode)
     given = log_weight(clock_at(ratio), math.sqrt(1.0 + ratio**2 * mean_square))[0]
-    return TimingJitter(log_odds, log_evidence - given, ratio, log_sd, clock_at(ratio))
+    return NoiseGrowth(effect, log_odds, log_evidence - given, ratio, log_sd, clock_at(ratio))
