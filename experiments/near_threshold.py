@@ -81,21 +81,26 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
 
 
 def _row(what: str, records: xr.Dataset) -> Row:
+    """Of the verdicts that may be trusted."""
     trusted = records.isel(record=(records["verdict"] != "unexplained").values)
     n = trusted.sizes["record"]
     told = f"{n} of {records.sizes['record']} trusted"
     if n == 0:
         return Row(what, "none trusted", f">= {_TRUSTED:.0%}", told)
-    rate, error = share_error(trusted["covered"])
-    gross = int(np.sum(trusted["widths_off"] > 1.0))
-    width = 100.0 * float(trusted["relative_width"].median())
     words, counts = np.unique(records["verdict"], return_counts=True)
     verdicts = ", ".join(f"{word} {count}" for word, count in zip(words, counts, strict=True))
+    return _coverage(what, trusted, f"{told} ({verdicts})")
+
+
+def _coverage(what: str, records: xr.Dataset, told: str) -> Row:
+    rate, error = share_error(records["covered"])
+    gross = int(np.sum(records["widths_off"] > 1.0))
+    width = 100.0 * float(records["relative_width"].median())
     return Row(
         what,
         f"covers {with_error(100.0 * rate, 100.0 * error)} %",
         f">= {_TRUSTED:.0%}",
-        f"{told} ({verdicts}); {gross} a whole width off; median width {width:.2g} %",
+        f"{told}; {gross} a whole width off; median width {width:.2g} %",
     )
 
 
@@ -103,6 +108,9 @@ def rows(dataset: xr.Dataset) -> list[Row]:
     """Of the verdicts other than ``unexplained``, how many intervals hold the true friction, by kind."""
     table = [_row(kind, dataset.isel(record=(dataset["kind"] == kind).values)) for kind in KINDS]
     seconds = float(dataset["elapsed"].median())
+    denied = dataset.isel(record=(dataset["verdict"] == "unexplained").values)
+    if denied.sizes["record"]:
+        table.append(_coverage("unexplained, friction pooled", denied, f"{denied.sizes['record']} records"))
     return [*table, _row("all kinds", dataset), Row("time a record", f"{seconds:.2g} s", "", "median")]
 
 

@@ -1,4 +1,4 @@
-"""Effects from far below to far above what can be seen: one rig, and nine kinds that imitate others.
+"""Effects from far below to far above what can be seen: one rig, and kinds that imitate others.
 
 The rig and its sensor are the same in every record; only the size of the effect is drawn, log-uniform from a
 hundredth of what can be seen upward. Dimensionless as :mod:`experiments.blind.laws`.
@@ -57,6 +57,8 @@ SIZES = {
     "one_sided_stop": (0.004, 0.3),
     "second_mode": (0.006, 0.15),
     "touch": (0.7, 30.0),
+    "slight_damping": (4.5e-4, 3e-3),
+    "cancelling_pair": (1.5e-3, 3e-3),
 }
 """For each kind the size that can just be seen, and the largest that is drawn.
 
@@ -129,6 +131,10 @@ def draw_effect_of_size(kind: str, size: float, rng: np.random.Generator) -> Imi
     touch
         Its largest force over friction; it swells and fades within 0.3 .. 2 periods, in the middle 0.3 .. 0.7
         of the record.
+    slight_damping
+        Viscous damping ratio.
+    cancelling_pair
+        The same, beside friction that rises by 0.5 .. 1.5 of what makes up for the falling loss.
     """
     end = DURATION * _FREQUENCY
     signed = either_sign(rng) * size
@@ -158,6 +164,14 @@ def draw_effect_of_size(kind: str, size: float, rng: np.random.Generator) -> Imi
     if kind == "touch":
         middle, length = rng.uniform(0.3, 0.7) * end, 2.0 * math.pi * rng.uniform(0.3, 2.0)
         return ImitatingEffect(touch=(signed * _DISSIPATION, middle, length))
+    if kind == "slight_damping":
+        return ImitatingEffect(law={"damping_ratio": size})
+    if kind == "cancelling_pair":
+        # per half cycle friction takes 2 d and damping pi zeta times the amplitude
+        damping = math.pi * size
+        fallen = end / math.pi * (2.0 * _DISSIPATION + 0.75 * damping)
+        rise = rng.uniform(0.5, 1.5) * damping * min(fallen, 1.0) / (2.0 * _DISSIPATION)
+        return ImitatingEffect(law={"damping_ratio": size, "relative_change": rise})
     raise ValueError(f"unknown kind {kind!r}, one of {', '.join(SIZES)}")
 
 
