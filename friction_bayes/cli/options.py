@@ -33,7 +33,16 @@ __all__ = [
 ]
 
 _DATASET = "dataset:"
-_RECORD_FIELDS = ("quantity", "unit", "time_column", "signal_column", "sampling_rate", "resample", "run")
+_RECORD_FIELDS = (
+    "quantity",
+    "unit",
+    "scale",
+    "time_column",
+    "signal_column",
+    "sampling_rate",
+    "resample",
+    "run",
+)
 _SYSTEM_FIELDS = ("mass", "inertia", "stiffness", "mass_sd", "inertia_sd", "stiffness_sd", "trust")
 
 
@@ -66,6 +75,12 @@ def add_record(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--quantity", metavar="NAME", help="displacement, velocity, acceleration, angle, ...")
     group.add_argument(
         "--unit", metavar="UNIT", help="unit of the signal; V, counts or a.u. when not calibrated"
+    )
+    group.add_argument(
+        "--scale",
+        type=float,
+        metavar="FACTOR",
+        help="factor from the numbers of the file to --unit; with a --unit such as mV/g, the sensitivity",
     )
     group.add_argument("--sampling-rate", type=float, metavar="HZ", help="for a record without a time column")
     group.add_argument(

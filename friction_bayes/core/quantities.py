@@ -6,10 +6,12 @@ import math
 from dataclasses import dataclass
 
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.unit_spelling import plain_unit
 
 __all__ = [
     "QUANTITIES",
     "STANDARD_GRAVITY",
+    "TIME_UNITS",
     "UNCALIBRATED_UNITS",
     "Quantity",
     "inverse_square",
@@ -59,14 +61,35 @@ QUANTITIES: dict[str, Quantity] = {
     )
 }
 
-_OTHER_UNITS: dict[str, dict[str, float]] = {
-    "m": {"mm": 1e-3, "cm": 1e-2, "um": 1e-6, "µm": 1e-6},
-    "m/s": {"mm/s": 1e-3, "cm/s": 1e-2},
-    "m/s2": {"mm/s2": 1e-3, "g": STANDARD_GRAVITY, "m/s^2": 1.0, "m/s²": 1.0},
-    "rad": {"mrad": 1e-3, "deg": math.pi / 180.0, "rev": 2.0 * math.pi},
-    "rad/s": {"deg/s": math.pi / 180.0, "mrad/s": 1e-3, "rpm": math.pi / 30.0},
-    "rad/s2": {"deg/s2": math.pi / 180.0, "rad/s^2": 1.0, "rad/s²": 1.0},
+_LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254, "ft": 0.3048}
+_ANGLES = {
+    "rad": 1.0,
+    "mrad": 1e-3,
+    "urad": 1e-6,
+    "deg": math.pi / 180.0,
+    "arcmin": math.pi / 10800.0,
+    "arcsec": math.pi / 648000.0,
+    "rev": 2.0 * math.pi,
 }
+
+
+def _per(units: dict[str, float], time: str) -> dict[str, float]:
+    return {f"{unit}/{time}": factor for unit, factor in units.items()}
+
+
+# A short table and no library of units: such a library knows a thousand names, and reads ``px`` as 1/96 inch,
+# ``ch`` as a surveyor's chain and ``g`` as a gram, where the header of a record means none of them.
+_UNITS: dict[str, dict[str, float]] = {
+    "m": _LENGTHS,
+    "m/s": _per(_LENGTHS, "s"),
+    "m/s2": _per(_LENGTHS, "s2") | {"g": STANDARD_GRAVITY, "mg": 1e-3 * STANDARD_GRAVITY},
+    "rad": _ANGLES,
+    "rad/s": _per(_ANGLES, "s") | {"rpm": math.pi / 30.0},
+    "rad/s2": _per(_ANGLES, "s2"),
+}
+
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+"""Units of a column of times, in seconds."""
 
 UNCALIBRATED_UNITS = ("V", "mV", "counts", "a.u.")
 """Units of a raw sensor signal, the last one arbitrary; friction then comes out in the signal's own units."""
@@ -83,21 +106,21 @@ def quantity_named(name: str, *, place: str = "quantity") -> Quantity:
 
 def known_units(quantity: Quantity) -> tuple[str, ...]:
     """Return every unit :func:`to_si` accepts for a quantity, the SI unit first."""
-    return (quantity.unit, *_OTHER_UNITS[quantity.unit], *UNCALIBRATED_UNITS)
+    return (*_UNITS[quantity.unit], *UNCALIBRATED_UNITS)
 
 
 def to_si(quantity: Quantity, unit: str, *, place: str = "unit") -> tuple[float, str]:
-    """Return the factor that brings ``unit`` to SI and the unit that results.
+    """Return the factor that brings ``unit``, however spelled, to SI and the unit that results.
 
     Uncalibrated units (V, mV, counts, a.u.) are kept as they are, with factor 1.
     """
-    if unit == quantity.unit or unit in UNCALIBRATED_UNITS:
-        return 1.0, unit
-    known = _OTHER_UNITS[quantity.unit]
-    if unit not in known:
+    plain = plain_unit(unit)
+    if plain in UNCALIBRATED_UNITS:
+        return 1.0, plain
+    if plain not in _UNITS[quantity.unit]:
         choices = ", ".join(known_units(quantity))
         raise InputError(place, f"unit {unit!r} does not measure {quantity.name}", f"give one of {choices}")
-    return known[unit], quantity.unit
+    return _UNITS[quantity.unit][plain], quantity.unit
 
 
 def inverse_square(unit: str) -> str:

@@ -22,7 +22,7 @@ def open_fleet(path: Path) -> xr.DataArray | None:
     ----------
     path : Path
         A Zarr group with one variable over machine, point and ``time``; its attribute ``quantity``, or its
-        name, says what was measured, ``units`` in which unit (SI when left out).
+        name, says what was measured, ``units`` in which unit.
 
     Returns
     -------
@@ -48,9 +48,9 @@ def open_fleet(path: Path) -> xr.DataArray | None:
         records.attrs.get("quantity", name if name in QUANTITIES else ""),
         place=f"{place}: attribute quantity",
     )
-    factor, unit = to_si(
-        quantity, records.attrs.get("units", quantity.unit), place=f"{place}: attribute units"
-    )
+    if "units" not in records.attrs:
+        raise InputError(place, "does not say its unit", f"set its attribute units, such as {quantity.unit}")
+    factor, unit = to_si(quantity, records.attrs["units"], place=f"{place}: attribute units")
     if "time" not in records.coords:
         raise InputError(place, "has no coordinate time", "add the sample times in seconds")
     scaled = records if factor == 1.0 else records * factor

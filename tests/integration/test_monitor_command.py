@@ -60,6 +60,8 @@ def fleet(tmp_path: Path) -> Callable[..., Path]:
             },
             attrs={"units": "m"} | changes,
         )
+        if array.attrs["units"] is None:
+            del array.attrs["units"]
         path = tmp_path / "fleet.zarr"
         array.to_dataset(name="displacement").to_zarr(path, consolidated=False, zarr_format=2)
         return path
@@ -228,6 +230,7 @@ def test_no_folder_is_refused(runs: list[str], capsys: pytest.CaptureFixture[str
     ("changes", "options", "said"),
     [
         ({"units": "parsec"}, (), "parsec"),
+        ({"units": None}, (), "set its attribute units"),
         ({"quantity": "colour"}, (), "colour"),
         ({"dims": ("machine", "point", "sample")}, (), "time"),
         ({}, ("--times", "1", "2"), "--times"),

@@ -132,7 +132,7 @@ def _open_fleet(arguments: argparse.Namespace) -> xr.DataArray | None:
     if len(arguments.records) > 1:
         raise InputError("records", "a fleet among other records", "give a fleet alone")
     (fleet,) = fleets
-    for option in ("times", "time_unit", "time_column", "resample", "run"):
+    for option in ("times", "time_unit", "time_column", "scale", "resample", "run"):
         if getattr(arguments, option):
             name = f"--{option.replace('_', '-')}"
             raise InputError(name, "does not apply to a fleet", "say it in the coordinates of the Zarr")

@@ -77,6 +77,7 @@ def read_record(
     *,
     quantity: str | None = None,
     unit: str | None = None,
+    scale: float | None = None,
     time_column: str | int | None = None,
     signal_column: str | int | None = None,
     sampling_rate: float | None = None,
@@ -94,7 +95,10 @@ def read_record(
     path : str or Path
         A file with a suffix of :data:`READERS`; for ``.zarr`` a folder.
     quantity, unit : str, optional
-        What the signal is and in which unit; SI when only the quantity is given. Converted to SI.
+        What the signal is and in which unit, where the file does not say it. Converted to SI.
+    scale : float, optional
+        Factor that brings the numbers of the file to ``unit``; where that is a sensitivity, such as ``mV/g``
+        or ``counts/rad``, the sensitivity, by which they are divided.
     time_column, signal_column : str or int, optional
         Columns by name, or by position counted from zero.
     sampling_rate : float, optional
@@ -124,6 +128,7 @@ def read_record(
         name=name,
         quantity=quantity,
         unit=unit,
+        scale=scale,
         time_column=time_column,
         signal_column=signal_column,
         sampling_rate=sampling_rate,

@@ -5,23 +5,37 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from friction_bayes.core.quantities import QUANTITIES, UNCALIBRATED_UNITS, Quantity, known_units
+from friction_bayes.core.quantities import QUANTITIES, TIME_UNITS, UNCALIBRATED_UNITS, Quantity, known_units
+from friction_bayes.core.unit_spelling import plain_unit
 
-__all__ = ["TIME_UNITS", "Header", "read_header", "split_run"]
-
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0}
+__all__ = ["Header", "read_header", "split_run"]
 
 _RUN = re.compile(r"(?P<name>.*\S)\s+Run #(?P<run>\d+)")
 
-# "Angle (deg)", "Angle [deg]", "Angle / (deg)"; "Angle / deg", where no blanks would make it a path. What
-# begins with a digit is an index, as in MATLAB's Y[0].
+# "Angle (deg)", "Angle [deg]", "Angle / (deg)", "a (m/(s^2))"; "Angle / deg", where no blanks would make it a
+# path. What begins with a digit is an index, as in MATLAB's Y[0].
 _WITH_UNIT = re.compile(
-    r"(?P<name>.*?\S)(?:\s*/)?\s*[(\[](?P<unit>[^()\[\]\d][^()\[\]]*)[)\]]|(?P<n>.*\S)\s+/\s+(?P<u>\S+)"
+    r"(?P<name>.*?\S)(?:\s*/)?\s*[(\[](?P<unit>[^()\[\]\d](?:[^()\[\]]|\([^()]*\))*)[)\]]"
+    r"|(?P<n>.*\S)\s+/\s+(?P<u>\S+)"
 )
 
-_SPELLINGS = {"sec": "s", "seconds": "s", "msec": "ms", "degrees": "deg", "radians": "rad"}
+_SUBJECTS = {
+    QUANTITIES[name]: re.compile(rf"(?:{spelled})(?:_?[xyz])?")
+    for name, spelled in {
+        "displacement": r"displacement|disp|position|pos|distance|dist|deflection|[xyz]",
+        "velocity": r"velocity|vel|speed|v",
+        "acceleration": r"(?:linear_)?acc\w*?|a|t?gf",
+        "angle": r"angle|theta|phi|[θφϕ]",
+        "angular_velocity": r"angular_(?:velocity|rate)|gyro(?:scope)?|omega|[ωw]",
+        "angular_acceleration": r"angular_acceleration",
+    }.items()
+}
+"""What people call each quantity, along an axis or none."""
 
-_ACCELERATION = re.compile(r"a(cc.*|_.*)?")
+_TIMES = {"time", "t", "elapsed_time", "timestamp"}
+
+_WEIGHTS = {"g", "mg"}
+"""Units of acceleration that may be grams."""
 
 
 class Header(NamedTuple):
@@ -42,16 +56,15 @@ def read_header(name: str) -> Header:
     found = _WITH_UNIT.fullmatch(name.strip())
     if found is None:
         return _column_name(name.strip().split("/")[-1])
-    unit = _plain(found["unit"] or found["u"])
-    stem = (found["name"] or found["n"]).split("/")[-1].partition(",")[0]
-    subject = "_".join(stem.lower().split())
-    if subject in ("time", "t"):
+    unit = plain_unit(found["unit"] or found["u"])
+    subject = _subject((found["name"] or found["n"]).split("/")[-1].partition(",")[0])
+    if subject in _TIMES:
         return Header(True, None, unit)
-    spelled = QUANTITIES.get(subject)
+    spelled = _spelled(subject)
     if spelled is not None:
         return Header(False, spelled if unit in known_units(spelled) else None, unit)
-    # volts are of any quantity, and g may be grams
-    if unit in UNCALIBRATED_UNITS or (unit == "g" and not _ACCELERATION.fullmatch(subject)):
+    # volts are of any quantity
+    if unit in UNCALIBRATED_UNITS or unit in _WEIGHTS:
         return Header(False, None, unit)
     return Header(False, next((q for q in QUANTITIES.values() if unit in known_units(q)), None), unit)
 
@@ -63,21 +76,30 @@ def split_run(name: str) -> tuple[str, int | None]:
 
 
 def _column_name(name: str) -> Header:
-    """Read ``time``, ``time_ms``, ``angle``, ``angular_velocity_rad_s``."""
-    for quantity in QUANTITIES.values():
-        tokens = {unit.replace("/", "_").replace("^", ""): unit for unit in known_units(quantity)}
-        if name == quantity.name:
-            return Header(False, quantity, None)
-        prefix = f"{quantity.name}_"
-        if name.startswith(prefix) and name.removeprefix(prefix) in tokens:
-            return Header(False, quantity, tokens[name.removeprefix(prefix)])
-    stem, _, token = name.partition("_")
-    if stem.lower() == "time" and (not token or token in TIME_UNITS):
-        return Header(True, None, token or None)
+    """Read ``time``, ``t_ms``, ``angle``, ``disp_mm``, ``angular_velocity_rad_s``, ``gFx``."""
+    subject = _subject(name)
+    if subject in _TIMES:
+        return Header(True, None, None)
+    if subject in QUANTITIES:
+        return Header(False, QUANTITIES[subject], None)
+    if re.fullmatch("T?gF[xyz]?", name):
+        return Header(False, QUANTITIES["acceleration"], "g")
+    parts = name.split("_")
+    for k in range(1, len(parts)):
+        stem, unit = _subject("_".join(parts[:k])), plain_unit("/".join(parts[k:]))
+        if stem in _TIMES and unit in TIME_UNITS:
+            return Header(True, None, unit)
+        spelled = _spelled(stem)
+        # displacement_in is one of two as often as one in inches
+        if spelled is not None and unit in known_units(spelled) and parts[k:] != ["in"]:
+            return Header(False, spelled, unit)
     return Header(False, None, None)
 
 
-def _plain(unit: str) -> str:
-    """Spell a unit as :mod:`friction_bayes.core.quantities` does."""
-    plain = unit.strip().replace("²", "2").replace("^2", "2").replace("°", "deg")
-    return _SPELLINGS.get(plain, plain)
+def _subject(text: str) -> str:
+    """Return what a header is about, in small letters and without blanks."""
+    return "_".join(text.lower().split())
+
+
+def _spelled(subject: str) -> Quantity | None:
+    return next((q for q, names in _SUBJECTS.items() if names.fullmatch(subject)), None)

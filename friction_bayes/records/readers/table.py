@@ -14,8 +14,16 @@ from numpy.typing import NDArray
 from friction_bayes.core.arrays import Indices
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.quantities import QUANTITIES, Quantity, known_units, quantity_named, to_si
-from friction_bayes.records.readers.headers import TIME_UNITS, read_header, split_run
+from friction_bayes.core.quantities import (
+    QUANTITIES,
+    TIME_UNITS,
+    Quantity,
+    known_units,
+    quantity_named,
+)
+from friction_bayes.core.unit_spelling import plain_unit
+from friction_bayes.records.readers.headers import read_header, split_run
+from friction_bayes.records.readers.scale import unit_and_factor
 from friction_bayes.records.record import make_record, validate_record
 from friction_bayes.records.resampling import resample_record
 
@@ -68,6 +76,7 @@ def record_from_table(
     name: str | None = None,
     quantity: str | None = None,
     unit: str | None = None,
+    scale: float | None = None,
     time_column: str | int | None = None,
     signal_column: str | int | None = None,
     sampling_rate: float | None = None,
@@ -89,7 +98,7 @@ def record_from_table(
     clock_name = _time_name(table, place, time_column)
     signal_name = _signal_name(table, place, signal_column, quantity, clock_name)
     column = table.columns[signal_name]
-    kind, unit = _meaning(place, signal_name, column, quantity, unit)
+    kind, unit, factor = _meaning(place, signal_name, column, quantity, unit, scale)
     values = column.read()
     if sampling_rate is not None:
         time = np.arange(values.size) / positive("--sampling-rate", sampling_rate)
@@ -104,7 +113,9 @@ def record_from_table(
             "name it time_s, or give --time-column or --sampling-rate",
         )
     chosen = name or column.attrs.get("name") or Path(place).name
-    record = make_record(time, values, kind.name, unit=unit, name=chosen)
+    record = make_record(
+        time, values if factor == 1.0 else factor * values, kind.name, unit=unit, name=chosen
+    )
     record.attrs.update({key: v for key, v in column.attrs.items() if key not in record.attrs})
     validate_record(record, rows=column.rows, evenly=not resample)
     return resample_record(record) if resample else record
@@ -179,7 +190,8 @@ def _time_name(table: Table, place: str, wanted: str | int | None) -> str | None
 def is_time(name: str, column: Column) -> bool:
     """Whether a column holds sample times, by its name and in a known unit."""
     header = read_header(name)
-    return header.is_time and (header.unit or column.unit) in TIME_UNITS
+    unit = header.unit or column.unit
+    return header.is_time and (unit is None or plain_unit(unit) in TIME_UNITS)
 
 
 def _signal_name(
@@ -214,14 +226,15 @@ def _signal_name(
 def _stated(name: str, column: Column) -> tuple[Quantity | None, str | None]:
     """Return quantity and unit that the file itself or a column's name states."""
     header = read_header(name)
-    return QUANTITIES.get(column.quantity or "") or header.quantity, column.unit or header.unit
+    unit = header.unit if column.unit is None else plain_unit(column.unit)
+    return QUANTITIES.get(column.quantity or "") or header.quantity, unit
 
 
 def _meaning(
-    place: str, name: str, column: Column, quantity: str | None, unit: str | None
-) -> tuple[Quantity, str]:
-    """Return quantity and unit of a column, refusing options that contradict the file."""
-    kind, stated_unit = _stated(name, column)
+    place: str, name: str, column: Column, quantity: str | None, unit: str | None, scale: float | None
+) -> tuple[Quantity, str, float]:
+    """Return quantity, unit and scale of a column, refusing options that contradict the file."""
+    kind, stated = _stated(name, column)
     if quantity is not None:
         given = quantity_named(quantity, place="--quantity")
         if kind is not None and given is not kind:
@@ -233,32 +246,12 @@ def _meaning(
         raise InputError(
             place, f"column {name!r} does not say what was measured", "give --quantity and --unit"
         )
-    # what stands in brackets may be no unit at all: there the option has the word
-    if (
-        unit in known_units(kind)
-        and stated_unit in known_units(kind)
-        and to_si(kind, unit) != to_si(kind, stated_unit)
-    ):
-        raise InputError(place, f"column {name} is in {stated_unit}, --unit says {unit}", "give one of them")
-    chosen = unit or stated_unit or (kind.unit if quantity is not None else None)
-    if chosen is None:
-        raise InputError(
-            place,
-            f"column {name!r} does not say its unit",
-            f"give --unit, one of {', '.join(known_units(kind))}",
-        )
-    if chosen not in known_units(kind):
-        raise InputError(
-            place,
-            f"column {name!r} is in {chosen}, which does not measure {kind.name}",
-            f"give --unit, one of {', '.join(known_units(kind))}",
-        )
-    return kind, chosen
+    return kind, *unit_and_factor(kind, stated, unit, scale, place=place, column=name)
 
 
 def _seconds(place: str, name: str, clock: Column) -> float:
     """Return the factor that brings a time column to seconds; seconds where no unit is stated."""
-    unit = clock.unit or read_header(name).unit or "s"
+    unit = plain_unit(clock.unit) if clock.unit else read_header(name).unit or "s"
     if unit not in TIME_UNITS:
         raise InputError(
             place, f"time column {name} is in {unit}", f"give it in one of {', '.join(TIME_UNITS)}"

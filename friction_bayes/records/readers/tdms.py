@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+import numpy as np
+
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.records.readers.optional import optional_package
 from friction_bayes.records.readers.table import Column, Table
@@ -35,6 +40,13 @@ def read_tdms(path: Path) -> Table:
             columns[f"{group.name}/{channel.name}"] = Column(
                 partial(channel.__getitem__, slice(None)),
                 unit=channel.properties.get("unit_string") or None,
-                clock=channel.time_track if "wf_increment" in channel.properties else None,
+                clock=_clock(channel.properties, len(channel)),
             )
     return Table(columns)
+
+
+def _clock(properties: Mapping[str, Any], samples: int) -> Callable[[], Array] | None:
+    """Return the times of a waveform, None for other channels; LabVIEW leaves an offset of zero out."""
+    if "wf_increment" not in properties:
+        return None
+    return lambda: properties.get("wf_start_offset", 0.0) + properties["wf_increment"] * np.arange(samples)

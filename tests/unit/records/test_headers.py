@@ -23,6 +23,20 @@ from friction_bayes.records.readers.headers import read_header, split_run
         ("a_x / g", "acceleration", "g"),
         ("Acceleration y (g)", "acceleration", "g"),
         ("Acceleration (m/s^2)", "acceleration", "m/s2"),
+        ("Acceleration (ms⁻²)", "acceleration", "m/s2"),
+        ("Linear Acceleration x (m/s^2)", "acceleration", "m/s2"),
+        ("ax (m/(s²))", "acceleration", "m/s2"),
+        ("gFx", "acceleration", "g"),
+        ("Gyroscope x (rad/s)", "angular_velocity", "rad/s"),
+        ("gyro_z (dps)", "angular_velocity", "deg/s"),
+        ("disp_mm", "displacement", "mm"),
+        ("pos_x_um", "displacement", "um"),
+        ("Untitled/theta_deg", "angle", "deg"),
+        ("acc_g", "acceleration", "g"),
+        ("Deflection (Inches)", "displacement", "in"),
+        ("Position (nm)", "displacement", "nm"),
+        ("POSITION (MM)", "displacement", "mm"),
+        ("Angle (left) (deg)", "angle", "deg"),
         ("Angle (V)", "angle", "V"),
         ("Displacement (a.u.)", "displacement", "a.u."),
     ],
@@ -39,6 +53,9 @@ def test_quantity_and_unit(name: str, quantity: str, unit: str) -> None:
     [
         ("Output Voltage (V)", "V"),
         ("Mass (g)", "g"),
+        ("theta_m", None),
+        ("displacement_in", None),
+        ("Position (px)", "px"),
         ("Velocity (rad/s)", "rad/s"),
         ("Temperature (°C)", "degC"),
         ("Angle (encoder 1)", "encoder 1"),
@@ -55,7 +72,11 @@ def test_a_quantity_that_is_not_certain_is_not_read(name: str, unit: str | None)
     ("name", "unit"),
     [
         ("time", None),
+        ("t", None),
+        ("Elapsed Time", None),
         ("time_ms", "ms"),
+        ("t_us", "us"),
+        ("Time (msec)", "ms"),
         ("Time_s", "s"),
         ("Time (s)", "s"),
         ("Time (sec)", "s"),
@@ -67,7 +88,7 @@ def test_time(name: str, unit: str | None) -> None:
     assert read_header(name) == (True, None, unit)
 
 
-@pytest.mark.parametrize("name", ["time_of_day", "timer (s)", "t", "time[0]"])
+@pytest.mark.parametrize("name", ["time_of_day", "timer (s)", "tau", "time[0]"])
 def test_what_is_no_time(name: str) -> None:
     assert not read_header(name).is_time
 

@@ -119,8 +119,30 @@ def test_options_tell_what_names_do_not(tmp_path) -> None:
     assert by_name.attrs["name"] == "mine"
 
 
-def test_a_quantity_without_unit_is_si(tmp_path) -> None:
-    assert_is_the_signal(read_record(save(tmp_path, ROWS, "time_s,x"), quantity="displacement"))
+def test_a_quantity_without_unit_is_not_taken_for_si(tmp_path) -> None:
+    with pytest.raises(InputError, match="column 'x' does not say its unit; give --unit, one of m, cm, mm"):
+        read_record(save(tmp_path, ROWS, "time_s,x"), quantity="displacement")
+
+
+@pytest.mark.parametrize("time", ["t", "time", "Time"])
+def test_a_time_without_unit_is_in_seconds(tmp_path, time) -> None:
+    assert_is_the_signal(read_record(save(tmp_path, ROWS, f"{time},displacement_m")))
+
+
+@pytest.mark.parametrize(
+    ("header", "told", "unit", "scale"),
+    [
+        ("displacement_mV", {"scale": 2.0, "unit": "mm"}, "m", 2e-3),
+        ("displacement_mm", {"scale": 1.02}, "m", 1.02e-3),
+        ("displacement_V", {"scale": 50.0, "unit": "mV/mm"}, "m", 20e-3),
+        ("Displacement (counts)", {"scale": -400.0, "unit": "counts/mm"}, "m", -2.5e-6),
+        ("y", {"quantity": "acceleration", "scale": 100.0, "unit": "mV/g"}, "m/s2", STANDARD_GRAVITY / 100.0),
+        ("y", {"quantity": "acceleration", "scale": 0.5, "unit": "V/(m/s²)"}, "m/s2", 2.0),
+    ],
+)
+def test_a_scale_with_its_unit(tmp_path, header, told, unit, scale) -> None:
+    record = read_record(save(tmp_path, ROWS, f"time_s,{header}"), **{"signal_column": 1, **told})
+    assert_is_the_signal(record, quantity=record.attrs["quantity"], unit=unit, scale=scale)
 
 
 def test_a_sampling_rate_takes_the_place_of_a_bad_clock(tmp_path) -> None:
@@ -165,8 +187,8 @@ def test_bad_rows_are_refused_and_named(tmp_path, rows, message) -> None:
 @pytest.mark.parametrize(
     ("header", "options", "message"),
     [
-        ("t,displacement_m", {}, "no time column among t, displacement_m; name it time_s"),
-        ("time,displacement_m", {}, "no time column"),
+        ("x,displacement_m", {}, "no time column among x, displacement_m; name it time_s"),
+        ("time_parsec,displacement_m", {}, "no time column"),
         ("time_s,x", {}, "no column says what was measured among time_s, x"),
         ("time_s,displacement", {}, "column 'displacement' does not say its unit"),
         ("time_s,displacement_rad", {}, "column displacement_rad: 'rad' does not measure displacement"),
@@ -178,6 +200,12 @@ def test_bad_rows_are_refused_and_named(tmp_path, rows, message) -> None:
         ("time_s,x", {"quantity": "speed"}, "--quantity: unknown quantity 'speed'; give one of displacement"),
         ("time_s,displacement_m", {"quantity": "angle"}, "holds displacement, --quantity says angle"),
         ("time_s,displacement_m", {"unit": "mm"}, "is in m, --unit says mm"),
+        ("time_s,displacement_V", {"unit": "mm"}, "is in V, --unit says mm; give --scale too"),
+        ("time_s,displacement_m", {"unit": "mV/mm", "scale": 2.0}, "is in m, --unit says mV/mm"),
+        ("time_s,displacement_V", {"unit": "mV/mm"}, "mV/mm is a sensitivity; give its number with --scale"),
+        ("time_s,displacement_V", {"unit": "mV/deg", "scale": 2.0}, "mV/deg, which does not measure displ"),
+        ("time_s,displacement_m", {"scale": 0.0}, "--scale: is zero"),
+        ("time_s,displacement_m", {"scale": float("nan")}, "--scale"),
         (
             "time_s,displacement_m",
             {"signal_column": "y"},
@@ -480,7 +508,7 @@ def test_wav_needs_to_be_told(tmp_path) -> None:
     with pytest.raises(InputError, match="no column says what was measured"):
         read_record(tmp_path / "float.wav")
     assert_is_the_signal(
-        read_record(tmp_path / "float.wav", quantity="velocity"), quantity="velocity", unit="m/s"
+        read_record(tmp_path / "float.wav", quantity="velocity", unit="m/s"), quantity="velocity", unit="m/s"
     )
     counts = read_record(tmp_path / "counts.wav", quantity="velocity", signal_column=1)
     assert counts.attrs["units"] == "counts"
