@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
-from scipy.ndimage import median_filter
+from scipy.ndimage import binary_dilation, median_filter
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
@@ -48,7 +48,7 @@ class Segment:
         1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
     at_jump : ndarray of bool, shape (n,)
         Where the acceleration jumps: its sample nearest to each turning point, which tells either side of
-        the jump or a mean of both. Not fitted.
+        the jump; of means of blocks, which may tell a mean of both, the neighbours too. Not fitted.
     moving : int
         Samples before the stop.
     first, recorded : int
@@ -159,7 +159,9 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
                 sides[held] = side
     at_jump = np.zeros(n, dtype=bool)
     if decay.quantity.order == 2:
-        at_jump[: min(moving, n)] = nearest_turning_points(decay)[:n]
+        near = nearest_turning_points(decay)
+        # damping moves the jump from the extremum of the signal, by a phase of twice its ratio
+        at_jump[: min(moving, n)] = (near if block == 1 else binary_dilation(near))[:n]
     time = np.asarray(decay.step * np.arange(n), dtype=np.float64)
     return Segment(
         decay=decay,
