@@ -15,6 +15,7 @@ from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
 from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
 __all__ = [
@@ -40,7 +41,11 @@ LEFT_TO_REGRESSION = frozenset(
     {RANDOM_FORCE.name, TIMING_JITTER.name, PROPORTIONAL_NOISE.name, ENCODER_ECCENTRICITY.name}
 )
 """Effects that the search never tries."""
-ALONG_MOTION_ALONE = LEFT_TO_REGRESSION | {PRESLIDING.name, SENSOR_HYSTERESIS.name}
+ALONG_MOTION_ALONE = LEFT_TO_REGRESSION | {
+    STIFFNESS_DRIFT.name,
+    PRESLIDING.name,
+    SENSOR_HYSTERESIS.name,
+}
 """Effects that are weighed along the measured motion; the search tries the others if named."""
 
 Names = frozenset[str]

@@ -15,6 +15,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
+from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
 
 __all__ = ["ResistingForce", "compare_forces", "resisting_force", "validate_force"]
 
@@ -59,6 +60,8 @@ def resisting_force(fit: LoopFit) -> Array:
     spring = stiffness * (np.sin(x.clean) if model.system.pendulum else x.clean)
     for cubic_stiffness in values.effects.get(CUBIC_STIFFNESS.name, ()):
         spring = spring + cubic_stiffness * x.clean**3
+    for change in values.effects.get(STIFFNESS_DRIFT.name, ()):
+        spring = spring + stiffness * change * (time / model.durations[0] - 0.5) * x.clean
     return np.asarray(-(mass * a.clean + spring))
 
 

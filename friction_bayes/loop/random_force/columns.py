@@ -29,6 +29,7 @@ from friction_bayes.loop.random_force.effect_columns import (
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
 from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
 
 __all__ = ["STIFFNESS_SD", "LawColumns", "law_columns"]
 
@@ -95,8 +96,8 @@ class LawColumns:
     @property
     def resisting(self) -> list[int]:
         """Columns of forces that are not of a spring."""
-        spring = CUBIC_STIFFNESS.name
-        return [j for j, c in enumerate(self.columns) if j not in self.always and c.effect != spring]
+        spring = (CUBIC_STIFFNESS.name, STIFFNESS_DRIFT.name)
+        return [j for j, c in enumerate(self.columns) if j not in self.always and c.effect not in spring]
 
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:
         """Columns of an effect for each of its shapes; all lines of interference are one."""

@@ -20,8 +20,8 @@ __all__ = ["Column", "ForceEvaluator", "Shape", "force_columns", "line_columns",
 
 _SCORES = (-1.2, 0.0, 1.2)
 """Where a parameter that shapes a term is taken, as normal scores of its prior."""
-_SMALL_SCORES = (-2.4, -1.6, -0.8, 0.0)
-"""The same of one whose prior begins at zero: each about three times the one before."""
+_SMALL_SCORES = (-2.4, -1.6, -0.8, 0.0, 0.8, 1.6)
+"""The same of one whose prior begins at zero, out to where the largest of twenty draws of it lies."""
 
 
 class Shape(NamedTuple):

@@ -17,6 +17,7 @@ from friction_bayes.loop.random_force.draws import LawDraws, law_draws
 from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
 
 __all__ = ["forecast"]
 
@@ -93,14 +94,18 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
         for name in names
         for parameter, value in draws.parameters(name, only).items()
     }
-    friction = float(draws.friction[k])
-    drift = (FRICTION_DRIFT.name, FRICTION_DRIFT.parameters[0].name)
-    if drift in values:
-        # the simulated clock starts at the forecast, that of the drift with the record
-        level = 1.0 + values[drift] * (time[0] - fit.segment.time[0]) / fit.duration
-        friction, values[drift] = friction * level, values[drift] / level
+    # the simulated clock starts at the forecast, that of a drift with the record
+    levels = {}
+    for effect in (FRICTION_DRIFT, STIFFNESS_DRIFT):
+        drift = (effect.name, effect.parameters[0].name)
+        change = values.get(drift, 0.0)
+        levels[effect.name] = 1.0 + change * (time[0] - fit.segment.time[0]) / fit.duration
+        if drift in values:
+            values[drift] = change / levels[effect.name]
     model = LoopModel(fit.system, (fit.segment,)).with_effects([n for n in names if changes_signal(n)])
+    friction = float(draws.friction[k]) * levels[FRICTION_DRIFT.name]
     ratio = fit.w0 / fit.system.natural_frequency * frequency_change(draws.stiffness[k])
+    ratio *= math.sqrt(levels[STIFFNESS_DRIFT.name])
     values |= {("", FRICTION): friction, ("", LOG_FREQUENCY_RATIO): math.log(ratio)}
     z = np.array(
         [

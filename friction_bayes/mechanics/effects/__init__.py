@@ -40,6 +40,7 @@ from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
 from friction_bayes.mechanics.effects.stribeck_friction import STRIBECK_FRICTION
 from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
@@ -72,6 +73,7 @@ BUILT_IN: tuple[Effect, ...] = (
     STRIBECK_FRICTION,
     FRICTION_DRIFT,
     CUBIC_STIFFNESS,
+    STIFFNESS_DRIFT,
     PRESLIDING,
     RANDOM_FORCE,
     SENSOR_OFFSET,

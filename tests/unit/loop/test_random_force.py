@@ -41,6 +41,7 @@ LINEAR = {
     "stribeck_friction": 0.5,
     "friction_drift": 0.6,
     "cubic_stiffness": 2e5,
+    "stiffness_drift": 0.02,
 }
 
 

@@ -106,6 +106,10 @@ TERMS = {
         {"relative_change": 1.1},
         lambda t, x, v, s: K * x + R * s * (1 + 1.1 * (t / T - 0.5)),
     ),
+    "stiffness_drift": (
+        {"relative_change": 0.02},
+        lambda t, x, v, s: K * x * (1 + 0.02 * (t / T - 0.5)) + R * s,
+    ),
     "cubic_stiffness": ({"cubic_stiffness": 3e5}, lambda t, x, v, s: K * x + R * s + 3e5 * x**3),
 }
 

@@ -1,0 +1,68 @@
+"""A stiffness that changes over the record, found along the measured motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import friction_bayes as fb
+from decays import SYSTEM
+from friction_bayes.loop.random_force.fit import fit_random_force
+from friction_bayes.loop.random_force.forecast import forecast
+from friction_bayes.loop.segment import cut_records
+from friction_bayes.mechanics.integrate import integrate
+
+FRICTION, CHANGE = 0.07, 0.005
+
+
+@pytest.fixture
+def record(seed: int) -> xr.DataArray:
+    return fb.simulate(
+        SYSTEM,
+        friction=FRICTION,
+        initial_displacement=0.0147,
+        duration=14.0,
+        sampling_rate=200.0,
+        noise_sd=5e-5,
+        seed=seed,
+        effects={"stiffness_drift.relative_change": CHANGE},
+    )
+
+
+def test_it_is_found_with_its_size_and_friction(record: xr.DataArray) -> None:
+    report = fb.close_loop([record], SYSTEM, seed=1)
+    effect = next(e for e in report.effects if e["name"] == "stiffness_drift")
+    assert effect["probability"] > 0.9
+    found = effect["parameters"]["relative_change"]
+    assert abs(found["mean"] - CHANGE) < 5.0 * found["sd"]
+    assert abs(report.friction_after["mean"] - FRICTION) < 5.0 * report.friction_after["sd"]
+
+
+def test_it_goes_on_in_the_forecast(record: xr.DataArray, seed: int) -> None:
+    """Its clock is that of the record: one that began anew would be several noise sd off at the end."""
+    (segment,) = cut_records([record], SYSTEM)
+    fit = fit_random_force(segment, SYSTEM, ("stiffness_drift",))
+    assert fit is not None
+    predicted = forecast(fit, np.random.default_rng(seed))
+    assert predicted is not None
+    z = (predicted.signal - predicted.mean) / predicted.sd
+    assert np.sqrt(np.mean(z**2)) < 2.0
+
+
+def test_what_resists_the_motion_is_friction_and_not_the_spring(record: xr.DataArray) -> None:
+    """Searched for where it is named; it then takes a measured friction force for friction alone."""
+    time = np.asarray(record["time"])
+    motion = integrate(SYSTEM, FRICTION, 0.0147, 0.0, time, {"stiffness_drift.relative_change": CHANGE})
+    report = fb.close_loop(
+        [record],
+        SYSTEM,
+        seed=1,
+        effects=["stiffness_drift"],
+        reference_force=FRICTION * np.sign(motion.velocity),
+    )
+    assert report.candidates[0]["effects"] == ["stiffness_drift"]
+    forces = report.traces[0].forces
+    assert forces is not None
+    moving = np.abs(motion.velocity[: forces[2].size]) > 0.02
+    np.testing.assert_allclose(np.abs(forces[2][moving]), FRICTION, rtol=0.1)
