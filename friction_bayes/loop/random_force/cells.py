@@ -6,6 +6,7 @@ that stand for the same effects.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -96,15 +97,16 @@ class Cells:
         )
         return np.asarray(table[:, self.forced.astype(int)][:, :, which])
 
-    def counted(self, own: Iterable[str], share: float) -> tuple[Cells, tuple[str, ...]]:
+    def counted(self, own: Iterable[str], log_share: float) -> tuple[Cells, tuple[str, ...]]:
         """Leave out the candidates with effects that are too improbable (see :data:`LEAST_COUNTED`).
 
         Parameters
         ----------
         own : iterable of str
             Effects that the search does not try.
-        share : float
-            Factor from ``weight`` to probabilities over all families.
+        log_share : float
+            Logarithm of the factor from ``weight`` to probabilities over all families, which may be beyond
+            what a float holds where all that counts is improbable here.
 
         Returns
         -------
@@ -112,8 +114,9 @@ class Cells:
         steps : tuple of str
             A line on each effect that is left out.
         """
+        own_sums = {name: sum(p for names, p in self.probabilities.items() if name in names) for name in own}
         probability = {
-            name: share * sum(p for names, p in self.probabilities.items() if name in names) for name in own
+            name: math.exp(log_share + math.log(p)) if p > 0.0 else 0.0 for name, p in own_sums.items()
         }
         small = {name: p for name, p in probability.items() if p < LEAST_COUNTED}
         steps = (

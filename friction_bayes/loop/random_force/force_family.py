@@ -85,7 +85,7 @@ class ForceFamily(MotionFamily):
         logs = shift + np.log([*cells.probabilities.values()])
         total = np.logaddexp.reduce([*search.log_weights, *logs])
         own = (name for name in allowed if name not in self.found.allowed)
-        self.cells, left_out = cells.counted(own, math.exp(shift - total))
+        self.cells, left_out = cells.counted(own, float(shift - total))
         ranked = sorted(self.cells.probabilities.items(), key=lambda pair: -pair[1])
         self.sets = tuple(names for names, _ in ranked)
         self.log_weights = np.array([math.log(p) + shift for _, p in ranked])

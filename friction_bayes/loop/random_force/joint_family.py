@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import Any
@@ -123,7 +124,7 @@ class JointFamily(MotionFamily):
         nothing = set.intersection(*(unknowable(one) for one in fit.alone))
         known = np.array([not names & nothing for names in effects])
         cells = Cells((known * self.fit.weight)[None], self.fit.posterior.ratio > 0.0, effects)
-        self.cells, left_out = cells.counted(own, 1.0 / float(cells.total.sum()))
+        self.cells, left_out = cells.counted(own, -math.log(float(cells.total.sum())))
         # all mixtures have the empty set
         weights = {frozenset[str](): 0.0} | self.cells.probabilities
         ranked = sorted(weights.items(), key=lambda pair: -pair[1])

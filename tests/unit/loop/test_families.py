@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -224,7 +225,7 @@ def test_cells_of_the_same_effects_are_one_candidate() -> None:
 def test_effects_too_improbable_to_count_are_left_out() -> None:
     little = 0.9 * LEAST_COUNTED
     found = cells(0.5, little, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0)
-    kept, steps = found.counted(("presliding", "random_force", "timing_jitter"), 0.9)
+    kept, steps = found.counted(("presliding", "random_force", "timing_jitter"), math.log(0.9))
     assert [step.split()[0] for step in steps] == ["presliding"]
     assert set(kept.probabilities) == {
         frozenset(),
@@ -232,6 +233,13 @@ def test_effects_too_improbable_to_count_are_left_out() -> None:
         frozenset({"timing_jitter"}),
         frozenset({"viscous_damping", "timing_jitter"}),
     }
-    everything, steps = found.counted(("presliding",), 1.2)
+    everything, steps = found.counted(("presliding",), math.log(1.2))
     assert steps == ()
     assert everything.probabilities == found.probabilities
+
+
+def test_what_is_all_but_impossible_here_may_be_all_that_counts() -> None:
+    """Where a random force is refused that held all the rest, the factor is beyond what a float holds."""
+    found = cells(5e-310, 5e-310, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    kept, _ = found.counted(("presliding",), 310.0 * math.log(10.0))
+    assert kept.probabilities == found.probabilities
