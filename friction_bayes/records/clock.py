@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import xarray as xr
 
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 
-__all__ = ["GAP", "LONGEST_RESAMPLED_GAP", "check_clock", "place_of_sample", "sampling_interval"]
+__all__ = [
+    "GAP",
+    "LONGEST_BRIDGED_GAP",
+    "check_clock",
+    "check_time_unit",
+    "is_even",
+    "place_of_sample",
+    "sampling_interval",
+]
 
 JITTER_RMS = 0.01
 """Largest root mean square distance of the time stamps from an even grid, in sampling intervals.
@@ -24,8 +34,8 @@ JITTER_PEAK = 0.05
 GAP = 1.5
 """An interval longer than this many typical ones lost at least one sample."""
 
-LONGEST_RESAMPLED_GAP = 3.0
-"""Resampling bridges up to this many typical intervals; more would be invention, not interpolation."""
+LONGEST_BRIDGED_GAP = 3.0
+"""Up to this many typical intervals are interpolated; more would be invention."""
 
 
 def sampling_interval(record: xr.DataArray) -> float:
@@ -41,7 +51,7 @@ def place_of_sample(index: int, time: Array, rows: Indices | None = None) -> str
 
 
 def check_clock(name: str, time: Array, rows: Indices | None = None, *, evenly: bool = True) -> None:
-    """Refuse time stamps that do not increase, and those not evenly spaced unless they may be.
+    """Refuse time stamps that do not increase, that lack a stretch, and those not even unless they may be.
 
     Parameters
     ----------
@@ -57,7 +67,8 @@ def check_clock(name: str, time: Array, rows: Indices | None = None, *, evenly: 
     Raises
     ------
     InputError
-        If time runs backwards or a stamp is doubled; if asked, at a gap or uneven sampling.
+        If time runs backwards or a stamp is doubled, at a gap too long to be bridged, and where asked at
+        stamps off an even grid.
     """
     intervals = np.diff(time)
     wrong = np.flatnonzero(intervals <= 0.0)
@@ -69,27 +80,57 @@ def check_clock(name: str, time: Array, rows: Indices | None = None, *, evenly: 
             f"time {what} at {place_of_sample(k, time, rows)}",
             "sort the rows and remove doubled ones, or give --sampling-rate if the clock is at fault",
         )
-    if not evenly:
-        return
     typical = float(np.median(intervals))
     longest = int(intervals.argmax())
-    if intervals[longest] > GAP * typical and np.mean(intervals > GAP * typical) < 0.05:
-        bridgeable = intervals[longest] <= LONGEST_RESAMPLED_GAP * typical
+    if intervals[longest] > LONGEST_BRIDGED_GAP * typical and np.mean(intervals > GAP * typical) < 0.05:
         raise InputError(
             name,
             f"gap of {intervals[longest]:.6g} s after {place_of_sample(longest, time, rows)} "
             f"(typical interval {typical:.6g} s)",
-            "cut the record there" + (", or give --resample (resample=True)" if bridgeable else ""),
+            "cut the record there, by --start or --end",
         )
+    if evenly and not is_even(time):
+        raise InputError(
+            name,
+            f"sampling is not uniform: intervals {intervals.min():.6g} to {intervals.max():.6g} s",
+            "bring it to an even grid by records.resampling.resample_record, as read_record does",
+        )
+
+
+def is_even(time: Array) -> bool:
+    """Whether time stamps [s], shape (n,), lie on an even grid, but for :data:`JITTER_RMS` or so."""
     index = np.arange(time.size) - 0.5 * (time.size - 1)
     step = float(index @ time / (index @ index))
     distance = (time - time.mean() - step * index) / step
-    rms, peak = float(np.sqrt(np.mean(distance**2))), float(np.abs(distance).max())
-    if rms > JITTER_RMS or peak > JITTER_PEAK:
-        raise InputError(
-            name,
-            f"sampling is not uniform: intervals {intervals.min():.6g} to {intervals.max():.6g} s, "
-            f"time stamps off an even grid by {100 * rms:.2g} % of an interval (rms) and {100 * peak:.2g} % "
-            f"(largest), where {100 * JITTER_RMS:g} % and {100 * JITTER_PEAK:g} % pass",
-            "give --resample (resample=True), or --sampling-rate if only the stamps are coarse",
-        )
+    return bool(np.sqrt(np.mean(distance**2)) <= JITTER_RMS and np.abs(distance).max() <= JITTER_PEAK)
+
+
+def check_time_unit(record: xr.DataArray, natural_frequency: float) -> None:
+    """Refuse times that the declared frequency shows to be in another unit than seconds.
+
+    They are where they leave less than two samples a period, and more when taken in that unit, over a period
+    or longer.
+
+    Parameters
+    ----------
+    record : xarray.DataArray
+        A validated record.
+    natural_frequency : float
+        Declared ``sqrt(k/m)`` [rad/s].
+
+    Raises
+    ------
+    InputError
+        Naming that unit.
+    """
+    per_period = 2.0 * math.pi / (natural_frequency * sampling_interval(record))
+    if per_period > 2.0:
+        return
+    for unit, seconds in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
+        if 2.0 < per_period / seconds < record.size:
+            raise InputError(
+                str(record.attrs.get("name", "record")),
+                f"{per_period:.3g} samples a period of the declared {natural_frequency:.4g} rad/s, "
+                f"{per_period / seconds:.4g} with the times in {unit}: time in {unit}?",
+                f"name the time column time_{unit}, give --sampling-rate, or check mass and stiffness",
+            )

@@ -16,7 +16,6 @@ from friction_bayes.core.files import sha256_of
 from friction_bayes.core.system import Oscillator, Pendulum
 from friction_bayes.records.readers import read_table
 from friction_bayes.records.readers.table import record_from_table
-from friction_bayes.records.readers.text import read_text
 
 __all__ = [
     "DATASETS",
@@ -59,9 +58,7 @@ class Part:
         Samples per second, where the file has no time.
     run : int, optional
         Number of the run, in a file of several.
-    resample : bool
-        Whether frames are missing, so that the record has to be brought to an even grid.
-    skip_lines : int
+    skip_rows : int
         Lines above the data of a text file.
     zero : float
         Sensor reading at the nominal rest position, subtracted [SI].
@@ -80,8 +77,7 @@ class Part:
     time_column: str | None = None
     sampling_rate: float | None = None
     run: int | None = None
-    resample: bool = False
-    skip_lines: int = 0
+    skip_rows: int = 0
     zero: float = 0.0
     start: float | None = None
     mass: float | None = None
@@ -213,7 +209,7 @@ def dataset_record(name: str) -> tuple[xr.DataArray, Oscillator]:
     data_set, part = _look_up(name)
     path = _fetch(data_set, data_set.files[part.file])
     record = record_from_table(
-        read_text(path, skip_lines=part.skip_lines) if part.skip_lines else read_table(path),
+        read_table(path, skip_rows=part.skip_rows),
         place=str(path),
         name=f"{data_set.name}/{part.name}",
         quantity=data_set.quantity,
@@ -221,13 +217,9 @@ def dataset_record(name: str) -> tuple[xr.DataArray, Oscillator]:
         time_column=part.time_column,
         signal_column=part.signal_column,
         sampling_rate=part.sampling_rate,
-        resample=part.resample,
         run=part.run,
+        start=part.start,
     )
-    if part.start is not None:
-        # half a sample earlier, so that the rounding of time stamps cannot lose the first one
-        first = part.start - 0.5 * float(record["time"][1] - record["time"][0])
-        record = record.isel(time=record["time"].values >= first)
     record = record.copy(data=record.values - part.zero)
     record.attrs["system_source"] = ("assumed: " if data_set.system_assumed else "") + data_set.system_source
     record.attrs["note"] = " ".join(filter(None, (data_set.note, part.note)))

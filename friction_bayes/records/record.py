@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array, Indices
+from friction_bayes.core.checks import finite
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named, to_si
 from friction_bayes.records.clock import check_clock, place_of_sample
@@ -18,10 +19,14 @@ __all__ = [
     "record_name",
     "record_quantity",
     "validate_record",
+    "within",
 ]
 
 MINIMUM_SAMPLES = 8
 """Two more than the unknowns of a whole signal: amplitude, friction, rest, frequency, phase and noise."""
+
+MOST_AT_ENDS = 0.9
+"""Share of samples at the two ends of the range: a sine clipped at a sixth of its amplitude has as many."""
 
 
 def make_record(
@@ -86,6 +91,35 @@ def record_name(record: xr.DataArray) -> str:
     return str(record.attrs.get("name", "record"))
 
 
+def within(record: xr.DataArray, start: float | None, end: float | None) -> slice:
+    """Return the samples from ``start`` to ``end`` [s], of times that rise; all where neither is given.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    time = record["time"].values
+    if time.size < MINIMUM_SAMPLES:
+        return slice(None)
+    kept = np.ones(time.size, dtype=bool)
+    # half a sample further out, so that the rounding of time stamps cannot lose the first or the last
+    half = 0.5 * float(np.median(np.diff(time)))
+    for option, limit in (("--start", start), ("--end", end)):
+        if limit is not None and not time[0] - half <= finite(option, limit) <= time[-1] + half:
+            raise InputError(
+                option, f"{limit:g} s lies outside the record", f"give {time[0]:g} .. {time[-1]:g} s"
+            )
+    if start is not None:
+        kept &= time > start - half
+    if end is not None:
+        kept &= time < end + half
+    held = np.flatnonzero(kept)
+    if not held.size:
+        raise InputError("--end", f"{end:g} s is before --start {start:g} s", "give a later one")
+    return slice(int(held[0]), int(held[-1]) + 1)
+
+
 def validate_record(
     record: xr.DataArray, *, rows: Indices | None = None, evenly: bool = True
 ) -> xr.DataArray:
@@ -104,8 +138,8 @@ def validate_record(
     ------
     InputError
         If it is not a one-dimensional record over ``time`` in a known quantity and unit; has too few
-        samples, a NaN or infinity, a constant signal, time stamps that run backwards or are doubled,
-        a gap, or uneven sampling.
+        samples, a NaN or infinity, a constant signal or one of two values, time stamps that run backwards or
+        are doubled, a gap, or uneven sampling.
     """
     name = record_name(record)
     if record.dims != ("time",) or "time" not in record.coords:
@@ -141,6 +175,13 @@ def validate_record(
             name,
             f"the signal is constant at {values[0]:g} {unit}",
             "give a record of a free decay: nothing moves in this one",
+        )
+    at_ends = float(np.mean((values == values.max()) | (values == values.min())))
+    if at_ends > MOST_AT_ENDS:
+        raise InputError(
+            name,
+            f"{at_ends:.0%} of the samples are {values.min():g} or {values.max():g} {unit}, nothing between",
+            "give the motion itself: a square wave or a switch shows no amplitude",
         )
     check_clock(name, time, rows, evenly=evenly)
     return record

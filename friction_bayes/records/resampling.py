@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from friction_bayes.core.errors import InputError
-from friction_bayes.records.clock import GAP, LONGEST_RESAMPLED_GAP, place_of_sample
-from friction_bayes.records.record import record_name, validate_record
+from friction_bayes.records.clock import GAP
+from friction_bayes.records.record import validate_record
 
 __all__ = ["resample_record"]
 
@@ -31,21 +30,14 @@ def resample_record(record: xr.DataArray) -> xr.DataArray:
     Raises
     ------
     InputError
-        As :func:`validate_record`, or if a gap is too long to bridge.
+        As :func:`validate_record`.
     """
     from scipy.interpolate import make_interp_spline
 
     validate_record(record, evenly=False)
     time, values = np.asarray(record["time"].values, dtype=float), np.asarray(record.values, dtype=float)
     intervals = np.diff(time)
-    longest, typical = int(intervals.argmax()), float(np.median(intervals))
-    if intervals[longest] > LONGEST_RESAMPLED_GAP * typical:
-        raise InputError(
-            record_name(record),
-            f"gap of {intervals[longest]:g} s after {place_of_sample(longest, time)} "
-            f"is too long to interpolate (typical interval {typical:g} s)",
-            "cut the record there",
-        )
+    typical = float(np.median(intervals))
     # the mean where no sample is missing: the median keeps the rounding of the time stamps
     step = float(intervals[intervals <= GAP * typical].mean())
     grid = np.linspace(time[0], time[-1], round((time[-1] - time[0]) / step) + 1)

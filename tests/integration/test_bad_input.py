@@ -40,10 +40,6 @@ def gap(time: np.ndarray, signal: np.ndarray) -> Signal:
     return time[keep], signal[keep]
 
 
-def uneven(time: np.ndarray, signal: np.ndarray) -> Signal:
-    return time + 0.002 * np.sin(40.0 * time), signal
-
-
 RECORDS: dict[str, tuple[Edit, str]] = {
     "nan": (with_value(np.nan), "nan"),
     "infinity": (with_value(np.inf), "inf"),
@@ -52,7 +48,11 @@ RECORDS: dict[str, tuple[Edit, str]] = {
     "time_backwards": (backwards, "backwards"),
     "time_doubled": (doubled, "doubled"),
     "gap": (gap, "gap"),
-    "uneven": (uneven, "--resample"),
+    "square wave": (lambda time, signal: (time, np.sign(signal)), "nothing between"),
+    "time in ms": (lambda time, signal: (1e3 * time, signal), "time in ms?"),
+    "time in us": (lambda time, signal: (1e6 * time, signal), "time in us?"),
+    "time in ns": (lambda time, signal: (1e9 * time, signal), "time in ns?"),
+    "time in ks": (lambda time, signal: (1e-3 * time, signal), "three half cycles"),
     "clipped": (lambda time, signal: (time, np.clip(signal, -0.015, 0.015)), "close-loop"),
     "empty": (lambda time, signal: (time[:0], signal[:0]), "decay.csv"),
 }

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from decays import written_decay
 from friction_bayes.cli.program import main
 
 Signal = tuple[np.ndarray, np.ndarray]
@@ -143,3 +144,146 @@ def test_a_scale_with_its_unit(
     time, signal = decay()
     path = write(["t,y", *rows_of(time, per_metre * signal)])
     assert friction(path, *LINEAR, "--quantity", "displacement", *told) == pytest.approx(FRICTION, rel=0.02)
+
+
+def phyphox(time: np.ndarray, signal: np.ndarray) -> list[str]:
+    header = '"Time (s)","Gyroscope x (rad/s)","Gyroscope y (rad/s)","Gyroscope z (rad/s)","Absolute (rad/s)"'
+    rate = np.gradient(signal, time)
+    return [header, *(f"{t:.9E},{r:.9E},1E-3,2E-3,{abs(r):.9E}" for t, r in zip(time, rate, strict=True))]
+
+
+def instrument(time: np.ndarray, signal: np.ndarray) -> list[str]:
+    """An oscilloscope's export: settings, header, units, a blank line, and a separator at each line's end."""
+    above = ["Model;DL850;", "Date;2024/03/01;", "Samples;500;", "Note: spring; released by hand", ""]
+    table = [row.replace(".", ",") + ";" for row in rows_of(1e3 * time, 1e3 * signal, ";")]
+    return [*above, "Time;Position;", "(ms);(mm);", "", *table]
+
+
+def labview(time: np.ndarray, signal: np.ndarray) -> list[str]:
+    above = ["LabVIEW Measurement", "Separator\tTab", "Channels\t1", "***End_of_Header***", ""]
+    return [*above, "Time (s)\tDisplacement (m)\tComment", *rows_of(time, signal, "\t")]
+
+
+def tracker(time: np.ndarray, signal: np.ndarray) -> list[str]:
+    return ["mass_A", "t,x,y", *(f"{row},0.5" for row in rows_of(time, signal)), ""]
+
+
+def arduino(time: np.ndarray, signal: np.ndarray) -> list[str]:
+    return ["Ready.", *rows_of(np.round(1e3 * time), np.round(1e6 * signal), " ")]
+
+
+RECORDINGS: dict[str, tuple[Callable[..., list[str]], tuple[str, ...], str]] = {
+    "phyphox": (
+        phyphox,
+        (*ROTARY, "--signal-column", "Gyroscope x (rad/s)"),
+        "Gyroscope x (rad/s) [rad/s] over Time (s) [s]",
+    ),
+    "instrument": (instrument, LINEAR, "Position (mm) [mm] over Time (ms) [ms]"),
+    "LabVIEW": (labview, LINEAR, "Displacement (m) [m] over Time (s) [s]"),
+    "Tracker": (
+        tracker,
+        (*LINEAR, "--signal-column", "x", "--quantity", "displacement", "--unit", "m"),
+        "x [m] over t [s]",
+    ),
+    "Arduino": (
+        arduino,
+        (
+            *LINEAR,
+            "--sampling-rate",
+            "100",
+            "--signal-column",
+            "1",
+            "--quantity",
+            "displacement",
+            "--unit",
+            "um",
+        ),
+        "1 [um] at the given 100 Hz",
+    ),
+}
+
+
+@pytest.mark.parametrize("source", RECORDINGS)
+def test_exports_are_read_as_they_are(
+    source: str, decay: Decay, write: Callable[..., str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines, told, columns = RECORDINGS[source]
+    path = write(lines(*decay(noise_sd=1e-6)))
+    assert main(["estimate", path, *told, "--method", "envelope", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["friction"]["mean"] == pytest.approx(FRICTION, rel=0.05)
+    assert result["read"] == f"{columns}: 500 samples, 100 Hz, 0 to 4.99 s"
+    assert result["fitted"]["half_cycles"] in (14, 15)
+
+
+def test_what_was_understood_is_printed(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["estimate", str(csv), *LINEAR, "--method", "envelope"]) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert (
+        "read displacement_m [m] over time_s [s]: 500 samples, 100 Hz, 0 to 4.99 s; fitted 0 to 4." in shown
+    )
+    assert "half cycles friction" in shown
+
+
+def test_several_channels_are_listed(
+    decay: Decay, write: Callable[..., str], refused: Callable[..., str]
+) -> None:
+    path = write(phyphox(*decay()))
+    assert "several signals: Gyroscope x (rad/s), Gyroscope y (rad/s)" in refused("estimate", path, *ROTARY)
+
+
+def test_a_column_of_milliseconds_is_asked_about(
+    decay: Decay, write: Callable[..., str], refused: Callable[..., str]
+) -> None:
+    told = ("--time-column", "0", "--signal-column", "1", "--quantity", "displacement", "--unit", "um")
+    line = refused("estimate", write(arduino(*decay())), *LINEAR, *told)
+    assert "0.0628 samples a period of the declared 10 rad/s, 62.83 with the times in ms: time in ms?" in line
+
+
+@pytest.mark.parametrize("command", ["estimate", "close-loop", "monitor"])
+def test_what_is_not_told_from_the_table_is_skipped(
+    command: str, tmp_path: Path, decay: Decay, write: Callable[..., str], refused: Callable[..., str]
+) -> None:
+    lines = ["1,2", "3,4", "time_s,displacement_m", *rows_of(*decay()), "the end"]
+    paths = [write(lines, name) for name in ("one.csv", "two.csv")]
+    argv = (command, *(paths if command == "monitor" else paths[:1]), *LINEAR, "--out", str(tmp_path / "out"))
+    assert "row 504: found 1 of 2 cells" in refused(*argv, "--skip-rows", "2")
+
+
+def test_rows_are_skipped_of_text_alone(tmp_path: Path, refused: Callable[..., str]) -> None:
+    (tmp_path / "decay.nc").touch()
+    argv = ("estimate", str(tmp_path / "decay.nc"), *LINEAR, "--skip-rows", "2")
+    assert "--skip-rows: does not apply to .nc files" in refused(*argv)
+
+
+@pytest.mark.parametrize("command", ["estimate", "close-loop", "monitor"])
+def test_start_and_end_cut_before_a_record_is_judged(
+    command: str, tmp_path: Path, decay: Decay, write: Callable[..., str], refused: Callable[..., str]
+) -> None:
+    time, signal = decay()
+    signal[[20, 480]] = np.nan
+    paths = [
+        write(["time_s,displacement_m", *rows_of(time, signal)], name) for name in ("one.csv", "two.csv")
+    ]
+    argv = (command, *(paths if command == "monitor" else paths[:1]), *LINEAR, "--out", str(tmp_path / "out"))
+    assert "signal is nan at row 22 (t = 0.2 s) and 1 more" in refused(*argv)
+    assert "signal is nan at row 482 (t = 4.8 s); " in refused(*argv, "--start", "0.21")
+    assert "7 samples; give at least 8" in refused(*argv, "--start", "0.21", "--end", "0.27")
+    assert "--end: 9 s lies outside the record; give 0 .. 4.99 s" in refused(*argv, "--end", "9")
+    assert "--end: 1 s is before --start 2 s" in refused(*argv, "--start", "2", "--end", "1")
+
+
+@pytest.mark.parametrize("stamps", ["logger", "phone"])
+def test_uneven_times_are_followed(
+    stamps: str,
+    decay: Decay,
+    rng: np.random.Generator,
+    write: Callable[..., str],
+    friction: Callable[..., float],
+) -> None:
+    """A clock that changes its rate by 0.3 %, and one that jitters by a fifth of an interval."""
+    time, _ = decay()
+    drift = 1.5e-3 * np.maximum(time - 2.5, 0.0)
+    uneven = time + (drift if stamps == "logger" else 2e-3 * rng.uniform(-1.0, 1.0, time.size))
+    path = write(["Time (s),Position (m)", *rows_of(uneven, written_decay(uneven, 0.02, 5e-4))])
+    assert friction(path, *LINEAR) == pytest.approx(FRICTION, rel=2e-3)

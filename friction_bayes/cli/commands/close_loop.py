@@ -10,15 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import friction_bayes as fb
 from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
-from friction_bayes.cli.options import (
-    add_output_folder,
-    add_record,
-    add_seed,
-    add_system,
-    input_digests,
-    load_records,
-    options_of,
-)
+from friction_bayes.cli.options import add_output_folder, add_seed, add_system, options_of
+from friction_bayes.cli.records import add_record, input_digests, load_records, what_was_read
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
@@ -144,6 +137,7 @@ def _close(arguments: argparse.Namespace, folder: Path) -> dict[str, Any]:
             force = read_force(arguments.reference_force, records[0])
         report = _search(arguments, records, system, effects=effects, exclude=exclude, reference_force=force)
     result = report.to_dict()
+    result["read"] = [what_was_read(record) for record in records]
     result["notes"] = list(dict.fromkeys([*result["notes"], *warned]))
     inputs = input_digests(*arguments.records, arguments.reference_force)
     made = manifest("close-loop", options=options_of(arguments), seed=arguments.seed, inputs=inputs)

@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import friction_bayes as fb
 from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
-from friction_bayes.cli.options import (
-    add_output_folder,
-    add_record,
-    add_seed,
-    add_system,
-    input_digests,
-    key_values,
-    load_record,
-    options_of,
-)
+from friction_bayes.cli.options import add_output_folder, add_seed, add_system, key_values, options_of
+from friction_bayes.cli.records import add_record, input_digests, load_record, what_was_read
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 from friction_bayes.core.strict_json import strict_json
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from friction_bayes.decay.free_decay import FreeDecay
     from friction_bayes.estimators.result import Estimate
     from friction_bayes.reference.checking import ReferenceRun
 
@@ -69,9 +63,6 @@ def add_parser(commands: Any) -> None:
         default="highest",
         metavar="highest|nominal",
         help="sample that the paper's two methods take as the peak (default: highest)",
-    )
-    model.add_argument(
-        "--start", type=float, metavar="S", help="when the free decay begins (default: found in the record)"
     )
     model.add_argument(
         "--rest-position", type=float, metavar="X", help="signal at rest (default: found in the record)"
@@ -124,7 +115,7 @@ def _estimate(arguments: argparse.Namespace, folder: Path | None) -> tuple[dict[
     reference = None
     with collected_warnings() as warned:
         record, system = load_record(arguments.record, arguments)
-        setup = None if arguments.setup is None else load_record(arguments.setup, arguments)[0]
+        setup = None if arguments.setup is None else _setup(arguments)
         estimate = fb.estimate(
             record,
             system,
@@ -140,10 +131,29 @@ def _estimate(arguments: argparse.Namespace, folder: Path | None) -> tuple[dict[
         if arguments.check:
             reference = _check(estimate, arguments.seed)
     result = estimate.to_dict(None if reference is None else reference.summary)
+    result["read"] = what_was_read(record)
+    result["fitted"] = _fitted(estimate.decay)
     result["notes"].extend(text for text in warned if text not in result["notes"])
     if folder is not None:
         _write(estimate, record, reference, folder)
     return result, input_digests(arguments.record, arguments.setup)
+
+
+def _setup(arguments: argparse.Namespace) -> xr.DataArray:
+    """Read the set-up record, which has a start and an end of its own."""
+    whole = argparse.Namespace(**{**vars(arguments), "start": None, "end": None})
+    return load_record(arguments.setup, whole)[0]
+
+
+def _fitted(decay: FreeDecay) -> dict[str, Any]:
+    """Return which part of the record the fit took."""
+    duration = decay.step * (decay.values.size - 1)
+    return {
+        "from_s": decay.start_time,
+        "to_s": decay.start_time + duration,
+        "samples": decay.values.size,
+        "half_cycles": int(duration * decay.frequency / math.pi),
+    }
 
 
 # emcee, ArviZ and matplotlib take seconds to load: they are imported where they are needed.

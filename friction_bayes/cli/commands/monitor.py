@@ -10,16 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import friction_bayes as fb
 from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
-from friction_bayes.cli.options import (
-    add_long_run,
-    add_output_folder,
-    add_record,
-    add_system,
-    input_digests,
-    load_records,
-    options_of,
-    system_of,
-)
+from friction_bayes.cli.options import add_long_run, add_output_folder, add_system, options_of, system_of
+from friction_bayes.cli.records import add_record, input_digests, load_records
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
@@ -132,7 +124,7 @@ def _open_fleet(arguments: argparse.Namespace) -> xr.DataArray | None:
     if len(arguments.records) > 1:
         raise InputError("records", "a fleet among other records", "give a fleet alone")
     (fleet,) = fleets
-    for option in ("times", "time_unit", "time_column", "scale", "resample", "run"):
+    for option in ("times", "time_unit", "time_column", "scale", "run", "skip_rows", "start", "end"):
         if getattr(arguments, option):
             name = f"--{option.replace('_', '-')}"
             raise InputError(name, "does not apply to a fleet", "say it in the coordinates of the Zarr")

@@ -9,7 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from friction_bayes.cli.tables.layout import two_columns
+from friction_bayes.cli.tables.layout import fitted_part, two_columns
 from friction_bayes.core.text import duration, interval90, number, with_interval
 
 __all__ = ["comparison_table", "disagreements", "estimate_table"]
@@ -65,9 +65,12 @@ def estimate_table(result: Mapping[str, Any]) -> Table:
     Parameters
     ----------
     result : mapping
-        The estimate, its ``reference`` included where one was sampled.
+        The estimate, its ``reference`` included where one was sampled, and what was ``read`` and ``fitted``
+        where it comes from a file.
     """
     table = two_columns(f"{result['record']}, {result['method']}")
+    if "read" in result:
+        table.add_row("read", Text(f"{result['read']}; {fitted_part(result['fitted'])}"))
     table.add_row("friction", Text(with_interval(result["friction"]), style="bold"))
     table.add_row("friction / stiffness", with_interval(result["friction_over_stiffness"]))
     table.add_row("P(friction < 0)", number(result["probability_negative"], 2))

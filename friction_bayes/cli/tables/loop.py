@@ -8,7 +8,7 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from friction_bayes.cli.tables.layout import two_columns
+from friction_bayes.cli.tables.layout import fitted_part, two_columns
 from friction_bayes.report.story import loop_story
 
 __all__ = ["loop_table"]
@@ -22,9 +22,13 @@ def loop_table(title: str, result: Mapping[str, Any]) -> Table:
     title : str
         The records.
     result : mapping
-        Fields of ``report.json`` and ``notes``.
+        Fields of ``report.json``, ``notes``, and what was ``read``, a line a record.
     """
     table = two_columns(title)
+    # the part fitted is told of the first record
+    table.add_row("read", Text(f"{result['read'][0]}; {fitted_part(result['fitted'])}"))
+    for text in result["read"][1:]:
+        table.add_row("", Text(text))
     for label, text in loop_story(result):
         bold = label in {"verdict", "friction after"}
         table.add_row(label, Text(text, style="bold" if bold else ""))

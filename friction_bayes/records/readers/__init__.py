@@ -35,13 +35,15 @@ READERS: dict[str, Callable[[Path], Table]] = {
 """Suffix to reader. A new format is one function that returns a :class:`Table`, and one entry here."""
 
 
-def read_table(path: str | Path) -> Table:
+def read_table(path: str | Path, *, skip_rows: int = 0) -> Table:
     """Read the channels of a file.
 
     Parameters
     ----------
     path : str or Path
         A file with a suffix of :data:`READERS`; for ``.zarr`` a folder.
+    skip_rows : int
+        Lines of a text file to pass over at the top.
 
     Raises
     ------
@@ -61,10 +63,13 @@ def read_table(path: str | Path) -> Table:
         raise InputError(str(path), f"unknown suffix {file.suffix!r}", f"give a file of one of {known}")
     if suffix == ".zarr" and not file.is_dir():
         raise InputError(str(path), "this is a file", "give the folder that Zarr wrote")
+    reader = READERS[suffix]
+    if skip_rows and reader is not read_text:
+        raise InputError("--skip-rows", f"does not apply to {suffix} files", "leave it out")
     try:
         if file.is_file() and file.stat().st_size == 0:
             raise InputError(str(path), "the file is empty", "give a file with rows of numbers")
-        table = READERS[suffix](file)
+        table = read_text(file, skip_rows=skip_rows) if skip_rows else reader(file)
     except PermissionError:
         raise InputError(str(path), "the file may not be read", "check its permissions") from None
     if not table.columns:
@@ -81,14 +86,17 @@ def read_record(
     time_column: str | int | None = None,
     signal_column: str | int | None = None,
     sampling_rate: float | None = None,
-    resample: bool = False,
     run: int | None = None,
+    skip_rows: int = 0,
+    start: float | None = None,
+    end: float | None = None,
     name: str | None = None,
 ) -> xr.DataArray:
     """Read one record from a file.
 
     Column names such as ``time_s`` and ``displacement_mm``, or ``Time (s)`` and ``Angle (deg)``, carry
-    quantity and unit; the options give what they do not.
+    quantity and unit; the options give what they do not. Where the times are uneven the signal is brought to
+    an even grid by a cubic spline, and the attribute ``resampled`` says so.
 
     Parameters
     ----------
@@ -103,18 +111,21 @@ def read_record(
         Columns by name, or by position counted from zero.
     sampling_rate : float, optional
         Samples per second; takes the place of the time column.
-    resample : bool
-        Interpolate uneven sampling onto an even grid instead of refusing it.
     run : int, optional
         Number of the run, in a file of several side by side (columns named ``Angle (rad) Run #3``). Columns
         are then named and counted within the run.
+    skip_rows : int
+        Lines of a text file to pass over at the top, whatever they hold.
+    start, end : float, optional
+        Part of the file that is taken [s].
     name : str, optional
         What messages and figures call the record; the file's name when left out.
 
     Returns
     -------
     xarray.DataArray
-        The validated record, see :func:`friction_bayes.records.record.make_record`.
+        The validated record, see :func:`friction_bayes.records.record.make_record`; its attribute ``read``
+        says which columns it was taken from, in which unit.
 
     Raises
     ------
@@ -123,7 +134,7 @@ def read_record(
         the file and, in text files, the row.
     """
     return record_from_table(
-        read_table(path),
+        read_table(path, skip_rows=skip_rows),
         place=str(path),
         name=name,
         quantity=quantity,
@@ -132,6 +143,7 @@ def read_record(
         time_column=time_column,
         signal_column=signal_column,
         sampling_rate=sampling_rate,
-        resample=resample,
         run=run,
+        start=start,
+        end=end,
     )

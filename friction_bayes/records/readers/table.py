@@ -22,9 +22,10 @@ from friction_bayes.core.quantities import (
     quantity_named,
 )
 from friction_bayes.core.unit_spelling import plain_unit
+from friction_bayes.records.clock import is_even
 from friction_bayes.records.readers.headers import read_header, split_run
 from friction_bayes.records.readers.scale import unit_and_factor
-from friction_bayes.records.record import make_record, validate_record
+from friction_bayes.records.record import make_record, validate_record, within
 from friction_bayes.records.resampling import resample_record
 
 __all__ = ["Column", "Table", "is_time", "record_from_table", "times_of"]
@@ -80,8 +81,9 @@ def record_from_table(
     time_column: str | int | None = None,
     signal_column: str | int | None = None,
     sampling_rate: float | None = None,
-    resample: bool = False,
     run: int | None = None,
+    start: float | None = None,
+    end: float | None = None,
 ) -> xr.DataArray:
     """Choose time and signal, and build and validate the record.
 
@@ -102,10 +104,13 @@ def record_from_table(
     values = column.read()
     if sampling_rate is not None:
         time = np.arange(values.size) / positive("--sampling-rate", sampling_rate)
+        clock = f"at the given {sampling_rate:g} Hz"
     elif clock_name is not None and (time_column is not None or column.clock is None):
         time = times_of(column, table, place, clock_name)
+        clock = f"over {clock_name} [{_time_unit(place, clock_name, table.columns[clock_name])}]"
     elif column.clock is not None:
         time = column.clock()
+        clock = "over the times of its channel"
     else:
         raise InputError(
             place,
@@ -117,8 +122,11 @@ def record_from_table(
         time, values if factor == 1.0 else factor * values, kind.name, unit=unit, name=chosen
     )
     record.attrs.update({key: v for key, v in column.attrs.items() if key not in record.attrs})
-    validate_record(record, rows=column.rows, evenly=not resample)
-    return resample_record(record) if resample else record
+    record.attrs["read"] = f"{signal_name} [{unit}] {clock}"
+    kept = within(record, start, end)
+    record, rows = record[kept], None if column.rows is None else column.rows[kept]
+    validate_record(record, rows=rows, evenly=False)
+    return record if is_even(record["time"].values) else resample_record(record)
 
 
 def times_of(column: Column, table: Table, place: str, clock_name: str) -> NDArray[Any]:
@@ -130,7 +138,7 @@ def times_of(column: Column, table: Table, place: str, clock_name: str) -> NDArr
         If the unit of the time column is not one of time, or it has no time where the column has a sample.
     """
     clock = table.columns[clock_name]
-    time = clock.read() * _seconds(place, clock_name, clock)
+    time = clock.read() * TIME_UNITS[_time_unit(place, clock_name, clock)]
     if clock.rows is None or column.rows is None:
         return time
     missing = column.rows[~np.isin(column.rows, clock.rows)]
@@ -249,11 +257,11 @@ def _meaning(
     return kind, *unit_and_factor(kind, stated, unit, scale, place=place, column=name)
 
 
-def _seconds(place: str, name: str, clock: Column) -> float:
-    """Return the factor that brings a time column to seconds; seconds where no unit is stated."""
+def _time_unit(place: str, name: str, clock: Column) -> str:
+    """Return the unit of a time column; seconds where none is stated."""
     unit = plain_unit(clock.unit) if clock.unit else read_header(name).unit or "s"
     if unit not in TIME_UNITS:
         raise InputError(
             place, f"time column {name} is in {unit}", f"give it in one of {', '.join(TIME_UNITS)}"
         )
-    return TIME_UNITS[unit]
+    return unit

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from functools import partial
 from pathlib import Path
 
@@ -11,26 +12,32 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import QUANTITIES, TIME_UNITS, known_units
+from friction_bayes.core.unit_spelling import plain_unit
 from friction_bayes.records.readers.table import Column, Table
 
 __all__ = ["read_text"]
 
 _QUOTED = re.compile(r"^'(.*)'$")
+_LOOKED_AT = 60
+"""Rows that show how a file is laid out."""
+_UNITS = {*TIME_UNITS, *(unit for quantity in QUANTITIES.values() for unit in known_units(quantity))}
 _SYNTHETIC = re.compile(r"#\s*synthetic\b")
 
 
-def read_text(path: Path, *, skip_lines: int = 0) -> Table:
-    """Read a text table of one header line, or none, and rows of numbers.
+def read_text(path: Path, *, skip_rows: int = 0) -> Table:
+    """Read a text table: rows of numbers under one header line, or none.
 
-    Columns are separated by semicolons, tabs, commas or blanks (the first of these that the first line has).
-    Lines that are blank or begin with ``#`` are passed over; a comment ``# synthetic`` marks the record.
-    Empty cells at the top or the end of a column are no part of it: runs side by side differ in length.
+    Columns are separated by semicolons, tabs, commas or blanks, whichever the rows of numbers have. What
+    stands above the header line, and lines that are blank or begin with ``#``, is passed over; a comment
+    ``# synthetic`` marks the record. A row of units under the header line belongs to it. Empty cells
+    at the top or the end of a column are no part of it: runs side by side differ in length.
 
     Parameters
     ----------
     path : Path
         The file: UTF-8, with or without a byte-order mark, UTF-16 with one, or Latin-1.
-    skip_lines : int
+    skip_rows : int
         Lines to pass over at the top, whatever they hold.
 
     Raises
@@ -42,25 +49,18 @@ def read_text(path: Path, *, skip_lines: int = 0) -> Table:
     kept = [
         (row, line)
         for row, line in enumerate(lines, start=1)
-        if row > skip_lines and line.strip() and not line.lstrip().startswith("#")
+        if row > skip_rows and line.strip() and not line.lstrip().startswith("#")
     ]
     if not kept:
         raise InputError(
             str(path), "the file holds no data", "give a file with a header line and rows of numbers"
         )
-    separator = _separator(kept[0][1].strip())
     try:
-        table = [(row, _cells(line, separator)) for row, line in kept]
+        names, table = _layout(path, kept)
     except csv.Error as error:
         raise InputError(
             str(path), f"this is no table ({error})", "give a file with rows of numbers"
         ) from None
-    if all(_is_number(cell) for cell in table[0][1]):
-        names = [str(k) for k in range(len(table[0][1]))]
-    else:
-        names = _header(path, table.pop(0)[1])
-    if not table:
-        raise InputError(str(path), "the file ends after its header line", "give a file with rows of numbers")
     for row, cells in table:
         while len(cells) > len(names) and not cells[-1]:
             cells.pop()
@@ -84,6 +84,79 @@ def read_text(path: Path, *, skip_lines: int = 0) -> Table:
     return Table(columns)
 
 
+def _layout(path: Path, kept: list[tuple[int, str]]) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """Tell the header from what stands above it; return names and rows, each with its number in the file."""
+    # what most rows look like, from some strewn over all but the top of the file
+    some = [line for _, line in kept[len(kept) // 4 :: max(len(kept) // _LOOKED_AT, 1)]]
+    separator = Counter(map(_separator, some)).most_common(1)[0][0]
+    lines = [(row, _cells(line, separator)) for row, line in kept]
+    lines = [(row, cells) for row, cells in lines if any(cells)]
+    typical = [_cells(line, separator) for line in some]
+    width = Counter(_width(cells) for cells in typical).most_common(1)[0][0]
+    numeric = [
+        k
+        for k in range(width)
+        if any(_width(row) == width and row[k] and _is_number(row[k]) for row in typical)
+    ]
+
+    def numbers(cells: list[str]) -> list[bool]:
+        return [bool(cells[k]) and _is_number(cells[k]) for k in numeric if k < len(cells)]
+
+    data = next(
+        (
+            i
+            for i, (_, cells) in enumerate(lines)
+            if width in (len(cells), _width(cells))
+            and any(numbers(cells))
+            and all(_is_number(cells[k]) for k in numeric if k < len(cells))
+        ),
+        None,
+    )
+    if data is None:
+        ends = len(lines) == 1 or not numeric
+        what = "the file ends after its header line" if ends else "no row of numbers was found"
+        raise InputError(str(path), what, "give a file with rows of numbers")
+    header = next(
+        (
+            i
+            for i in range(data - 1, -1, -1)
+            if _width(lines[i][1]) >= width and not any(numbers(lines[i][1]))
+        ),
+        None,
+    )
+    if header is None:
+        if data and _width(lines[data - 1][1]) > 1 and not any(numbers(lines[data - 1][1])):
+            raise InputError(
+                f"{path}: row {lines[data][0]}",
+                f"found {width} cells where the first line has {_width(lines[data - 1][1])}",
+                "give every row as many cells (with decimal commas, separate columns by semicolons)",
+            )
+        table = lines[data:]
+        return [str(k) for k in range(max(_width(cells) for _, cells in table))], table
+    table = lines[header + 1 :]
+    names = lines[header][1]
+    if header and _width(lines[header - 1][1]) >= width and _are_units(names):
+        above = lines[header - 1][1]
+        names = [
+            f"{name} ({unit.strip('()[]')})" if unit else name
+            for name, unit in zip(above, names, strict=False)
+        ]
+    # a name without a cell under it, as LabVIEW's Comment
+    return _header(path, names[: max(len(cells) for _, cells in table)]), table
+
+
+def _width(cells: list[str]) -> int:
+    """Return the number of cells up to the last that is not empty."""
+    return next((k for k in range(len(cells), 0, -1) if cells[k - 1]), 0)
+
+
+def _are_units(cells: list[str]) -> bool:
+    """Whether a line holds units and nothing else."""
+    held = [cell for cell in cells if cell]
+    known = [plain_unit(cell) in _UNITS for cell in held]
+    return any(known) and all(k or cell[0] in "([" for k, cell in zip(known, held, strict=True))
+
+
 def _decode(path: Path) -> str:
     raw = path.read_bytes()
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
@@ -97,10 +170,14 @@ def _decode(path: Path) -> str:
 
 
 def _separator(line: str) -> str | None:
-    """Return what separates the cells of the first line, None for blanks."""
-    if len(line.split()) > 1 and all(_is_number(cell) for cell in line.split()):
-        return None
-    return next((mark for mark in ";\t," if mark in line), None)
+    """Return what separates the cells of a line, None for blanks."""
+    line = line.strip()
+    mark = next((mark for mark in ";\t" if mark in line), None)
+    if mark is not None or "," not in line:
+        return mark
+    words = line.split()
+    # the commas are decimal ones
+    return None if len(words) > 1 and all(map(_is_number, words)) else ","
 
 
 def _cells(line: str, separator: str | None) -> list[str]:

@@ -82,14 +82,14 @@ file = "swing.txt"
 signal_column = "0"
 sampling_rate = 50.0
 unit = "deg"
-skip_lines = 2
+skip_rows = 2
 
 [swing.parts.late]
 file = "swing.txt"
 signal_column = "0"
 sampling_rate = 50.0
 unit = "deg"
-skip_lines = 2
+skip_rows = 2
 zero = 0.25
 start = 1.0
 note = "Held before."
@@ -125,7 +125,6 @@ time_column = "Time (s)"
 signal_column = "Position (x)"
 unit = "a.u."
 mass = 3.0
-resample = true
 """
 
 

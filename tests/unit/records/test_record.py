@@ -95,7 +95,8 @@ def test_time_running_backwards_or_doubled_is_refused() -> None:
 def test_a_gap_is_refused_and_named() -> None:
     keep = np.r_[:100, 110:N]
     with pytest.raises(
-        InputError, match=r"gap of 0.11 s after sample 100 \(t = 0.99 s\).*cut the record there$"
+        InputError,
+        match=r"gap of 0.11 s after sample 100 \(t = 0.99 s\).*cut the record there, by --start or --end$",
     ):
         validate_record(record_over(TIME[keep], SIGNAL[keep]))
 
@@ -117,7 +118,7 @@ def test_time_stamps_rounded_to_a_thousandth_of_a_step_are_uniform() -> None:
 @pytest.mark.parametrize("jitter", [0.03, 0.2])
 def test_jitter_beyond_tolerance_is_refused_with_its_numbers(jitter, rng) -> None:
     record = record_over(TIME + jitter * STEP * rng.uniform(-1.0, 1.0, N))
-    with pytest.raises(InputError, match=r"not uniform: intervals .*rms.*--resample \(resample=True\)"):
+    with pytest.raises(InputError, match=r"not uniform: intervals .*resample_record"):
         validate_record(record)
 
 
@@ -177,7 +178,7 @@ def test_resampling_keeps_to_rounded_time_stamps() -> None:
 
 def test_resampling_does_not_invent_what_a_long_gap_lost() -> None:
     keep = np.r_[:100, 110:N]
-    with pytest.raises(InputError, match="too long to interpolate"):
+    with pytest.raises(InputError, match="cut the record there"):
         resample_record(record_over(TIME[keep], SIGNAL[keep]))
 
 

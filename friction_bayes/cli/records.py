@@ -1,0 +1,172 @@
+"""Records on the command line: the options that say how a file is read, and what was understood of it."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import friction_bayes as fb
+from friction_bayes.cli.options import system_of
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.files import sha256_of
+from friction_bayes.core.system import Oscillator
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = ["add_record", "input_digests", "load_record", "load_records", "what_was_read"]
+
+_DATASET = "dataset:"
+_RECORD_FIELDS = (
+    "quantity",
+    "unit",
+    "scale",
+    "time_column",
+    "signal_column",
+    "sampling_rate",
+    "run",
+    "skip_rows",
+)
+
+
+def add_record(parser: argparse.ArgumentParser) -> None:
+    """Add the options that say how a record file is read."""
+    group = parser.add_argument_group("record", "what the column names of the file do not say")
+    group.add_argument("--time-column", metavar="NAME", help="sample times [s], by name or number from 0")
+    group.add_argument("--signal-column", metavar="NAME", help="signal, by name or number from 0")
+    group.add_argument("--quantity", metavar="NAME", help="displacement, velocity, acceleration, angle, ...")
+    group.add_argument(
+        "--unit", metavar="UNIT", help="unit of the signal; V, counts or a.u. when not calibrated"
+    )
+    group.add_argument(
+        "--scale",
+        type=float,
+        metavar="FACTOR",
+        help="factor from the numbers of the file to --unit; with a --unit such as mV/g, the sensitivity",
+    )
+    group.add_argument("--sampling-rate", type=float, metavar="HZ", help="for a record without a time column")
+    group.add_argument(
+        "--run", type=int, metavar="N", help="run, in a file of several such as PASCO Capstone's"
+    )
+    group.add_argument(
+        "--skip-rows",
+        type=_rows,
+        metavar="N",
+        help="lines above the table, where they are not told from it",
+    )
+    group.add_argument(
+        "--start",
+        type=float,
+        metavar="S",
+        help="take the record from here on; the motion is free from then on",
+    )
+    group.add_argument("--end", type=float, metavar="S", help="take the record up to here")
+
+
+def _rows(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of lines")
+    return int(text)
+
+
+def load_record(source: str, arguments: argparse.Namespace) -> tuple[xr.DataArray, Oscillator]:
+    """Read a record file, or fetch a data set with its system.
+
+    Parameters
+    ----------
+    source : str
+        A file, or ``dataset:NAME[/PART]``.
+    arguments : argparse.Namespace
+        Options of :func:`~friction_bayes.cli.options.add_system` and :func:`add_record`.
+
+    Returns
+    -------
+    record : xarray.DataArray
+    system : Oscillator
+    """
+    # what reads numbers takes a second to load, which refused options need not wait for
+    from friction_bayes.records.clock import check_time_unit
+    from friction_bayes.records.record import within
+
+    if source.startswith(_DATASET):
+        for name in _RECORD_FIELDS:
+            value = getattr(arguments, name)
+            if value is not None:
+                option = f"--{name.replace('_', '-')}"
+                raise InputError(
+                    option, f"does not apply to {source}", "a data set brings its own; leave it out"
+                )
+        record, declared = fb.dataset_record(source.removeprefix(_DATASET))
+        record = record[within(record, arguments.start, arguments.end)]
+        system = system_of(arguments, declared)
+        if system != declared:
+            record.attrs["system_source"] = "given on the command line, in part or whole"
+        return record, system
+    system = system_of(arguments)
+    told = {name: getattr(arguments, name) for name in (*_RECORD_FIELDS, "start", "end")}
+    record = fb.read_record(source, **{name: value for name, value in told.items() if value is not None})
+    check_time_unit(record, system.natural_frequency)
+    return record, system
+
+
+def load_records(
+    sources: Sequence[str], arguments: argparse.Namespace
+) -> tuple[list[xr.DataArray], Oscillator]:
+    """Read several records of one system.
+
+    Parameters
+    ----------
+    sources : sequence of str
+        As for :func:`load_record`.
+    arguments : argparse.Namespace
+        Options of :func:`~friction_bayes.cli.options.add_system` and :func:`add_record`.
+
+    Returns
+    -------
+    records : list of xarray.DataArray
+    system : Oscillator
+
+    Raises
+    ------
+    InputError
+        If a record is given twice, or two are of different systems.
+    """
+    for source in sources:
+        if sources.count(source) > 1:
+            raise InputError(source, "is given twice", "give each record once")
+    records, systems = zip(*(load_record(source, arguments) for source in sources), strict=True)
+    for source, system in zip(sources, systems, strict=True):
+        if system != systems[0]:
+            raise InputError(
+                source, f"is of another system than {sources[0]}", "give records of one system together"
+            )
+    return list(records), systems[0]
+
+
+def input_digests(*sources: str | None) -> dict[str, str]:
+    """Return the sha256 digest of every record that was read, by its name."""
+    digests = {}
+    for source in sources:
+        if source is None:
+            continue
+        name, _, part = source.removeprefix(_DATASET).partition("/")
+        if source.startswith(_DATASET):
+            from friction_bayes.records import datasets
+
+            data_set = datasets.DATASETS[name]
+            digests[source] = data_set.files[data_set.parts[part or data_set.default].file].sha256
+        else:
+            digests[source] = sha256_of(Path(source))
+    return digests
+
+
+def what_was_read(record: xr.DataArray) -> str:
+    """Say in one line what was understood of a record: its columns and units, samples, rate and times."""
+    time = record["time"].values
+    rate = (time.size - 1) / (time[-1] - time[0])
+    even = "; its uneven times were brought to an even grid" if "resampled" in record.attrs else ""
+    return (
+        f"{record.attrs['read']}: {time.size} samples, {rate:.4g} Hz, {time[0]:.4g} to {time[-1]:.4g} s{even}"
+    )
