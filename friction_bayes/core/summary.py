@@ -7,15 +7,17 @@ interval then reaches to the mean.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.strict_json import plain
 
-__all__ = ["TAILS", "Summary"]
+__all__ = ["TAILS", "Summary", "summary_table"]
 
 TAILS = (0.05, 0.95)
 """Probabilities at the ends of a central (equal-tailed) 90 % interval."""
@@ -64,3 +66,30 @@ class Summary:
 def _around(mean: float, low: float, high: float) -> tuple[float, float]:
     """Interval with the mean in it, where there is one."""
     return (min(low, mean), max(high, mean)) if math.isfinite(mean) else (low, high)
+
+
+def summary_table(summaries: Mapping[str, Mapping[str, Any]]) -> Any:
+    """Lay summaries out as ArviZ does: a row a quantity, with its unit in the last column.
+
+    Parameters
+    ----------
+    summaries : mapping of str to mapping
+        By name of the quantity; ``sd`` and ``interval90`` may be missing or None.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns ``mean``, ``sd``, ``eti90_lb``, ``eti90_ub`` (the equal-tailed 90 % interval) and ``unit``;
+        not a number where there is none.
+    """
+    rows = list(summaries.values())
+    ends = [row.get("interval90") or (None, None) for row in rows]
+    numbers = {
+        "mean": [row["mean"] for row in rows],
+        "sd": [row.get("sd") for row in rows],
+        "eti90_lb": [low for low, _ in ends],
+        "eti90_ub": [high for _, high in ends],
+    }
+    columns = {name: ("quantity", np.array(values, dtype=np.float64)) for name, values in numbers.items()}
+    units = ("quantity", np.array([row["unit"] for row in rows], dtype=object))
+    return xr.Dataset({**columns, "unit": units}, coords={"quantity": list(summaries)}).to_dataframe()

@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 
 from friction_bayes.conjugate.scaled_distribution import scaled
@@ -20,8 +21,9 @@ from friction_bayes.core.declared_force import (
 from friction_bayes.core.errors import RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.strict_json import plain
-from friction_bayes.core.summary import Summary
+from friction_bayes.core.summary import Summary, summary_table
 from friction_bayes.core.system import Oscillator
+from friction_bayes.core.text import interval90, number
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
 from friction_bayes.estimators.acceptance import Acceptance
@@ -36,6 +38,8 @@ _WORTH_A_NOTE = 0.01
 """Probability of a random force above which a note says what it means."""
 _SUSPECT_PERIODS = 0.02
 """Correlation time of a random force below which a note doubts that it is one: the prior ends at 0.01."""
+_SUMMARISED = ("friction", "friction_over_stiffness", "precision", "frequency", "noise_sd", "rest_position")
+"""Fields of an estimate with a row in its summary."""
 _WORTH_A_WARNING = 0.03
 """Relative difference of the frequencies found and declared above which a warning is given too."""
 
@@ -103,6 +107,13 @@ class Estimate:
     peaks: str
     acceptance: Acceptance | None
     notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        friction = Summary.of_distribution(self.friction, self.friction_unit).to_dict()
+        return (
+            f"Estimate({self.decay.name}, {self.method}: friction {number(friction['mean'])} "
+            f"{friction['unit']}, 90 %: {interval90(friction)})"
+        )
 
     @cached_property
     def friction(self) -> Any:
@@ -181,6 +192,26 @@ class Estimate:
             for name in ("sd", "coefficient_without", "coefficient_with")
         }
         return replace(found, **sizes)
+
+    def summary(self) -> Any:
+        """Return the numbers as a table, as ``arviz.summary`` lays them out.
+
+        Returns
+        -------
+        pandas.DataFrame
+            As :func:`friction_bayes.core.summary.summary_table` describes; a random force, where one was
+            weighed, as it is if there is one.
+        """
+        told = self.to_dict()
+        rows = {name: told[name] for name in _SUMMARISED if told[name] is not None}
+        for name in ("sd", "correlation_time") if told["random_force"] else ():
+            rows[f"random_force.{name}"] = told["random_force"][name]
+        return summary_table(rows)
+
+    def plot(self) -> Any:
+        """Draw the record with its fit, and the posterior of friction; needs matplotlib."""
+        # the one call upward, at run time only: plotting builds on estimates
+        return import_module("friction_bayes.plotting.estimate").plot_estimate(self)
 
     def to_dict(self, reference: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Return everything as plain numbers and words, for JSON; None where there is no number.

@@ -34,7 +34,8 @@ from friction_bayes.loop.prior_sensitivity import prior_sensitivity
 from friction_bayes.loop.reference_force import compare_forces
 from friction_bayes.loop.residual_tests import residual_tests
 from friction_bayes.loop.result import LoopReport, RecordTrace
-from friction_bayes.loop.verdict import UNEXPLAINED, credible_count, verdict
+from friction_bayes.loop.unexplained import experiment_on_unexplained
+from friction_bayes.loop.verdict import AMBIGUOUS, UNEXPLAINED, credible_count, verdict
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["assemble_report"]
@@ -103,6 +104,11 @@ def assemble_report(
     if reference_force is not None:
         residual["force"], forces = compare_forces(before, best.resisting_force(), reference_force)
         traces = (replace(traces[0], forces=forces), *traces[1:])
+    further = None
+    if word == AMBIGUOUS:
+        further = _next_experiment(families, mixture)
+    elif word == UNEXPLAINED:
+        further = experiment_on_unexplained(left["depends_on"], residual["after"]["failed"])
     forecasts = forecast_records(before), best.forecasts()
     reference = _compare_with_reference(after, frictions_before, reference_friction) or {}
     if check:
@@ -132,7 +138,7 @@ def assemble_report(
         left=left
         | {"unit": segment.decay.unit, "friction_could_shift_by": factor * left["friction_could_shift_by"]},
         fitted=_fitted(best, model),
-        next_experiment=_next_experiment(families, mixture) if word == "ambiguous" else None,
+        next_experiment=further,
         reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
         seed=seed,

@@ -98,6 +98,12 @@ def close_loop(
         If a record or an option is unusable, or no Coulomb decay can be fitted.
     """
     started = time.perf_counter()
+    if isinstance(records, xr.DataArray | np.ndarray):
+        raise InputError(
+            "records",
+            f"one {type(records).__name__} instead of a list of records",
+            "write [record]; make_record(time, values, quantity) makes one of an array",
+        )
     if noise not in NOISES:
         raise InputError("noise", f"unknown choice {noise!r}", f"give one of {', '.join(NOISES)}")
     if random_force not in RANDOM_FORCES:

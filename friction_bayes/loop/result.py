@@ -10,6 +10,8 @@ import xarray as xr
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.strict_json import plain
+from friction_bayes.core.summary import summary_table
+from friction_bayes.core.text import interval90, number, set_words
 
 __all__ = ["FluctuationTrace", "ForecastTrace", "LoopReport", "RecordTrace"]
 
@@ -192,6 +194,33 @@ class LoopReport:
     friction_between_records: dict[str, Any] | None = None
     friction_range: dict[str, Any] | None = None
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        friction, closest = self.friction_after, set_words(self.candidates[0]["effects"])
+        return (
+            f"LoopReport({self.verdict}, closest: {closest}; friction {number(friction['mean'])} "
+            f"{friction['unit']}, 90 %: {interval90(friction)})"
+        )
+
+    def summary(self) -> Any:
+        """Return the numbers as a table, as ``arviz.summary`` lays them out.
+
+        Returns
+        -------
+        pandas.DataFrame
+            As :func:`friction_bayes.core.summary.summary_table` describes: friction before and after, the
+            parameters of each effect of the most probable candidate as ``EFFECT.PARAMETER``, the frequency,
+            and the noise of the sensor.
+        """
+        rows: dict[str, Any] = {
+            "friction_before": self.friction_before,
+            "friction_after": self.friction_after,
+        }
+        for effect in self.effects:
+            for name, parameter in effect["parameters"].items():
+                rows[f"{effect['name']}.{name}"] = parameter
+        noise = {"mean": self.noise["sd"], "unit": self.held_out_error["unit"]}
+        return summary_table(rows | {"frequency": self.frequency, "noise_sd": noise})
 
     def to_dict(self) -> dict[str, Any]:
         """Fields of ``report.json``; numbers that are not finite are None."""

@@ -10,9 +10,17 @@ from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array, Mask
 
-__all__ = ["CREDIBLE_MASS", "UNEXPLAINED", "credible_candidates", "credible_count", "verdict"]
+__all__ = [
+    "AMBIGUOUS",
+    "CREDIBLE_MASS",
+    "UNEXPLAINED",
+    "credible_candidates",
+    "credible_count",
+    "verdict",
+]
 
 CREDIBLE_MASS = 0.95
+AMBIGUOUS = "ambiguous"
 UNEXPLAINED = "unexplained"
 
 
@@ -45,5 +53,5 @@ def verdict(sets: Sequence[frozenset[str]], probabilities: Array, agrees: Mask, 
     if not is_noise:
         return UNEXPLAINED
     if not sets[0]:
-        return "adequate" if probabilities[agrees].sum() >= CREDIBLE_MASS else "ambiguous"
-    return "explained" if probabilities[0] >= CREDIBLE_MASS else "ambiguous"
+        return "adequate" if probabilities[agrees].sum() >= CREDIBLE_MASS else AMBIGUOUS
+    return "explained" if probabilities[0] >= CREDIBLE_MASS else AMBIGUOUS

@@ -16,16 +16,48 @@ from friction_bayes.core.summary import TAILS
 from friction_bayes.decay.half_cycles import half_cycles
 from friction_bayes.estimators.result import Estimate
 from friction_bayes.plotting.comparison import Interval, plot_estimators
-from friction_bayes.plotting.posterior import plot_friction, plot_friction_panels, plot_joint
-from friction_bayes.plotting.signal import plot_amplitudes, plot_fit
+from friction_bayes.plotting.posterior import draw_friction, plot_friction, plot_friction_panels, plot_joint
+from friction_bayes.plotting.signal import plot_amplitudes, plot_fit, signal_label
+from friction_bayes.plotting.style import DATA, MODEL, new_figure, styled
 
 if TYPE_CHECKING:
     from friction_bayes.reference.checking import ReferenceRun
 
-__all__ = ["comparison_figures", "estimate_figures", "joint_figure", "signal_figures"]
+__all__ = ["comparison_figures", "estimate_figures", "joint_figure", "plot_estimate", "signal_figures"]
 
 _GRID_POINTS = 240
 _GRID_TAILS = (5e-5, 1.0 - 5e-5)
+
+
+def plot_estimate(estimate: Estimate) -> Figure:
+    """Draw an estimate at a glance: the record with its fit, where the method has one, and friction.
+
+    Parameters
+    ----------
+    estimate : Estimate
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    decay, prediction = estimate.decay, estimate.fit.prediction
+    time = decay.start_time + decay.time
+    with styled():
+        figure = new_figure(10.0, 3.8)
+        signal, friction = figure.subplots(1, 2, width_ratios=(1.7, 1.0))
+        signal.plot(time, decay.values, color=DATA, lw=0.8, rasterized=True, label="record")
+        if prediction is not None:
+            signal.plot(time, prediction, color=MODEL, lw=0.9, label="fit")
+        low, high = signal.get_ylim()
+        signal.set_ylim(low, high + 0.15 * (high - low))
+        signal.set_xlabel("time [s]")
+        signal.set_ylabel(signal_label(decay))
+        signal.set_title(f"{decay.name}, {estimate.method}")
+        signal.legend(loc="upper right", ncols=2)
+        draw_friction(friction, estimate.friction, None, None)
+        friction.set_xlabel(f"friction [{estimate.friction_unit}]")
+        friction.set_title("friction, 90 % interval shaded")
+    return figure
 
 
 def estimate_figures(

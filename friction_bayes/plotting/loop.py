@@ -88,9 +88,14 @@ def _draw_candidates(axes: Axes, report: LoopReport) -> None:
     axes.set_yticks(places, labels)
     axes.set_ylim(len(values) - 0.4, -0.6)
     axes.set_xlim(0.0, 1.14)
-    axes.set_xticks([0.0, 0.25, 0.5, 0.75, 1.0], ["0", "25 %", "50 %", "75 %", "100 %"])
     axes.tick_params(axis="y", left=False)
-    axes.set_xlabel("posterior probability" if trusted else "share among candidates that explain nothing")
+    if trusted:
+        axes.set_xticks([0.0, 0.25, 0.5, 0.75, 1.0], ["0", "25 %", "50 %", "75 %", "100 %"])
+        axes.set_xlabel("posterior probability")
+    else:
+        # a share among candidates none of which is true is no probability of any
+        axes.set_xticks([])
+        axes.set_xlabel("the closest candidates, none of which explains the record; longer is closer")
 
 
 def plot_candidates(report: LoopReport) -> Figure:
@@ -243,7 +248,8 @@ def plot_loop(report: LoopReport) -> Figure:
         upper.tick_params(labelbottom=False)
         lower.set_xlabel("time [s]")
         _draw_candidates(candidates, report)
-        candidates.set_title(f"what explains the residual: {report.verdict}")
+        comes = "comes closest" if report.verdict == UNEXPLAINED else "explains the residual"
+        candidates.set_title(f"what {comes}: {report.verdict}")
         _draw_friction(friction, report)
         friction.set_title("friction")
     return figure

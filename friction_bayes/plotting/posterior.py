@@ -14,10 +14,10 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import TAILS
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, new_figure, note, styled
 
-__all__ = ["plot_friction", "plot_friction_panels", "plot_joint"]
+__all__ = ["draw_friction", "plot_friction", "plot_friction_panels", "plot_joint"]
 
 
-def _draw_friction(axes: Axes, friction: Any, draws: Array | None, truth: float | None) -> None:
+def draw_friction(axes: Axes, friction: Any, draws: Array | None, truth: float | None) -> None:
     """Density of a frozen distribution over a histogram of draws, the true value as a line."""
     low, high = (float(q) for q in friction.ppf([0.0005, 0.9995]))
     if draws is not None:
@@ -73,7 +73,7 @@ def plot_friction(
     with styled():
         figure = new_figure(6.0, 3.6)
         axes = figure.add_subplot()
-        _draw_friction(axes, friction, None if draws is None else np.ravel(draws), truth)
+        draw_friction(axes, friction, None if draws is None else np.ravel(draws), truth)
         axes.set_xlabel(f"friction [{unit}]")
         axes.set_title(title)
         axes.legend(loc="upper right")
@@ -113,7 +113,7 @@ def plot_friction_panels(
         panels = figure.subplots(rows, 2, squeeze=False).ravel()
         for axes, (method, friction) in zip(panels, frictions.items(), strict=False):
             sample = draws.get(method)
-            _draw_friction(axes, friction, None if sample is None else np.ravel(sample), truth)
+            draw_friction(axes, friction, None if sample is None else np.ravel(sample), truth)
             axes.set_title(method)
             axes.set_xlabel(f"friction [{unit}]")
         for axes in panels[len(frictions) :]:

@@ -13,10 +13,11 @@ from friction_bayes.core.text import words
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
-__all__ = ["plot_amplitudes", "plot_fit"]
+__all__ = ["plot_amplitudes", "plot_fit", "signal_label"]
 
 
-def _signal_label(decay: FreeDecay) -> str:
+def signal_label(decay: FreeDecay) -> str:
+    """Name quantity and unit of a signal for an axis."""
     return f"{words(decay.quantity.name)} [{decay.unit}]"
 
 
@@ -61,7 +62,7 @@ def plot_fit(
             whole.plot(record["time"], record.values, color=FAINT, lw=0.8, rasterized=True, label="not used")
         whole.plot(time, decay.values, color=DATA, lw=0.8, rasterized=True, label="record")
         whole.plot(time, prediction, color=MODEL, lw=0.9, label="fit")
-        whole.set_ylabel(_signal_label(decay))
+        whole.set_ylabel(signal_label(decay))
         whole.set_title(title or decay.name)
         whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
         whole.tick_params(labelbottom=False)
@@ -153,7 +154,7 @@ def plot_amplitudes(
         axes.plot([], [], color=ACCENT, ls="--", label="linear envelope, 90 % interval shaded")
         axes.plot(moment, signed, "o", ms=3.5, color=MODEL, label=f"{moment.size} turning points")
         axes.set_xlabel("time [s]")
-        axes.set_ylabel(_signal_label(decay))
+        axes.set_ylabel(signal_label(decay))
         axes.set_title(title or decay.name)
         axes.set_ylim(top=1.35 * float(size.max()))
         axes.legend(loc="upper right")

@@ -141,6 +141,12 @@ def validate_record(
         samples, a NaN or infinity, a constant signal or one of two values, time stamps that run backwards or
         are doubled, a gap, or uneven sampling.
     """
+    if not isinstance(record, xr.DataArray):
+        raise InputError(
+            "record",
+            f"{type(record).__name__} instead of a record, which says what was measured and when",
+            "make one with make_record(time, values, quantity), or read it with read_record",
+        )
     name = record_name(record)
     if record.dims != ("time",) or "time" not in record.coords:
         raise InputError(

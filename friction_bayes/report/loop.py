@@ -8,7 +8,7 @@ from typing import Any
 from friction_bayes.core.text import interval90, number
 from friction_bayes.loop.verdict import UNEXPLAINED
 from friction_bayes.report.page import render_page
-from friction_bayes.report.story import CHANNELS, loop_story, verdict_sentence
+from friction_bayes.report.story import CHANNELS, loop_story, shown_parameters, verdict_sentence
 
 __all__ = ["loop_page"]
 
@@ -67,6 +67,7 @@ def loop_page(
         tiles=_tiles(report),
         tests=list(dict.fromkeys([*before, *after])),
         channels=CHANNELS,
+        shown_parameters=shown_parameters,
         story=loop_story(report)[1:],
         most_candidates=_MOST_CANDIDATES,
         made=_made(manifest),

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from friction_bayes.core.text import duration, listed, number, percent, set_words, with_interval, words
-from friction_bayes.loop.verdict import UNEXPLAINED, credible_candidates
+from friction_bayes.loop.verdict import AMBIGUOUS, UNEXPLAINED, credible_candidates
 
 __all__ = [
     "CHANNELS",
@@ -16,6 +16,7 @@ __all__ = [
     "loop_story",
     "paper_words",
     "sampler_lines",
+    "shown_parameters",
     "verdict_sentence",
 ]
 
@@ -48,6 +49,8 @@ _NOTABLE_ROUNDING = 0.1
 """Rounding over sensor noise below which a step is that of printed digits, or tells nothing of the noise."""
 _CONTRADICTORY = 4.0
 """Reduced chi-square of the records' own frictions from which on they contradict each other."""
+_MOST_SPREAD = 0.3
+"""Sd of a damping ratio over its mean up to which its inverse is near normal too."""
 _UNSEEN = 0.1
 """Probability that dry friction matters below which it is not seen, and its upper limit is told."""
 
@@ -58,13 +61,29 @@ Report = Mapping[str, Any]
 
 
 def verdict_sentence(report: Report) -> str:
-    """Say the verdict in one sentence.
+    """Say the verdict in one sentence, and in a second one if the forecast got worse.
 
     Parameters
     ----------
     report : mapping
         Fields of ``report.json``.
     """
+    return _verdict(report) + _worse_forecast(report["held_out_error"])
+
+
+def _worse_forecast(error: Report) -> str:
+    """A second sentence where the law that was found forecasts the part held out worse than Coulomb alone."""
+    before, after = error["before"], error["after"]
+    # as the ratio is shown: what differs by less is the same
+    if not before or after is None or round(after / before, 2) <= 1.0:
+        return ""
+    return (
+        " Yet it forecasts the part held out worse than Coulomb friction alone: the error is "
+        f"{number(after / before, 3)} times as large."
+    )
+
+
+def _verdict(report: Report) -> str:
     best = report["candidates"][0]
     name, share = set_words(best["effects"]), percent(best["probability"])
     if report["verdict"] == "adequate":
@@ -73,7 +92,7 @@ def verdict_sentence(report: Report) -> str:
     if report["verdict"] == "explained":
         known = _known_within(report["friction_after"])
         return f"Coulomb friction with {name} explains the record ({share}): what is left is noise. {known}"
-    if report["verdict"] == "ambiguous":
+    if report["verdict"] == AMBIGUOUS:
         credible = credible_candidates(report["candidates"])
         law = set(best["effects"]) - {"random_force"}
         if all(set(c["effects"]) - {"random_force"} == law for c in credible):
@@ -194,6 +213,17 @@ def _range(readings: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def shown_parameters(effect: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """Parameters of an effect by name; with a damping ratio comes the quality factor, ``1 / (2 zeta)``."""
+    parameters = dict(effect["parameters"])
+    zeta = parameters.get("damping_ratio")
+    # to first order in the sd; a ratio that is hardly known apart from zero has no Q
+    if zeta is not None and zeta["mean"] and zeta["sd"] and zeta["sd"] < _MOST_SPREAD * zeta["mean"]:
+        factor = 0.5 / zeta["mean"]
+        parameters["Q"] = {"mean": factor, "sd": factor * zeta["sd"] / zeta["mean"], "unit": "1"}
+    return parameters
+
+
 def effect_lines(effects: Sequence[Mapping[str, Any]], verdict: str) -> list[str]:
     """One line an effect: its probability, unless the record is unexplained, and its parameters."""
     lines = []
@@ -201,7 +231,7 @@ def effect_lines(effects: Sequence[Mapping[str, Any]], verdict: str) -> list[str
         parameters = [
             f"{words(name)} {number(p['mean'])} ± {number(p['sd'], 2)}"
             + ("" if p["unit"] == "1" else f" {p['unit']}")
-            for name, p in effect["parameters"].items()
+            for name, p in shown_parameters(effect).items()
         ]
         probable = "" if verdict == UNEXPLAINED else f"{percent(effect['probability'])}   "
         lines.append(f"{words(effect['name'])}   {probable}{', '.join(parameters)}")

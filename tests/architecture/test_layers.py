@@ -39,7 +39,10 @@ ABOVE = ("", "__main__", "testing")
 BESIDE = ("experiments", "paper_figures", "benchmarks")
 
 # Methods of public results that open a face when they are called, and nothing before.
-ON_DEMAND = {("loop.result", "plotting.loop"): "LoopReport.plot()"}
+ON_DEMAND = {
+    ("estimators.result", "plotting.estimate"): "Estimate.plot()",
+    ("loop.result", "plotting.loop"): "LoopReport.plot()",
+}
 
 # What every folder may import, and the folders that may import what is not for everybody.
 ANYWHERE = {"numpy", "scipy", "xarray"}

@@ -163,7 +163,8 @@ def test_what_no_effect_explains_is_not_dressed_up(seed: int) -> None:
         [record + mode], SYSTEM, seed=1, effects=["viscous_damping", "periodic_interference"]
     )
     assert report.verdict == "unexplained"
-    assert report.next_experiment is None
+    assert report.next_experiment is not None
+    assert "at rest with the same sensor" in report.next_experiment
     readings = report.friction_range
     assert readings is not None
     assert readings["readings"][0]["what"] == "Coulomb friction alone"

@@ -36,6 +36,16 @@ def test_candidates_are_bars_of_their_probability(loop_report: LoopReport) -> No
         assert word in said
 
 
+def test_candidates_that_explain_nothing_are_drawn_without_a_probability(loop_report: LoopReport) -> None:
+    report = replace(loop_report, verdict="unexplained")
+    for figure in (plot_candidates(report), plot_loop(report)):
+        said = texts(figure)
+        assert "%" not in said.replace("90 % intervals", "")
+        assert "posterior probability" not in said
+        assert "none of which explains the record" in said
+    assert "what comes closest: unexplained" in said
+
+
 def test_many_candidates_are_gathered(loop_report: LoopReport) -> None:
     many = [{"effects": [f"effect_{i}"], "probability": 1.0 / 20.0} for i in range(20)]
     axes = plot_candidates(replace(loop_report, candidates=many)).axes[0]

@@ -180,7 +180,7 @@ def test_one_law_with_and_without_a_random_force_is_said_to_be_that(loop_report:
 def test_story_has_every_line(loop_report: LoopReport) -> None:
     told = dict(loop_story(loop_report.to_dict()))
     assert told["friction after"].startswith("0.53 N   sd 0.05   90 %: 0.447")
-    assert told["effects"] == "viscous damping   71.0 %   damping ratio 0.002 ± 5e-05"
+    assert told["effects"].startswith("viscous damping   71.0 %   damping ratio 0.002 ± 5e-05")
     assert "4e-04 m before" in told["held-out error"] or "0.0004 m before" in told["held-out error"]
     assert "ratio 0.25" in told["held-out error"]
     assert told["residual before"].endswith("fails 1 of 2 tests: phase")
@@ -226,13 +226,35 @@ def test_candidates_that_explain_nothing_have_no_probability(
     assert told["friction range"].startswith(
         "between 0.5 N (the closest candidates) and 0.65 N (Coulomb friction alone)"
     )
-    assert told["closest effects"] == "viscous damping   damping ratio 0.002 ± 5e-05"
+    assert told["closest effects"] == "viscous damping   damping ratio 0.002 ± 5e-05, Q 250 ± 6.2"
     assert "%" not in told["closest candidates"]
     assert {"effects", "candidates"}.isdisjoint(told)
     page = loop_page(report.to_dict(), ["record"], drawn, made())
     assert 'class="closest"' in page
     assert "99.9 %" not in page
     assert "friction range" in page
+
+
+@pytest.mark.parametrize(
+    ("after", "worse"), [(1e-4, False), (4.01e-4, False), (6e-4, True), (float("nan"), False)]
+)
+def test_a_forecast_that_got_worse_is_said_with_the_verdict(
+    after: float, worse: bool, loop_report: LoopReport
+) -> None:
+    report = replace(loop_report, held_out_error=loop_report.held_out_error | {"after": after}).to_dict()
+    assert ("worse than Coulomb friction alone: the error is 1.5 times" in verdict_sentence(report)) == worse
+
+
+def test_a_damping_ratio_comes_with_its_quality_factor(
+    loop_report: LoopReport, drawn: dict[str, bytes]
+) -> None:
+    told = dict(loop_story(loop_report.to_dict()))["effects"]
+    # Q = 1 / (2 * 0.002), with the relative sd of the ratio, 5e-5 / 0.002
+    assert told.endswith("damping ratio 0.002 ± 5e-05, Q 250 ± 6.2")
+    assert "<td>Q</td><td>250 </td>" in page_of(loop_report, drawn)
+    slight = {"damping_ratio": {"mean": 1e-5, "sd": 9e-6, "unit": "1"}}
+    effects = [loop_report.effects[0] | {"parameters": slight}]
+    assert "Q" not in dict(loop_story(replace(loop_report, effects=effects).to_dict()))["effects"]
 
 
 def test_story_of_what_could_not_be_had(loop_report: LoopReport) -> None:

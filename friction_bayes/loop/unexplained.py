@@ -1,0 +1,45 @@
+"""What to measure next where no candidate explains a record: the test that splits machine from sensor."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+__all__ = ["experiment_on_unexplained"]
+
+_BY_VARIABLE = {
+    "velocity": "Release it from half and from twice the amplitude, and close the loop on all records "
+    "together: a force that belongs to the velocity comes again at the same velocity, and its curve in the "
+    "figure of the force left over is the effect to register.",
+    "position": "Move the sensor against the machine, release again and compare the force left over: what "
+    "stays at its place in the machine is a force (a guide, a cable), what moves along is an error of the "
+    "sensor.",
+    "amplitude": "Release it from half the amplitude, and close the loop on both records together: a force "
+    "that belongs to the amplitude comes again at the same amplitude, one that belongs to the time does not.",
+    "time": "Release it again at once without touching it: what follows the time since the release comes "
+    "again, what went on in the meantime is warming or wear.",
+}
+_OF_THE_SENSOR = {"whiteness", "spectrum", "tails"}
+"""Tests that examine how samples scatter, and nothing of the motion."""
+
+
+def experiment_on_unexplained(depends_on: str | None, failed: Collection[str]) -> str:
+    """Say in a sentence which measurement shows where what is left comes from.
+
+    Parameters
+    ----------
+    depends_on : str or None
+        What the force that is left depends on.
+    failed : collection of str
+        Tests that the residual fails.
+    """
+    if depends_on is not None:
+        return _BY_VARIABLE[depends_on]
+    if failed and _OF_THE_SENSOR.issuperset(failed):
+        return (
+            "Record the machine at rest with the same sensor: what scatters the same way there is the "
+            "sensor's, what does not comes with the motion."
+        )
+    return (
+        "Repeat the release twice from the same amplitude, and close the loop on all records together: what "
+        "comes again is an effect to look for in the figures of the residual, what does not is a disturbance."
+    )
