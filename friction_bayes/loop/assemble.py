@@ -215,14 +215,14 @@ def _frequency(frequencies: Array, model: LoopModel, friction: Array) -> dict[st
 def _fitted(best: Family, model: LoopModel) -> dict[str, Any]:
     """Which part of the first record was fitted."""
     segment = model.segments[0]
-    samples, turning_points = best.fitted
+    samples, turning_points, set_aside = best.fitted
     start = segment.decay.start_time
     return {
         "from_s": start,
         "to_s": float(start + segment.time[samples - 1]),
         "samples": samples,
         "half_cycles": max(turning_points - 1, 0),
-        "set_aside": int(np.count_nonzero(~segment.free[:samples])),
+        "set_aside": set_aside,
     }
 
 

@@ -23,6 +23,7 @@ __all__ = [
     "INCLUSION",
     "LEFT_TO_REGRESSION",
     "MOST_EFFECTS",
+    "PRIOR_LOG_ODDS",
     "SENSOR_ZERO",
     "Candidate",
     "EffectSets",
@@ -33,6 +34,8 @@ __all__ = [
 
 INCLUSION = 0.1
 """Prior probability that an effect acts, independently for each."""
+PRIOR_LOG_ODDS = math.log(INCLUSION / (1.0 - INCLUSION))
+"""Of one effect."""
 MOST_EFFECTS = 3
 """Effects at once, those of the sensor's zero and those that are certain not counted."""
 SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})

@@ -9,12 +9,11 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
-from friction_bayes.loop.fit import LoopFit
+from friction_bayes.loop.noise import NoiseFit
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects import EFFECTS
-from friction_bayes.mechanics.effects.outliers import OUTLIERS
 
-__all__ = ["noise_parameters", "parameter_summary", "parameter_units"]
+__all__ = ["clipping_parameters", "outlier_parameters", "parameter_summary", "parameter_units"]
 
 
 def parameter_units(name: str, segment: Segment, system: Oscillator) -> dict[str, str]:
@@ -31,24 +30,26 @@ def parameter_summary(draws: Array, unit: str) -> dict[str, Any]:
     }
 
 
-def noise_parameters(fit: LoopFit, name: str, units: dict[str, str]) -> dict[str, dict[str, Any]]:
-    """Parameters that are no coordinates: those of the outliers, or the level that samples are held at."""
-    segment, noise = fit.model.segments[0], fit.noises[0]
-    if name == OUTLIERS.name:
-        n = max(segment.values.size, 1)
-        count = max(noise.fraction * n, 1.0)
-        return {
-            "fraction": {
-                "mean": noise.fraction,
-                "sd": math.sqrt(noise.fraction * (1.0 - noise.fraction) / n),
-                "unit": units["fraction"],
-            },
-            "scale": {
-                "mean": noise.scale,
-                "sd": noise.scale / math.sqrt(2.0 * count),
-                "unit": units["scale"],
-            },
-        }
+def outlier_parameters(samples: int, noise: NoiseFit, units: dict[str, str]) -> dict[str, dict[str, Any]]:
+    """Fraction and scale of outliers, found of so many samples."""
+    n = max(samples, 1)
+    count = max(noise.fraction * n, 1.0)
+    return {
+        "fraction": {
+            "mean": noise.fraction,
+            "sd": math.sqrt(noise.fraction * (1.0 - noise.fraction) / n),
+            "unit": units["fraction"],
+        },
+        "scale": {
+            "mean": noise.scale,
+            "sd": noise.scale / math.sqrt(2.0 * count),
+            "unit": units["scale"],
+        },
+    }
+
+
+def clipping_parameters(segment: Segment, units: dict[str, str]) -> dict[str, dict[str, Any]]:
+    """The level that samples are held at."""
     held = np.abs(segment.values[segment.sides != 0.0])
     level = float(held.max()) if held.size else math.nan
     return {"level": {"mean": level, "sd": 0.0, "unit": units["level"]}}

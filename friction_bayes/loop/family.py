@@ -85,7 +85,8 @@ class Family(Protocol):
     trail : tuple of str
         The steps that led to them.
     fitted : tuple of int
-        Samples of the first record that were fitted, from its start, and turning points among them.
+        Samples of the first record that were fitted, from its start, turning points among them, and how many
+        of the samples were set aside.
     holds_what_is_left : bool
         Whether its draws of friction hold how far that could shift for what the law does not say.
     """
@@ -108,7 +109,7 @@ class Family(Protocol):
     def explains(self) -> bool: ...
 
     @property
-    def fitted(self) -> tuple[int, int]: ...
+    def fitted(self) -> tuple[int, int, int]: ...
 
     def parameters(self, name: str) -> dict[str, dict[str, Any]]:
         """Mean, sd and unit of the parameters of an effect of the most probable candidate."""

@@ -12,7 +12,12 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.autoregression import correlation_length
 from friction_bayes.loop.candidate import INCLUSION, SearchResult
 from friction_bayes.loop.draws import candidate_draws
-from friction_bayes.loop.effect_summaries import noise_parameters, parameter_summary, parameter_units
+from friction_bayes.loop.effect_summaries import (
+    clipping_parameters,
+    outlier_parameters,
+    parameter_summary,
+    parameter_units,
+)
 from friction_bayes.loop.family import FamilyDraws
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import Forecast, forecast_records
@@ -130,7 +135,10 @@ class SearchFamily:
             for j, c in enumerate(model.coordinates)
             if c.effect == name
         }
-        return found or noise_parameters(self.best, name, units)
+        segment = model.segments[0]
+        if name == OUTLIERS.name:
+            return outlier_parameters(segment.values.size, self.best.noises[0], units)
+        return found or clipping_parameters(segment, units)
 
     def variables(self) -> dict[str, Array]:
         model, draws = self.best.model, self._coordinates[0]
@@ -179,8 +187,10 @@ class SearchFamily:
         return math.sqrt(float(np.mean([np.var(e) for e in self.best.free_residuals])))
 
     @property
-    def fitted(self) -> tuple[int, int]:
-        return self.best.model.segments[0].values.size, self.best.predictions[0].turning_times.size
+    def fitted(self) -> tuple[int, int, int]:
+        segment = self.best.model.segments[0]
+        turning_points = self.best.predictions[0].turning_times.size
+        return segment.values.size, turning_points, int(np.count_nonzero(~segment.free))
 
     def traces(self) -> tuple[RecordTrace, ...]:
         records = range(len(self.best.noises))

@@ -24,6 +24,9 @@ __all__ = ["LawRegression", "frequency_change", "near_least_squares"]
 _RIDGE = 1e-10
 """Of the reference law, over each column's own sum of squares: columns may be the same to rounding."""
 
+_LEAST_KEPT = 1e-6
+"""Share of a sample's noise that its smoothed value leaves, at least: beyond is rounding."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LawRegression:
@@ -137,6 +140,22 @@ class LawRegression:
         white = whiten(self.residual(law)[:, None], self.clock, self.row, ratio, tau, keep=True).columns
         assert white is not None
         return np.asarray(white[:, 0])
+
+    def left_out(self, law: Array, ratio: float, tau: float) -> tuple[Array, Array]:
+        """Each sample less what all others predict of it, shape (n,), and the variance of that error.
+
+        The variance is in units of that of the sensor noise; a sample that is not used has noise of unit
+        variance too.
+        """
+        residual = self.residual(law)
+        states, covariance = smooth(residual[:, None], self.clock, self.row, ratio, tau)
+        error = residual - states[:, :, 0] @ self.row
+        shown = np.einsum("i,nij,j->n", self.row, covariance, self.row)
+        used = np.isfinite(self.clock.variance)
+        own = np.where(used, self.clock.variance, 1.0)
+        # what is left of a sample's own noise once it has been smoothed with
+        kept = np.where(used, np.maximum(1.0 - shown / own, _LEAST_KEPT), 1.0)
+        return error / kept, np.where(used, own / kept, own + shown)
 
     def smoothed(self, law: Array, force: GridPoint) -> Motion:
         """The motion under a law and a random force."""

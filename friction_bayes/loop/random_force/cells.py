@@ -38,20 +38,20 @@ class Cells:
     Attributes
     ----------
     weight : ndarray, shape (j, g, m)
-        Probability of points and sets with noise of one size and, where ``j`` is two, with noise that grows;
-        zero where that is no candidate. The sum need not be one.
+        Probability of points and sets under each kind of noise; zero where that is no candidate. The sum need
+        not be one.
     forced : ndarray of bool, shape (g,)
         Points with a random force.
     effects : sequence of frozenset of str, length m
         Effects of each set of columns.
-    growth : str
-        Effect by which the noise grows, where ``j`` is two.
+    noises : sequence of frozenset of str, length j
+        Effects of each kind of noise.
     """
 
     weight: Array
     forced: Mask
     effects: Sequence[Names]
-    growth: str = ""
+    noises: Sequence[Names] = (frozenset(),)
 
     @property
     def total(self) -> Array:
@@ -70,17 +70,17 @@ class Cells:
         """Probability of each candidate that counts."""
         different, which = self._sets
         found: dict[Names, float] = {}
-        for grows, weight in enumerate(self.weight):
+        for noise, weight in zip(self.noises, self.weight, strict=True):
             for forced in (False, True):
                 some = weight[self.forced == forced].sum(axis=0)
                 sums = np.bincount(which, some, len(different))
                 for i in np.flatnonzero(sums > _LEAST * self.weight.sum()):
-                    found[self._names(different[i], forced, grows)] = float(sums[i])
+                    found[self._names(different[i], forced, noise)] = float(sums[i])
         return found
 
-    def _names(self, effects: Names, forced: int, grows: int) -> Names:
-        force = {RANDOM_FORCE.name} if forced else set()
-        return effects | force | ({self.growth} if grows else set())
+    @staticmethod
+    def _names(effects: Names, forced: int, noise: Names) -> Names:
+        return effects | noise | ({RANDOM_FORCE.name} if forced else set())
 
     def places(self, sets: Sequence[Names]) -> Integers:
         """Which of some candidates each cell belongs to, shape (j, g, m); -1 where to none."""
@@ -89,10 +89,10 @@ class Cells:
         table = np.array(
             [
                 [
-                    [place.get(self._names(names, forced, grows), -1) for names in different]
+                    [place.get(self._names(names, forced, noise), -1) for names in different]
                     for forced in (0, 1)
                 ]
-                for grows in range(len(self.weight))
+                for noise in self.noises
             ]
         )
         return np.asarray(table[:, self.forced.astype(int)][:, :, which])
@@ -131,6 +131,5 @@ class Cells:
         weight = self.weight * kept
         if RANDOM_FORCE.name in unwanted:
             weight[:, self.forced] = 0.0
-        if self.growth in unwanted:
-            weight[1:] = 0.0
+        weight[[bool(noise & unwanted) for noise in self.noises]] = 0.0
         return replace(self, weight=weight)

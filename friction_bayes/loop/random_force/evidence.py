@@ -18,19 +18,20 @@ import math
 import numpy as np
 from scipy.special import logsumexp
 
-from friction_bayes.loop.candidate import INCLUSION
 from friction_bayes.loop.evidence import log_evidence
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import log_densities
 from friction_bayes.loop.parameters import FREQUENCY_SD, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.random_force.columns import STIFFNESS_SD
 from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.random_force.sensor_noise import log_convention
+from friction_bayes.loop.random_force.set_aside import LeftOut
 
 __all__ = ["log_evidence_without_force", "log_scale"]
 
 
 def log_scale(fit: ForceFit, white: LoopFit) -> float:
-    """Logarithm of the factor from weights along the measured motion to evidences without noise that grows.
+    """Logarithm of the factor from weights along the measured motion to evidences under white noise alone.
 
     Where the regression has more evidence than the search for one law without a force, the approximations
     differ and not the hypotheses: that much is taken off. (The jumps of an accelerometer's signal do it: the
@@ -43,36 +44,42 @@ def log_scale(fit: ForceFit, white: LoopFit) -> float:
     white : LoopFit
         The most probable of the search under white noise.
     """
+    scale = _log_convention(fit, white) + fit.sensor_noise.log_scale
     effects = frozenset(white.model.effects)
-    if white.noise_models[0].outliers or effects not in fit.sets.effects:
-        return _log_convention(fit, white)
+    same_noise = white.noise_models[0].outliers == fit.sensor_noise.contaminated
+    if not same_noise or effects not in fit.sets.effects:
+        return scale
     excess = log_evidence_without_force(fit, white, effects) - log_evidence(white)
-    return _log_convention(fit, white) - max(excess, 0.0)
+    return scale - max(excess, 0.0)
 
 
 def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset[str]) -> float:
     """Log evidence of a set of effects alone, by the regression in the search's conventions.
 
-    With dry friction, which the search always has.
+    With dry friction, which the search always has, and with outliers where these are most probable.
     """
     rubs = np.asarray(fit.sets.columns[:, fit.law.frictions].any(axis=1))
-    mine = [m for m, names in enumerate(fit.sets.effects) if names == effects and rubs[m]]
-    point = fit.posterior.points[int(np.argmin(fit.posterior.ratio))]
-    weight, prior = logsumexp(point.found.log_weight[mine]), logsumexp(fit.sets.log_prior[mine])
-    return float(weight - prior) + _log_convention(fit, white)
+    mine = rubs & np.array([names == effects for names in fit.sets.effects])
+    alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & mine)
+    if not np.all(np.isfinite(alone.coefficients)):
+        # beside other sets without a force it cannot matter, so that its law was not looked at
+        return -math.inf
+    (point,) = alone.posterior.points
+    weight, prior = logsumexp(point.found.log_weight), logsumexp(fit.sets.log_prior[mine])
+    noise, value = fit.sensor_noise, _log_convention(fit, white)
+    used = np.isfinite(fit.clock.variance)
+    left = LeftOut.under(fit.segment, fit.scales, fit.regression, fit.w0, alone.coefficients, point)
+    value += left.log_factor(used, outliers=noise.contaminated)
+    if noise.growth is not None and noise.growth.found:
+        value += noise.growth.log_scale
+    return float(weight - prior) + value
 
 
 def _log_convention(fit: ForceFit, white: LoopFit) -> float:
     """What the conventions make: the search's fit says what rest is worth, and its prior of the frequency."""
     n = int(np.count_nonzero(np.isfinite(fit.clock.variance)))
-    value = -0.5 * n * (math.log(4.0 * math.pi / n) + 1.0) - n * math.log(fit.unit)
     # the stiffness is corrected about what the record shows, in units of half as much frequency
     score = float(white.z[white.model.index(LOG_FREQUENCY_RATIO)])
-    value += math.log(0.5 * STIFFNESS_SD / FREQUENCY_SD) - 0.5 * score**2
-    sides, noise_model = fit.segment.sides, white.noise_models[0]
-    densities = log_densities(white.residuals[0], sides, noise_model, white.noises[0])
-    value += float(densities[fit.samples :].sum())
-    if fit.growth is not None and fit.growth.found:
-        # the weights are then those with its size at its best
-        value += fit.growth.log_volume + math.log(INCLUSION / (1.0 - INCLUSION)) - fit.growth.log_odds
-    return value
+    value = log_convention(n, fit.unit) + math.log(0.5 * STIFFNESS_SD / FREQUENCY_SD) - 0.5 * score**2
+    densities = log_densities(white.residuals[0], fit.segment.sides, white.noise_models[0], white.noises[0])
+    return value + float(densities[fit.samples :].sum())

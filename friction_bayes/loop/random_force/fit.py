@@ -24,12 +24,15 @@ from friction_bayes.estimators.random_force.whitening import Clock
 from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.columns import LawColumns
-from friction_bayes.loop.random_force.growing_noise import NoiseGrowth, find_noise_growth
+from friction_bayes.loop.random_force.growing_noise import NoiseGrowth
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.random_force.sensor_noise import SensorNoise, weigh_sensor_noise
+from friction_bayes.loop.random_force.set_aside import LeftOut, come_anywhere, outlying
 from friction_bayes.loop.random_force.sets import ColumnSets
 from friction_bayes.loop.segment import Segment
 from friction_bayes.loop.spectral_lines import lines_beside_motion
-from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect, Scales
+from friction_bayes.mechanics.effects import Scales
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 
 __all__ = ["ForceFit", "fit_random_force", "force_fit"]
@@ -68,8 +71,8 @@ class ForceFit:
         Of the best set at the best point.
     motion : Motion
         Smoothed with that law.
-    growth : NoiseGrowth or None
-        Of the noise with the motion, the most probable; None where none may act.
+    sensor_noise : SensorNoise
+        What it is besides white.
     """
 
     segment: Segment
@@ -86,7 +89,12 @@ class ForceFit:
     posterior: Posterior
     coefficients: Array
     motion: Motion
-    growth: NoiseGrowth | None
+    sensor_noise: SensorNoise
+
+    @property
+    def growth(self) -> NoiseGrowth | None:
+        """Of the noise with the motion, the most probable; None where none may act."""
+        return self.sensor_noise.growth
 
     @property
     def clock(self) -> Clock:
@@ -197,7 +205,10 @@ def fit_random_force(
     ForceFit or None
         None where the record holds too few turning points.
     """
-    record = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
+    whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
+    ceiling = segment.sides[: whole.samples] != 0.0
+    outliers = np.zeros(whole.samples, np.bool_)
+    record = whole
     w0 = segment.decay.frequency
     motion = record.first_motion(w0)
     lines: tuple[float, ...] = ()
@@ -213,38 +224,31 @@ def fit_random_force(
         if PERIODIC_INTERFERENCE.name in record.effects:
             more = lines_beside_motion((white, smoothed.states[:, 2]), segment, lines)
         lines = (*lines, *more)
+        left = LeftOut.under(segment, record.scales, found.regression, found.w0, coefficients, best)
+        known = ceiling | outliers
+        shown = np.isfinite(whole.variance) & ~ceiling
+        heavy = OUTLIERS.name in allowed and left.heavy_tails(shown)
+        noise = left.noise(outliers=heavy)
+        if ceiling.any():
+            ceiling = left.near_ceiling(noise)
+            shown &= ~ceiling
+        outliers = outlying(noise) & shown
+        outliers &= come_anywhere(outliers, shown, smoothed)
+        aside = ceiling | outliers
+        record = whole.setting_aside(aside)
         change = frequency_change(coefficients[found.regression.stiffness])
         w0 *= change
         motion = smoothed.at_frequency(change)
         found = record.along(motion, w0, lines)
-        if abs(change - 1.0) < _SETTLED and not more:
+        if abs(change - 1.0) < _SETTLED and not more and np.array_equal(aside, known):
             break
     if found is None:
         return None
-    posterior = integrate(found.regression.problem, found.prior, motion.noise)
-    growth = _noise_growth(record, found, posterior, allowed)
-    if growth is not None and growth.found:
-        found = found._replace(regression=replace(found.regression, clock=growth.clock))
-        posterior = integrate(found.regression.problem, found.prior, posterior.best.noise)
-    return force_fit(record, found, posterior, posterior.best_law(), growth)
-
-
-def _noise_growth(
-    record: MovingRecord, found: LawAlongMotion, posterior: Posterior, allowed: Sequence[str]
-) -> NoiseGrowth | None:
-    """The most probable growth of the noise; None where none may act."""
-    growths = []
-    for effect in (EFFECTS[name] for name in allowed):
-        if isinstance(effect, GrowingNoiseEffect):
-            # the prior is one of the noise of a sample: in a mean of a block it counts less
-            prior = effect.priors(record.scales)[0]
-            prior = replace(prior, location=prior.location / math.sqrt(record.segment.block))
-            growths.append(
-                find_noise_growth(
-                    effect, found.regression, posterior, found.path, record.segment.order, found.w0, prior
-                )
-            )
-    return max(growths, key=lambda growth: growth.log_odds, default=None)
+    regression, posterior, sensor_noise = weigh_sensor_noise(
+        whole.setting_aside(ceiling), found, outliers, allowed
+    )
+    found = found._replace(regression=regression)
+    return force_fit(record, found, posterior, posterior.best_law(), sensor_noise)
 
 
 def force_fit(
@@ -252,7 +256,7 @@ def force_fit(
     found: LawAlongMotion,
     posterior: Posterior,
     coefficients: Array,
-    growth: NoiseGrowth | None,
+    sensor_noise: SensorNoise,
 ) -> ForceFit:
     """The analysis of a record, its motion smoothed with the law of these coefficients."""
     return ForceFit(
@@ -270,5 +274,5 @@ def force_fit(
         posterior=posterior,
         coefficients=coefficients,
         motion=found.regression.smoothed(coefficients, posterior.best),
-        growth=growth,
+        sensor_noise=sensor_noise,
     )

@@ -42,10 +42,12 @@ def force_family(
     ForceFamily or None
         None where that cannot be done.
     """
-    if search.is_silent or SENSOR_CLIPPING.name in search.sets[0]:
-        return None
     white = search.found.white
-    fit = fit_random_force(white.model.segments[0], white.model.system, allowed)
+    (segment,) = white.model.segments
+    # samples at an end of the range are known to lie beyond it, if the sensor may clip
+    if search.is_silent or segment.clipped != (SENSOR_CLIPPING.name in search.sets[0]):
+        return None
+    fit = fit_random_force(segment, white.model.system, allowed)
     if fit is None:
         return None
     return ForceFamily(search, fit, allowed, tolerance, rng)
@@ -103,29 +105,24 @@ class ForceFamily(MotionFamily):
         fit = self.fit
         # the regression normalises the prior over its own sets
         none = logsumexp(fit.sets.log_prior[[not names for names in fit.sets.effects]])
-        others = len(set(allowed) - {RANDOM_FORCE.name}) * math.log1p(-INCLUSION)
-        scale = log_scale(fit, self.found.white) + others - float(none)
-        # the weights are shared out to noise that grows and none, while the scale is that of none
-        either = 0.0 if fit.growth is None else float(np.logaddexp(0.0, fit.growth.log_odds))
-        return fit.posterior.log_evidence + scale + either
+        uncertain = set(allowed) - _certain(fit) - {RANDOM_FORCE.name}
+        scale = log_scale(fit, self.found.white) + len(uncertain) * math.log1p(-INCLUSION) - float(none)
+        # the weights are shared out to the kinds of noise, while the scale is that of white noise alone
+        return fit.posterior.log_evidence + scale + fit.sensor_noise.log_total
 
     def _weighed_here(self) -> Cells:
-        """All but what the search has, of which the samples say something.
-
-        Noise that grows is weighed by itself: what it grows with tells the sets of effects nothing.
-        """
+        """All but what the search has, of which the samples say something, under each kind of noise."""
         fit, tried, nothing = self.fit, set(self.found.allowed), unknowable(self.fit)
         forced = fit.posterior.ratio > 0.0
-        own = forced[:, None] | np.array([not names <= tried for names in fit.sets.effects])
         known = np.array([not names & nothing for names in fit.sets.effects])
         if too_large(fit.share_of_loss):
             known = known & ~forced[:, None]
-        weight = known * fit.posterior.weight
-        if fit.growth is None:
-            return Cells((own * weight)[None], forced, fit.sets.effects)
-        grows = fit.growth.probability
-        shared = np.array([(1.0 - grows) * own * weight, grows * weight])
-        return Cells(shared, forced, fit.sets.effects, fit.growth.effect.name)
+        weights = []
+        for noise, probability in fit.sensor_noise.probabilities.items():
+            own = forced[:, None] | np.array([not (names | noise) <= tried for names in fit.sets.effects])
+            weights.append(probability * (own & known) * fit.posterior.weight)
+        kinds = [noise | _certain(fit) for noise in fit.sensor_noise.probabilities]
+        return Cells(np.array(weights), forced, fit.sets.effects, kinds)
 
     @cached_property
     def laws(self) -> DrawnLaws:
@@ -134,9 +131,8 @@ class ForceFamily(MotionFamily):
     @cached_property
     def candidate(self) -> Integers:
         drawn = self.laws.first
-        share = self.cells.weight[-1] / np.maximum(self.cells.total, 1e-300)
-        last = self._rng_draws.random(DRAWS) < share[drawn.point, drawn.chosen]
-        kind = np.where(last, len(self.cells.weight) - 1, 0)
+        upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
+        kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
         return self.cells.places(self.sets)[kind, drawn.point, drawn.chosen]
 
     def _friction(self) -> Array:
@@ -172,3 +168,8 @@ class ForceFamily(MotionFamily):
 
     def between_records(self) -> None:
         """It has one."""
+
+
+def _certain(fit: ForceFit) -> frozenset[str]:
+    """Effects that the samples prove before any model."""
+    return frozenset({SENSOR_CLIPPING.name} if fit.segment.clipped else ())

@@ -33,9 +33,8 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     """
     segment = fit.segment
     head = int(FITTED_SHARE * segment.moving)
-    allowed = tuple(dict.fromkeys(column.effect for column in fit.law.columns if column.effect))
-    if fit.growth is not None and fit.growth.found:
-        allowed = (*allowed, fit.growth.effect.name)
+    of_law = dict.fromkeys(column.effect for column in fit.law.columns if column.effect)
+    allowed = (*of_law, *sorted(fit.sensor_noise.effects))
     first = fit_random_force(segment, fit.system, allowed, samples=head)
     if first is None:
         return None
@@ -55,6 +54,7 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
         about_rest = middle - segment.decay.rest_position
         grown = first.growth.effect.grows_with(about_rest, np.gradient(middle, time))
         noise = noise * np.hypot(1.0, first.growth.ratio / first.unit * grown)
+    noise = first.sensor_noise.sd_of_samples(noise)
     sd = np.sqrt(laws.var(axis=0) + variances[which[finite]].mean(axis=0) + noise**2)
     rest = slice(head, segment.moving)
     return Forecast(

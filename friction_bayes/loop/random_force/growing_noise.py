@@ -20,7 +20,7 @@ from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.posterior import Posterior
 from friction_bayes.estimators.random_force.subsets import weigh_sets
 from friction_bayes.estimators.random_force.whitening import Clock, whiten
-from friction_bayes.loop.candidate import INCLUSION
+from friction_bayes.loop.candidate import PRIOR_LOG_ODDS
 from friction_bayes.mechanics.effects import GrowingNoiseEffect, Prior
 
 __all__ = ["NoiseGrowth", "find_noise_growth"]
@@ -60,6 +60,11 @@ class NoiseGrowth:
     def probability(self) -> float:
         """Probability that the noise grows."""
         return float(expit(self.log_odds))
+
+    @property
+    def log_scale(self) -> float:
+        """Logarithm of the factor from weights with ``clock`` to evidences without growth."""
+        return self.log_volume + PRIOR_LOG_ODDS - self.log_odds
 
     @property
     def found(self) -> bool:
@@ -138,7 +143,7 @@ def find_noise_growth(
     bend = (density(mode + _STENCIL) - 2.0 * top + density(mode - _STENCIL)) / _STENCIL**2
     log_sd = 1.0 / math.sqrt(max(-bend, 1.0 / prior.scale**2))
     log_evidence = top + 0.5 * math.log(2.0 * math.pi) + math.log(log_sd)
-    log_odds = math.log(INCLUSION / (1.0 - INCLUSION)) + log_evidence - log_weight(clock, 1.0)[0]
+    log_odds = PRIOR_LOG_ODDS + log_evidence - log_weight(clock, 1.0)[0]
     ratio = math.exp(mode)
     given = log_weight(clock_at(ratio), math.sqrt(1.0 + ratio**2 * mean_square))[0]
     return NoiseGrowth(effect, log_odds, log_evidence - given, ratio, log_sd, clock_at(ratio))

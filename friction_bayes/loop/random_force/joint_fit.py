@@ -26,6 +26,7 @@ from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force, for
 from friction_bayes.loop.random_force.joint_problem import JointProblem, Member, Spread
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord, force_prior
 from friction_bayes.loop.segment import Segment
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["SPREADS", "JointFit", "fit_together"]
@@ -111,7 +112,7 @@ class JointFit:
         said = self.problem.conditional(best, row)
         laws = said.laws(self.posterior.best_law()[said.columns][None])[0]
         return tuple(
-            force_fit(record, found, _alone_at(found, member, best, row, chosen), law, alone.growth)
+            force_fit(record, found, _alone_at(found, member, best, row, chosen), law, alone.sensor_noise)
             for record, found, member, law, alone in zip(
                 self.records, self.along, self.problem.members, laws, self.alone, strict=True
             )
@@ -145,6 +146,8 @@ def fit_together(
     JointFit or None
         None where a record holds too few turning points.
     """
+    # records with outliers are left to the search: here no sample is taken for one
+    allowed = [name for name in allowed if name != OUTLIERS.name]
     fits = []
     for segment in segments:
         if progress is not None:

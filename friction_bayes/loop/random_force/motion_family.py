@@ -11,7 +11,12 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.draws import DRAWS
-from friction_bayes.loop.effect_summaries import parameter_summary, parameter_units
+from friction_bayes.loop.effect_summaries import (
+    clipping_parameters,
+    outlier_parameters,
+    parameter_summary,
+    parameter_units,
+)
 from friction_bayes.loop.family import FamilyDraws
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import Forecast
@@ -27,7 +32,9 @@ from friction_bayes.loop.random_force.motion_trace import motion_trace
 from friction_bayes.loop.reference_force import ResistingForce
 from friction_bayes.loop.residual_tests import ResidualTests
 from friction_bayes.loop.result import RecordTrace
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
 __all__ = ["MotionFamily", "too_large"]
 
@@ -137,7 +144,12 @@ class MotionFamily(ABC):
         return Reading(what, _moved(laws.friction, shift, self._rng_reading))
 
     def parameters(self, name: str) -> dict[str, dict[str, Any]]:
-        units = parameter_units(name, self.best[0].segment, self.best[0].system)
+        fit = self.best[0]
+        units = parameter_units(name, fit.segment, fit.system)
+        if name == SENSOR_CLIPPING.name:
+            return clipping_parameters(fit.segment, units)
+        if name == OUTLIERS.name and fit.sensor_noise.outliers is not None:
+            return outlier_parameters(fit.samples, fit.sensor_noise.outliers, units)
         return {
             key: parameter_summary(values, units[key.partition("[")[0]])
             for key, values in self.laws.parameters(name, self._of_best).items()
@@ -151,7 +163,7 @@ class MotionFamily(ABC):
             LOG_FREQUENCY_RATIO: declared + 0.5 * np.log1p(self.laws.first.stiffness[best]),
         } | {
             f"{name}.{parameter}": values
-            for name in self.sets[0]
+            for name in self.sets[0] - {OUTLIERS.name, SENSOR_CLIPPING.name}
             for parameter, values in self.laws.parameters(name, best).items()
         }
 
@@ -183,11 +195,13 @@ class MotionFamily(ABC):
         return tuple(found)
 
     def noise_floor(self) -> float:
-        return self.tests.rms
+        return float(self.best[0].sensor_noise.sd_of_samples(np.asarray(self.tests.rms)))
 
     @property
-    def fitted(self) -> tuple[int, int]:
-        return self.best[0].samples, self.best[0].path.turning.size
+    def fitted(self) -> tuple[int, int, int]:
+        fit = self.best[0]
+        aside = np.count_nonzero(np.isinf(fit.clock.variance))
+        return fit.samples, fit.path.turning.size, int(aside)
 
     def traces(self) -> tuple[RecordTrace, ...]:
         return tuple(

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.random_force.law_regression import LawRegression
@@ -111,6 +111,10 @@ class MovingRecord:
         n = _moving(segment) if samples is None else samples
         variance = np.where(segment.free[:n], 1.0, np.inf)
         return cls(segment, n, system, effects, scales, variance)
+
+    def setting_aside(self, samples: Mask) -> MovingRecord:
+        """The same without some more samples, shape (n,)."""
+        return replace(self, variance=np.where(samples, np.inf, self.variance))
 
     def signal(self, w0: float) -> Array:
         """The samples in natural units of a frequency, shape (n,)."""

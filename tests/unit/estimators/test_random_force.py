@@ -18,7 +18,7 @@ from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.positive_orthant import confine, cut_moments, log_normal_mass
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem, at_resonance, integrate
 from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
-from friction_bayes.estimators.random_force.smoothing import first_motion
+from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
 from friction_bayes.estimators.random_force.subsets import WeighedSets, all_sets, weigh_sets
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, smooth, whiten
 
@@ -359,6 +359,44 @@ def test_a_corrected_frequency_leaves_displacements_and_rescales_velocities(orde
     for j in (0, 1):
         share = smoothed.states[:, j] @ motion[:, j] / (motion[:, j] @ motion[:, j])
         assert share == pytest.approx(1.0, abs=2e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.1, 3.0])
+@pytest.mark.parametrize("order", ORDERS)
+def test_a_left_out_sample_is_predicted_by_the_others_alone(order, ratio, rng) -> None:
+    """As where the sample is not used: the error is the same, and its variance but for the sample's own."""
+    clock, row, tau = uneven_clock(rng, 0.0), sensor_row(order), 0.8
+    n = clock.phase.size
+    still = Motion(
+        states=np.zeros((n, 3)), covariance=np.zeros((n, 3, 3)), noise=1.0, force_sd=ratio, tau=tau
+    )
+
+    def regression(variance: Array) -> LawRegression:
+        start = initial_response(clock.phase)
+        return LawRegression(
+            clock=Clock.of(clock.phase, variance),
+            row=row,
+            names=("displacement", "velocity"),
+            columns=at_sensor(start, row),
+            states=start,
+            known_states=np.zeros((n, 2)),
+            target=target,
+            scale=np.ones(2),
+            positive=np.zeros(2, bool),
+            sets=np.ones((1, 2), bool),
+            log_prior=np.zeros(1),
+            stiffness=0,
+            motion=still,
+        )
+
+    target, law = rng.standard_normal(n), np.array([0.3, -0.2])
+    error, variance = regression(clock.variance).left_out(law, ratio, tau)
+    for i in (0, 1, 7, 12, 26, n - 1):
+        own = clock.variance[i] if np.isfinite(clock.variance[i]) else 1.0
+        others = np.where(np.arange(n) == i, np.inf, clock.variance)
+        expected, spread = (values[i] for values in regression(others).left_out(law, ratio, tau))
+        assert error[i] == pytest.approx(expected, rel=1e-7)
+        assert variance[i] == pytest.approx(spread - 1.0 + own, rel=1e-7)
 
 
 class Bump:

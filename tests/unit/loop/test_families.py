@@ -114,7 +114,7 @@ def test_parameters_are_summaries_of_the_variables(family: Family) -> None:
 def test_each_record_is_traced_and_forecast(family: Family) -> None:
     traces, forecasts = family.traces(), family.forecasts()
     assert len(traces) == len(forecasts) == records(family)
-    samples, turns = family.fitted
+    samples, turns, _ = family.fitted
     assert traces[0].signal.size == samples
     assert traces[0].turning_points.size == turns
     for trace, forecast in zip(traces, forecasts, strict=True):
@@ -205,7 +205,8 @@ EFFECTS = (
 def cells(*weights: float) -> Cells:
     """Two points, the second with a random force, and four sets of which two are the same effects."""
     without = np.array(weights).reshape(2, 4)
-    return Cells(np.array([without, 0.1 * without]), np.array([False, True]), EFFECTS, "timing_jitter")
+    noises = (frozenset(), frozenset({"timing_jitter"}))
+    return Cells(np.array([without, 0.1 * without]), np.array([False, True]), EFFECTS, noises)
 
 
 def test_cells_of_the_same_effects_are_one_candidate() -> None:

@@ -1,0 +1,229 @@
+"""Outliers and clipped samples beside a force that fluctuates: what is set aside, and what it is worth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import decays
+import friction_bayes as fb
+from fluctuating_force import fluctuating_decay
+from friction_bayes.estimators.random_force.smoothing import Motion
+from friction_bayes.loop.evidence import log_evidence
+from friction_bayes.loop.random_force.evidence import log_evidence_without_force
+from friction_bayes.loop.random_force.fit import fit_random_force
+from friction_bayes.loop.random_force.set_aside import come_anywhere
+from friction_bayes.loop.search import Search
+from friction_bayes.loop.segment import cut_records
+
+SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
+STEP, RELEASE, FRICTION = 0.01, 0.02, 0.0002
+"""Friction over the stiffness."""
+NOISE = 2e-4
+CEILING = 0.6 * RELEASE
+HIT, FAR = 0.02, 15.0
+"""Share of outliers, and their size over that of the noise."""
+
+
+def decay(
+    rng: np.random.Generator,
+    *,
+    force: float,
+    hit: float = 0.0,
+    ceiling: float = np.inf,
+    order: int = 0,
+    growing: float = 0.0,
+) -> tuple[xr.DataArray, np.ndarray, np.ndarray]:
+    """A record under a force of a share of friction, what a sensor without noise shows, and its outliers.
+
+    With noise in proportion to the signal that is ``growing`` times the other at the release.
+    """
+    unit = 10.0**order
+    motion = fluctuating_decay(
+        rng,
+        frequency=10.0,
+        friction=FRICTION,
+        release=RELEASE,
+        step=STEP,
+        samples=1500,
+        force_sd=force * FRICTION,
+        correlation_time=0.1,
+    )[order]
+    far = rng.random(motion.size) < hit
+    noise = unit * NOISE * np.where(far, FAR, 1.0) * rng.standard_normal(motion.size)
+    noise += growing * NOISE / RELEASE * motion * rng.standard_normal(motion.size)
+    values = np.clip(motion + noise, -ceiling, ceiling)
+    quantity = ("displacement", "velocity", "acceleration")[order]
+    return fb.make_record(STEP * np.arange(motion.size), values, quantity), motion, far
+
+
+def test_what_is_set_aside_near_a_ceiling_does_not_follow_the_noise(rng: np.random.Generator) -> None:
+    """Of samples that a noise of four deviations could take to the ceiling every one, of others none."""
+    record, motion, _ = decay(rng, force=0.2, ceiling=CEILING)
+    (segment,) = cut_records([record], SYSTEM)
+    fit = fit_random_force(segment, SYSTEM, ["random_force"])
+    assert fit is not None
+    aside = np.isinf(fit.clock.variance)
+    room = CEILING - np.abs(motion[: aside.size])
+    assert aside[room < 3.5 * NOISE].all()
+    assert not aside[room > 4.5 * NOISE].any()
+
+
+def test_outliers_are_found_beside_a_force(rng: np.random.Generator) -> None:
+    record, motion, far = decay(rng, force=0.2, hit=HIT)
+    (segment,) = cut_records([record], SYSTEM)
+    fit = fit_random_force(segment, SYSTEM, ["random_force", "outliers"])
+    assert fit is not None
+    noise = fit.sensor_noise
+    assert noise.contaminated
+    assert noise.probabilities[frozenset({"outliers"})] > 0.999
+    assert noise.outliers is not None
+    assert noise.outliers.fraction == pytest.approx(far.mean(), rel=0.4)
+    assert noise.outliers.scale == pytest.approx(FAR * NOISE, rel=0.4)
+    assert fit.posterior.noise_sd == pytest.approx(NOISE, rel=0.08)
+    error = np.abs(segment.values - motion[: segment.values.size])[: fit.samples]
+    aside = np.isinf(fit.clock.variance)
+    assert aside[error > 5.0 * NOISE].all()
+    assert not aside[error < 2.5 * NOISE].any()
+
+
+def test_outliers_are_found_beside_noise_that_grows(rng: np.random.Generator) -> None:
+    record, _, far = decay(rng, force=0.2, hit=HIT, growing=3.0)
+    (segment,) = cut_records([record], SYSTEM)
+    fit = fit_random_force(
+        segment, SYSTEM, ["random_force", "outliers", "timing_jitter", "proportional_noise"]
+    )
+    assert fit is not None
+    both = frozenset({"outliers", "proportional_noise"})
+    assert fit.sensor_noise.effects == both
+    assert fit.sensor_noise.probabilities[both] > 0.99
+    assert sum(fit.sensor_noise.probabilities.values()) == pytest.approx(1.0)
+    assert fit.growth is not None
+    share = fit.growth.ratio * fit.posterior.noise_sd
+    assert share == pytest.approx(3.0 * NOISE / RELEASE, rel=0.3)
+    assert fit.posterior.noise_sd == pytest.approx(NOISE, rel=0.1)
+    assert np.isinf(fit.clock.variance)[far[: fit.samples]].mean() > 0.5
+
+
+def test_values_at_jumps_of_the_acceleration_stay_set_aside(rng: np.random.Generator) -> None:
+    """Beside outliers, and they are none themselves."""
+    record, motion, far = decay(rng, force=0.0, hit=HIT, order=2)
+    (segment,) = cut_records([record], SYSTEM)
+    fit = fit_random_force(segment, SYSTEM, ["random_force", "outliers"])
+    assert fit is not None
+    assert fit.sensor_noise.contaminated
+    at_jump = segment.at_jump[: fit.samples]
+    aside = np.isinf(fit.clock.variance)
+    assert aside[at_jump].all()
+    error = np.abs(segment.values - motion[: segment.values.size])[: fit.samples]
+    assert aside[error > 500.0 * NOISE].all()
+    assert not aside[~at_jump & (error < 250.0 * NOISE)].any()
+    assert fit.sensor_noise.outliers is not None
+    assert fit.sensor_noise.outliers.fraction == pytest.approx(far.mean(), rel=0.4)
+
+
+def test_what_comes_with_the_turning_points_is_no_outlier_of_the_sensor(rng: np.random.Generator) -> None:
+    record, motion, _ = decay(rng, force=0.2)
+    slow = np.abs(np.gradient(motion, STEP)) < 0.15 * 10.0 * RELEASE
+    hit = slow & (rng.random(motion.size) < 0.2)
+    off = np.where(hit, FAR * NOISE * rng.standard_normal(motion.size), 0.0)
+    (segment,) = cut_records([record + off], SYSTEM)
+    fit = fit_random_force(segment, SYSTEM, ["random_force", "outliers"])
+    assert fit is not None
+    assert np.isfinite(fit.clock.variance).all()
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (0.0, 0.3), (0.4, 0.5)])
+def test_outliers_come_at_any_time(low: float, high: float, rng: np.random.Generator) -> None:
+    n = 2000
+    time = np.arange(n) / n
+    motion = Motion(
+        states=np.column_stack([np.cos(200.0 * time), -np.sin(200.0 * time), np.zeros(n)]),
+        covariance=np.zeros((n, 3, 3)),
+        noise=1.0,
+        force_sd=0.0,
+        tau=1.0,
+    )
+    outliers = (time >= low) & (time < high) & (rng.random(n) < 0.05 / (high - low))
+    everywhere = np.ones(n, dtype=bool)
+    assert come_anywhere(outliers, everywhere, motion) == (high - low == 1.0)
+    assert come_anywhere(np.zeros(n, dtype=bool), everywhere, motion)
+
+
+def test_where_outliers_may_not_act_none_is_set_aside(rng: np.random.Generator) -> None:
+    record, _, _ = decay(rng, force=0.2, hit=HIT)
+    (segment,) = cut_records([record], SYSTEM)
+    fit = fit_random_force(segment, SYSTEM, ["random_force"])
+    assert fit is not None
+    assert np.isfinite(fit.clock.variance).all()
+    assert list(fit.sensor_noise.probabilities) == [frozenset()]
+
+
+@pytest.mark.parametrize("fault", ["outliers", "sensor_clipping"])
+def test_without_a_force_both_weigh_a_law_alike(fault: str, seed: int) -> None:
+    """The regression without the samples set aside, and the search on all, approximate one evidence."""
+    values = {"outliers": {"outliers.fraction": 0.03, "outliers.scale": 2e-3}}
+    clipped = {"sensor_clipping.level": 0.014}
+    record = decays.short_decay(seed=seed, effects=values.get(fault, clipped))
+    (segment,) = cut_records([record], decays.SYSTEM)
+    search = Search(decays.SYSTEM, (segment,), ("viscous_damping", fault), (np.zeros(0),))
+    search.run()
+    fit = fit_random_force(segment, decays.SYSTEM, search.allowed)
+    assert fit is not None
+    assert np.isinf(fit.clock.variance).any()
+    compared = 0
+    for names, candidate in search.candidates.items():
+        if fault in names:
+            mine = log_evidence_without_force(fit, candidate.fit, names - {fault})
+            assert mine == pytest.approx(log_evidence(candidate.fit), abs=1.5)
+            compared += 1
+    assert compared > 0
+
+
+@pytest.mark.parametrize("fault", ["outliers", "sensor_clipping"])
+def test_the_report_names_the_force_and_the_fault(fault: str, rng: np.random.Generator) -> None:
+    ceiling = CEILING if fault == "sensor_clipping" else np.inf
+    record, _, far = decay(rng, force=0.5, hit=HIT if fault == "outliers" else 0.0, ceiling=ceiling)
+    report = fb.close_loop([record], SYSTEM, seed=1)
+    assert report.verdict in ("explained", "ambiguous")
+    named = {effect["name"]: effect for effect in report.effects}
+    assert {"random_force", fault} <= set(named)
+    assert named["random_force"]["probability"] > 0.95
+    assert named[fault]["probability"] > 0.999
+    parameters = named[fault]["parameters"]
+    if fault == "outliers":
+        assert parameters["fraction"]["mean"] == pytest.approx(far.mean(), rel=0.4)
+        assert parameters["scale"]["mean"] == pytest.approx(FAR * NOISE, rel=0.4)
+    else:
+        assert parameters["level"]["mean"] == pytest.approx(CEILING)
+    assert all(fault in c["effects"] or c["probability"] < 1e-3 for c in report.candidates)
+    assert sum(c["probability"] for c in report.candidates) == pytest.approx(1.0)
+    low, high = report.friction_after["interval90"]
+    width = high - low
+    assert low - 0.5 * width < 100.0 * FRICTION < high + 0.5 * width
+    assert 0 < report.fitted["set_aside"] < 0.4 * report.fitted["samples"]
+    assert report.noise["sd"] == pytest.approx(NOISE, rel=0.1)
+    assert report.residual["after"]["channels"]["tails"]["p_value"] > 1e-3
+
+
+def test_samples_at_a_ceiling_that_may_not_be_one_leave_the_force_unweighed(
+    rng: np.random.Generator,
+) -> None:
+    record, _, _ = decay(rng, force=0.5, ceiling=CEILING)
+    report = fb.close_loop([record], SYSTEM, seed=1, exclude=["sensor_clipping"])
+    assert report.random_force is None
+
+
+def test_a_law_that_cannot_matter_has_no_evidence(seed: int) -> None:
+    """Its coefficients are not looked at beside those of a set that is hundreds of nats more probable."""
+    effects = {"outliers.fraction": 0.03, "outliers.scale": 2e-3, "viscous_damping.damping_ratio": 0.03}
+    (segment,) = cut_records([decays.short_decay(seed=seed, effects=effects)], decays.SYSTEM)
+    search = Search(decays.SYSTEM, (segment,), ("viscous_damping", "outliers"), (np.zeros(0),))
+    search.run()
+    fit = fit_random_force(segment, decays.SYSTEM, search.allowed)
+    assert fit is not None
+    best = search.ranked()[0].fit
+    damped = log_evidence_without_force(fit, best, frozenset({"viscous_damping"}))
+    assert np.isfinite(damped)
+    assert log_evidence_without_force(fit, best, frozenset()) < damped - 100.0
