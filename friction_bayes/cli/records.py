@@ -12,11 +12,12 @@ from friction_bayes.cli.options import system_of
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import sha256_of
 from friction_bayes.core.system import Oscillator
+from friction_bayes.core.text import number
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["add_record", "input_digests", "load_record", "load_records", "what_was_read"]
+__all__ = ["add_record", "fitted_part", "input_digests", "load_record", "load_records", "what_was_read"]
 
 _DATASET = "dataset:"
 _RECORD_FIELDS = (
@@ -170,3 +171,8 @@ def what_was_read(record: xr.DataArray) -> str:
     return (
         f"{record.attrs['read']}: {time.size} samples, {rate:.4g} Hz, {time[0]:.4g} to {time[-1]:.4g} s{even}"
     )
+
+
+def fitted_part(start: float, end: float, half_cycles: int) -> str:
+    """Say which part of a record was fitted, from and to in seconds."""
+    return f"fitted {number(start)} to {number(end)} s, {half_cycles} half cycles"

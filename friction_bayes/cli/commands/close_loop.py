@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import friction_bayes as fb
 from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
 from friction_bayes.cli.options import add_output_folder, add_seed, add_system, options_of
-from friction_bayes.cli.records import add_record, input_digests, load_records, what_was_read
+from friction_bayes.cli.records import add_record, fitted_part, input_digests, load_records, what_was_read
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
@@ -112,18 +112,19 @@ def add_parser(commands: Any) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Close the loop, write and print."""
     with output_folder(arguments.out, force=arguments.force) as folder:
-        result = _close(arguments, folder)
+        result, read = _close(arguments, folder)
     if arguments.json:
         sys.stdout.write(strict_json(result) + "\n")
     else:
         from friction_bayes.cli.tables.loop import loop_table
 
         title = ", ".join(arguments.records)
-        output_console().print(loop_table(title, result))
+        output_console().print(loop_table(title, result, read))
     note(f"report.html, figures and draws are in {arguments.out}")
 
 
-def _close(arguments: argparse.Namespace, folder: Path) -> dict[str, Any]:
+def _close(arguments: argparse.Namespace, folder: Path) -> tuple[dict[str, Any], list[str]]:
+    """Return the result and what was read, a line a record; write report, draws and figures."""
     if arguments.reference_friction is not None:
         positive("--reference-friction", arguments.reference_friction)
     effects = _names(arguments.effects, "--effects")
@@ -137,12 +138,15 @@ def _close(arguments: argparse.Namespace, folder: Path) -> dict[str, Any]:
             force = read_force(arguments.reference_force, records[0])
         report = _search(arguments, records, system, effects=effects, exclude=exclude, reference_force=force)
     result = report.to_dict()
-    result["read"] = [what_was_read(record) for record in records]
     result["notes"] = list(dict.fromkeys([*result["notes"], *warned]))
     inputs = input_digests(*arguments.records, arguments.reference_force)
     made = manifest("close-loop", options=options_of(arguments), seed=arguments.seed, inputs=inputs)
     _write(report, result, made, folder)
-    return result
+    read = [what_was_read(record) for record in records]
+    # the part fitted is told of the first record
+    fitted = result["fitted"]
+    read[0] += f"; {fitted_part(fitted['from_s'], fitted['to_s'], fitted['half_cycles'])}"
+    return result, read
 
 
 def _names(text: str | None, option: str) -> tuple[str, ...] | None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import friction_bayes as fb
 from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
 from friction_bayes.cli.options import add_output_folder, add_seed, add_system, key_values, options_of
-from friction_bayes.cli.records import add_record, input_digests, load_record, what_was_read
+from friction_bayes.cli.records import add_record, fitted_part, input_digests, load_record, what_was_read
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 from friction_bayes.core.strict_json import strict_json
 
@@ -93,10 +93,10 @@ def add_parser(commands: Any) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Estimate, check, write and print."""
     if arguments.out is None:
-        result, _ = _estimate(arguments, None)
+        result, read, _ = _estimate(arguments, None)
     else:
         with output_folder(arguments.out, force=arguments.force) as folder:
-            result, inputs = _estimate(arguments, folder)
+            result, read, inputs = _estimate(arguments, folder)
             write_json(folder / "estimate.json", result)
             made = manifest("estimate", options=options_of(arguments), seed=arguments.seed, inputs=inputs)
             write_manifest(folder, made)
@@ -105,13 +105,15 @@ def run(arguments: argparse.Namespace) -> None:
     else:
         from friction_bayes.cli.tables.estimate import estimate_table
 
-        output_console().print(estimate_table(result))
+        output_console().print(estimate_table(result, read))
     if arguments.out is not None:
         note(f"results and figures are in {arguments.out}")
 
 
-def _estimate(arguments: argparse.Namespace, folder: Path | None) -> tuple[dict[str, Any], dict[str, str]]:
-    """Return the result for JSON and the digests of what was read; write figures and draws to ``folder``."""
+def _estimate(
+    arguments: argparse.Namespace, folder: Path | None
+) -> tuple[dict[str, Any], str, dict[str, str]]:
+    """Return the result for JSON, what was read and its digests; write figures and draws to ``folder``."""
     reference = None
     with collected_warnings() as warned:
         record, system = load_record(arguments.record, arguments)
@@ -131,12 +133,11 @@ def _estimate(arguments: argparse.Namespace, folder: Path | None) -> tuple[dict[
         if arguments.check:
             reference = _check(estimate, arguments.seed)
     result = estimate.to_dict(None if reference is None else reference.summary)
-    result["read"] = what_was_read(record)
-    result["fitted"] = _fitted(estimate.decay)
     result["notes"].extend(text for text in warned if text not in result["notes"])
     if folder is not None:
         _write(estimate, record, reference, folder)
-    return result, input_digests(arguments.record, arguments.setup)
+    read = f"{what_was_read(record)}; {_fitted(estimate.decay)}"
+    return result, read, input_digests(arguments.record, arguments.setup)
 
 
 def _setup(arguments: argparse.Namespace) -> xr.DataArray:
@@ -145,15 +146,11 @@ def _setup(arguments: argparse.Namespace) -> xr.DataArray:
     return load_record(arguments.setup, whole)[0]
 
 
-def _fitted(decay: FreeDecay) -> dict[str, Any]:
-    """Return which part of the record the fit took."""
+def _fitted(decay: FreeDecay) -> str:
+    """Say which part of the record the fit took."""
     duration = decay.step * (decay.values.size - 1)
-    return {
-        "from_s": decay.start_time,
-        "to_s": decay.start_time + duration,
-        "samples": decay.values.size,
-        "half_cycles": int(duration * decay.frequency / math.pi),
-    }
+    half_cycles = int(duration * decay.frequency / math.pi)
+    return fitted_part(decay.start_time, decay.start_time + duration, half_cycles)
 
 
 # emcee, ArviZ and matplotlib take seconds to load: they are imported where they are needed.

@@ -9,7 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-from friction_bayes.cli.tables.layout import fitted_part, two_columns
+from friction_bayes.cli.tables.layout import two_columns
 from friction_bayes.core.text import duration, interval90, number, with_interval
 
 __all__ = ["comparison_table", "disagreements", "estimate_table"]
@@ -59,18 +59,19 @@ def _apart(reference: Mapping[str, Any]) -> str:
     return "–" if difference is None else f"{abs(difference):.2f}"
 
 
-def estimate_table(result: Mapping[str, Any]) -> Table:
+def estimate_table(result: Mapping[str, Any], read: str | None = None) -> Table:
     """Lay out one estimate, as :meth:`Estimate.to_dict` gives it.
 
     Parameters
     ----------
     result : mapping
-        The estimate, its ``reference`` included where one was sampled, and what was ``read`` and ``fitted``
-        where it comes from a file.
+        The estimate, its ``reference`` included where one was sampled.
+    read : str, optional
+        What was understood of the file.
     """
     table = two_columns(f"{result['record']}, {result['method']}")
-    if "read" in result:
-        table.add_row("read", Text(f"{result['read']}; {fitted_part(result['fitted'])}"))
+    if read is not None:
+        table.add_row("read", Text(read))
     table.add_row("friction", Text(with_interval(result["friction"]), style="bold"))
     table.add_row("friction / stiffness", with_interval(result["friction_over_stiffness"]))
     table.add_row("P(friction < 0)", number(result["probability_negative"], 2))

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from rich.table import Table
 from rich.text import Text
 
-from friction_bayes.core.text import number
-
-__all__ = ["fitted_part", "two_columns"]
+__all__ = ["two_columns"]
 
 
 def two_columns(title: str | None = None) -> Table:
@@ -22,9 +17,3 @@ def two_columns(title: str | None = None) -> Table:
     table.add_column(style="dim", no_wrap=True)
     table.add_column(overflow="fold")
     return table
-
-
-def fitted_part(fitted: Mapping[str, Any]) -> str:
-    """Say which part of a record was fitted."""
-    span = f"{number(fitted['from_s'])} to {number(fitted['to_s'])} s"
-    return f"fitted {span}, {fitted['half_cycles']} half cycles"

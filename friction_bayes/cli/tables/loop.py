@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.table import Table
 from rich.text import Text
 
-from friction_bayes.cli.tables.layout import fitted_part, two_columns
+from friction_bayes.cli.tables.layout import two_columns
 from friction_bayes.report.story import loop_story
 
 __all__ = ["loop_table"]
 
 
-def loop_table(title: str, result: Mapping[str, Any]) -> Table:
+def loop_table(title: str, result: Mapping[str, Any], read: Sequence[str]) -> Table:
     """Lay out what closing the loop found.
 
     Parameters
@@ -22,13 +22,13 @@ def loop_table(title: str, result: Mapping[str, Any]) -> Table:
     title : str
         The records.
     result : mapping
-        Fields of ``report.json``, ``notes``, and what was ``read``, a line a record.
+        Fields of ``report.json`` and ``notes``.
+    read : sequence of str
+        What was understood of each record.
     """
     table = two_columns(title)
-    # the part fitted is told of the first record
-    table.add_row("read", Text(f"{result['read'][0]}; {fitted_part(result['fitted'])}"))
-    for text in result["read"][1:]:
-        table.add_row("", Text(text))
+    for text in read:
+        table.add_row("read", Text(text))
     for label, text in loop_story(result):
         bold = label in {"verdict", "friction after"}
         table.add_row(label, Text(text, style="bold" if bold else ""))
