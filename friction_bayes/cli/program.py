@@ -24,7 +24,7 @@ _EPILOG = """examples:
   friction-bayes estimate dataset:map-single-pendulum --json
   friction-bayes close-loop decay.csv --mass 10 --stiffness 1000 --out loop
 
-exit status: 0 done; 2 bad input or options; 1 a defect of this program
+exit status: 0 done; 2 bad input or options; 1 a defect of this program; 130 interrupted
 """
 
 
@@ -104,6 +104,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except Exception as error:
+        # C code that Ctrl-C meets in a callback raises an error of its own in its place
+        if isinstance(error.__cause__, KeyboardInterrupt):
+            _complain("interrupted; nothing was written")
+            return 130
         if os.environ.get(_DEBUG):
             raise
         _complain(

@@ -289,3 +289,14 @@ def test_uneven_times_are_followed(
     uneven = time + (drift if stamps == "logger" else 2e-3 * rng.uniform(-1.0, 1.0, time.size))
     path = write(["Time (s),Position (m)", *rows_of(uneven, written_decay(uneven, 0.02, 5e-4))])
     assert friction(path, *LINEAR) == pytest.approx(FRICTION, rel=2e-3)
+
+
+def test_ctrl_c_within_a_callback_of_c_is_no_defect(
+    csv: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    monkeypatch.setattr("friction_bayes.estimate", interrupted, raising=False)
+    assert main(["estimate", str(csv), *LINEAR]) == 130
+    assert capsys.readouterr().err == "friction-bayes: interrupted; nothing was written\n"

@@ -45,7 +45,7 @@ def read_hdf5(path: Path) -> Table:
     try:
         with h5py.File(path) as file:
             file.visititems(collect)
-    except OSError as error:
+    except Exception as error:  # what a damaged file makes the library trip over
         raise InputError(
             str(path), f"this is not an HDF5 file ({error})", "give the suffix of its format"
         ) from None

@@ -202,7 +202,7 @@ def _header(path: Path, cells: list[str]) -> list[str]:
     names = list(cells)
     while names and not names[-1]:
         names.pop()
-    doubled = {name for name in names if names.count(name) > 1}
+    doubled = {name for name in names if name and names.count(name) > 1}
     if doubled:
         raise InputError(str(path), f"several columns named {sorted(doubled)[0]!r}", "give each its own name")
     return names

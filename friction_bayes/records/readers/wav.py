@@ -29,7 +29,7 @@ def read_wav(path: Path) -> Table:
             # chunks other than the samples, such as a recorder's notes, are passed over
             warnings.simplefilter("ignore", wavfile.WavFileWarning)
             rate, samples = wavfile.read(path)
-    except (ValueError, OSError) as error:
+    except Exception as error:  # what a damaged file makes the library trip over
         raise InputError(
             str(path), f"this is not a WAV file ({error})", "give the suffix of its format"
         ) from None
