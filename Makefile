@@ -10,7 +10,7 @@ INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 .PHONY: help demo test paper lint build clean
 
 help:
-	@echo "make demo    the main job on two synthetic records, by every estimator, in under a minute"
+	@echo "make demo    the main job on synthetic records: every estimator, and a closed loop, in under a minute"
 	@echo "make test    the whole test suite"
 	@echo "make paper   every result and figure of the paper, beside its numbers; resumes what was interrupted"
 	@echo "make lint    style, format and types"
@@ -28,6 +28,11 @@ $(VENV)/.compiled: $(VENV)/.base
 		--out $(VENV)/first.csv --force
 	$(BIN)/friction-bayes estimate $(VENV)/first.csv --mass 10 --stiffness 1000 --json > /dev/null
 	$(BIN)/friction-bayes estimate $(VENV)/first.csv --mass 10 --stiffness 1000 --method envelope --json > /dev/null
+	$(BIN)/friction-bayes simulate --mass 10 --stiffness 1000 --friction 0.07 --initial-displacement 0.0035 \
+		--sampling-rate 200 --seed 2 --out $(VENV)/second.csv --force
+	$(BIN)/friction-bayes close-loop $(VENV)/first.csv --mass 10 --stiffness 1000 --out $(VENV)/loop --force --json > /dev/null
+	$(BIN)/friction-bayes close-loop $(VENV)/first.csv $(VENV)/second.csv --mass 10 --stiffness 1000 --out $(VENV)/loop --force \
+		--json > /dev/null
 	@touch $@
 
 $(VENV)/.test: pyproject.toml

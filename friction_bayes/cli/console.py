@@ -17,10 +17,11 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.progress import Progress
 
-__all__ = ["collected_warnings", "note", "output_console", "progress_bar"]
+__all__ = ["collected_warnings", "compilation_noted", "note", "output_console", "progress_bar"]
 
 # A pipe or a file has no width; tables are then laid out for this one.
 _PAPER_WIDTH = 120
+_COMPILING = "compiling the numerical kernels, once on this machine: about half a minute"
 
 
 class _Paper(io.TextIOBase):
@@ -97,3 +98,13 @@ def collected_warnings() -> Iterator[list[str]]:
             messages.append(str(entry.message))
         else:
             warnings.warn_explicit(entry.message, entry.category, entry.filename, entry.lineno)
+
+
+@contextmanager
+def compilation_noted() -> Iterator[None]:
+    """Note within this context that kernels are compiled, if they are, which takes long and happens once."""
+    # numba takes a second to load, which bad input need not wait for
+    from friction_bayes.mechanics.compilation import compilation_announced
+
+    with compilation_announced(lambda: note(_COMPILING)):
+        yield

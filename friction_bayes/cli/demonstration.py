@@ -1,21 +1,29 @@
-"""The demo: two synthetic records, estimated by every method, each beside its emcee reference."""
+"""The demo: two synthetic records by every method, each beside its emcee reference, and a closed loop.
+
+The second record holds viscous damping, which no method knows of: the loop is closed on it, asks for a
+further release, and with that finds the damping.
+"""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import dask
 import xarray as xr
 from dask.callbacks import Callback
+from rich.console import Console
 
 import friction_bayes as fb
 from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
+from friction_bayes.cli.loop_folder import write_loop
 from friction_bayes.cli.options import options_of
 from friction_bayes.cli.tables.estimate import comparison_table, disagreements
+from friction_bayes.cli.tables.loop import loop_digest
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.result import Estimate
@@ -55,6 +63,8 @@ class Case:
         True friction force [N].
     remark : str
         What to see in its table.
+    further : xarray.DataArray or None
+        A further release of a system that the loop is closed on, with which it is closed once more.
     """
 
     name: str
@@ -63,6 +73,7 @@ class Case:
     system: Oscillator
     friction: float
     remark: str
+    further: xr.DataArray | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,7 +86,7 @@ class Outcome:
 
 
 def demonstrate(arguments: argparse.Namespace) -> None:
-    """Make both records, estimate, check, draw and print.
+    """Make the records, estimate, check, close the loop, draw and print.
 
     Parameters
     ----------
@@ -85,6 +96,7 @@ def demonstrate(arguments: argparse.Namespace) -> None:
     started = perf_counter()
     cases = _cases(arguments.seed)
     console = output_console()
+    made = manifest("demo", options=options_of(arguments), seed=arguments.seed)
     with output_folder(arguments.out, force=arguments.force) as folder:
         outcomes = _all_outcomes(cases, arguments.seed)
         results = {}
@@ -97,8 +109,10 @@ def demonstrate(arguments: argparse.Namespace) -> None:
             for line in disagreements(rows):
                 console.print(line)
             console.print(f"{case.remark}\n", style="italic")
+            if case.further is not None:
+                _close_loop(case, case.further, arguments.seed, made, folder, console)
         write_json(folder / "demo.json", results)
-        write_manifest(folder, manifest("demo", options=options_of(arguments), seed=arguments.seed))
+        write_manifest(folder, made)
     for text in dict.fromkeys(text for own in outcomes.values() for each in own for text in each.warnings):
         note(text)
     console.print(f"{perf_counter() - started:.0f} s in all; figures and numbers are in {arguments.out}")
@@ -129,6 +143,41 @@ def _outcome(case: Case, method: str, seed: int) -> Outcome:
     return Outcome(estimate=estimate, check=check, warnings=tuple(warned))
 
 
+def _close_loop(
+    case: Case, further: xr.DataArray, seed: int, made: Mapping[str, Any], folder: Path, console: Console
+) -> None:
+    """Close the loop on a record, and on it with a further release; leave the page of the latter."""
+    with progress_bar() as bar:
+        task = bar.add_task("closing the loop", total=2)
+        for title, records in (
+            (f"The loop closed on {case.record.attrs['name']}", [case.record]),
+            ("The same with a release from half the amplitude", [case.record, further]),
+        ):
+            report = fb.close_loop(records, case.system, seed=seed, reference_friction=case.friction)
+            bar.advance(task)
+            result = report.to_dict()
+            console.print(loop_digest(title, result))
+            console.print()
+    write_loop(report, result, made, folder)
+
+
+def _testbed_release(seed: int, share: float, name: str) -> xr.DataArray:
+    """A record of the testbed with viscous damping in it, released from a share of the usual amplitude."""
+    return fb.simulate(
+        TESTBED,
+        friction=TESTBED_FRICTION,
+        initial_displacement=share * TESTBED_RELEASE,
+        duration=12.0,
+        sampling_rate=1000.0,
+        noise_sd=1e-4,
+        bits=16,
+        sensor_range=0.5 * TESTBED_SPAN,
+        effects={"viscous_damping.damping_ratio": _DAMPING_RATIO},
+        seed=seed,
+        name=name,
+    )
+
+
 def _cases(seed: int) -> tuple[Case, Case]:
     return (
         Case(
@@ -144,19 +193,8 @@ def _cases(seed: int) -> tuple[Case, Case]:
         Case(
             name="testbed",
             title=f"Testbed with viscous damping {_DAMPING_RATIO:g} in it",
-            record=fb.simulate(
-                TESTBED,
-                friction=TESTBED_FRICTION,
-                initial_displacement=TESTBED_RELEASE,
-                duration=12.0,
-                sampling_rate=1000.0,
-                noise_sd=1e-4,
-                bits=16,
-                sensor_range=0.5 * TESTBED_SPAN,
-                effects={"viscous_damping.damping_ratio": _DAMPING_RATIO},
-                seed=seed,
-                name="testbed (synthetic)",
-            ),
+            record=_testbed_release(seed, 1.0, "testbed (synthetic)"),
+            further=_testbed_release(seed + 1, 0.5, "half the amplitude (synthetic)"),
             system=TESTBED,
             friction=TESTBED_FRICTION,
             remark="All four models contain dry friction only and attribute the loss by viscous damping to "

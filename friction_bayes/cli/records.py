@@ -17,7 +17,15 @@ from friction_bayes.core.text import number
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["add_record", "fitted_part", "input_digests", "load_record", "load_records", "what_was_read"]
+__all__ = [
+    "add_record",
+    "fitted_part",
+    "input_digests",
+    "load_record",
+    "load_records",
+    "refuse_twice",
+    "what_was_read",
+]
 
 _DATASET = "dataset:"
 _RECORD_FIELDS = (
@@ -112,6 +120,19 @@ def load_record(source: str, arguments: argparse.Namespace) -> tuple[xr.DataArra
     return record, system
 
 
+def refuse_twice(sources: Sequence[str]) -> None:
+    """Refuse a record that is given twice.
+
+    Raises
+    ------
+    InputError
+        Naming it.
+    """
+    for source in sources:
+        if sources.count(source) > 1:
+            raise InputError(source, "is given twice", "give each record once")
+
+
 def load_records(
     sources: Sequence[str], arguments: argparse.Namespace
 ) -> tuple[list[xr.DataArray], Oscillator]:
@@ -134,9 +155,7 @@ def load_records(
     InputError
         If a record is given twice, or two are of different systems.
     """
-    for source in sources:
-        if sources.count(source) > 1:
-            raise InputError(source, "is given twice", "give each record once")
+    refuse_twice(sources)
     records, systems = zip(*(load_record(source, arguments) for source in sources), strict=True)
     for source, system in zip(sources, systems, strict=True):
         if system != systems[0]:

@@ -34,7 +34,7 @@ MANIFEST_NAME = "manifest.json"
 _VERSIONED = ("numpy", "scipy", "numba", "xarray", "emcee", "arviz-base", "arviz-stats", "matplotlib")
 
 
-def write_json(path: Path, value: Mapping[str, Any]) -> None:
+def write_json(path: Path, value: Mapping[str, Any] | Sequence[Any]) -> None:
     """Write ``value`` as strict JSON, with a newline at the end."""
     path.write_text(strict_json(value) + "\n", encoding="utf-8")
 

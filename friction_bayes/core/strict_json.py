@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, overload
 
@@ -34,6 +34,6 @@ def plain(value: Any) -> Any:
     return value
 
 
-def strict_json(value: Mapping[str, Any], *, indent: int | None = 2) -> str:
+def strict_json(value: Mapping[str, Any] | Sequence[Any], *, indent: int | None = 2) -> str:
     """Return ``value`` as JSON without NaN or infinities, which become null."""
     return json.dumps(plain(value), indent=indent, allow_nan=False, ensure_ascii=False)

@@ -286,3 +286,38 @@ def test_what_a_method_does_not_estimate_is_null(csv: Path, capsys: pytest.Captu
     assert frequency["mean"] == pytest.approx(10.0, rel=1e-2)
     paper = run_json(capsys, "estimate", str(csv), *SYSTEM, "--method", "normal-gamma")
     assert paper["noise_sd"]["mean"] is None
+
+
+def test_several_records_make_a_table_and_a_list(
+    decay: Callable[..., Signal],
+    write_csv: Callable[..., Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    paths = [
+        str(write_csv(name, *decay(amplitude=size), "displacement_m"))
+        for name, size in (("far.csv", 0.02), ("near.csv", 0.015))
+    ]
+    command = ("estimate", *paths, *SYSTEM, "--method", "normal-gamma")
+    results = run_json(capsys, *command)
+    assert [each["record"] for each in results] == ["far.csv", "near.csv"]
+    alone = run_json(capsys, "estimate", paths[1], *SYSTEM, "--method", "normal-gamma")
+    assert results[1] == alone
+
+    out = tmp_path / "out"
+    assert main([*command, "--out", str(out)]) == 0
+    said = capsys.readouterr().out
+    for result in results:
+        (row,) = (line for line in said.splitlines() if line.lstrip().startswith(result["record"]))
+        low, high = result["friction"]["interval90"]
+        assert f"{result['friction']['mean']:.4g} N" in row
+        assert f"{low:.4g} .. {high:.4g}" in row
+        assert row.rstrip().endswith("  1") or "  1, " in row
+    assert said.count("the stiffness is taken as exact") == 1
+    assert "note 1" in said
+    assert strict((out / "estimate.json").read_text()) == results
+    figures = {f"{name}_{i}.png" for name in ("amplitudes", "friction", "joint") for i in (1, 2)}
+    assert figures <= {path.name for path in out.iterdir()}
+
+    assert main(["estimate", paths[0], paths[0], *SYSTEM]) == 2
+    assert "far.csv: is given twice" in capsys.readouterr().err

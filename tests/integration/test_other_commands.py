@@ -99,3 +99,44 @@ def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
     estimates = json.loads((out / "demo.json").read_text())["paper"]["estimates"]
     assert [each["method"] for each in estimates] == ["waveform", "normal-gamma"]
     assert all(each["reference"]["agrees"] for each in estimates)
+
+
+def test_demo_closes_the_loop_with_the_further_release(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first, further = (
+        fb.simulate(
+            PAPER_SYSTEM,
+            friction=0.07,
+            initial_displacement=size,
+            duration=8.0,
+            sampling_rate=100.0,
+            noise_sd=2e-4,
+            effects={"viscous_damping.damping_ratio": 0.002},
+            seed=seed,
+            name=f"release {seed}",
+        )
+        for seed, size in ((1, 0.0147), (2, 0.0074))
+    )
+    case = Case(
+        name="damped",
+        title="With damping",
+        record=first,
+        system=PAPER_SYSTEM,
+        friction=0.07,
+        remark="What to see.",
+        further=further,
+    )
+    monkeypatch.setattr(demonstration, "_cases", lambda seed: (case,))
+    monkeypatch.setattr(demonstration, "METHODS", ("waveform", "normal-gamma"))
+    out = tmp_path / "demo"
+    assert main(["demo", "--out", str(out)]) == 0
+    said = capsys.readouterr().out
+    alone, together = said[said.index("The loop closed on release 1") :].split("The same with a release")
+    for shown in (alone, together):
+        assert "reference" in shown
+        assert "% before" in shown
+    assert "viscous damping" in together
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "Closing the loop on release 1 and release 2" in page
+    assert json.loads((out / "report.json").read_text())["reference_check"]["friction"] == 0.07

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import friction_bayes as fb
-from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
+from friction_bayes.cli.console import (
+    collected_warnings,
+    compilation_noted,
+    note,
+    output_console,
+    progress_bar,
+)
 from friction_bayes.cli.options import add_output_folder, add_seed, add_system, options_of
 from friction_bayes.cli.records import add_record, fitted_part, input_digests, load_records, what_was_read
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
+from friction_bayes.core.files import manifest, output_folder, write_manifest
 from friction_bayes.core.strict_json import strict_json
 from friction_bayes.core.text import words
 
@@ -141,7 +147,11 @@ def _close(arguments: argparse.Namespace, folder: Path) -> tuple[dict[str, Any],
     result["notes"] = list(dict.fromkeys([*result["notes"], *warned]))
     inputs = input_digests(*arguments.records, arguments.reference_force)
     made = manifest("close-loop", options=options_of(arguments), seed=arguments.seed, inputs=inputs)
-    _write(report, result, made, folder)
+    # matplotlib takes a second to load, which bad input need not wait for
+    from friction_bayes.cli.loop_folder import write_loop
+
+    write_loop(report, result, made, folder)
+    write_manifest(folder, made)
     read = [what_was_read(record) for record in records]
     # the part fitted is told of the first record
     fitted = result["fitted"]
@@ -166,7 +176,7 @@ def _search(
 ) -> LoopReport:
     if arguments.tolerance is not None:
         options["tolerance"] = positive("--tolerance", arguments.tolerance)
-    with progress_bar() as bar:
+    with compilation_noted(), progress_bar() as bar:
         task = bar.add_task("reading", total=None)
         fitted = 0
 
@@ -187,22 +197,3 @@ def _search(
             progress=advance,
             **options,
         )
-
-
-def _write(report: LoopReport, result: Mapping[str, Any], made: Mapping[str, Any], folder: Path) -> None:
-    """Write report, draws, figures and page."""
-    # matplotlib takes a second to load, which bad input need not wait for
-    from friction_bayes.plotting import figure_files
-    from friction_bayes.plotting.loop import loop_figures
-    from friction_bayes.report.loop import loop_page
-
-    write_json(folder / "report.json", result)
-    report.posterior.to_netcdf(folder / "posterior.nc", engine="h5netcdf")
-    drawings = {}
-    for name, figure in loop_figures(report).items():
-        for kind, content in figure_files(figure, ("png", "svg")).items():
-            (folder / f"{name}.{kind}").write_bytes(content)
-            drawings[name] = content
-    page = loop_page(result, [trace.name for trace in report.traces], drawings, made)
-    (folder / "report.html").write_text(page, encoding="utf-8")
-    write_manifest(folder, made)

@@ -1,4 +1,4 @@
-"""``friction-bayes demo``: every estimator on two synthetic records, each checked by emcee."""
+"""``friction-bayes demo``: every estimator on two synthetic records, checked by emcee, and a closed loop."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ def add_parser(commands: Any) -> None:
     """Add ``demo``."""
     parser = commands.add_parser(
         "demo",
-        help="every estimator on two synthetic records, in under a minute",
+        help="every estimator on two synthetic records, and a closed loop, in under a minute",
         description="Estimate friction on the paper's numerical example and on a synthetic testbed record "
-        "with viscous damping in it, by every estimator, each checked by emcee.",
+        "with viscous damping in it, by every estimator, each checked by emcee, and close the loop on the "
+        "latter.",
         allow_abbrev=False,
     )
     add_seed(parser)
@@ -25,7 +26,7 @@ def add_parser(commands: Any) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Make both records, estimate, check, draw and print."""
+    """Make the records, estimate, check, close the loop, draw and print."""
     # It takes emcee, ArviZ and matplotlib, which no other command needs to wait for.
     from friction_bayes.cli.demonstration import demonstrate
 

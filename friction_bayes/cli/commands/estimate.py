@@ -1,4 +1,4 @@
-"""``friction-bayes estimate``: friction of one record, in closed form, checked by emcee when asked."""
+"""``friction-bayes estimate``: friction of each record, in closed form, checked by emcee when asked."""
 
 from __future__ import annotations
 
@@ -9,9 +9,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import friction_bayes as fb
-from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
+from friction_bayes.cli.console import (
+    collected_warnings,
+    compilation_noted,
+    note,
+    output_console,
+    progress_bar,
+)
 from friction_bayes.cli.options import add_output_folder, add_seed, add_system, key_values, options_of
-from friction_bayes.cli.records import add_record, fitted_part, input_digests, load_record, what_was_read
+from friction_bayes.cli.records import (
+    add_record,
+    fitted_part,
+    input_digests,
+    load_record,
+    refuse_twice,
+    what_was_read,
+)
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 from friction_bayes.core.strict_json import strict_json
 
@@ -36,20 +49,21 @@ examples:
   friction-bayes estimate decay.csv --mass 10 --stiffness 1000 --method normal-gamma \\
       --prior mu=0.1 lam=0.01 alpha=1 beta=0.02 --accept-precision 30
   friction-bayes estimate dataset:bicycle-fork --json
+  friction-bayes estimate run?.csv --mass 10 --stiffness 1000
 """
 
 
 def add_parser(commands: Any) -> None:
-    """Add ``estimate RECORD SYSTEM``."""
+    """Add ``estimate RECORD [RECORD ...] SYSTEM``."""
     parser = commands.add_parser(
         "estimate",
         help="friction of a record",
-        description="Estimate friction from one free decay.",
+        description="Estimate friction from one free decay, or from each of several by itself.",
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.add_argument("record", metavar="RECORD", help="a file, or dataset:NAME[/PART]")
+    parser.add_argument("records", metavar="RECORD", nargs="+", help="files, or dataset:NAME[/PART]")
     model = parser.add_argument_group("estimate")
     model.add_argument("--method", default="waveform", metavar="NAME", help="see below (default: waveform)")
     model.add_argument(
@@ -85,59 +99,78 @@ def add_parser(commands: Any) -> None:
     add_system(parser)
     add_record(parser)
     output = parser.add_argument_group("output")
-    output.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+    output.add_argument(
+        "--json",
+        action="store_true",
+        help="print JSON, a list where there are several records, and nothing else",
+    )
     add_output_folder(output)
     parser.set_defaults(handler=run)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Estimate, check, write and print."""
+    refuse_twice(arguments.records)
     if arguments.out is None:
-        result, read, _ = _estimate(arguments, None)
+        results, read = _estimate_each(arguments, None)
     else:
         with output_folder(arguments.out, force=arguments.force) as folder:
-            result, read, inputs = _estimate(arguments, folder)
-            write_json(folder / "estimate.json", result)
+            results, read = _estimate_each(arguments, folder)
+            write_json(folder / "estimate.json", results if len(results) > 1 else results[0])
+            inputs = input_digests(*arguments.records, arguments.setup)
             made = manifest("estimate", options=options_of(arguments), seed=arguments.seed, inputs=inputs)
             write_manifest(folder, made)
     if arguments.json:
-        sys.stdout.write(strict_json(result) + "\n")
+        sys.stdout.write(strict_json(results if len(results) > 1 else results[0]) + "\n")
     else:
-        from friction_bayes.cli.tables.estimate import estimate_table
+        from friction_bayes.cli.tables.estimate import estimate_table, records_table
 
-        output_console().print(estimate_table(result, read))
+        told = records_table(results, read) if len(results) > 1 else estimate_table(results[0], read[0])
+        output_console().print(told)
     if arguments.out is not None:
         note(f"results and figures are in {arguments.out}")
 
 
-def _estimate(
+def _estimate_each(
     arguments: argparse.Namespace, folder: Path | None
-) -> tuple[dict[str, Any], str, dict[str, str]]:
-    """Return the result for JSON, what was read and its digests; write figures and draws to ``folder``."""
+) -> tuple[list[dict[str, Any]], list[str]]:
+    """Estimate each record by itself and say what was read; the files of several carry their number."""
+    several = len(arguments.records) > 1
+    told = [
+        _estimate(source, arguments, folder, f"_{i}" if several else "")
+        for i, source in enumerate(arguments.records, start=1)
+    ]
+    return [result for result, _ in told], [read for _, read in told]
+
+
+def _estimate(
+    source: str, arguments: argparse.Namespace, folder: Path | None, suffix: str
+) -> tuple[dict[str, Any], str]:
+    """Return the result for JSON and what was read; write files to ``folder``, names ending in ``suffix``."""
     reference = None
     with collected_warnings() as warned:
-        record, system = load_record(arguments.record, arguments)
+        record, system = load_record(source, arguments)
         setup = None if arguments.setup is None else _setup(arguments)
-        estimate = fb.estimate(
-            record,
-            system,
-            method=arguments.method,
-            prior=key_values(arguments.prior, "--prior"),
-            peaks=arguments.peaks,
-            setup=setup,
-            accept_precision=arguments.accept_precision,
-            start=arguments.start,
-            rest_position=arguments.rest_position,
-            random_force=arguments.random_force,
-        )
+        with compilation_noted():
+            estimate = fb.estimate(
+                record,
+                system,
+                method=arguments.method,
+                prior=key_values(arguments.prior, "--prior"),
+                peaks=arguments.peaks,
+                setup=setup,
+                accept_precision=arguments.accept_precision,
+                start=arguments.start,
+                rest_position=arguments.rest_position,
+                random_force=arguments.random_force,
+            )
         if arguments.check:
             reference = _check(estimate, arguments.seed)
     result = estimate.to_dict(None if reference is None else reference.summary)
     result["notes"].extend(text for text in warned if text not in result["notes"])
     if folder is not None:
-        _write(estimate, record, reference, folder)
-    read = f"{what_was_read(record)}; {_fitted(estimate.decay)}"
-    return result, read, input_digests(arguments.record, arguments.setup)
+        _write(estimate, record, reference, folder, suffix)
+    return result, f"{what_was_read(record)}; {_fitted(estimate.decay)}"
 
 
 def _setup(arguments: argparse.Namespace) -> xr.DataArray:
@@ -156,17 +189,19 @@ def _fitted(decay: FreeDecay) -> str:
 # emcee, ArviZ and matplotlib take seconds to load: they are imported where they are needed.
 
 
-def _write(estimate: Estimate, record: xr.DataArray, reference: ReferenceRun | None, folder: Path) -> None:
+def _write(
+    estimate: Estimate, record: xr.DataArray, reference: ReferenceRun | None, folder: Path, suffix: str
+) -> None:
     """Write figures and draws."""
     from friction_bayes.plotting import save_figure
     from friction_bayes.plotting.estimate import estimate_figures
 
     for name, figure in estimate_figures(estimate, record, reference).items():
-        save_figure(figure, folder, name)
+        save_figure(figure, folder, f"{name}{suffix}")
     if reference is not None:
         from friction_bayes.reference import save_tree
 
-        save_tree(reference.tree, folder / "reference.nc")
+        save_tree(reference.tree, folder / f"reference{suffix}.nc")
 
 
 def _check(estimate: Estimate, seed: int) -> ReferenceRun:

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 import friction_bayes as fb
-from friction_bayes.cli.console import note
+from friction_bayes.cli.console import compilation_noted, note
 from friction_bayes.cli.options import add_seed, add_system, key_values, system_of
 from friction_bayes.core.checks import non_negative
 from friction_bayes.core.errors import InputError
@@ -77,21 +77,22 @@ def run(arguments: argparse.Namespace) -> None:
     system = system_of(arguments)
     non_negative("--friction", arguments.friction)
     release = _release(arguments, system)
-    record = fb.simulate(
-        system,
-        friction=arguments.friction,
-        initial_displacement=release,
-        initial_velocity=arguments.initial_velocity,
-        duration=_duration(arguments, system, release),
-        sampling_rate=arguments.sampling_rate,
-        noise_sd=arguments.noise_sd,
-        quantity=arguments.quantity,
-        sensor_range=arguments.sensor_range,
-        bits=arguments.bits,
-        effects=key_values(arguments.effect, "--effect"),
-        seed=arguments.seed,
-        name=target.name,
-    )
+    with compilation_noted():
+        record = fb.simulate(
+            system,
+            friction=arguments.friction,
+            initial_displacement=release,
+            initial_velocity=arguments.initial_velocity,
+            duration=_duration(arguments, system, release),
+            sampling_rate=arguments.sampling_rate,
+            noise_sd=arguments.noise_sd,
+            quantity=arguments.quantity,
+            sensor_range=arguments.sensor_range,
+            bits=arguments.bits,
+            effects=key_values(arguments.effect, "--effect"),
+            seed=arguments.seed,
+            name=target.name,
+        )
     fb.write_record(record, target)
     note(f"{target}: {record.size} samples of synthetic {record.attrs['quantity']} [{record.attrs['units']}]")
 

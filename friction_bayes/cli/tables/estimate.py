@@ -1,4 +1,4 @@
-"""Estimates as tables: one, or several of one record side by side."""
+"""Estimates as tables: one, several records, or several estimators of one record side by side."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
+from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
 from friction_bayes.cli.tables.layout import two_columns
 from friction_bayes.core.text import duration, interval90, number, with_interval
 
-__all__ = ["comparison_table", "disagreements", "estimate_table"]
+__all__ = ["comparison_table", "disagreements", "estimate_table", "records_table"]
 
 _VERDICTS = {
     True: "agrees with the closed form",
@@ -94,6 +95,40 @@ def estimate_table(result: Mapping[str, Any], read: str | None = None) -> Table:
     for text in result["notes"]:
         table.add_row("note", Text(text))
     return table
+
+
+def records_table(results: Sequence[Mapping[str, Any]], read: Sequence[str]) -> Group:
+    """Lay out estimates of several records, a row a record, with the numbers of the notes below.
+
+    Parameters
+    ----------
+    results : sequence of mapping
+        Estimates as :meth:`Estimate.to_dict` gives them.
+    read : sequence of str
+        What was understood of each file.
+    """
+    table = Table(box=SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
+    table.add_column("record", overflow="fold")
+    for heading in ("friction", "90 % interval", "frequency\n[rad/s]"):
+        table.add_column(Text(heading), justify="right", no_wrap=True)
+    table.add_column("note", no_wrap=True)
+    notes = list(dict.fromkeys(text for result in results for text in result["notes"]))
+    for result in results:
+        friction = result["friction"]
+        numbers = (str(i) for i, text in enumerate(notes, start=1) if text in result["notes"])
+        table.add_row(
+            Text(result["record"]),
+            f"{number(friction['mean'])} {friction['unit']}",
+            interval90(friction),
+            number(result["frequency"]["mean"], 5),
+            ", ".join(numbers),
+        )
+    below = two_columns()
+    for text in read:
+        below.add_row("read", Text(text))
+    for i, text in enumerate(notes, start=1):
+        below.add_row(f"note {i}", Text(text))
+    return Group(table, below)
 
 
 def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]) -> Table:

@@ -11,7 +11,9 @@ from rich.text import Text
 from friction_bayes.cli.tables.layout import two_columns
 from friction_bayes.report.story import loop_story
 
-__all__ = ["loop_table"]
+__all__ = ["loop_digest", "loop_table"]
+
+_DIGEST = ("verdict", "friction before", "friction after", "effects", "reference", "next experiment")
 
 
 def loop_table(title: str, result: Mapping[str, Any], read: Sequence[str]) -> Table:
@@ -34,4 +36,21 @@ def loop_table(title: str, result: Mapping[str, Any], read: Sequence[str]) -> Ta
         table.add_row(label, Text(text, style="bold" if bold else ""))
     for text in result["notes"]:
         table.add_row("note", Text(text))
+    return table
+
+
+def loop_digest(title: str, result: Mapping[str, Any]) -> Table:
+    """Lay out the few lines of what closing the loop found that a reader in a hurry needs.
+
+    Parameters
+    ----------
+    title : str
+        What the records are.
+    result : mapping
+        Fields of ``report.json``.
+    """
+    table = two_columns(title)
+    for label, text in loop_story(result):
+        if label in _DIGEST:
+            table.add_row(label, Text(text))
     return table
