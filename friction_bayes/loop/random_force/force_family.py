@@ -24,7 +24,7 @@ from friction_bayes.loop.random_force.motion_family import MotionFamily, too_lar
 from friction_bayes.loop.random_force.sampler_check import check_random_force
 from friction_bayes.loop.random_force.slight_beside_law import friction_with_slight_effects
 from friction_bayes.loop.random_force.unknowable import unknowable
-from friction_bayes.loop.random_force.witnesses import two_witnesses
+from friction_bayes.loop.random_force.witnesses import Witnesses, two_witnesses
 from friction_bayes.loop.search_family import SearchFamily
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
@@ -135,6 +135,7 @@ class ForceFamily(MotionFamily):
         kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
         return self.cells.places(self.sets)[kind, drawn.point, drawn.chosen]
 
+    @cached_property
     def _friction(self) -> Array:
         return friction_with_slight_effects(self.laws.first, self._rng_draws)
 
@@ -156,15 +157,32 @@ class ForceFamily(MotionFamily):
         factor, unit = friction_scale(self.before.model)
         return check_random_force(self.best[0], factor, unit, seed, forced=self._fluctuates)
 
+    @cached_property
+    def _witnesses(self) -> Witnesses:
+        """In the best law, friction in the unit of the report."""
+        factor, unit = friction_scale(self.before.model)
+        return two_witnesses(self.best[0], factor * self.fit.law.unit_force, unit)
+
     def witnesses(self) -> dict[str, Any]:
         """Friction by the loss of amplitude and by the shape within a cycle, in the best law."""
-        factor, unit = friction_scale(self.before.model)
-        witnesses = two_witnesses(self.best[0], factor * self.fit.law.unit_force, unit)
         return {
-            "loss": witnesses.loss.to_dict(),
-            "shape": witnesses.shape.to_dict(),
-            "agree": witnesses.agree,
+            "loss": self._witnesses.loss.to_dict(),
+            "shape": self._witnesses.shape.to_dict(),
+            "agree": self._witnesses.agree,
         }
+
+    def left(self) -> dict[str, Any]:
+        """What the best law leaves; where the witnesses disagree friction may be that of the loss.
+
+        The shape within a cycle is at the mercy of errors of the sensor that follow the direction, and of a
+        law that is not quite the contact's.
+        """
+        found = super().left()
+        if not self._witnesses.agree:
+            factor, _ = friction_scale(self.before.model)
+            gap = abs(self._witnesses.loss.mean / factor - float(self._friction[self._of_best].mean()))
+            found["friction_could_shift_by"] = max(found["friction_could_shift_by"], gap)
+        return found
 
     def between_records(self) -> None:
         """It has one."""

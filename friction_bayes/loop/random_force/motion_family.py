@@ -126,7 +126,7 @@ class MotionFamily(ABC):
         laws, candidate = self.laws, self.candidate
         return FamilyDraws(
             candidate=candidate,
-            friction=_moved(self._friction(), self.left()["friction_could_shift_by"], self._rng_draws),
+            friction=_moved(self._friction, self.left()["friction_could_shift_by"], self._rng_draws),
             frequency=laws.frequency,
             random_force=laws.first.random_force,
             correlation_time=laws.first.correlation_time,
@@ -134,6 +134,7 @@ class MotionFamily(ABC):
             squares=np.sum(laws.scores**2, axis=1),
         )
 
+    @cached_property
     def _friction(self) -> Array:
         """Draws of friction [N or N m]: those of the laws, with whatever else it answers for."""
         return self.laws.friction

@@ -127,14 +127,22 @@ class MovingRecord:
 
     def clock(self, w0: float) -> Clock:
         """Their time stamps."""
+        return self._clock(w0, self.variance)
+
+    def _clock(self, w0: float, variance: Array) -> Clock:
         time = self.segment.time[: self.samples]
-        return Clock.of(w0 * (time - time[0]), self.variance)
+        return Clock.of(w0 * (time - time[0]), variance)
 
     def first_motion(self, w0: float) -> Motion:
-        """The motion before any law is known."""
+        """The motion before any law is known.
+
+        With the values beside the jumps of an acceleration: without a law, what would pass for a gap there
+        leaves the velocity free to wander, and later rounds hold to the turning points of the first.
+        """
         order = self.segment.order
         about_rest = self.signal(w0) - self.segment.decay.rest_position / w0**order
-        return first_motion(about_rest, self.clock(w0), sensor_row(order))
+        variance = np.where(self.segment.at_jump[: self.samples], 1.0, self.variance)
+        return first_motion(about_rest, self._clock(w0, variance), sensor_row(order))
 
     def along(
         self, motion: Motion, w0: float, lines: Sequence[float], friction: float | None = None

@@ -94,3 +94,26 @@ def test_the_report_tells_of_both() -> None:
         assert witnesses[name]["unit"] == "N"
     assert witnesses["agree"] is True
     assert witnesses["loss"]["mean"] == pytest.approx(0.02, rel=0.2)
+
+
+def test_friction_answers_for_witnesses_that_disagree(rng: np.random.Generator) -> None:
+    """Held counts that the law lacks: the loss is right, and friction may be that."""
+    motion = fluctuating_decay(
+        rng,
+        frequency=10.0,
+        friction=FRICTION,
+        release=RELEASE,
+        step=STEP,
+        samples=2000,
+        force_sd=0.2 * FRICTION,
+        correlation_time=0.1,
+    )
+    n = motion[0].size
+    values = motion[0] - 0.1 * FRICTION * np.sign(motion[1]) + NOISE * rng.standard_normal(n)
+    record = fb.make_record(STEP * np.arange(n), values, "displacement")
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=["random_force"]).to_dict()
+    assert report["witnesses"]["agree"] is False
+    gap = abs(report["witnesses"]["loss"]["mean"] - report["friction_after"]["mean"])
+    assert report["left"]["friction_could_shift_by"] > 0.8 * gap
+    low, high = report["friction_after"]["interval90"]
+    assert low < SYSTEM.stiffness * FRICTION < high
