@@ -7,7 +7,7 @@ from typing import Any
 
 from friction_bayes.core.text import interval90, number
 from friction_bayes.loop.verdict import UNEXPLAINED
-from friction_bayes.report.page import render_page
+from friction_bayes.report.page import render_page, reproduction
 from friction_bayes.report.story import CHANNELS, loop_story, shown_parameters, verdict_sentence
 
 __all__ = ["loop_page"]
@@ -70,7 +70,7 @@ def loop_page(
         shown_parameters=shown_parameters,
         story=loop_story(report)[1:],
         most_candidates=_MOST_CANDIDATES,
-        made=_made(manifest),
+        made=reproduction(manifest),
     )
 
 
@@ -103,19 +103,3 @@ def _tiles(report: Mapping[str, Any]) -> list[tuple[str, str, str]]:
         size = "no friction to compare with" if share is None else f"{100.0 * share:.0f} % of friction"
         tiles.append(("random force", size, remark))
     return tiles
-
-
-def _made(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Label and text of what is needed to make the result again."""
-    options = {
-        name: ", ".join(value) if isinstance(value, list) else value
-        for name, value in manifest["options"].items()
-        if value not in (None, False, []) and name not in ("out", "force", "json")
-    }
-    versions = {name: version for name, version in manifest["versions"].items() if version}
-    return [
-        ("seed", str(manifest["seed"])),
-        *((entry["record"], f"sha256 {entry['sha256']}") for entry in manifest["inputs"]),
-        ("options", ", ".join(f"{name.replace('_', '-')} {value}" for name, value in options.items())),
-        ("versions", ", ".join(f"{name} {version}" for name, version in versions.items())),
-    ]

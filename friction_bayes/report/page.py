@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from friction_bayes.core.text import listed, number, percent, set_words, words
+from friction_bayes.core.text import interval90, listed, number, percent, set_words, words
 
-__all__ = ["render_page"]
+__all__ = ["render_page", "reproduction"]
 
 
 def _base64(data: bytes) -> str:
@@ -19,6 +19,7 @@ def _base64(data: bytes) -> str:
 
 _FILTERS: dict[str, Callable[..., str]] = {
     "base64": _base64,
+    "interval90": interval90,
     "listed": listed,
     "number": number,
     "percent": percent,
@@ -47,3 +48,19 @@ def render_page(template: str, **context: Any) -> str:
     )
     environment.filters.update(_FILTERS)
     return environment.get_template(template).render(context)
+
+
+def reproduction(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Label and text of what is needed to make the result again."""
+    options = {
+        name: ", ".join(value) if isinstance(value, list) else value
+        for name, value in manifest["options"].items()
+        if value not in (None, False, []) and name not in ("out", "force", "json")
+    }
+    versions = {name: version for name, version in manifest["versions"].items() if version}
+    return [
+        ("seed", str(manifest["seed"])),
+        *((entry["record"], f"sha256 {entry['sha256']}") for entry in manifest["inputs"]),
+        ("options", ", ".join(f"{name.replace('_', '-')} {value}" for name, value in options.items())),
+        ("versions", ", ".join(f"{name} {version}" for name, version in versions.items())),
+    ]

@@ -13,6 +13,7 @@ __all__ = [
     "CHANNELS",
     "between_records",
     "effect_lines",
+    "known_within",
     "loop_story",
     "paper_words",
     "sampler_lines",
@@ -87,10 +88,10 @@ def _verdict(report: Report) -> str:
     best = report["candidates"][0]
     name, share = set_words(best["effects"]), percent(best["probability"])
     if report["verdict"] == "adequate":
-        known = _known_within(report["friction_after"])
+        known = known_within(report["friction_after"])
         return f"Coulomb friction alone explains the record: what is left is noise. {known}"
     if report["verdict"] == "explained":
-        known = _known_within(report["friction_after"])
+        known = known_within(report["friction_after"])
         return f"Coulomb friction with {name} explains the record ({share}): what is left is noise. {known}"
     if report["verdict"] == AMBIGUOUS:
         credible = credible_candidates(report["candidates"])
@@ -116,7 +117,7 @@ def _verdict(report: Report) -> str:
     )
 
 
-def _known_within(friction: Report) -> str:
+def known_within(friction: Report) -> str:
     """How far the 90 % interval reaches to both sides of the mean."""
     mean, (low, high) = friction["mean"], friction["interval90"]
     if not mean:

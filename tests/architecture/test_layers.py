@@ -69,6 +69,7 @@ AT_HOME = {
     "monitor.fleet_report": "what monitoring says of a fleet, computed below the command that shows it",
     "records.fleet": "records of a fleet",
     "records.force": "recorded beside a record",
+    "report.estimate": "a page",
     "report.loop": "a page",
 }
 

@@ -153,7 +153,7 @@ def test_table_of_a_clipped_and_offset_record(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     # figures are drawn by the other runs
-    monkeypatch.setattr("friction_bayes.cli.commands.close_loop._write", lambda *_: None)
+    monkeypatch.setattr("friction_bayes.cli.loop_folder.write_loop", lambda *_: None)
     time, signal = decay(duration=4.0)
     record = write_csv("clipped.csv", time, np.clip(signal + 2e-3, -0.02, 0.018), "displacement_m")
     argv = ("close-loop", str(record), *SYSTEM, "--noise", "white", "--exclude", "asymmetric_friction")

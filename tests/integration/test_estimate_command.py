@@ -318,6 +318,9 @@ def test_several_records_make_a_table_and_a_list(
     assert strict((out / "estimate.json").read_text()) == results
     figures = {f"{name}_{i}.png" for name in ("amplitudes", "friction", "joint") for i in (1, 2)}
     assert figures <= {path.name for path in out.iterdir()}
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "Friction of far.csv and near.csv" in page
+    assert page.count("<img ") == 6
 
     assert main(["estimate", paths[0], paths[0], *SYSTEM]) == 2
     assert "far.csv: is given twice" in capsys.readouterr().err

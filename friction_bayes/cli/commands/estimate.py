@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -112,13 +113,14 @@ def run(arguments: argparse.Namespace) -> None:
     """Estimate, check, write and print."""
     refuse_twice(arguments.records)
     if arguments.out is None:
-        results, read = _estimate_each(arguments, None)
+        results, read, _ = _estimate_each(arguments, None)
     else:
         with output_folder(arguments.out, force=arguments.force) as folder:
-            results, read = _estimate_each(arguments, folder)
+            results, read, drawings = _estimate_each(arguments, folder)
             write_json(folder / "estimate.json", results if len(results) > 1 else results[0])
             inputs = input_digests(*arguments.records, arguments.setup)
             made = manifest("estimate", options=options_of(arguments), seed=arguments.seed, inputs=inputs)
+            _write_page(results, read, drawings, made, folder)
             write_manifest(folder, made)
     if arguments.json:
         sys.stdout.write(strict_json(results if len(results) > 1 else results[0]) + "\n")
@@ -131,22 +133,23 @@ def run(arguments: argparse.Namespace) -> None:
         note(f"results and figures are in {arguments.out}")
 
 
-def _estimate_each(
-    arguments: argparse.Namespace, folder: Path | None
-) -> tuple[list[dict[str, Any]], list[str]]:
-    """Estimate each record by itself and say what was read; the files of several carry their number."""
+def _estimate_each(arguments: argparse.Namespace, folder: Path | None) -> tuple[tuple[Any, ...], ...]:
+    """Estimate each record by itself; the files of several carry their number.
+
+    Returns results for JSON, what was read, and SVG of the figures by name, one of each a record.
+    """
     several = len(arguments.records) > 1
     told = [
         _estimate(source, arguments, folder, f"_{i}" if several else "")
         for i, source in enumerate(arguments.records, start=1)
     ]
-    return [result for result, _ in told], [read for _, read in told]
+    return tuple(zip(*told, strict=True))
 
 
 def _estimate(
     source: str, arguments: argparse.Namespace, folder: Path | None, suffix: str
-) -> tuple[dict[str, Any], str]:
-    """Return the result for JSON and what was read; write files to ``folder``, names ending in ``suffix``."""
+) -> tuple[dict[str, Any], str, dict[str, bytes]]:
+    """Return result, what was read and SVGs; write files to ``folder``, their names ending in ``suffix``."""
     reference = None
     with collected_warnings() as warned:
         record, system = load_record(source, arguments)
@@ -168,9 +171,8 @@ def _estimate(
             reference = _check(estimate, arguments.seed)
     result = estimate.to_dict(None if reference is None else reference.summary)
     result["notes"].extend(text for text in warned if text not in result["notes"])
-    if folder is not None:
-        _write(estimate, record, reference, folder, suffix)
-    return result, f"{what_was_read(record)}; {_fitted(estimate.decay)}"
+    drawings = {} if folder is None else _write(estimate, record, reference, folder, suffix)
+    return result, f"{what_was_read(record)}; {_fitted(estimate.decay)}", drawings
 
 
 def _setup(arguments: argparse.Namespace) -> xr.DataArray:
@@ -191,17 +193,39 @@ def _fitted(decay: FreeDecay) -> str:
 
 def _write(
     estimate: Estimate, record: xr.DataArray, reference: ReferenceRun | None, folder: Path, suffix: str
-) -> None:
-    """Write figures and draws."""
-    from friction_bayes.plotting import save_figure
+) -> dict[str, bytes]:
+    """Write figures and draws, and return the figures as SVG."""
+    from friction_bayes.plotting import figure_files
     from friction_bayes.plotting.estimate import estimate_figures
 
+    drawings = {}
     for name, figure in estimate_figures(estimate, record, reference).items():
-        save_figure(figure, folder, f"{name}{suffix}")
+        files = figure_files(figure, ("png", "pdf", "svg"))
+        drawings[name] = files.pop("svg")
+        for kind, content in files.items():
+            (folder / f"{name}{suffix}.{kind}").write_bytes(content)
     if reference is not None:
         from friction_bayes.reference import save_tree
 
         save_tree(reference.tree, folder / f"reference{suffix}.nc")
+    return drawings
+
+
+def _write_page(
+    results: Sequence[dict[str, Any]],
+    read: Sequence[str],
+    drawings: Sequence[dict[str, bytes]],
+    made: Mapping[str, Any],
+    folder: Path,
+) -> None:
+    """Write ``report.html``."""
+    from friction_bayes.report.estimate import EstimatedRecord, estimate_page
+
+    entries = [
+        EstimatedRecord(result=result, read=words, figures=figures)
+        for result, words, figures in zip(results, read, drawings, strict=True)
+    ]
+    (folder / "report.html").write_text(estimate_page(entries, made), encoding="utf-8")
 
 
 def _check(estimate: Estimate, seed: int) -> ReferenceRun:

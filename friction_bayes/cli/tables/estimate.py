@@ -11,53 +11,16 @@ from rich.table import Table
 from rich.text import Text
 
 from friction_bayes.cli.tables.layout import two_columns
-from friction_bayes.core.text import duration, interval90, number, with_interval
+from friction_bayes.core.text import duration, interval90, number
+from friction_bayes.report.estimate_story import JUDGEMENTS, apart, estimate_story
 
 __all__ = ["comparison_table", "disagreements", "estimate_table", "records_table"]
 
-_VERDICTS = {
-    True: "agrees with the closed form",
-    False: "DOES NOT AGREE with the closed form",
-    None: "NOT JUDGED against the closed form",
-}
 _MARKS = {
     True: Text("yes"),
     False: Text("NO", style="bold red"),
     None: Text("not judged", style="bold yellow"),
 }
-
-
-def _frequency(result: Mapping[str, Any]) -> str:
-    frequency = result["frequency"]
-    spread = "" if frequency["sd"] is None else f" ± {number(frequency['sd'], 2)}"
-    return f"{number(frequency['mean'], 6)}{spread} rad/s, declared {number(frequency['declared'], 6)} rad/s"
-
-
-def _random_force(force: Mapping[str, Any]) -> str:
-    return (
-        f"probability {number(force['probability'], 2)}; if there, sd {with_interval(force['sd'], 2)}, "
-        f"{force['share_of_friction']:.0%} of friction, over {number(force['correlation_time']['mean'], 2)} s"
-    )
-
-
-def _reference(reference: Mapping[str, Any]) -> str:
-    trust = "" if reference["converged"] else "NOT CONVERGED: "
-    lines = [
-        f"{with_interval(reference['friction'])}, {reference['checked']}",
-        f"{trust}R-hat {reference['rhat']:.4f}, effective sample size {reference['ess_bulk']:.0f}",
-        f"{_VERDICTS[reference['agrees']]} (false-alarm rate {reference['false_alarm_rate']:.0%}); "
-        f"means {_apart(reference)} sd apart",
-        f"took {duration(reference['sampler_s'])}",
-    ]
-    if not reference["agrees"]:
-        lines.insert(3, reference["because"])
-    return "\n".join(lines)
-
-
-def _apart(reference: Mapping[str, Any]) -> str:
-    """Distance of the two means in posterior sd, which shows whether a disagreement matters."""
-    difference = reference["difference_in_sd"]
-    return "–" if difference is None else f"{abs(difference):.2f}"
 
 
 def estimate_table(result: Mapping[str, Any], read: str | None = None) -> Table:
@@ -73,27 +36,8 @@ def estimate_table(result: Mapping[str, Any], read: str | None = None) -> Table:
     table = two_columns(f"{result['record']}, {result['method']}")
     if read is not None:
         table.add_row("read", Text(read))
-    table.add_row("friction", Text(with_interval(result["friction"]), style="bold"))
-    table.add_row("friction / stiffness", with_interval(result["friction_over_stiffness"]))
-    table.add_row("P(friction < 0)", number(result["probability_negative"], 2))
-    if result["precision"] is not None:
-        table.add_row("precision", with_interval(result["precision"], 4))
-    if result["acceptance"] is not None:
-        word = "yes" if result["accepted"] else "NO"
-        table.add_row("accepted", f"{word}: {result['acceptance']['because']}")
-    table.add_row("frequency", _frequency(result))
-    if result["noise_sd"]["mean"] is not None:
-        noise = result["noise_sd"]
-        table.add_row("noise per sample", f"sd {number(noise['mean'])} {noise['unit']}")
-    if result["random_force"] is not None:
-        table.add_row("random force", _random_force(result["random_force"]))
-    rest = result["rest_position"]
-    table.add_row("rest position", f"{number(rest['mean'])} {rest['unit']}")
-    table.add_row("amplitudes", str(result["amplitudes"]))
-    if result["reference"] is not None:
-        table.add_row("emcee", _reference(result["reference"]))
-    for text in result["notes"]:
-        table.add_row("note", Text(text))
+    for label, text in estimate_story(result):
+        table.add_row(label, Text(text, style="bold" if label == "friction" else ""))
     return table
 
 
@@ -174,7 +118,7 @@ def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]
             number(reference["friction"]["mean"]),
             f"{reference['rhat']:.4f}",
             f"{reference['ess_bulk']:.0f}",
-            _MARKS[reference["agrees"]] + f" {_apart(reference)}",
+            _MARKS[reference["agrees"]] + f" {apart(reference)}",
             duration(reference["sampler_s"]),
         )
     return table
@@ -190,7 +134,7 @@ def disagreements(rows: Sequence[Mapping[str, Any]]) -> list[Text]:
     """
     return [
         Text(
-            f"{row['method']}: {_VERDICTS[row['reference']['agrees']]}: {row['reference']['because']}",
+            f"{row['method']}: {JUDGEMENTS[row['reference']['agrees']]}: {row['reference']['because']}",
             style="red",
         )
         for row in rows

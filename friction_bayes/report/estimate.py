@@ -1,0 +1,98 @@
+"""The page of an estimate: friction and how well it is known, the figures, and how to make it again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from friction_bayes.core.text import interval90, number
+from friction_bayes.report.estimate_story import estimate_story
+from friction_bayes.report.page import render_page, reproduction
+from friction_bayes.report.story import known_within
+
+__all__ = ["EstimatedRecord", "estimate_page"]
+
+_CAPTIONS = {
+    "fit": "The record and the fitted free decay; below, what is left of it, which is noise where the model "
+    "holds. On the right the last cycles, and the residual beside the normal distribution of the noise.",
+    "amplitudes": "The turning points, and the straight envelope that dry friction alone would give.",
+    "friction": "Posterior of friction in closed form, and the draws of the sampler where there is one.",
+    "joint": "Joint posterior of friction and precision, with the region that holds 90 %.",
+}
+"""Figures of a record, in the order of the page."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimatedRecord:
+    """What the page tells of a record.
+
+    Attributes
+    ----------
+    result : mapping
+        As :meth:`Estimate.to_dict` gives it.
+    read : str
+        What was understood of the file.
+    figures : mapping of str to bytes
+        SVG of each of :func:`friction_bayes.plotting.estimate.estimate_figures`.
+    """
+
+    result: Mapping[str, Any]
+    read: str
+    figures: Mapping[str, bytes]
+
+    @property
+    def sentence(self) -> str:
+        """Friction and how well it is known."""
+        friction = self.result["friction"]
+        return f"Friction is {number(friction['mean'])} {friction['unit']}. {known_within(friction)}"
+
+    @property
+    def tiles(self) -> list[tuple[str, str, str]]:
+        """Label, value and remark of the numbers that matter most."""
+        friction, over_stiffness = self.result["friction"], self.result["friction_over_stiffness"]
+        frequency, noise = self.result["frequency"], self.result["noise_sd"]
+        tiles = [
+            ("friction", f"{number(friction['mean'])} {friction['unit']}", f"90 %: {interval90(friction)}"),
+            (
+                "friction / stiffness",
+                f"{number(over_stiffness['mean'])} {over_stiffness['unit']}",
+                f"90 %: {interval90(over_stiffness)}",
+            ),
+            (
+                "frequency",
+                f"{number(frequency['mean'], 5)} {frequency['unit']}",
+                f"declared {number(frequency['declared'], 5)} {frequency['unit']}",
+            ),
+        ]
+        if noise["mean"] is not None:
+            tiles.append(("noise per sample", f"{number(noise['mean'], 3)} {noise['unit']}", "sd"))
+        return tiles
+
+    @property
+    def story(self) -> list[tuple[str, str]]:
+        """Everything, line by line."""
+        return estimate_story(self.result)
+
+
+def estimate_page(entries: Sequence[EstimatedRecord], manifest: Mapping[str, Any]) -> str:
+    """Return the page of one estimate, or of those of several records.
+
+    Parameters
+    ----------
+    entries : sequence of EstimatedRecord
+    manifest : mapping
+        Seed, options, inputs and versions, from :func:`friction_bayes.core.files.manifest`.
+
+    Returns
+    -------
+    str
+        HTML that holds its figures and loads nothing.
+    """
+    return render_page(
+        "estimate.html",
+        entries=entries,
+        names=[entry.result["record"] for entry in entries],
+        captions=_CAPTIONS,
+        made=reproduction(manifest),
+    )

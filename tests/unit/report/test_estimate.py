@@ -1,0 +1,51 @@
+"""The page of an estimate: complete, self-contained, and the same words as the table of the terminal."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from html import unescape
+
+import pytest
+
+import friction_bayes as fb
+from decays import SYSTEM, short_decay
+from friction_bayes.core.files import manifest
+from friction_bayes.report.estimate import EstimatedRecord, estimate_page
+from friction_bayes.report.estimate_story import estimate_story
+
+FIGURES = {name: f"<svg><title>{name}</title></svg>".encode() for name in ("amplitudes", "friction", "joint")}
+
+
+@pytest.fixture
+def entry() -> EstimatedRecord:
+    estimate = fb.estimate(short_decay(duration=6.0, seed=5), SYSTEM, method="normal-gamma")
+    return EstimatedRecord(result=estimate.to_dict(), read="two columns; fitted 0 to 6 s", figures=FIGURES)
+
+
+def page_of(*entries: EstimatedRecord) -> str:
+    options = {"records": ["decay.csv"], "method": "normal-gamma"}
+    return unescape(
+        estimate_page(entries, manifest("estimate", options=options, seed=3, inputs={"decay.csv": "a" * 64}))
+    )
+
+
+def test_page_tells_what_the_table_tells(entry: EstimatedRecord) -> None:
+    page = page_of(entry)
+    for label, text in [*estimate_story(entry.result), ("read", entry.read)]:
+        assert f"<td>{label}</td><td>{text}</td>" in page
+    friction = entry.result["friction"]
+    assert f"Friction is {friction['mean']:.4g} N. Friction is known within" in page
+    assert "sha256 " + "a" * 64 in page
+    assert page.count("<img ") == page.count('src="data:image/svg+xml;base64,') == 3
+    assert "<script" not in page
+    assert page == page_of(entry)
+
+
+def test_several_records_have_a_table_first_and_figures_each(entry: EstimatedRecord) -> None:
+    other = replace(entry, result=entry.result | {"record": "<b>other</b>"})
+    options = manifest("estimate", options={}, seed=1)
+    page = estimate_page([entry, other], options)
+    assert page.count("<img ") == 6
+    assert page.index("<th>frequency</th>") < page.index("<img ")
+    assert "&lt;b&gt;other&lt;/b&gt;" in page
+    assert "<b>other" not in page
