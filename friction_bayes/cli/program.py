@@ -75,6 +75,12 @@ def _complain(message: str) -> None:
     sys.stderr.write(f"friction-bayes: {line}\n")
 
 
+def _stands_for_interrupt(error: BaseException | None) -> bool:
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command.
 
@@ -105,7 +111,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 0
     except Exception as error:
         # C code that Ctrl-C meets in a callback raises an error of its own in its place
-        if isinstance(error.__cause__, KeyboardInterrupt):
+        if _stands_for_interrupt(error):
             _complain("interrupted; nothing was written")
             return 130
         if os.environ.get(_DEBUG):

@@ -32,6 +32,8 @@ NAMES = st.sampled_from(
 )
 CELLS = st.one_of(NUMBERS, NUMBERS, NUMBERS, NAMES, st.text(max_size=6))
 GOOD = "time_s,displacement_m\n" + "\n".join(f"{k},{k * k}" for k in range(20))
+# the even grid through these times would take a hundred gigabytes
+BURSTS = "time_s,displacement_m\n" + "\n".join(f"{k // 3 + 1e-9 * (k % 3)!r},{k * k}" for k in range(30))
 OPTIONS = st.fixed_dictionaries(
     {},
     optional={
@@ -68,6 +70,7 @@ def tables(draw: st.DrawFn) -> str:
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(content=st.one_of(tables(), tables(), st.text(max_size=200)), options=st.one_of(st.just({}), OPTIONS))
 @example(content=GOOD, options={})
+@example(content=BURSTS, options={})
 @example(content="time_s,displacement_m\n", options={"start": 1.0})
 def test_reading_ends_in_a_record_or_an_input_error(tmp_path, content: str, options: dict) -> None:
     path = tmp_path / "record.csv"
