@@ -13,18 +13,26 @@ from friction_bayes.core.checks import finite
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.located import CONSTANT, FOUND, NO_OSCILLATION, NOT_FINITE, TOO_SHORT, Located
+from friction_bayes.decay.located import (
+    CONSTANT,
+    FOUND,
+    NO_OSCILLATION,
+    NOT_DECAYING,
+    NOT_FINITE,
+    SEVERAL_MODES,
+    TOO_SHORT,
+    Located,
+)
 from friction_bayes.decay.release_and_rest import locate_moving_parts
+from friction_bayes.decay.spectral_modes import BAND, SpectralModes, spectral_modes
 from friction_bayes.records.clock import sampling_interval
 from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.records.record import record_name, record_quantity
 
-__all__ = ["FreeDecay", "find_free_decay", "locate_free_decays"]
+__all__ = ["FreeDecay", "check_sampling", "find_free_decay", "locate_free_decays"]
 
-_BAND = 3.0
-"""The frequency is sought within this factor of the declared natural frequency."""
-_SAMPLES_PER_PERIOD = 8.0
-"""Of the fastest oscillation looked for; faster sampling is averaged first."""
+_LEAST_PER_PERIOD = 2.0
+"""Samples a period of the declared frequency, which must be more: Nyquist's."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +68,9 @@ class FreeDecay:
         Whether ``rest_position`` was given, not found.
     disturbed : int
         Half cycles after the release that are left out as a hand still acted on them.
+    other_frequency, other_share : float
+        Angular frequency of the next strongest oscillation in the spectrum [rad/s] and its amplitude over
+        that of the one followed; nan where there is none.
     """
 
     name: str
@@ -75,6 +86,8 @@ class FreeDecay:
     stops: bool
     rest_known: bool = False
     disturbed: int = 0
+    other_frequency: float = math.nan
+    other_share: float = math.nan
 
     @property
     def time(self) -> Array:
@@ -82,14 +95,21 @@ class FreeDecay:
         return self.step * np.arange(self.values.size, dtype=np.float64)
 
     @property
-    def release_notes(self) -> tuple[str, ...]:
-        """What a reader must know of the release; empty where it was free."""
-        if not self.disturbed:
-            return ()
-        return (
-            f"{self.name}: the release was still disturbed, as by a hand: the first {self.disturbed} half "
-            f"cycles are left out, up to the turning point at {self.start_time:.4g} s",
-        )
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know of the record; empty where it shows one oscillation, released freely."""
+        notes = []
+        if self.disturbed:
+            notes.append(
+                f"{self.name}: the release was still disturbed, as by a hand: the first {self.disturbed} "
+                f"half cycles are left out, up to the turning point at {self.start_time:.4g} s"
+            )
+        if self.other_share > 0.0:
+            notes.append(
+                f"{self.name}: another oscillation at {self.other_frequency:.4g} rad/s, "
+                f"{self.other_share:.0%} as strong in the spectrum as the one followed at "
+                f"{self.frequency:.4g} rad/s"
+            )
+        return tuple(notes)
 
     @property
     def located(self) -> Located:
@@ -142,8 +162,8 @@ def find_free_decay(
     Raises
     ------
     InputError
-        If the record holds NaN or infinities, is constant, shows no oscillation, or holds fewer than three
-        half cycles.
+        If the record holds NaN or infinities, is constant, shows no oscillation, or several, or one that does
+        not decay, holds fewer than three half cycles, or is sampled too slowly for the declared frequency.
     """
     name = record_name(record)
     quantity = record_quantity(record)
@@ -157,6 +177,7 @@ def find_free_decay(
     values = np.ascontiguousarray(record.values, dtype=float)
     clock = np.asarray(record["time"].values, dtype=float)
     step = sampling_interval(record)
+    check_sampling(name, step, system)
     first = -1
     if start is not None:
         first = int(np.searchsorted(clock, finite("start", start) - 1e-9 * step))
@@ -167,8 +188,9 @@ def find_free_decay(
     found = locate_free_decays(
         values[None], step, system.natural_frequency, quantity.order, first, resolution
     )
+    modes = spectral_modes(values[None, max(first, 0) :], step * system.natural_frequency)
     if found.status[0] != FOUND:
-        raise _refusal(name, int(found.status[0]), values, clock, step * system.natural_frequency)
+        raise _refusal(name, int(found.status[0]), values, clock, system, modes)
     begin, end = int(found.start[0]), int(found.stop[0])
     return FreeDecay(
         name=name,
@@ -186,7 +208,28 @@ def find_free_decay(
         stops=bool(found.stops[0]),
         rest_known=rest_position is not None,
         disturbed=int(found.disturbed[0]),
+        other_frequency=float(modes.other[0]) / step,
+        other_share=float(modes.share[0]),
     )
+
+
+def check_sampling(place: str, step: float, system: Oscillator) -> None:
+    """Refuse an interval of samples [s] at which the declared frequency looks like another.
+
+    Raises
+    ------
+    InputError
+        Saying how many samples a period there are.
+    """
+    samples = 2.0 * math.pi / (system.natural_frequency * step)
+    if samples <= _LEAST_PER_PERIOD:
+        raise InputError(
+            place,
+            f"{samples:.3g} samples a period of the declared {system.natural_frequency:.4g} rad/s: it lies "
+            "above Nyquist's frequency",
+            f"sample faster than {system.natural_frequency / math.pi:.3g} Hz, or check mass, stiffness and "
+            "the unit of time",
+        )
 
 
 def locate_free_decays(
@@ -218,7 +261,7 @@ def locate_free_decays(
     -------
     Located
     """
-    frequencies = _spectral_frequency(values[:, max(start, 0) :], step * natural_frequency)
+    modes = spectral_modes(values[:, max(start, 0) :], step * natural_frequency)
     records = values.shape[0]
     if resolution is None:
         resolutions = _tail_resolution(values, round(math.pi / (natural_frequency * step)))
@@ -234,7 +277,8 @@ def locate_free_decays(
         stops=np.zeros(records, dtype=np.bool_),
         disturbed=np.zeros(records, dtype=np.int64),
     )
-    locate_moving_parts(values, frequencies, resolutions, order, start, located)
+    locate_moving_parts(values, modes.frequency, resolutions, order, start, located)
+    located.status[(located.status == FOUND) & modes.several] = SEVERAL_MODES
     return located
 
 
@@ -252,35 +296,9 @@ def _tail_resolution(values: Array, tail: int) -> Array:
     return result
 
 
-def _spectral_frequency(values: Array, expected: float) -> Array:
-    """Angular frequency [rad/sample] of the spectral maximum near ``expected``, shape (records,).
-
-    The spectrum is that of the derivative: a hold before release or an offset leaves only a step in it.
-    """
-    clean = np.where(np.isfinite(values), values, 0.0)
-    width = max(int(2.0 * math.pi / (_BAND * expected * _SAMPLES_PER_PERIOD)), 1)
-    n = clean.shape[1] // width
-    if n < 4:
-        return np.full(values.shape[0], expected)
-    expected = expected * width
-    clean = clean[:, : n * width].reshape(-1, n, width).mean(axis=2)
-    clean = clean - clean.mean(axis=1, keepdims=True)
-    length = 1 << max(2 * n - 1, 8).bit_length()
-    grid = np.arange(length // 2 + 1) * (2.0 * math.pi / length)
-    low, high = max(expected / _BAND, 2.0 * math.pi / n), min(_BAND * expected, math.pi)
-    band = np.flatnonzero((grid >= low) & (grid <= high))
-    if band.size < 3:
-        return np.full(values.shape[0], expected / width)
-    power = np.abs(np.fft.rfft(clean, length, axis=1)[:, band] * np.sin(0.5 * grid[band])) ** 2
-    peak = np.clip(power.argmax(axis=1), 1, band.size - 2)
-    rows = np.arange(values.shape[0])
-    before, at, after = (power[rows, peak + k] for k in (-1, 0, 1))
-    bend = before - 2.0 * at + after
-    shift = np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, 1.0), 0.0)
-    return np.asarray((grid[band[peak]] + np.clip(shift, -1.0, 1.0) * grid[1]) / width)
-
-
-def _refusal(name: str, status: int, values: Array, clock: Array, expected: float) -> InputError:
+def _refusal(
+    name: str, status: int, values: Array, clock: Array, system: Oscillator, modes: SpectralModes
+) -> InputError:
     """Return what to say of a record in which no free decay was found."""
     if status == NOT_FINITE:
         bad = np.flatnonzero(~np.isfinite(values))
@@ -294,11 +312,26 @@ def _refusal(name: str, status: int, values: Array, clock: Array, expected: floa
     if status == NO_OSCILLATION:
         return InputError(
             name,
-            f"no free oscillation found within a factor {_BAND:g} of the declared sqrt(k/m)",
+            f"no free oscillation found within a factor {BAND:g} of the declared sqrt(k/m)",
             "check the record, the stiffness and the mass or inertia",
         )
+    if status == NOT_DECAYING:
+        return InputError(
+            name,
+            "the amplitude does not fall: the motion is steady or grows, as if driven",
+            "give the free decay alone, after the drive is off (--start)",
+        )
+    if status == SEVERAL_MODES:
+        step = (clock[-1] - clock[0]) / (clock.size - 1)
+        return InputError(
+            name,
+            f"oscillations at {modes.frequency[0] / step:.4g} and {modes.other[0] / step:.4g} rad/s, the "
+            f"second {modes.share[0]:.0%} as strong, where one at {system.natural_frequency:.4g} rad/s is "
+            "declared",
+            "excite or record one mode alone, with its sign, and declare its mass and stiffness",
+        )
     assert status == TOO_SHORT
-    cycles = expected * values.size / math.pi
+    cycles = system.natural_frequency * (clock[-1] - clock[0]) / math.pi
     return InputError(
         name,
         f"fewer than three half cycles of free motion ({cycles:.1f} half periods of sqrt(k/m) on record)",

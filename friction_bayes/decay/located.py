@@ -6,9 +6,18 @@ from typing import NamedTuple
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 
-__all__ = ["CONSTANT", "FOUND", "NOT_FINITE", "NO_OSCILLATION", "TOO_SHORT", "Located"]
+__all__ = [
+    "CONSTANT",
+    "FOUND",
+    "NOT_DECAYING",
+    "NOT_FINITE",
+    "NO_OSCILLATION",
+    "SEVERAL_MODES",
+    "TOO_SHORT",
+    "Located",
+]
 
-FOUND, NOT_FINITE, CONSTANT, NO_OSCILLATION, TOO_SHORT = 0, 1, 2, 3, 4
+FOUND, NOT_FINITE, CONSTANT, NO_OSCILLATION, TOO_SHORT, NOT_DECAYING, SEVERAL_MODES = range(7)
 """Status of a record: its moving part was found, or why it was not."""
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.decay.amplitude_loss import amplitude_falls
 from friction_bayes.decay.demodulation import (
     EVIDENCE,
     demodulate,
@@ -22,7 +23,15 @@ from friction_bayes.decay.demodulation import (
 )
 from friction_bayes.decay.disturbed_release import disturbed_half_cycles
 from friction_bayes.decay.linear_least_squares import add_sample, regression, restricted
-from friction_bayes.decay.located import CONSTANT, FOUND, NO_OSCILLATION, NOT_FINITE, TOO_SHORT, Located
+from friction_bayes.decay.located import (
+    CONSTANT,
+    FOUND,
+    NO_OSCILLATION,
+    NOT_DECAYING,
+    NOT_FINITE,
+    TOO_SHORT,
+    Located,
+)
 
 __all__ = ["locate_moving_parts"]
 
@@ -304,6 +313,9 @@ def _moving_part(
         return _nothing(NO_OSCILLATION)
     if (stop - first_sample) * rate < 3.0 * math.pi:
         return _nothing(TOO_SHORT)
+    free_samples = moving[max((first_sample - begin) // width, 0) : (stop - begin) // width]
+    if not amplitude_falls(free_samples, rate * width):
+        return _nothing(NOT_DECAYING)
     phase = (phase_of(polynomial, scale, begun) - 0.5 * math.pi * order) % (2.0 * math.pi)
     return FOUND, first_sample, stop, rate, phase, rest + offset, stop < y.size, disturbed
 

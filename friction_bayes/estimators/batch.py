@@ -19,7 +19,8 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.free_decay import locate_free_decays
+from friction_bayes.decay.excursions import without_excursions
+from friction_bayes.decay.free_decay import check_sampling, locate_free_decays
 from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.decay.located import FOUND
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
@@ -37,7 +38,17 @@ from friction_bayes.records.clock import sampling_interval
 
 __all__ = ["STATUS", "estimate_batch"]
 
-STATUS = ("ok", "not_finite", "constant", "no_oscillation", "too_short", "no_fit", "clipped")
+STATUS = (
+    "ok",
+    "not_finite",
+    "constant",
+    "no_oscillation",
+    "too_short",
+    "not_decaying",
+    "several_modes",
+    "no_fit",
+    "clipped",
+)
 """Meaning of ``status`` 0, 1, 2, ..."""
 
 _NO_FIT, _CLIPPED = STATUS.index("no_fit"), STATUS.index("clipped")
@@ -129,6 +140,7 @@ def estimate_batch(
         raise InputError(
             "quantity", f"{kind.name} of the other kind of system", f"declare the system by {expected}"
         )
+    check_sampling("sampling_rate", step, system)
     empty = np.empty((0, stack.sizes["time"]))
     none = FreeDecays(
         values=empty,
@@ -217,6 +229,7 @@ def _estimate_chunk(
 ) -> Array:
     """Estimate rows of the system and sensor that ``like`` declares."""
     system, kind = like.system, like.quantity
+    values = _without_excursions(values, system.natural_frequency * like.step)
     located = locate_free_decays(values, like.step, system.natural_frequency, kind.order)
     located.status[_clipped(values, located.status == FOUND)] = _CLIPPED
     decays = replace(like, values=values, located=located)
@@ -232,6 +245,14 @@ def _estimate_chunk(
     rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
     table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
     return _averaged_over_random_force(table, decays, fits) if with_force else table
+
+
+def _without_excursions(values: Array, angle: float) -> Array:
+    """Rows in which isolated excursions are replaced; those with values that are not finite as they are."""
+    mended = values.copy()
+    for row in np.flatnonzero(np.isfinite(values).all(axis=1)).tolist():
+        mended[row] = without_excursions(values[row], angle)[0]
+    return mended
 
 
 def _friction(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import asdict, is_dataclass
 from typing import Any
@@ -9,8 +10,10 @@ from typing import Any
 import xarray as xr
 
 from friction_bayes.core.checks import positive
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.amplitude_loss import falls_in_proportion
+from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.estimators.acceptance import accept_by_set_up, accept_by_threshold
@@ -97,6 +100,11 @@ def estimate(
     ------
     InputError
         If the record cannot be used (clipped, too short, constant, ...) or an argument is wrong.
+
+    Warns
+    -----
+    RecordWarning
+        Of samples set aside, of a decay without dry friction, and of a frequency far from the declared one.
     """
     if setup is not None and accept_precision is not None:
         raise InputError("setup", "given together with accept_precision", "give one of them")
@@ -109,12 +117,14 @@ def estimate(
         raise InputError("random_force", f"unknown choice {random_force!r}", f"give one of {choices}")
     estimator = estimator_named(method)
     validate_record(record)
+    record, _ = set_excursions_aside(record, system)
     refuse_clipped(record)
     decay = find_free_decay(record, system, start=start, rest_position=rest_position)
     chosen = complete_prior(estimator.default_prior(decay), prior_mapping(prior))
     fit = estimator.fit(decay, chosen, peaks=peaks)
     if random_force == "auto" and method == WaveformEstimator.name:
         fit = averaged_over_random_force(decay, fit)
+    warned = _proportion_note(decay)
     acceptance = None
     if accept_precision is not None:
         acceptance = accept_by_threshold(
@@ -133,7 +143,7 @@ def estimate(
         prior=chosen,
         peaks=peaks,
         acceptance=acceptance,
-        notes=(*decay.release_notes, *fit.notes, *force_notes(decay, fit), *_provenance(record)),
+        notes=(*warned, *decay.notes, *fit.notes, *force_notes(decay, fit), *_provenance(record)),
     )
 
 
@@ -161,6 +171,19 @@ def _refuse_other_signal(decay: FreeDecay, set_up: FreeDecay) -> None:
             f"holds {set_up.quantity.name} [{set_up.unit}], not {decay.quantity.name} [{decay.unit}]",
             "give a set-up record of the same sensor",
         )
+
+
+def _proportion_note(decay: FreeDecay) -> list[str]:
+    """Warn of a decay in which nothing asks for dry friction: the number is then another law's."""
+    if not falls_in_proportion(decay.values - decay.rest_position, decay.frequency * decay.step):
+        return []
+    text = (
+        f"{decay.name}: the amplitude falls in proportion to itself or faster, as by viscous damping or drag,"
+        " and its course asks for no dry friction: the estimate is what dry friction alone would have to be; "
+        "close-loop weighs them all and limits dry friction"
+    )
+    warnings.warn(text, RecordWarning, stacklevel=3)
+    return [text]
 
 
 def _provenance(record: xr.DataArray) -> list[str]:

@@ -2,10 +2,10 @@
 
 All follow one idea. The declared system has a scale of force ``F`` (its weight ``m g``, or ``k`` times one
 radian) and so a scale of signal; a default prior says that the unknown is about zero give or take that
-scale, with the tails of a Cauchy distribution, and that the noise is about a millionth of it, held with the
-weight of one observation. Such a prior pulls on the estimate with 1e-12 of the weight of one datum, and it
-adds to the noise no more than a millionth of the signal. That weight is a tenth of an observation where
-records may be as short as a few data.
+scale, with the tails of a Cauchy distribution, and that the noise is about 1e-18 of it, held with the weight
+of one observation. Such a prior pulls on the estimate with 1e-36 of the weight of one datum, and adds to the
+noise less than the rounding of numbers does to signals of picometres on a system of metres: results scale
+with the signal. That weight is a tenth of an observation where records may be as short as a few data.
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ __all__ = [
     "signal_scale",
 ]
 
-WIDEST = 1e6
+FINEST = 1e-18
+"""Noise over the scale, far below that of any record: a prior must not add to it."""
+WIDEST = 1.0 / FINEST
 """Coefficients without a prior precision lie within this many times the signal's scale."""
 
 UNCALIBRATED_SCALE = 10.0
@@ -82,30 +84,32 @@ class PriorParameter:
 
 
 _TENTH = "the noise level is known as well as from a tenth of a datum"
-_DEVIATION = PriorParameter("beta", 0.05e-12, 2, "that tenth of a datum deviates by a millionth of the scale")
+_DEVIATION = PriorParameter(
+    "beta", 0.05 * FINEST**2, 2, "that tenth of a datum deviates by 1e-18 of the scale"
+)
 
 PRIORS: dict[str, tuple[PriorParameter, ...]] = {
     "normal-gamma": (
         PriorParameter("mu", 0.0, 1, "neither sign of friction is favoured"),
         PriorParameter(
             "lam",
-            1e-12,
+            FINEST**2,
             0,
-            "friction is zero give or take the scale when samples scatter by a millionth of it",
+            "friction is zero give or take the scale when samples scatter by 1e-18 of it",
         ),
         PriorParameter("alpha", 0.5, 0, "the precision is known as well as from one friction sample"),
-        PriorParameter("beta", 0.5e-12, 2, "that sample deviates by a millionth of the scale"),
+        PriorParameter("beta", 0.5 * FINEST**2, 2, "that sample deviates by 1e-18 of the scale"),
     ),
     "gamma-exponential": (
         PriorParameter("alpha", 0.01, 0, "worth a hundredth of a friction sample"),
-        PriorParameter("kappa", 1e-5, 1, "that hundredth of a sample being a thousandth of the scale"),
+        PriorParameter("kappa", 0.01 * FINEST, 1, "that hundredth of a sample being 1e-18 of the scale"),
     ),
     "envelope": (
         PriorParameter(
             "coefficient_precision",
-            1e-12,
+            FINEST**2,
             0,
-            "coefficients are zero give or take the scale when samples scatter by a millionth of it",
+            "coefficients are zero give or take the scale when samples scatter by 1e-18 of it",
         ),
         PriorParameter(
             "alpha",
@@ -121,7 +125,7 @@ PRIORS: dict[str, tuple[PriorParameter, ...]] = {
             "coefficient_precision",
             0.0,
             0,
-            "offset, amplitude and friction are uniform within a million times the scale; above zero they "
+            "offset, amplitude and friction are uniform within 1e18 times the scale; above zero they "
             "are normal about zero, with this precision relative to that of a sample",
         ),
         PriorParameter("alpha", 0.05, 0, _TENTH),

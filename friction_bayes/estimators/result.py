@@ -299,7 +299,10 @@ def force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
     elif _taken_as_exact(_force_factors(decay, fit)):
         notes.append(f"{_exact(system, order)} uncertainty is not in the friction interval")
     if float(fit.coefficient.cdf(0.0)) > _SURELY:
-        notes.append("friction is negative: the oscillation grows, so this is not a free decay")
+        notes.append(
+            "friction is negative, which no contact has: the oscillation grows, or an error of the sensor "
+            "goes with the direction of motion, which close-loop looks for"
+        )
     return notes + _frequency_note(decay, fit) + _random_force_notes(decay, fit)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -12,6 +13,7 @@ import xarray as xr
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.declared_force import by_mass, by_stiffness, frequencies_disagree
+from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.core.text import set_words
@@ -41,6 +43,10 @@ from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 __all__ = ["assemble_report"]
 
 _MOST_RIVALS = 3
+_LEAST_HALF_CYCLES = 3
+"""Below which no verdict is given."""
+_ROUNDING = 0.05
+"""Share of a half cycle by which three may fall short, their frequency being known so well."""
 _LEAST_TURNS = 3
 """Turning points that show a loss of amplitude about a middle."""
 
@@ -101,6 +107,7 @@ def assemble_report(
         "after": best.tests.to_dict(),
     }
     left, traces = best.left(), best.traces()
+    fitted = _fitted(best, traces[0], model, float(mixture.draws.frequency.mean()))
     if reference_force is not None:
         residual["force"], forces = compare_forces(before, best.resisting_force(), reference_force)
         traces = (replace(traces[0], forces=forces), *traces[1:])
@@ -137,7 +144,7 @@ def assemble_report(
         witnesses=best.witnesses(),
         left=left
         | {"unit": segment.decay.unit, "friction_could_shift_by": factor * left["friction_could_shift_by"]},
-        fitted=_fitted(best, model),
+        fitted=fitted,
         next_experiment=further,
         reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
@@ -146,7 +153,7 @@ def assemble_report(
         traces=with_forecasts(traces, *forecasts),
         posterior=_posterior(mixture, after, seed),
         friction_between_records=best.between_records(),
-        notes=tuple(note for each in model.segments for note in each.decay.release_notes),
+        notes=tuple(note for each in model.segments for note in each.decay.notes),
     )
 
 
@@ -212,16 +219,32 @@ def _frequency(frequencies: Array, model: LoopModel, friction: Array) -> dict[st
     }
 
 
-def _fitted(best: Family, model: LoopModel) -> dict[str, Any]:
-    """Which part of the first record was fitted."""
+def _fitted(best: Family, trace: RecordTrace, model: LoopModel, frequency: float) -> dict[str, Any]:
+    """Which part of the first record was fitted.
+
+    Raises
+    ------
+    InputError
+        If the most probable law moves for less than three half cycles of it.
+    """
     segment = model.segments[0]
     samples, turning_points, set_aside = best.fitted
-    start = segment.decay.start_time
+    start, end = segment.decay.start_time, segment.decay.start_time + float(segment.time[samples - 1])
+    # a law that moves on turns again within a half cycle
+    moves_until = min(end, float(trace.turning_times.max(initial=start)) + math.pi / frequency)
+    half_cycles = min(int((moves_until - start) * frequency / math.pi + _ROUNDING), turning_points + 1)
+    if half_cycles < _LEAST_HALF_CYCLES:
+        raise InputError(
+            trace.name,
+            f"the most probable law moves for {half_cycles} half cycles, from {start:.4g} to "
+            f"{moves_until:.4g} s: no verdict on fewer than {_LEAST_HALF_CYCLES}",
+            "give the free decay alone, or a longer one, and check what the record shows there",
+        )
     return {
         "from_s": start,
-        "to_s": float(start + segment.time[samples - 1]),
+        "to_s": end,
         "samples": samples,
-        "half_cycles": max(turning_points - 1, 0),
+        "half_cycles": half_cycles,
         "set_aside": set_aside,
     }
 

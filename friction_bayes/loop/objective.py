@@ -84,7 +84,7 @@ class Objective:
             residual = segment.values - prediction.signal
             predictions.append(prediction)
             noises.append(
-                fit_noise(residual, segment.sides, self.noise_models[r], self.model.scales, segment.at_jump)
+                fit_noise(residual, segment.sides, self.noise_models[r], self.model.scales, segment.ignored)
             )
         deviance = math.fsum(noise.deviance for noise in noises)
         objective = deviance + float(self.prior_precision @ (z * z))

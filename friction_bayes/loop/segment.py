@@ -14,6 +14,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.block_means import amplitude_kept, block_means, samples_in_block
+from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.phase_tracking import nearest_turning_points
 from friction_bayes.records.clipping import clipped_fraction
@@ -46,9 +47,10 @@ class Segment:
         Seconds since the first of them.
     sides : ndarray, shape (n,)
         1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
-    at_jump : ndarray of bool, shape (n,)
-        Where the acceleration jumps: its sample nearest to each turning point, which tells either side of
-        the jump; of means of blocks, which may tell a mean of both, the neighbours too. Not fitted.
+    ignored : ndarray of bool, shape (n,)
+        Not fitted: isolated excursions; and where the acceleration jumps, its sample nearest to each turning
+        point, which tells either side of the jump; of means of blocks, which may tell a mean of both, the
+        neighbours too.
     moving : int
         Samples before the stop.
     first, recorded : int
@@ -63,7 +65,7 @@ class Segment:
     values: Array
     time: Array
     sides: Array
-    at_jump: Mask
+    ignored: Mask
     moving: int
     first: int
     recorded: int
@@ -93,7 +95,7 @@ class Segment:
     @property
     def free(self) -> Mask:
         """Samples that show the signal with noise, shape (n,)."""
-        return np.asarray((self.sides == 0.0) & ~self.at_jump)
+        return np.asarray((self.sides == 0.0) & ~self.ignored)
 
     @property
     def order(self) -> int:
@@ -107,7 +109,7 @@ class Segment:
             values=self.values[:n],
             time=self.time[:n],
             sides=self.sides[:n],
-            at_jump=self.at_jump[:n],
+            ignored=self.ignored[:n],
             moving=min(self.moving, n),
         )
 
@@ -138,6 +140,7 @@ def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Se
 
 def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     validate_record(record)
+    record, stray = set_excursions_aside(record, system)
     recorded = record.size
     resolution = quantisation_step(record.values)
     record, block = _averaged(record, system)
@@ -157,18 +160,19 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
             held = np.isclose(used, end, rtol=1e-12, atol=1e-12 * float(np.ptp(values)))
             if np.count_nonzero(held) > 3:
                 sides[held] = side
-    at_jump = np.zeros(n, dtype=bool)
+    ignored = np.zeros(n, dtype=bool)
+    ignored[[i for i in (stray // block - first).tolist() if 0 <= i < n]] = True
     if decay.quantity.order == 2:
         near = nearest_turning_points(decay)
         # damping moves the jump from the extremum of the signal, by a phase of twice its ratio
-        at_jump[: min(moving, n)] = (near if block == 1 else binary_dilation(near))[:n]
+        ignored[: min(moving, n)] |= (near if block == 1 else binary_dilation(near))[:n]
     time = np.asarray(decay.step * np.arange(n), dtype=np.float64)
     return Segment(
         decay=decay,
         values=used,
         time=time,
         sides=sides,
-        at_jump=at_jump,
+        ignored=ignored,
         moving=min(moving, n),
         first=first * block,
         recorded=recorded,

@@ -98,7 +98,7 @@ def _deviance(fit: LoopFit, z: Array) -> float:
             return math.inf
         residual = segment.values - prediction.signal
         total += fit_noise(
-            residual, segment.sides, fit.noise_models[r], fit.model.scales, segment.at_jump
+            residual, segment.sides, fit.noise_models[r], fit.model.scales, segment.ignored
         ).deviance
     return total
 
@@ -119,7 +119,7 @@ def block_log_likelihoods(fit: LoopFit, draws: Array) -> Array:
                 row.append(np.full(blocks[r].size, -np.inf))
                 continue
             residual = segment.values - prediction.signal
-            noise = fit_noise(residual, segment.sides, fit.noise_models[r], fit.model.scales, segment.at_jump)
+            noise = fit_noise(residual, segment.sides, fit.noise_models[r], fit.model.scales, segment.ignored)
             each = log_densities(residual, segment.sides, fit.noise_models[r], noise)
             row.append(np.add.reduceat(each, blocks[r]))
         out.append(np.concatenate(row))

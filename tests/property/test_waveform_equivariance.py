@@ -1,4 +1,4 @@
-"""What changes of unit, zero and clock do to a whole-signal estimate: nothing but the obvious."""
+"""What changes of unit, zero and clock do to an estimate: nothing but the obvious."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from friction_bayes import Oscillator, estimate_batch
 
 RATE = 50.0
 RECORD = short_decay(friction=0.2, duration=12.0, sampling_rate=RATE, noise_sd=4e-4, seed=5).values
-FLAT = {"coefficient_precision": 0.0, "alpha": 0.5, "beta": 0.0}  # the default prior has a scale of its own
+METHODS = ("waveform", "envelope", "normal-gamma", "gamma-exponential")
+FLAT = {"coefficient_precision": 0.0, "alpha": 0.5, "beta": 0.0}
 BASE = estimate_batch(RECORD[None], SYSTEM, sampling_rate=RATE, prior=FLAT)
 
 
@@ -34,3 +35,19 @@ def test_scale_offset_clock_and_sign(scale: float, offset: float, speed: float, 
     assert result["noise_sd"].item() == pytest.approx(scale * BASE["noise_sd"].item(), rel=1e-6)
     assert result["frequency"].item() == pytest.approx(speed * BASE["frequency"].item(), rel=1e-7)
     assert np.sign(result["friction_mean"].item()) == 1.0
+
+
+@settings(max_examples=25, deadline=None)
+@given(exponent=st.floats(-12.0, 12.0))
+@pytest.mark.parametrize("method", METHODS)
+def test_results_scale_with_the_signal(method: str, exponent: float) -> None:
+    scale = 10.0**exponent
+    base, result = (
+        estimate_batch(values[None], SYSTEM, sampling_rate=RATE, method=method)
+        for values in (RECORD, scale * RECORD)
+    )
+    # the mean of the gamma-exponential pair tends to one over friction
+    power = -1.0 if method == "gamma-exponential" else 1.0
+    for name in ("friction_mean", "friction_sd", "friction_interval90"):
+        assert result[name].values == pytest.approx(scale**power * base[name].values, rel=1e-5)
+    assert result["status"].item() == 0

@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 
 __all__ = ["add_parser"]
 
+Heading = list[tuple[str, str]]
+"""Labels and texts to be seen before the numbers: what was read, and warnings."""
+
 _EPILOG = """methods:
   waveform           conjugate regression on the whole signal (the default)
   envelope           conjugate regression on the amplitudes
@@ -113,21 +116,23 @@ def run(arguments: argparse.Namespace) -> None:
     """Estimate, check, write and print."""
     refuse_twice(arguments.records)
     if arguments.out is None:
-        results, read, _ = _estimate_each(arguments, None)
+        results, headings, _ = _estimate_each(arguments, None)
     else:
         with output_folder(arguments.out, force=arguments.force) as folder:
-            results, read, drawings = _estimate_each(arguments, folder)
+            results, headings, drawings = _estimate_each(arguments, folder)
             write_json(folder / "estimate.json", results if len(results) > 1 else results[0])
             inputs = input_digests(*arguments.records, arguments.setup)
             made = manifest("estimate", options=options_of(arguments), seed=arguments.seed, inputs=inputs)
-            _write_page(results, read, drawings, made, folder)
+            _write_page(results, [dict(rows)["read"] for rows in headings], drawings, made, folder)
             write_manifest(folder, made)
     if arguments.json:
         sys.stdout.write(strict_json(results if len(results) > 1 else results[0]) + "\n")
     else:
         from friction_bayes.cli.tables.estimate import estimate_table, records_table
 
-        told = records_table(results, read) if len(results) > 1 else estimate_table(results[0], read[0])
+        told = (
+            records_table(results, headings) if len(results) > 1 else estimate_table(results[0], headings[0])
+        )
         output_console().print(told)
     if arguments.out is not None:
         note(f"results and figures are in {arguments.out}")
@@ -136,7 +141,7 @@ def run(arguments: argparse.Namespace) -> None:
 def _estimate_each(arguments: argparse.Namespace, folder: Path | None) -> tuple[tuple[Any, ...], ...]:
     """Estimate each record by itself; the files of several carry their number.
 
-    Returns results for JSON, what was read, and SVG of the figures by name, one of each a record.
+    Returns results for JSON, what is said before them, and SVG of the figures by name, one of each a record.
     """
     several = len(arguments.records) > 1
     told = [
@@ -148,8 +153,8 @@ def _estimate_each(arguments: argparse.Namespace, folder: Path | None) -> tuple[
 
 def _estimate(
     source: str, arguments: argparse.Namespace, folder: Path | None, suffix: str
-) -> tuple[dict[str, Any], str, dict[str, bytes]]:
-    """Return result, what was read and SVGs; write files to ``folder``, their names ending in ``suffix``."""
+) -> tuple[dict[str, Any], Heading, dict[str, bytes]]:
+    """Return result, what is said before it and SVGs; write files, their names ending in ``suffix``."""
     reference = None
     with collected_warnings() as warned:
         record, system = load_record(source, arguments)
@@ -172,7 +177,8 @@ def _estimate(
     result = estimate.to_dict(None if reference is None else reference.summary)
     result["notes"].extend(text for text in warned if text not in result["notes"])
     drawings = {} if folder is None else _write(estimate, record, reference, folder, suffix)
-    return result, f"{what_was_read(record)}; {_fitted(estimate.decay)}", drawings
+    heading = [("read", f"{what_was_read(record)}; {_fitted(estimate.decay)}")]
+    return result, heading + [("warning", text) for text in warned], drawings
 
 
 def _setup(arguments: argparse.Namespace) -> xr.DataArray:

@@ -23,33 +23,37 @@ _MARKS = {
 }
 
 
-def estimate_table(result: Mapping[str, Any], read: str | None = None) -> Table:
+def estimate_table(result: Mapping[str, Any], heading: Sequence[tuple[str, str]] = ()) -> Table:
     """Lay out one estimate, as :meth:`Estimate.to_dict` gives it.
 
     Parameters
     ----------
     result : mapping
         The estimate, its ``reference`` included where one was sampled.
-    read : str, optional
-        What was understood of the file.
+    heading : sequence of tuple of str
+        Labels and what is to be seen before the number: what was understood of the file, and warnings, which
+        are not repeated among the notes.
     """
     table = two_columns(f"{result['record']}, {result['method']}")
-    if read is not None:
-        table.add_row("read", Text(read))
+    for label, text in heading:
+        table.add_row(label, Text(text, style="yellow" if label == "warning" else ""))
     for label, text in estimate_story(result):
-        table.add_row(label, Text(text, style="bold" if label == "friction" else ""))
+        if ("warning", text) not in heading:
+            table.add_row(label, Text(text, style="bold" if label == "friction" else ""))
     return table
 
 
-def records_table(results: Sequence[Mapping[str, Any]], read: Sequence[str]) -> Group:
+def records_table(
+    results: Sequence[Mapping[str, Any]], headings: Sequence[Sequence[tuple[str, str]]]
+) -> Group:
     """Lay out estimates of several records, a row a record, with the numbers of the notes below.
 
     Parameters
     ----------
     results : sequence of mapping
         Estimates as :meth:`Estimate.to_dict` gives them.
-    read : sequence of str
-        What was understood of each file.
+    headings : sequence of sequence of tuple of str
+        Of each record, as :func:`estimate_table` takes them: warnings above the table, the rest below it.
     """
     table = Table(box=SIMPLE_HEAD, padding=(0, 2, 0, 0), pad_edge=False)
     table.add_column("record", overflow="fold")
@@ -67,12 +71,15 @@ def records_table(results: Sequence[Mapping[str, Any]], read: Sequence[str]) -> 
             number(result["frequency"]["mean"], 5),
             ", ".join(numbers),
         )
-    below = two_columns()
-    for text in read:
-        below.add_row("read", Text(text))
+    above, below = two_columns(), two_columns()
+    for label, text in (row for heading in headings for row in heading):
+        if label == "warning":
+            above.add_row(label, Text(text, style="yellow"))
+        else:
+            below.add_row(label, Text(text))
     for i, text in enumerate(notes, start=1):
         below.add_row(f"note {i}", Text(text))
-    return Group(table, below)
+    return Group(*([above] if above.row_count else []), table, below)
 
 
 def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]) -> Table:

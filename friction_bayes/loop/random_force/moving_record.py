@@ -141,7 +141,7 @@ class MovingRecord:
         """
         order = self.segment.order
         about_rest = self.signal(w0) - self.segment.decay.rest_position / w0**order
-        variance = np.where(self.segment.at_jump[: self.samples], 1.0, self.variance)
+        variance = np.where(self.segment.ignored[: self.samples], 1.0, self.variance)
         return first_motion(about_rest, self._clock(w0, variance), sensor_row(order))
 
     def along(

@@ -89,7 +89,7 @@ class LeftOut:
 
     def noise(self, *, outliers: bool) -> NoiseFit:
         """Scale of the noise, and the weight of each sample under it."""
-        model, ignored = self.noise_model(outliers=outliers), self.segment.at_jump[: self.error.size]
+        model, ignored = self.noise_model(outliers=outliers), self.segment.ignored[: self.error.size]
         return fit_noise(self.standardised, self.sides, model, self.scales, ignored)
 
     def heavy_tails(self, among: Mask) -> bool:

@@ -33,7 +33,7 @@ def test_a_hand_is_cut_at_the_first_turning_point_after(push: float, seed: int) 
     assert decay.disturbed in (2, 3)
     assert PUSHED_UNTIL <= decay.start_time <= PUSHED_UNTIL + 2.0 * HALF_CYCLE
     assert math.sin(decay.phase) == pytest.approx(0.0, abs=0.2)
-    (note,) = decay.release_notes
+    (note,) = decay.notes
     assert note.startswith("pushed.csv: the release was still disturbed, as by a hand")
     assert f"{decay.start_time:.4g} s" in note
 
@@ -43,9 +43,9 @@ def test_friction_after_the_cut_is_right(seed: int) -> None:
     blind, cut = (fb.estimate(record, SYSTEM, start=start) for start in (0.0, None))
     assert abs(cut.friction.mean() - FRICTION) < 0.01 * FRICTION
     assert cut.friction.std() < 0.2 * blind.friction.std()
-    assert cut.decay.release_notes[0] in cut.notes
+    assert cut.decay.notes[0] in cut.notes
     assert blind.decay.disturbed == 0
-    assert not blind.decay.release_notes
+    assert not blind.decay.notes
 
 
 @pytest.mark.parametrize("effects", STRUCTURE.values(), ids=STRUCTURE)

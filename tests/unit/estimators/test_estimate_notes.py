@@ -32,9 +32,9 @@ def test_what_is_taken_as_exact_is_named(quantity: str, said: str, seed: int) ->
     assert any(note.startswith(said) for note in fb.estimate(record, wheel, method="envelope").notes)
 
 
-@pytest.mark.parametrize("method", ["waveform", "envelope", "normal-gamma"])
-def test_a_growing_oscillation_is_told(method: str) -> None:
-    time = np.arange(0.0, 12.0, 0.01)
+@pytest.mark.parametrize("method", ["waveform", "envelope"])
+def test_a_few_half_cycles_that_grow_are_told(method: str) -> None:
+    time = np.arange(0.0, 2.0, 0.01)
     record = fb.make_record(time, (0.01 + 0.002 * time) * np.cos(10.0 * time), "displacement")
     estimate = fb.estimate(record, SYSTEM, method=method)
     assert estimate.friction.mean() < 0.0

@@ -42,7 +42,7 @@ def test_one_value_at_each_turning_point_is_not_fitted(rate: float) -> None:
     nearest = [int(np.argmin(np.abs(middles - turn))) for turn in turns]
     reach = 0 if cut.block == 1 else 1
     expected = [k + shift for k in nearest for shift in range(-reach, reach + 1)]
-    found = np.flatnonzero(cut.at_jump)
+    found = np.flatnonzero(cut.ignored)
     # the release, at the first sample, is a turning point too
     assert found[found > reach].tolist() == expected
     assert np.count_nonzero(~cut.free) == found.size
@@ -77,7 +77,7 @@ def test_all_other_values_are_predicted_to_the_noise(rate: float) -> None:
     assert residual[cut.free].max() < 1e-5
     if cut.block > 1:
         # the mean of a block over a jump is neither side's
-        assert residual[cut.at_jump].max() > 1e-3
+        assert residual[cut.ignored].max() > 1e-3
 
 
 def test_damping_moves_the_jump_no_further_than_what_is_not_fitted() -> None:

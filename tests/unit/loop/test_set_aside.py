@@ -113,7 +113,7 @@ def test_values_at_jumps_of_the_acceleration_stay_set_aside(rng: np.random.Gener
     fit = fit_random_force(segment, SYSTEM, ["random_force", "outliers"])
     assert fit is not None
     assert fit.sensor_noise.contaminated
-    at_jump = segment.at_jump[: fit.samples]
+    at_jump = segment.ignored[: fit.samples]
     aside = np.isinf(fit.clock.variance)
     assert aside[at_jump].all()
     error = np.abs(segment.values - motion[: segment.values.size])[: fit.samples]

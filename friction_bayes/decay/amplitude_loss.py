@@ -1,0 +1,111 @@
+"""Whether the amplitude of a motion falls at all, as that of a free decay does, and whether by dry friction.
+
+Amplitudes are those of windows of one period, half a period apart. The scatter about a fit, from whatever it
+comes, is the yardstick.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.demodulation import demodulate
+from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
+
+__all__ = ["amplitude_falls", "falls_in_proportion"]
+
+_FEWEST = 6
+"""Amplitudes below which nothing is said of their course."""
+_OVERLAP = 2.0
+"""Amplitudes to one that is independent: each window shares its samples with those beside it."""
+_LEAST_LOSS = 0.01
+"""Share of the largest amplitude that a free decay loses on record; one of less cannot be told from none."""
+_CERTAIN = 4.0
+"""Standard errors by which a course must be ruled out."""
+_NOT_EXCLUDED = 2.0
+"""Standard errors within which dry friction may be none."""
+
+
+@njit(cache=True, nogil=True)
+def _amplitudes(y: Array, omega: float) -> Array:
+    _, inphase, quadrature, _ = demodulate(y, omega)
+    amplitude = np.zeros(inphase.size)
+    for k in range(inphase.size):
+        amplitude[k] = math.hypot(inphase[k], quadrature[k])
+    return amplitude
+
+
+@njit(cache=True, nogil=True)
+def _standard_error(matrix: Array, which: int, rest: float, count: int) -> float:
+    """Of a coefficient of a regression on amplitudes, from its moments and residual sum of squares."""
+    unit = np.zeros(matrix.shape[0])
+    unit[which] = 1.0
+    column, _ = solve_spd(matrix, unit)
+    freedom = max(count / _OVERLAP - unit.size, 1.0)
+    return math.sqrt(max(column[which], 0.0) * rest / freedom)
+
+
+@njit(cache=True, nogil=True)
+def amplitude_falls(y: Array, omega: float) -> bool:
+    """Whether the amplitude may fall, from the first to the last, by a share that shows; true of few periods.
+
+    A steady motion and one that grows are no free decay: something drives them.
+
+    Parameters
+    ----------
+    y : ndarray, shape (n,)
+        The moving samples.
+    omega : float
+        Rough angular frequency [rad/sample].
+    """
+    amplitude = _amplitudes(y, omega)
+    count = amplitude.size
+    if count < _FEWEST:
+        return True
+    matrix, right, square, largest = np.zeros((2, 2)), np.zeros(2), 0.0, 0.0
+    basis = np.ones(2)
+    for k in range(count):
+        basis[1] = -k / (count - 1)
+        add_sample(matrix, right, basis, amplitude[k], 1.0)
+        square += amplitude[k] ** 2
+        largest = max(largest, amplitude[k])
+    line, rest = regression(matrix, right, square)
+    return line[1] + _CERTAIN * _standard_error(matrix, 1, rest, count) > _LEAST_LOSS * largest
+
+
+@njit(cache=True, nogil=True)
+def falls_in_proportion(y: Array, omega: float) -> bool:
+    """Whether the amplitude falls in proportion to itself, and nothing in it asks for dry friction.
+
+    With dry friction and viscous damping ``a' = -u - c a``, so that ``a = a0 - u t - c (integral of a)``:
+    linear in all three.
+
+    Parameters
+    ----------
+    y : ndarray, shape (n,)
+        The moving samples.
+    omega : float
+        Rough angular frequency [rad/sample].
+    """
+    amplitude = _amplitudes(y, omega)
+    count = amplitude.size
+    if count < _FEWEST:
+        return False
+    matrix, right, square = np.zeros((3, 3)), np.zeros(3), 0.0
+    basis = np.ones(3)
+    basis[2] = 0.0
+    for k in range(count):
+        basis[1] = -k / (count - 1)
+        if k > 0:
+            basis[2] -= 0.5 * (amplitude[k] + amplitude[k - 1]) / (count - 1)
+        add_sample(matrix, right, basis, amplitude[k], 1.0)
+        square += amplitude[k] ** 2
+    law, rest = regression(matrix, right, square)
+    if not rest < math.inf:
+        return False
+    dry = law[1] - _NOT_EXCLUDED * _standard_error(matrix, 1, rest, count)
+    viscous = law[2] - _CERTAIN * _standard_error(matrix, 2, rest, count)
+    return dry <= 0.0 < viscous

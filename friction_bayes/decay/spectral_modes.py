@@ -1,0 +1,119 @@
+"""Oscillations in the spectrum of a record: the one that is followed, and whether another is there besides.
+
+A decay that begins at once has skirts that fall off as one over the distance in frequency, times the length
+of the decay; another mode must stand out of them. It must also stand by itself, with a dip before it, which
+the sweep of a spring that stiffens or of a pendulum has not.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Mask
+
+__all__ = ["BAND", "SpectralModes", "spectral_modes"]
+
+BAND = 3.0
+"""The frequency is sought within this factor of the declared natural frequency."""
+_SAMPLES_PER_PERIOD = 8.0
+"""Of the fastest oscillation looked for; faster sampling is averaged first."""
+_APART = 0.2
+"""Least distance of two modes over the frequency of either: what is nearer shows as a beat."""
+_SKIRT = 6.0
+"""Share of the strongest mode that its skirts hold, times distance and length: three times the largest."""
+_LEAST_SHARE = 0.05
+"""Of the strongest mode's amplitude, that another one has."""
+_DIP = 0.5
+"""Share of the weaker mode's amplitude below which the spectrum falls between two."""
+_RIVAL = 0.5
+"""Share of the strongest mode from which on the record is not that of one mode."""
+_OVERTONE = 0.1
+"""Share of its double frequency in a signal without sign, which has a fifth; half a free decay's has less."""
+_TOO_FAST = 1.5
+"""Times the declared frequency, from which on such a signal is taken for the cause."""
+
+
+class SpectralModes(NamedTuple):
+    """Modes of many records.
+
+    Attributes
+    ----------
+    frequency : ndarray, shape (records,)
+        Of the strongest [rad/sample].
+    other : ndarray, shape (records,)
+        Of the next that there is for certain [rad/sample]; nan where there is none.
+    share : ndarray, shape (records,)
+        Its amplitude over that of the strongest.
+    several : ndarray of bool, shape (records,)
+        Whether the record is not that of one mode near the declared frequency.
+    """
+
+    frequency: Array
+    other: Array
+    share: Array
+    several: Mask
+
+
+def spectral_modes(values: Array, expected: float) -> SpectralModes:
+    """Find the strongest spectral maximum near ``expected`` [rad/sample], and another, in each row.
+
+    The spectrum is that of the derivative: a hold before release or an offset leaves only a step in it.
+    """
+    rows, nothing = values.shape[0], np.full(values.shape[0], np.nan)
+    alone = SpectralModes(np.full(rows, expected), nothing, nothing.copy(), np.zeros(rows, dtype=np.bool_))
+    clean = np.where(np.isfinite(values), values, 0.0)
+    width = max(int(2.0 * math.pi / (BAND * expected * _SAMPLES_PER_PERIOD)), 1)
+    n = clean.shape[1] // width
+    if n < 4:
+        return alone
+    expected = expected * width
+    clean = clean[:, : n * width].reshape(-1, n, width).mean(axis=2)
+    clean = clean - clean.mean(axis=1, keepdims=True)
+    length = 1 << max(2 * n - 1, 8).bit_length()
+    grid = np.arange(length // 2 + 1) * (2.0 * math.pi / length)
+    low, high = max(expected / BAND, 2.0 * math.pi / n), min(2.0 * BAND * expected, math.pi)
+    band = np.flatnonzero((grid >= low) & (grid <= high))
+    sought = np.count_nonzero(grid[band] <= BAND * expected)
+    if sought < 3:
+        return alone
+    amplitude = np.abs(np.fft.rfft(clean, length, axis=1)[:, band])
+    power = (amplitude * np.sin(0.5 * grid[band])) ** 2
+    peak = np.clip(power[:, :sought].argmax(axis=1), 1, sought - 2)
+    every = np.arange(rows)
+    before, at, after = (power[every, peak + k] for k in (-1, 0, 1))
+    bend = before - 2.0 * at + after
+    shift = np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, 1.0), 0.0)
+    alone.frequency[:] = (grid[band[peak]] + np.clip(shift, -1.0, 1.0) * grid[1]) / width
+    energy = np.sum(clean**2, axis=1)
+    for row in np.flatnonzero(energy > 0.0).tolist():
+        main, top = grid[band[peak[row]]], amplitude[row, peak[row]]
+        long = 2.0 * top**2 / energy[row]
+        found = _others(amplitude[row] / top, grid[band], int(peak[row]), long)
+        if found.size:
+            shares, at_others = amplitude[row, found] / top, grid[band[found]]
+            in_band = at_others <= BAND * expected
+            rivals = in_band & (shares >= _RIVAL)
+            if abs(main / expected - 1.0) > _APART:
+                rivals |= np.abs(at_others / expected - 1.0) < _APART
+            if main > _TOO_FAST * expected:
+                rivals |= (np.abs(at_others / main - 2.0) < 0.5 * _APART) & (shares >= _OVERTONE)
+            ranked = np.lexsort((shares, rivals))
+            alone.other[row], alone.share[row] = at_others[ranked[-1]] / width, shares[ranked[-1]]
+            alone.several[row] = rivals.any()
+    return alone
+
+
+def _others(amplitude: Array, grid: Array, main: int, long: float) -> Array:
+    """Where the modes other than ``main`` are, amplitudes being over its own; ``long`` samples of decay."""
+    apart = np.abs(grid - grid[main])
+    least = np.maximum(_LEAST_SHARE, _SKIRT / (np.maximum(apart, grid[1] - grid[0]) * long))
+    inner = amplitude[1:-1]
+    tops = 1 + np.flatnonzero((inner > amplitude[:-2]) & (inner >= amplitude[2:]) & (inner > least[1:-1]))
+    tops = tops[apart[tops] > _APART * np.maximum(grid[main], grid[tops])]
+    alone = [
+        amplitude[min(main, top) : max(main, top) + 1].min() < _DIP * amplitude[top] for top in tops.tolist()
+    ]
+    return np.asarray(tops[alone])
