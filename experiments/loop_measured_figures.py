@@ -111,8 +111,9 @@ def draw_story(dataset: xr.Dataset) -> Figure:
         axes.set_title(f"force left by {case['law'].item()}", fontsize=10.0)
     low = min(axes.get_ylim()[0] for axes in panels)
     high = max(axes.get_ylim()[1] for axes in panels)
+    # room for the legend above the dashed line
     for axes in panels:
-        axes.set_ylim(low, high)
+        axes.set_ylim(low, high + 0.4 * (high - low))
     panels[0].set_ylabel(f"against the motion [{first['force_unit'].item()}]")
     panels[1].legend(loc="upper right", title="dashed: ± friction", fontsize=8.0, title_fontsize=8.0)
     return figure
