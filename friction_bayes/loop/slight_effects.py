@@ -3,9 +3,9 @@ r"""Damping and drift too slight for a record to show, which friction has to ans
 A viscous damping of one standard deviation of what the record can tell leaves no trace by which it could be
 found, and moves friction by several times its own standard deviation: over a decay that is cut before it
 rests, the two act nearly alike. So every candidate without one of these effects carries it as a nuisance,
-absent with probability one half, else of a size of up to a few of its standard deviations: with the estimate
-:math:`\hat c` and standard deviation :math:`s` that the samples give its coefficient beside the candidate's
-parameters,
+absent with probability one half (three quarters beside another force of the catalogue), else of a size of up to
+a few of its standard deviations: with the estimate :math:`\hat c` and standard deviation :math:`s` that the
+samples give its coefficient beside the candidate's parameters,
 
 .. math:: c \sim N(0, (2s)^2)
 
@@ -28,7 +28,7 @@ from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.linear_columns import LinearColumns
 from friction_bayes.loop.parameters import FRICTION
 from friction_bayes.loop.truncated_normal import log_interval_probability, truncated_draws
-from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
 
@@ -36,7 +36,10 @@ __all__ = ["SLIGHT_EFFECTS", "SlightEffect", "slight_effects", "with_slight_effe
 
 SLIGHT_EFFECTS = (VISCOUS_DAMPING.name, FRICTION_DRIFT.name)
 _PRESENT = 0.5
-"""Prior probability of each that it acts."""
+"""Prior probability of each that it acts on a motion that no other effect of the catalogue bends."""
+_PRESENT_BESIDE = 0.25
+"""The same where one does. With one half the mean of friction moves by as much as an effect that is found has
+brought it nearer; with the tenth of a candidate's own effects, pairs that cancel are covered less often."""
 _REACH = 2.0
 """Prior sd of a coefficient in standard deviations of what the samples tell of it."""
 
@@ -66,9 +69,24 @@ class SlightEffect:
 
     @classmethod
     def of_likelihood(
-        cls, estimate: float, information: float, support: tuple[float, float], follow: float
+        cls,
+        estimate: float,
+        information: float,
+        support: tuple[float, float],
+        follow: float,
+        beside: Iterable[str] = (),
     ) -> SlightEffect:
-        """From the normal likelihood of the coefficient, the parameters of the candidate integrated."""
+        """From the normal likelihood of the coefficient, the candidate's own parameters integrated.
+
+        Parameters
+        ----------
+        estimate, information : float
+            Mean and precision of the likelihood.
+        support : tuple of float
+        follow : float
+        beside : iterable of str
+            Effects of the candidate.
+        """
         low, high = support
         scale = min(_REACH / math.sqrt(information), 1.0)
         variance = 1.0 / (information + scale**-2)
@@ -76,7 +94,8 @@ class SlightEffect:
         ends = np.array([[low - mean, high - mean], [low, high]]) / np.array([[sd], [scale]])
         inside = log_interval_probability(ends[:, 0], ends[:, 1])
         log_bayes_factor = math.log(sd / scale) + 0.5 * (mean / sd) ** 2 + float(inside[0] - inside[1])
-        probability = float(expit(logit(_PRESENT) + log_bayes_factor))
+        bent = any(isinstance(EFFECTS[name], ForceEffect) for name in beside)
+        probability = float(expit(logit(_PRESENT_BESIDE if bent else _PRESENT) + log_bayes_factor))
         return cls(probability, mean, sd, low, high, follow)
 
 
@@ -110,7 +129,7 @@ def slight_effects(fit: LoopFit, allowed: Sequence[str]) -> tuple[SlightEffect, 
             friction = fit.model.index(FRICTION)
             change = float(follow[friction]) * fit.model.coordinates[friction].prior.scale
             found.append(
-                SlightEffect.of_likelihood(estimate, information, one.coordinates[0].support, change)
+                SlightEffect.of_likelihood(estimate, information, one.coordinates[0].support, change, present)
             )
     return tuple(found)
 

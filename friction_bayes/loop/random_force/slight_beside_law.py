@@ -59,4 +59,4 @@ def _beside(draws: LawDraws, g: int, m: int) -> Iterator[SlightEffect]:
                 follow = float(covariance[own, friction]) / variance * law.scale[rubs][0] * law.unit_force
                 support = (0.0 if law.positive[j] else -math.inf, math.inf)
                 estimate = float(mean[own]) / (variance * information)
-                yield SlightEffect.of_likelihood(estimate, information, support, follow)
+                yield SlightEffect.of_likelihood(estimate, information, support, follow, fit.sets.effects[m])

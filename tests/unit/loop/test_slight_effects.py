@@ -40,6 +40,16 @@ def test_probability_is_that_of_the_integral(estimate: float, information: float
     assert slight.probability == pytest.approx(bayes_factor / (1.0 + bayes_factor), rel=1e-3)
 
 
+def test_it_is_less_probable_beside_another_force() -> None:
+    alone, offset, drag = (
+        SlightEffect.of_likelihood(0.0, 100.0, (0.0, math.inf), 1.0, beside)
+        for beside in ((), ("sensor_offset",), ("quadratic_drag",))
+    )
+    assert alone.probability == offset.probability
+    odds = [p / (1.0 - p) for p in (alone.probability, drag.probability)]
+    assert odds[0] / odds[1] == pytest.approx(3.0)
+
+
 def test_friction_follows_and_is_never_negative() -> None:
     rng = np.random.default_rng(1)
     friction = np.abs(rng.normal(0.07, 0.03, 4000))
