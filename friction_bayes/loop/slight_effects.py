@@ -2,10 +2,10 @@ r"""Damping and drift too slight for a record to show, which friction has to ans
 
 A viscous damping of one standard deviation of what the record can tell leaves no trace by which it could be
 found, and moves friction by several times its own standard deviation: over a decay that is cut before it
-rests, the two act nearly alike. So every candidate without one of these effects carries it as a nuisance,
-absent with probability one half (three quarters beside another force of the catalogue), else of a size of up to
-a few of its standard deviations: with the estimate :math:`\hat c` and standard deviation :math:`s` that the
-samples give its coefficient beside the candidate's parameters,
+rests, the two act nearly alike. So every candidate without one of these effects carries it as a nuisance:
+absent with probability one half (three quarters beside another force of the catalogue), else of a size of up
+to a few of its standard deviations. With the estimate :math:`\hat c` and standard deviation :math:`s` that
+the samples give its coefficient beside the candidate's parameters,
 
 .. math:: c \sim N(0, (2s)^2)
 
