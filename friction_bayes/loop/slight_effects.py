@@ -32,9 +32,9 @@ from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
 
-__all__ = ["SLIGHT_EFFECTS", "SlightEffect", "slight_effects", "with_slight_effects"]
+__all__ = ["SlightEffect", "slight_beside", "slight_effects", "with_slight_effects"]
 
-SLIGHT_EFFECTS = (VISCOUS_DAMPING.name, FRICTION_DRIFT.name)
+_SLIGHT_EFFECTS = (VISCOUS_DAMPING.name, FRICTION_DRIFT.name)
 _PRESENT = 0.5
 """Prior probability of each that it acts on a motion that no other effect of the catalogue bends."""
 _PRESENT_BESIDE = 0.25
@@ -74,7 +74,7 @@ class SlightEffect:
         information: float,
         support: tuple[float, float],
         follow: float,
-        beside: Iterable[str] = (),
+        beside: Iterable[str],
     ) -> SlightEffect:
         """From the normal likelihood of the coefficient, the candidate's own parameters integrated.
 
@@ -99,6 +99,12 @@ class SlightEffect:
         return cls(probability, mean, sd, low, high, follow)
 
 
+def slight_beside(effects: Iterable[str]) -> list[str]:
+    """Names of the nuisances beside a candidate with these effects."""
+    present = set(effects)
+    return [name for name in _SLIGHT_EFFECTS if not present & {name, *EFFECTS[name].excludes}]
+
+
 def slight_effects(fit: LoopFit, allowed: Sequence[str]) -> tuple[SlightEffect, ...]:
     """Find the nuisances beside a fit; those with a parameter for each of several records are left out.
 
@@ -108,13 +114,8 @@ def slight_effects(fit: LoopFit, allowed: Sequence[str]) -> tuple[SlightEffect, 
     allowed : sequence of str
         Effects that may act.
     """
-    present = set(fit.model.effects)
-    wanted = [
-        name
-        for name in SLIGHT_EFFECTS
-        if name in allowed and name not in present and not present & set(EFFECTS[name].excludes)
-    ]
-    problem = LinearColumns(fit, wanted)
+    present = fit.model.effects
+    problem = LinearColumns(fit, [name for name in slight_beside(present) if name in allowed])
     gram, gradient = problem.grams.sum(axis=0), problem.gradients.sum(axis=0)
     mine = slice(0, fit.z.size)
     found = []

@@ -92,9 +92,15 @@ class LawRegression:
         block = np.column_stack([scaled, self.target - scaled @ reference])
         return whiten(block, self.clock, self.row, ratio, tau)
 
+    @cached_property
+    def _known(self) -> dict[tuple[float, float], Whitened]:
+        return {}
+
     def whiten_at(self, ratio: float, tau: float) -> Whitened:
-        """The same about the reference law."""
-        return self.whitened(self.reference, ratio, tau)
+        """The same about the reference law, remembered: draws come from the points that were weighed."""
+        if (ratio, tau) not in self._known:
+            self._known[ratio, tau] = self.whitened(self.reference, ratio, tau)
+        return self._known[ratio, tau]
 
     @property
     def problem(self) -> Problem:

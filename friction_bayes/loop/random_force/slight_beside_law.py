@@ -11,8 +11,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.estimators.random_force.subsets import set_posterior
 from friction_bayes.loop.random_force.draws import LawDraws
-from friction_bayes.loop.slight_effects import SLIGHT_EFFECTS, SlightEffect, with_slight_effects
-from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.loop.slight_effects import SlightEffect, slight_beside, with_slight_effects
 
 __all__ = ["friction_with_slight_effects"]
 
@@ -38,9 +37,7 @@ def _beside(draws: LawDraws, g: int, m: int) -> Iterator[SlightEffect]:
     if not rubs.any():
         return
     gram = fit.regression.whiten_at(point.ratio, point.tau).gram
-    for name in SLIGHT_EFFECTS:
-        if fit.sets.effects[m] & {name, *EFFECTS[name].excludes}:
-            continue
+    for name in slight_beside(fit.sets.effects[m]):
         for j in chain(*law.alternatives(name)):
             beside = columns.copy()
             beside[j] = True

@@ -27,7 +27,7 @@ def test_probability_is_that_of_the_integral(estimate: float, information: float
     z = estimate * math.sqrt(information)
     if abs(z) > 8.0:
         return
-    slight = SlightEffect.of_likelihood(estimate, information, support, 1.0)
+    slight = SlightEffect.of_likelihood(estimate, information, support, 1.0, ())
     scale = min(2.0 / math.sqrt(information), 1.0)
     reach = 12.0 / math.sqrt(information)
 
