@@ -64,6 +64,8 @@ class Rig:
         [N], [m]: one per cent of the cell's range, and the sensor's resolution.
     filter_window, filter_order : int
         Of the Savitzky-Golay filter that refines the friction signal [samples].
+    damping_ratio : float
+        Of viscous damping beside the friction, which the paper calls extremely small: none.
     duration : float
         Length of a record [s], longer than the motion.
     """
@@ -89,6 +91,7 @@ class Rig:
     displacement_noise: float = 3e-5
     filter_window: int = 31
     filter_order: int = 3
+    damping_ratio: float = 0.0
     duration: float = 13.0
 
 
@@ -136,7 +139,9 @@ def run_rig(rig: Rig, friction: float, *, seed: int) -> dict[str, xr.DataArray]:
     order = np.argsort(clocks, kind="stable")
     level = _friction_level(rig, friction, time, rng)
     held = level[np.minimum((clocks[order] * rig.sampling_rate + 1e-9).astype(np.int64), time.size - 1)]
-    motion, force = varying_friction_decay(system, held, rig.release, 0.0, clocks[order])
+    motion, force = varying_friction_decay(
+        system, held, rig.release, 0.0, clocks[order], damping_ratio=rig.damping_ratio
+    )
     place = np.empty_like(order)
     place[order] = np.arange(order.size)
     now = place[: time.size]

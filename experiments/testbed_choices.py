@@ -46,6 +46,9 @@ CHOICES: dict[str, dict[str, Any]] = {
     "roughness over 0.2 s": {"roughness_time": 0.2},
     "no bursts": {"burst_sizes": (0.0, 0.0, 0.0)},
     "no phase error": {"phase_error": 0.0},
+    "viscous damping 0.03 %": {"damping_ratio": 3e-4},
+    "viscous damping 0.1 %": {"damping_ratio": 1e-3},
+    "viscous damping 0.3 %": {"damping_ratio": 3e-3},
     "prior as drawn": {},
     "prior ten times as strong": {},
 }
