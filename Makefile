@@ -7,15 +7,17 @@ PYTEST_ARGS ?= -n 2
 BIN = $(VENV)/bin
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo test paper lint build clean
+.PHONY: help demo test paper blind measured lint build clean
 
 help:
-	@echo "make demo    the main job on synthetic records: every estimator, and a closed loop, in under a minute"
-	@echo "make test    the whole test suite"
-	@echo "make paper   every result and figure of the paper, beside its numbers; resumes what was interrupted"
-	@echo "make lint    style, format and types"
-	@echo "make build   wheel and sdist, tried out from an empty folder"
-	@echo "make clean   remove what the targets made"
+	@echo "make demo      the main job on synthetic records: every estimator, and a closed loop, in under a minute"
+	@echo "make test      the whole test suite"
+	@echo "make paper     every result and figure of the paper, beside its numbers, and what each took; resumes what was interrupted"
+	@echo "make blind     the loop on sealed synthetic records"
+	@echo "make measured  the estimators and the loop on measured records, which are downloaded"
+	@echo "make lint      style, format and types"
+	@echo "make build     wheel and sdist, tried out from an empty folder"
+	@echo "make clean     remove what the targets made"
 
 $(VENV)/.base: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -52,8 +54,14 @@ test: $(VENV)/.test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
 
 paper: $(VENV)/.test
-	$(BIN)/python -m experiments
+	$(BIN)/python -m experiments paper
 	$(BIN)/python -m paper_figures
+
+blind: $(VENV)/.test
+	$(BIN)/python -m experiments blind
+
+measured: $(VENV)/.test
+	$(BIN)/python -m experiments measured
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -1,23 +1,25 @@
-"""``python -m experiments``: run all experiments, or those named, and end in one table beside the paper."""
+"""``python -m experiments``: run all experiments, or those named; end in tables of numbers and of times."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
 
 from rich.console import Console
+from rich.table import Table
 
 import experiments
 from experiments.docs import write_docs
 from experiments.paper_comparison import needed_results, write_comparison
 from experiments.runner import Experiment, Row, parser_for, run_experiment, settings_digest
 from experiments.tables import closing_table
+from friction_bayes.core.errors import InputError
 
 
 def all_experiments() -> dict[str, Experiment]:
@@ -48,30 +50,76 @@ def _record_of(name: str, results: Path) -> dict[str, Any]:
     return json.loads((results / f"{name}.json").read_text(encoding="utf-8"))
 
 
-def main(argv: Sequence[str] | None = None) -> None:
-    """Run what is not there yet and print the one table of all rows beside the paper's numbers."""
-    known = all_experiments()
-    parser = parser_for("python -m experiments", "Run all experiments; what is finished is kept.")
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(known)}; all by default")
-    parser.add_argument("--docs", type=Path, metavar="FILE", help="bring the tables into this page too")
-    options = parser.parse_args(argv)
-    if unknown := [name for name in options.names if name not in known]:
-        parser.error(f"no experiment {unknown[0]!r}: give some of {', '.join(known)}")
-    names = options.names or list(known)
+def _names(asked: Sequence[str], known: Mapping[str, Experiment]) -> list[str]:
+    """Names of the experiments asked for, a group giving all of its own; all where nothing is asked."""
+    groups: dict[str, list[str]] = {}
+    for name, experiment in known.items():
+        groups.setdefault(experiment.group, []).append(name)
+    found = [name for each in asked or known for name in groups.get(each, [each])]
+    return list(dict.fromkeys(found))
+
+
+def _run(
+    names: Sequence[str], known: Mapping[str, Experiment], options: argparse.Namespace
+) -> dict[str, str]:
+    """Run what is not there yet and return what became of each experiment that has a result.
+
+    One that cannot be run, for want of its data, is left out: what was there of it is no result of this code.
+    """
+    told = {}
     for name in names:
         if _finished(known[name], options):
             print(f"{name}: kept, nothing it depends on has changed", file=sys.stderr)
+            told[name] = "kept"
         else:
             print(f"{name}: {known[name].question}", file=sys.stderr)
-            run_experiment(known[name], options)
+            try:
+                run_experiment(known[name], options)
+            except InputError as error:
+                print(f"{name}: not run. {error}", file=sys.stderr)
+                continue
+            told[name] = "run"
         # as soon as it can be made: what comes after may need data that are not at hand
         if name in needed_results() and _all_there(options.results):
             print(f"the paper's numbers beside ours: {write_comparison(options.results)}", file=sys.stderr)
+    return told
+
+
+def _time_table(told: Mapping[str, str], results: Path) -> Table:
+    """Wall time of each experiment when it was last run."""
+    table = Table(title="wall time", title_justify="left")
+    for heading in ("experiment", "seconds", "this time"):
+        table.add_column(heading, justify="right" if heading == "seconds" else "left")
+    total = 0.0
+    for name, how in told.items():
+        seconds = _record_of(name, results)["elapsed_s"]
+        total += seconds if how == "run" else 0.0
+        table.add_row(name, f"{seconds:.0f}", how)
+    table.add_row("this time, all", f"{total:.0f}", "")
+    return table
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Run what is not there yet; print all rows beside the paper's numbers, and what each experiment took."""
+    known = all_experiments()
+    parser = parser_for("python -m experiments", "Run all experiments; what is finished is kept.")
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=f"of {', '.join(known)}, or a group of them; all by default"
+    )
+    parser.add_argument("--docs", type=Path, metavar="FILE", help="bring the tables into this page too")
+    options = parser.parse_args(argv)
+    names = _names(options.names, known)
+    if unknown := [name for name in names if name not in known]:
+        groups = dict.fromkeys(experiment.group for experiment in known.values())
+        parser.error(
+            f"no experiment {unknown[0]!r}: give some of {', '.join(known)}, or of {', '.join(groups)}"
+        )
+    told = _run(names, known, options)
     if options.docs is not None:
-        write_docs(options.docs, options.results, names)
+        write_docs(options.docs, options.results, list(told))
     console = Console()
     beside_paper = []
-    for name in names:
+    for name in told:
         record = _record_of(name, options.results)
         rows = [Row(**row) for row in record["table"]]
         if record["beside"] == "paper":
@@ -80,6 +128,9 @@ def main(argv: Sequence[str] | None = None) -> None:
             console.print(f"{name}: {len(rows)} figures in {options.results / f'{name}.md'}")
     if beside_paper:
         console.print(closing_table("all experiments beside the paper", beside_paper, beside="paper"))
+    console.print(_time_table(told, options.results))
+    if left := [name for name in names if name not in told]:
+        parser.exit(2, f"not run: {', '.join(left)}\n")
 
 
 if __name__ == "__main__":

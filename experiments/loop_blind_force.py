@@ -142,6 +142,7 @@ EXPERIMENT = Experiment(
     rows=rows,
     details=by_kind,
     beside="target",
+    group="blind",
 )
 
 if __name__ == "__main__":

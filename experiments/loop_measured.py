@@ -389,6 +389,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     beside="target; after / before",
+    group="measured",
     details=details,
 )
 

@@ -89,11 +89,11 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     texts = dict.fromkeys(TEXTS, "") | dict(cell)
     numbers: dict[str, Any] = dict.fromkeys(NUMBERS)
     series: dict[str, list[float]] = {name: [] for name in SERIES}
+    record, system = dataset_record(cell["record"])
     with warnings.catch_warnings():
         # what is warned of, a frequency or a sampler that did not converge, stands in the numbers
         warnings.simplefilter("ignore")
         try:
-            record, system = dataset_record(cell["record"])
             estimate = fb.estimate(record, system, method=cell["method"])
             # what emcee samples is the part without a random force, whose linearisation it judges
             plain = fb.estimate(record, system, method=cell["method"], random_force="none")
@@ -322,6 +322,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     beside="without a random force",
+    group="measured",
     details=details,
 )
 

@@ -153,6 +153,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     beside="verdict",
+    group="measured",
     details=details,
 )
 

@@ -123,6 +123,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     beside="target",
+    group="blind",
 )
 
 if __name__ == "__main__":

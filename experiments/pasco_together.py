@@ -152,6 +152,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     beside="target",
+    group="measured",
     details=details,
 )
 

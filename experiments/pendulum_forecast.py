@@ -273,6 +273,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     beside="over the published",
+    group="measured",
     details=details,
 )
 

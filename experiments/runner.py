@@ -2,7 +2,8 @@
 
 A cell is a pure function of its settings and its own seed: lost ones are redone with the same bits.
 Cells wait as small files beside the result until all are there; then they become one dataset, a manifest
-and a page of tables.
+and a page of tables. The name of such a file holds the digest of the sources that computed it, so that cells
+of two versions of the code never meet in one dataset.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import friction_bayes
+from experiments.sources import sources_digest
 from experiments.tables import Row, closing_table, page
 from friction_bayes.core.files import manifest, settings_key, write_json, write_whole
 
@@ -57,6 +59,8 @@ class Experiment:
         The closing table.
     beside : str
         Heading of the column that ours stands beside.
+    group : {"paper", "blind", "measured"}
+        What it belongs to: the paper, sealed synthetic records, or measured ones, which must be at hand.
     paired : tuple of str
         Coordinates that a cell's seed does not depend on: cells that differ in these alone see the
         same noise.
@@ -72,12 +76,13 @@ class Experiment:
     assemble: Callable[[Sequence[Cell], Sequence[dict[str, Any]]], xr.Dataset]
     rows: Callable[[xr.Dataset], Sequence[Row]]
     beside: str = "paper"
+    group: str = "paper"
     paired: tuple[str, ...] = ()
     details: Callable[[xr.Dataset], Sequence[Mapping[str, str]]] | None = None
 
 
 def _key(experiment: Experiment, cell: Cell, seed: int) -> str:
-    """Digest of everything a cell's numbers depend on."""
+    """Digest of the settings of a cell; its seed follows from it, the same whatever the sources."""
     settings = [experiment.name, asdict(experiment.config), dict(cell), seed, friction_bayes.__version__]
     return settings_key(settings)
 
@@ -132,13 +137,14 @@ def parser_for(program: str, description: str) -> argparse.ArgumentParser:
 
 def settings_digest(experiment: Experiment, options: argparse.Namespace) -> str:
     """Digest of all that a result depends on: settings, seed, cells, and the sources that compute it."""
-    digest = hashlib.sha256()
-    for cell in experiment.cells(experiment.config, options.full):
-        digest.update(_key(experiment, cell, options.seed).encode())
-    for package in (Path(friction_bayes.__file__).parent, Path(__file__).parent):
-        for source in sorted(package.rglob("*.py")):
-            digest.update(source.read_bytes())
-    return digest.hexdigest()
+    cells = experiment.cells(experiment.config, options.full)
+    return hashlib.sha256("".join(_cell_names(experiment, cells, options.seed)).encode()).hexdigest()
+
+
+def _cell_names(experiment: Experiment, cells: Sequence[Cell], seed: int) -> list[str]:
+    """Names of the files that cells wait in: digests of all that their numbers depend on."""
+    sources = sources_digest(experiment.name)
+    return [f"{settings_key([_key(experiment, cell, seed), sources])}.json" for cell in cells]
 
 
 def main(experiment: Experiment, argv: Sequence[str] | None = None) -> xr.Dataset:
@@ -180,7 +186,7 @@ def run_experiment(experiment: Experiment, options: argparse.Namespace) -> xr.Da
     cells = list(experiment.cells(experiment.config, options.full))
     waiting = options.results / f"{experiment.name}.cells"
     waiting.mkdir(parents=True, exist_ok=True)
-    files = [waiting / f"{_key(experiment, cell, options.seed)}.json" for cell in cells]
+    files = [waiting / name for name in _cell_names(experiment, cells, options.seed)]
     missing = [i for i, file in enumerate(files) if not file.exists()]
     if len(missing) < len(cells):
         print(f"resuming: {len(cells) - len(missing)} of {len(cells)} cells are there", file=sys.stderr)

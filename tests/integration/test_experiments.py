@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,8 +13,10 @@ import pytest
 import xarray as xr
 
 from experiments import __main__ as all_of_them
-from experiments import noise_sweep, reduced_data_set, sampling_rate_sweep
+from experiments import noise_sweep, reduced_data_set, runner, sampling_rate_sweep
 from experiments.runner import Cell, Experiment, main
+from experiments.sources import ROOT, sources_digest, sources_of
+from friction_bayes import InputError
 
 PAPER_METHODS = ("normal-gamma, highest", "normal-gamma, nominal", "gamma-exponential")
 TINY = {
@@ -110,6 +113,81 @@ def test_takes_up_an_interrupted_run_with_the_same_bits(tmp_path: Path) -> None:
     assert len(calls) == whole.sizes["snr_db"] * whole.sizes["replicate"] - 3
     for name in ("friction", "sd", "precision"):
         xr.testing.assert_equal(resumed[name], whole[name])
+
+
+def copy_of_the_sources(folder: Path) -> Path:
+    for path in sources_of("noise_sweep"):
+        copy = folder / path.relative_to(ROOT)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, copy)
+    return folder
+
+
+def test_an_estimator_that_breaks_between_two_runs_is_not_mixed_with_the_sound_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    copy = copy_of_the_sources(tmp_path / "sources")
+    monkeypatch.setattr(runner, "sources_digest", lambda name: sources_digest(name, copy))
+    experiment = tiny("noise_sweep", snr_db=(20.0,), methods=PAPER_METHODS[:1])
+    sound = run(experiment, tmp_path / "sound")
+    calls: list[Cell] = []
+
+    def breaking_off(config: Any, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        calls.append(cell)
+        return experiment.run(config, cell, seed)
+
+    with pytest.raises(KeyboardInterrupt):
+        run(replace(experiment, run=breaking_off), tmp_path / "resumed")
+
+    estimator = copy / "friction_bayes" / "conjugate" / "normal_gamma.py"
+    estimator.write_text(estimator.read_text() + "# doubled\n")
+    measure = noise_sweep.measure
+
+    def doubled(*record: Any, **options: Any) -> dict[str, Any]:
+        found = measure(*record, **options)
+        return found | {"friction": [2.0 * each for each in found["friction"]]}
+
+    monkeypatch.setattr(noise_sweep, "measure", doubled)
+    broken = run(experiment, tmp_path / "resumed")
+    # no cell of the first run among them, and the same noise all the same
+    xr.testing.assert_equal(broken["friction"], 2.0 * sound["friction"])
+
+
+def test_sources_are_the_package_the_module_what_it_imports_and_the_numbers(tmp_path: Path) -> None:
+    copy = copy_of_the_sources(tmp_path)
+    before = sources_digest("noise_sweep", copy)
+    assert before == sources_digest("noise_sweep")
+    names = {path.relative_to(copy).as_posix() for path in sources_of("noise_sweep", copy)}
+    assert names >= {"friction_bayes/estimators/estimate.py", "experiments/noise_sweep.py"}
+    assert names >= {"experiments/sweeps.py", "experiments/runner.py", "experiments/paper_numbers.toml"}
+    assert not any("paper_comparison" in name or "blind" in name for name in names)
+    assert any("blind/generator" in path.as_posix() for path in sources_of("loop_blind"))
+    (copy / "experiments" / "paper_numbers.toml").write_text("")
+    assert sources_digest("noise_sweep", copy) != before
+
+
+def test_a_run_without_its_data_is_not_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sound = tiny("reduced_data_set", records=1, records_paper=1)
+
+    def without_data(config: Any, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+        raise InputError("dataset:made-up", "cannot download", "name a folder")
+
+    lost = replace(tiny("noise_sweep"), run=without_data, group="measured")
+    known = {lost.name: lost, sound.name: sound}
+    monkeypatch.setattr(all_of_them, "all_experiments", lambda: known)
+    with pytest.raises(SystemExit) as stopped:
+        all_of_them.main(["--workers", "1", "--results", str(tmp_path)])
+    assert stopped.value.code == 2
+    told = capsys.readouterr()
+    assert "noise_sweep: not run. dataset:made-up: cannot download" in told.err
+    assert "wall time" in told.out
+    assert sorted(tmp_path.glob("*.nc")) == [tmp_path / "reduced_data_set.nc"]
+    all_of_them.main(["paper", "--workers", "1", "--results", str(tmp_path)])
+    assert "kept" in capsys.readouterr().out
 
 
 def test_all_keep_what_is_finished_and_end_in_one_table(

@@ -1,0 +1,70 @@
+"""The sources that the numbers of an experiment are made of, and the digest that changes with them."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+from collections.abc import Iterator
+from pathlib import Path
+
+__all__ = ["ROOT", "sources_digest", "sources_of"]
+
+ROOT = Path(__file__).parents[1]
+"""Folder of the package and of the experiments."""
+
+
+def sources_of(name: str, root: Path = ROOT) -> list[Path]:
+    """Return the files that the numbers of an experiment depend on.
+
+    They are the whole package; of the experiments the module of that name and all that it imports, directly
+    or not; and the table (``.toml``) beside any of these.
+
+    Parameters
+    ----------
+    name : str
+        Of the experiment.
+    root : Path
+        Folder of the package and of the experiments.
+    """
+    package = root / "friction_bayes"
+    found = {path for end in ("py", "toml") for path in package.rglob(f"*.{end}")}
+    waiting = [f"experiments.{name}"]
+    seen = set()
+    while waiting:
+        module = waiting.pop()
+        path = root.joinpath(*module.split(".")).with_suffix(".py")
+        if module in seen or not path.is_file():
+            # the second is a name in a module, or a folder
+            continue
+        seen.add(module)
+        found |= {each for each in (path, path.with_suffix(".toml")) if each.is_file()}
+        waiting += _imported(path)
+    return sorted(found)
+
+
+def _imported(path: Path) -> Iterator[str]:
+    """Names that may be modules of the experiments, in functions too."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Import(names=aliases):
+                yield from (alias.name for alias in aliases if alias.name.startswith("experiments."))
+            case ast.ImportFrom(module=str(module), names=aliases) if (
+                module.partition(".")[0] == "experiments"
+            ):
+                yield module
+                yield from (f"{module}.{alias.name}" for alias in aliases)
+
+
+def sources_digest(name: str, root: Path = ROOT) -> str:
+    """Return the sha256 digest of :func:`sources_of`, names and contents.
+
+    Parameters
+    ----------
+    name, root
+        As there.
+    """
+    digest = hashlib.sha256()
+    for path in sources_of(name, root):
+        digest.update(f"{path.relative_to(root).as_posix()}\n".encode())
+        digest.update(hashlib.sha256(path.read_bytes()).digest())
+    return digest.hexdigest()
