@@ -40,6 +40,26 @@ def long_decay(system: fb.Oscillator = SYSTEM, **settings: Any) -> xr.DataArray:
     return fb.simulate(system, **usual | settings)
 
 
+def slow_decay(system: fb.Oscillator = SYSTEM, **settings: Any) -> xr.DataArray:
+    """Simulate a decay from 14.7 mm under 0.07 N: 22 periods, 126 samples each, and 0.2 mm of noise.
+
+    It loses four tenths of its amplitude, so that damping is hardly told from friction.
+    """
+    usual = {
+        "friction": 0.07,
+        "initial_displacement": 0.0147,
+        "duration": 14.0,
+        "sampling_rate": 200.0,
+        "noise_sd": 2e-4,
+    }
+    return fb.simulate(system, **usual | settings)
+
+
+def fluctuating_friction(share: float = 0.3) -> dict[str, float]:
+    """Effects of a :func:`slow_decay` whose friction fluctuates by a share, correlated over 0.1 s."""
+    return {"random_force.sd": share * 0.07, "random_force.correlation_time": 0.1}
+
+
 def written_decay(
     time: NDArray[np.float64], amplitude: float, shift: float, frequency: float = 10.0
 ) -> NDArray[np.float64]:

@@ -39,13 +39,26 @@ def _amplitudes(y: Array, omega: float) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _standard_error(matrix: Array, which: int, rest: float, count: int) -> float:
-    """Of a coefficient of a regression on amplitudes, from its moments and residual sum of squares."""
-    unit = np.zeros(matrix.shape[0])
-    unit[which] = 1.0
-    column, _ = solve_spd(matrix, unit)
-    freedom = max(count / _OVERLAP - unit.size, 1.0)
-    return math.sqrt(max(column[which], 0.0) * rest / freedom)
+def _regress(amplitude: Array, design: Array) -> tuple[Array, Array]:
+    """Coefficients of a regression of the amplitudes and their standard errors; infinite where singular."""
+    count, size = design.shape
+    matrix, right, square = np.zeros((size, size)), np.zeros(size), 0.0
+    basis = np.zeros(size)
+    for k in range(count):
+        for j in range(size):
+            basis[j] = design[k, j]
+        add_sample(matrix, right, basis, amplitude[k], 1.0)
+        square += amplitude[k] ** 2
+    coefficients, rest = regression(matrix, right, square)
+    freedom = max(count / _OVERLAP - size, 1.0)
+    errors = np.full(size, math.inf)
+    if rest < math.inf:
+        for j in range(size):
+            basis[:] = 0.0
+            basis[j] = 1.0
+            column, _ = solve_spd(matrix, basis)
+            errors[j] = math.sqrt(max(column[j], 0.0) * rest / freedom)
+    return coefficients, errors
 
 
 @njit(cache=True, nogil=True)
@@ -65,15 +78,12 @@ def amplitude_falls(y: Array, omega: float) -> bool:
     count = amplitude.size
     if count < _FEWEST:
         return True
-    matrix, right, square, largest = np.zeros((2, 2)), np.zeros(2), 0.0, 0.0
-    basis = np.ones(2)
+    design, largest = np.ones((count, 2)), 0.0
     for k in range(count):
-        basis[1] = -k / (count - 1)
-        add_sample(matrix, right, basis, amplitude[k], 1.0)
-        square += amplitude[k] ** 2
+        design[k, 1] = -k / (count - 1)
         largest = max(largest, amplitude[k])
-    line, rest = regression(matrix, right, square)
-    return line[1] + _CERTAIN * _standard_error(matrix, 1, rest, count) > _LEAST_LOSS * largest
+    line, error = _regress(amplitude, design)
+    return line[1] + _CERTAIN * error[1] > _LEAST_LOSS * largest
 
 
 @njit(cache=True, nogil=True)
@@ -94,18 +104,12 @@ def falls_in_proportion(y: Array, omega: float) -> bool:
     count = amplitude.size
     if count < _FEWEST:
         return False
-    matrix, right, square = np.zeros((3, 3)), np.zeros(3), 0.0
-    basis = np.ones(3)
-    basis[2] = 0.0
-    for k in range(count):
-        basis[1] = -k / (count - 1)
-        if k > 0:
-            basis[2] -= 0.5 * (amplitude[k] + amplitude[k - 1]) / (count - 1)
-        add_sample(matrix, right, basis, amplitude[k], 1.0)
-        square += amplitude[k] ** 2
-    law, rest = regression(matrix, right, square)
-    if not rest < math.inf:
-        return False
-    dry = law[1] - _NOT_EXCLUDED * _standard_error(matrix, 1, rest, count)
-    viscous = law[2] - _CERTAIN * _standard_error(matrix, 2, rest, count)
+    design = np.ones((count, 3))
+    design[0, 1], design[0, 2] = 0.0, 0.0
+    for k in range(1, count):
+        design[k, 1] = -k / (count - 1)
+        design[k, 2] = design[k - 1, 2] - 0.5 * (amplitude[k] + amplitude[k - 1]) / (count - 1)
+    law, error = _regress(amplitude, design)
+    dry = law[1] - _NOT_EXCLUDED * error[1]
+    viscous = law[2] - _CERTAIN * error[2]
     return dry <= 0.0 < viscous

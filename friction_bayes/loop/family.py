@@ -192,7 +192,7 @@ class Mixture:
     def agrees(self) -> Mask:
         """Which candidates do not contradict what all of them say of friction, shape (c,).
 
-        One does where its 90 % interval and that over all overlap in neither's mean.
+        One agrees where its mean lies within the 90 % interval over all, or the mean over all within its own.
         """
         friction = self.draws.friction
         low, high, mean = *np.quantile(friction, TAILS), friction.mean()

@@ -46,7 +46,7 @@ def verdict(sets: Sequence[frozenset[str]], probabilities: Array, agrees: Mask, 
         Candidates, most probable first.
     probabilities : ndarray, shape (candidates,)
     agrees : ndarray of bool, shape (candidates,)
-        Whether friction under each lies within the interval over all of them.
+        Which of them do not contradict what all of them say of friction.
     is_noise : bool
         Whether every residual test of the most probable candidate passes.
     """

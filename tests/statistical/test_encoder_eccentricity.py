@@ -8,37 +8,17 @@ from __future__ import annotations
 
 import numpy as np
 
-import friction_bayes as fb
-from fluctuating_force import fluctuating_decay
-from friction_bayes.loop.random_force.fit import fit_random_force
-from friction_bayes.loop.segment import cut_records
+from unsteady_decays import WHEEL, WHEEL_NOISE, eccentric_record, fitted, probability_of
 
-SYSTEM = fb.Oscillator(inertia=1.0, stiffness=100.0)
-STEP, NOISE, RELEASE = 0.01, 3e-4, 2.5
 OFFERED = ("viscous_damping", "cubic_stiffness", "sensor_offset", "encoder_eccentricity")
 
 
 def probabilities(rng: np.random.Generator, size: float, count: int) -> np.ndarray:
     found = []
     for _ in range(count):
-        angle = fluctuating_decay(
-            rng,
-            frequency=10.0,
-            friction=RELEASE / 100.0,
-            release=RELEASE,
-            step=STEP,
-            samples=1500,
-            force_sd=0.001 * RELEASE,
-            correlation_time=0.1,
-        )[0]
-        start, other = rng.uniform(-np.pi, np.pi, 2)
-        read = angle + size * (np.sin(angle + start) + 0.5 * np.sin(2.0 * angle + other))
-        read = read + NOISE * rng.standard_normal(angle.size)
-        (segment,) = cut_records([fb.make_record(STEP * np.arange(angle.size), read, "angle")], SYSTEM)
-        fit = fit_random_force(segment, SYSTEM, OFFERED)
-        assert fit is not None
-        inside = np.array(["encoder_eccentricity" in names for names in fit.sets.effects])
-        found.append(fit.posterior.weight[:, inside].sum())
+        phases = rng.uniform(-np.pi, np.pi, 2)
+        fit = fitted(eccentric_record(rng, size, tuple(phases)), OFFERED, WHEEL)
+        found.append(probability_of(fit, "encoder_eccentricity"))
     return np.array(found)
 
 
@@ -47,4 +27,4 @@ def test_none_is_invented(rng: np.random.Generator) -> None:
 
 
 def test_an_error_of_twice_the_noise_is_found(rng: np.random.Generator) -> None:
-    assert np.sum(probabilities(rng, 2.0 * NOISE, 8) > 0.9) >= 7
+    assert np.sum(probabilities(rng, 2.0 * WHEEL_NOISE, 8) > 0.9) >= 7

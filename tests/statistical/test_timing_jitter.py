@@ -10,13 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-import friction_bayes as fb
-from fluctuating_force import fluctuating_decay
-from friction_bayes.loop.random_force.fit import fit_random_force
-from friction_bayes.loop.segment import cut_records
+from unsteady_decays import RELEASE, fitted, jittered_record
 
-SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
-STEP, RELEASE, FRICTION = 0.01, 0.02, 0.0002
 NOISE = 4e-5
 AT_FULL_SPEED = NOISE / (RELEASE * 10.0)
 """Jitter [s] that makes as much noise as the sensor where the motion is fastest."""
@@ -26,26 +21,8 @@ def probabilities(rng: np.random.Generator, jitter: float, count: int) -> np.nda
     """Of growing noise where there is no jitter, of jitter where there is."""
     found = []
     for k in range(count):
-        order = k % 2
-        motion = fluctuating_decay(
-            rng,
-            frequency=10.0,
-            friction=FRICTION,
-            release=RELEASE,
-            step=STEP,
-            samples=1500,
-            force_sd=0.2 * FRICTION,
-            correlation_time=0.1,
-        )
-        n = motion[0].size
-        late = jitter * rng.standard_normal(n)
-        values = motion[order] + late * motion[order + 1] + NOISE * 10.0**order * rng.standard_normal(n)
-        record = fb.make_record(STEP * np.arange(n), values, ("displacement", "velocity")[order])
-        (segment,) = cut_records([record], SYSTEM)
-        fit = fit_random_force(
-            segment, SYSTEM, ("viscous_damping", "timing_jitter", "proportional_noise", "sensor_offset")
-        )
-        assert fit is not None
+        record = jittered_record(rng, jitter, NOISE, order=k % 2)
+        fit = fitted(record, ("viscous_damping", "timing_jitter", "proportional_noise", "sensor_offset"))
         assert fit.growth is not None
         named = jitter == 0.0 or fit.growth.effect.name == "timing_jitter"
         found.append(fit.growth.probability if named else 0.0)

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
+from decays import slow_decay
 from friction_bayes.core.declared_force import declared_forces
 from friction_bayes.core.quantities import quantity_named
 from friction_bayes.estimators.equally_probable import EquallyProbable
@@ -21,16 +22,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:the record swings:friction_bayes
 
 
 def record(seed: int, quantity: str = "displacement") -> xr.DataArray:
-    return fb.simulate(
-        fb.Oscillator(**RIGHT),
-        friction=FRICTION,
-        initial_displacement=0.0147,
-        duration=14.0,
-        sampling_rate=200.0,
-        noise_sd=NOISE[quantity],
-        seed=seed,
-        quantity=quantity,
-    )
+    return slow_decay(friction=FRICTION, noise_sd=NOISE[quantity], seed=seed, quantity=quantity)
 
 
 def declared(**changed: Any) -> fb.Oscillator:

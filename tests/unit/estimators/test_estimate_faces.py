@@ -9,25 +9,14 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
+from decays import SYSTEM, short_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.summary import TAILS
-
-SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 
 
 @pytest.fixture
 def estimate() -> fb.Estimate:
-    record = fb.simulate(
-        SYSTEM,
-        friction=0.5,
-        initial_displacement=0.02,
-        duration=5.0,
-        sampling_rate=100.0,
-        noise_sd=1e-4,
-        seed=1,
-        name="shelf.csv",
-    )
-    return fb.estimate(record, SYSTEM, method="normal-gamma")
+    return fb.estimate(short_decay(name="shelf.csv"), SYSTEM, method="normal-gamma")
 
 
 def test_one_line(estimate: fb.Estimate) -> None:

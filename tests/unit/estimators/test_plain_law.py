@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
+from decays import SYSTEM, slow_decay
 from fluctuating_force import fluctuating_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.result import Estimate
@@ -90,16 +91,8 @@ def test_a_fluctuating_force_widens_the_interval_and_is_reported(order: int, rng
 
 
 def test_an_effect_that_passes_for_a_random_force_is_doubted() -> None:
-    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
-    record = simulated(
-        system,
-        friction=0.07,
-        initial_displacement=0.0147,
-        sampling_rate=200.0,
-        noise_sd=2e-4,
-        effects={"viscous_damping.damping_ratio": 0.002},
-    )
-    found = fb.estimate(record, system)
+    damping = {"viscous_damping.damping_ratio": 0.002}
+    found = fb.estimate(slow_decay(duration=20.0, seed=1, effects=damping), SYSTEM)
     assert found.random_force is not None
     assert found.random_force.probability > 0.5
     assert found.friction.ppf(0.05) > 0.07

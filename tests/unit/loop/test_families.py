@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import friction_bayes as fb
-from decays import SYSTEM
+from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.family import Family, mixture_of
 from friction_bayes.loop.random_force.cells import LEAST_COUNTED, Cells
@@ -25,23 +24,16 @@ ALLOWED = ("viscous_damping", "quadratic_drag", "sensor_offset", "random_force")
 LEFT = {"structured_rms", "share_of_amplitude", "friction_could_shift_by", "depends_on", "shape", "share"}
 
 
-def releases(count: int, sd: float = 0.021):  # type: ignore[no-untyped-def]
+def releases(count: int, share: float = 0.3):  # type: ignore[no-untyped-def]
     """Decays with viscous damping and a random force; the sensors are off their zeros."""
     records = [
-        fb.simulate(
-            SYSTEM,
-            friction=0.07,
-            initial_displacement=0.0147,
+        slow_decay(
             duration=10.0,
             sampling_rate=50.0,
             noise_sd=1e-5,
             seed=3 + k,
-            effects={
-                "random_force.sd": sd,
-                "random_force.correlation_time": 0.1,
-                "viscous_damping.damping_ratio": 0.004,
-                "sensor_offset.offset": 1e-3 * (k + 1),
-            },
+            effects=fluctuating_friction(share)
+            | {"viscous_damping.damping_ratio": 0.004, "sensor_offset.offset": 1e-3 * (k + 1)},
         )
         for k in range(count)
     ]
@@ -59,9 +51,9 @@ def forced() -> ForceFamily:
     return family
 
 
-def together(sd: float = 0.021) -> JointFamily:
+def together(share: float = 0.3) -> JointFamily:
     rng = np.random.default_rng(3)
-    family = joint_family(releases(2, sd), SYSTEM, ALLOWED, ("random_force",), 0.2, rng, varying=False)
+    family = joint_family(releases(2, share), SYSTEM, ALLOWED, ("random_force",), 0.2, rng, varying=False)
     assert family is not None
     return family
 
@@ -187,7 +179,7 @@ def test_a_further_record_would_have_a_friction_of_its_own(joint: JointFamily) -
 
 
 def test_a_force_too_large_for_a_fluctuation_is_no_candidate() -> None:
-    family = together(sd=0.3)
+    family = together(share=4.0)
     assert "random_force is" in family.trail[1]
     assert not any("random_force" in names for names in family.sets)
     assert not family.draws.random_force.any()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
+from decays import SYSTEM, slow_decay
 from friction_bayes.loop.family import FamilyDraws
 from friction_bayes.loop.prior_sensitivity import prior_sensitivity
 
@@ -61,18 +62,9 @@ def test_occam_factors_count() -> None:
 
 
 def test_a_report_says_it() -> None:
-    system = fb.Oscillator(mass=10.0, stiffness=1000.0)
-    record = fb.simulate(
-        system,
-        friction=0.07,
-        initial_displacement=0.0147,
-        duration=20.0,
-        sampling_rate=100.0,
-        noise_sd=2e-4,
-        effects={"viscous_damping.damping_ratio": 0.002},
-        seed=1,
-    )
-    report = fb.close_loop([record], system, seed=1)
+    damping = {"viscous_damping.damping_ratio": 0.002}
+    record = slow_decay(duration=20.0, sampling_rate=100.0, effects=damping, seed=1)
+    report = fb.close_loop([record], SYSTEM, seed=1)
     shifts = report.prior_sensitivity
     assert set(shifts) == {"0.1", "10"}
     assert any(shift is not None and shift != 0.0 for shift in shifts.values())

@@ -6,18 +6,16 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from friction_bayes.loop.random_force.fit import fit_random_force
-from friction_bayes.loop.segment import cut_records
 from friction_bayes.mechanics.effects import EFFECTS
+from unsteady_decays import QUANTITIES, RELEASE, SYSTEM, fitted
 
-SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
-RELEASE, NOISE = 0.02, 4e-5
+NOISE = 4e-5
 SHARE = 2.0 * NOISE / RELEASE
 """Twice the noise of the sensor at full swing."""
 
 
 def decay(seed: int, quantity: str = "displacement", **effects: float):  # type: ignore[no-untyped-def]
-    order = ("displacement", "velocity", "acceleration").index(quantity)
+    order = QUANTITIES.index(quantity)
     return fb.simulate(
         SYSTEM,
         friction=0.01,
@@ -31,17 +29,14 @@ def decay(seed: int, quantity: str = "displacement", **effects: float):  # type:
     )
 
 
-@pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
+@pytest.mark.parametrize("quantity", QUANTITIES)
 def test_it_is_found_with_its_size_and_leaves_the_sensors_noise(quantity: str, seed: int) -> None:
-    (segment,) = cut_records([decay(seed, quantity, **{"proportional_noise.share": SHARE})], SYSTEM)
-    fit = fit_random_force(
-        segment, SYSTEM, ("viscous_damping", "timing_jitter", "proportional_noise", "sensor_offset")
-    )
-    assert fit is not None
+    record = decay(seed, quantity, **{"proportional_noise.share": SHARE})
+    fit = fitted(record, ("viscous_damping", "timing_jitter", "proportional_noise", "sensor_offset"))
     assert fit.growth is not None
     assert fit.growth.effect.name == "proportional_noise"
     assert fit.growth.probability > 0.99
-    assert fit.posterior.noise_sd * fit.unit == pytest.approx(NOISE * 10.0**segment.order, rel=0.15)
+    assert fit.posterior.noise_sd * fit.unit == pytest.approx(NOISE * 10.0**fit.segment.order, rel=0.15)
     assert abs(np.log(fit.growth.ratio * fit.posterior.noise_sd / SHARE)) < 5.0 * fit.growth.log_sd
     assert fit.growth.ratio * fit.posterior.noise_sd == pytest.approx(SHARE, rel=0.3)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from decays import SYSTEM, short_decay
+from decays import SYSTEM, fluctuating_friction, short_decay, slow_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
@@ -89,17 +89,8 @@ def test_columns_along_the_motion_add_up_to_the_motion(name: str) -> None:
 
 def fluctuating(share: float = 0.3, **effects: float):  # type: ignore[no-untyped-def]
     """Decay whose friction fluctuates by a share of itself, over a sixth of a period."""
-    force = {"random_force.sd": share * 0.07, "random_force.correlation_time": 0.1}
-    return fb.simulate(
-        SYSTEM,
-        friction=0.07,
-        initial_displacement=0.0147,
-        duration=30.0,
-        sampling_rate=100.0,
-        noise_sd=1e-5,
-        seed=3,
-        effects={**force, **effects},
-    )
+    effects = fluctuating_friction(share) | effects
+    return slow_decay(duration=30.0, sampling_rate=100.0, noise_sd=1e-5, seed=3, effects=effects)
 
 
 @pytest.fixture(scope="module")
@@ -321,20 +312,8 @@ def test_all_lines_of_interference_are_found(rng: np.random.Generator) -> None:
 
 def test_the_next_experiment_is_named_under_a_random_force() -> None:
     """Half a minute would tell two drags apart; twelve seconds do not, and what would is named."""
-    record = fb.simulate(
-        SYSTEM,
-        friction=0.07,
-        initial_displacement=0.0147,
-        duration=12.0,
-        sampling_rate=50.0,
-        noise_sd=1e-5,
-        seed=3,
-        effects={
-            "random_force.sd": 0.021,
-            "random_force.correlation_time": 0.1,
-            "viscous_damping.damping_ratio": 0.004,
-        },
-    )
+    effects = fluctuating_friction() | {"viscous_damping.damping_ratio": 0.004}
+    record = slow_decay(duration=12.0, sampling_rate=50.0, noise_sd=1e-5, seed=3, effects=effects)
     tried = ["viscous_damping", "quadratic_drag", "friction_drift", "random_force"]
     report = fb.close_loop([record], SYSTEM, seed=1, effects=tried)
     assert report.verdict == "ambiguous"

@@ -10,9 +10,9 @@ import pytest
 import friction_bayes as fb
 from fluctuating_force import fluctuating_decay
 from friction_bayes.loop.random_force import sampler_check
-from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
+from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.sampler_check import best_set, check_random_force, target_of_set
-from friction_bayes.loop.segment import cut_records
+from unsteady_decays import fitted
 
 SYSTEM = fb.Oscillator(mass=2.0, stiffness=200.0)
 STEP = 0.02
@@ -34,9 +34,7 @@ def fit() -> ForceFit:
     )[0]
     noisy = values + 3e-4 * rng.standard_normal(values.size)
     record = fb.make_record(STEP * np.arange(values.size), noisy, "displacement")
-    found = fit_random_force(cut_records([record], SYSTEM)[0], SYSTEM, EFFECTS)
-    assert found is not None
-    return found
+    return fitted(record, EFFECTS, SYSTEM)
 
 
 def test_coefficients_stay_in_their_support(fit: ForceFit) -> None:

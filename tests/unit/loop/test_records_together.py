@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 import friction_bayes as fb
-from decays import SYSTEM
+from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.loop.random_force.cells import LEAST_COUNTED
 from friction_bayes.plotting.loop import plot_friction_between_records
@@ -19,13 +19,10 @@ EFFECTS = ["viscous_damping", "stribeck_friction", "sensor_offset", "random_forc
 def releases(*frictions: float, offset: float = 0.0):  # type: ignore[no-untyped-def]
     """Decays released from one place, each with a friction of its own; the last sensor is off its zero."""
     return [
-        fb.simulate(
-            SYSTEM,
+        slow_decay(
             friction=friction,
-            initial_displacement=0.0147,
             duration=12.0,
             sampling_rate=100.0,
-            noise_sd=2e-4,
             seed=k,
             effects={"sensor_offset.offset": offset} if k == len(frictions) - 1 else {},
         ).assign_attrs(name=f"release-{k}")
@@ -157,19 +154,12 @@ def test_a_measured_force_is_set_beside_several_records() -> None:
 def test_the_next_experiment_is_named_for_several_records() -> None:
     """Two releases from one place do not tell two drags apart; one from another would."""
     records = [
-        fb.simulate(
-            SYSTEM,
-            friction=0.07,
-            initial_displacement=0.0147,
+        slow_decay(
             duration=10.0,
             sampling_rate=50.0,
             noise_sd=1e-5,
             seed=3 + k,
-            effects={
-                "random_force.sd": 0.021,
-                "random_force.correlation_time": 0.1,
-                "viscous_damping.damping_ratio": 0.003,
-            },
+            effects=fluctuating_friction() | {"viscous_damping.damping_ratio": 0.003},
         )
         for k in range(2)
     ]
@@ -184,10 +174,7 @@ def test_the_next_experiment_is_named_for_several_records() -> None:
 def test_a_drift_of_friction_is_each_records_own() -> None:
     changes = (0.5, -0.5)
     records = [
-        fb.simulate(
-            SYSTEM,
-            friction=0.07,
-            initial_displacement=0.0147,
+        slow_decay(
             duration=12.0,
             sampling_rate=100.0,
             noise_sd=5e-5,

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
-import xarray as xr
 
 import decays
 import friction_bayes as fb
-from fluctuating_force import fluctuating_decay
 from friction_bayes.estimators.random_force.smoothing import Motion
 from friction_bayes.loop.evidence import log_evidence
 from friction_bayes.loop.random_force.evidence import log_evidence_without_force
@@ -16,54 +16,20 @@ from friction_bayes.loop.random_force.fit import fit_random_force
 from friction_bayes.loop.random_force.set_aside import come_anywhere
 from friction_bayes.loop.search import Search
 from friction_bayes.loop.segment import cut_records
+from unsteady_decays import FRICTION, RELEASE, STEP, SYSTEM, faulty_record, fitted
 
-SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
-STEP, RELEASE, FRICTION = 0.01, 0.02, 0.0002
-"""Friction over the stiffness."""
 NOISE = 2e-4
 CEILING = 0.6 * RELEASE
 HIT, FAR = 0.02, 15.0
 """Share of outliers, and their size over that of the noise."""
 
-
-def decay(
-    rng: np.random.Generator,
-    *,
-    force: float,
-    hit: float = 0.0,
-    ceiling: float = np.inf,
-    order: int = 0,
-    growing: float = 0.0,
-) -> tuple[xr.DataArray, np.ndarray, np.ndarray]:
-    """A record under a force of a share of friction, what a sensor without noise shows, and its outliers.
-
-    With noise in proportion to the signal that is ``growing`` times the other at the release.
-    """
-    unit = 10.0**order
-    motion = fluctuating_decay(
-        rng,
-        frequency=10.0,
-        friction=FRICTION,
-        release=RELEASE,
-        step=STEP,
-        samples=1500,
-        force_sd=force * FRICTION,
-        correlation_time=0.1,
-    )[order]
-    far = rng.random(motion.size) < hit
-    noise = unit * NOISE * np.where(far, FAR, 1.0) * rng.standard_normal(motion.size)
-    noise += growing * NOISE / RELEASE * motion * rng.standard_normal(motion.size)
-    values = np.clip(motion + noise, -ceiling, ceiling)
-    quantity = ("displacement", "velocity", "acceleration")[order]
-    return fb.make_record(STEP * np.arange(motion.size), values, quantity), motion, far
+decay = partial(faulty_record, noise=NOISE, far=FAR)
 
 
 def test_what_is_set_aside_near_a_ceiling_does_not_follow_the_noise(rng: np.random.Generator) -> None:
     """Of samples that a noise of four deviations could take to the ceiling every one, of others none."""
     record, motion, _ = decay(rng, force=0.2, ceiling=CEILING)
-    (segment,) = cut_records([record], SYSTEM)
-    fit = fit_random_force(segment, SYSTEM, ["random_force"])
-    assert fit is not None
+    fit = fitted(record, ["random_force"])
     aside = np.isinf(fit.clock.variance)
     room = CEILING - np.abs(motion[: aside.size])
     assert aside[room < 3.5 * NOISE].all()
@@ -72,9 +38,7 @@ def test_what_is_set_aside_near_a_ceiling_does_not_follow_the_noise(rng: np.rand
 
 def test_outliers_are_found_beside_a_force(rng: np.random.Generator) -> None:
     record, motion, far = decay(rng, force=0.2, hit=HIT)
-    (segment,) = cut_records([record], SYSTEM)
-    fit = fit_random_force(segment, SYSTEM, ["random_force", "outliers"])
-    assert fit is not None
+    fit = fitted(record, ["random_force", "outliers"])
     noise = fit.sensor_noise
     assert noise.contaminated
     assert noise.probabilities[frozenset({"outliers"})] > 0.999
@@ -82,7 +46,7 @@ def test_outliers_are_found_beside_a_force(rng: np.random.Generator) -> None:
     assert noise.outliers.fraction == pytest.approx(far.mean(), rel=0.4)
     assert noise.outliers.scale == pytest.approx(FAR * NOISE, rel=0.4)
     assert fit.posterior.noise_sd == pytest.approx(NOISE, rel=0.08)
-    error = np.abs(segment.values - motion[: segment.values.size])[: fit.samples]
+    error = np.abs(fit.segment.values - motion[: fit.segment.values.size])[: fit.samples]
     aside = np.isinf(fit.clock.variance)
     assert aside[error > 5.0 * NOISE].all()
     assert not aside[error < 2.5 * NOISE].any()
@@ -90,11 +54,7 @@ def test_outliers_are_found_beside_a_force(rng: np.random.Generator) -> None:
 
 def test_outliers_are_found_beside_noise_that_grows(rng: np.random.Generator) -> None:
     record, _, far = decay(rng, force=0.2, hit=HIT, growing=3.0)
-    (segment,) = cut_records([record], SYSTEM)
-    fit = fit_random_force(
-        segment, SYSTEM, ["random_force", "outliers", "timing_jitter", "proportional_noise"]
-    )
-    assert fit is not None
+    fit = fitted(record, ["random_force", "outliers", "timing_jitter", "proportional_noise"])
     both = frozenset({"outliers", "proportional_noise"})
     assert fit.sensor_noise.effects == both
     assert fit.sensor_noise.probabilities[both] > 0.99
@@ -109,14 +69,12 @@ def test_outliers_are_found_beside_noise_that_grows(rng: np.random.Generator) ->
 def test_values_at_jumps_of_the_acceleration_stay_set_aside(rng: np.random.Generator) -> None:
     """Beside outliers, and they are none themselves."""
     record, motion, far = decay(rng, force=0.0, hit=HIT, order=2)
-    (segment,) = cut_records([record], SYSTEM)
-    fit = fit_random_force(segment, SYSTEM, ["random_force", "outliers"])
-    assert fit is not None
+    fit = fitted(record, ["random_force", "outliers"])
     assert fit.sensor_noise.contaminated
-    at_jump = segment.ignored[: fit.samples]
+    at_jump = fit.segment.ignored[: fit.samples]
     aside = np.isinf(fit.clock.variance)
     assert aside[at_jump].all()
-    error = np.abs(segment.values - motion[: segment.values.size])[: fit.samples]
+    error = np.abs(fit.segment.values - motion[: fit.segment.values.size])[: fit.samples]
     assert aside[error > 500.0 * NOISE].all()
     assert not aside[~at_jump & (error < 250.0 * NOISE)].any()
     assert fit.sensor_noise.outliers is not None
@@ -128,9 +86,7 @@ def test_what_comes_with_the_turning_points_is_no_outlier_of_the_sensor(rng: np.
     slow = np.abs(np.gradient(motion, STEP)) < 0.15 * 10.0 * RELEASE
     hit = slow & (rng.random(motion.size) < 0.2)
     off = np.where(hit, FAR * NOISE * rng.standard_normal(motion.size), 0.0)
-    (segment,) = cut_records([record + off], SYSTEM)
-    fit = fit_random_force(segment, SYSTEM, ["random_force", "outliers"])
-    assert fit is not None
+    fit = fitted(record + off, ["random_force", "outliers"])
     assert np.isfinite(fit.clock.variance).all()
 
 
@@ -153,9 +109,7 @@ def test_outliers_come_at_any_time(low: float, high: float, rng: np.random.Gener
 
 def test_where_outliers_may_not_act_none_is_set_aside(rng: np.random.Generator) -> None:
     record, _, _ = decay(rng, force=0.2, hit=HIT)
-    (segment,) = cut_records([record], SYSTEM)
-    fit = fit_random_force(segment, SYSTEM, ["random_force"])
-    assert fit is not None
+    fit = fitted(record, ["random_force"])
     assert np.isfinite(fit.clock.variance).all()
     assert list(fit.sensor_noise.probabilities) == [frozenset()]
 

@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from scipy import integrate, stats
 
 import friction_bayes as fb
+from decays import SYSTEM, slow_decay
 from friction_bayes.loop.slight_effects import SlightEffect, with_slight_effects
-
-SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 
 
 @given(
@@ -64,15 +63,7 @@ def test_friction_follows_and_is_never_negative() -> None:
 
 def test_a_plain_record_answers_for_damping_unless_that_is_excluded() -> None:
     """Cut long before it rests, a decay hardly tells a slight damping from friction."""
-    record = fb.simulate(
-        SYSTEM,
-        friction=0.07,
-        initial_displacement=0.0147,
-        duration=14.0,
-        sampling_rate=200.0,
-        noise_sd=2e-4,
-        seed=3,
-    )
+    record = slow_decay(seed=3)
     with_damping = fb.close_loop([record], SYSTEM, effects=["viscous_damping"], seed=1).friction_after
     without = fb.close_loop([record], SYSTEM, effects=[], seed=1).friction_after
     low, high = with_damping["interval90"]

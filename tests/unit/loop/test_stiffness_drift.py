@@ -7,27 +7,18 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
-from decays import SYSTEM
-from friction_bayes.loop.random_force.fit import fit_random_force
+from decays import SYSTEM, slow_decay
 from friction_bayes.loop.random_force.forecast import forecast
-from friction_bayes.loop.segment import cut_records
 from friction_bayes.mechanics.integrate import integrate
+from unsteady_decays import fitted
 
 FRICTION, CHANGE = 0.07, 0.005
 
 
 @pytest.fixture
 def record(seed: int) -> xr.DataArray:
-    return fb.simulate(
-        SYSTEM,
-        friction=FRICTION,
-        initial_displacement=0.0147,
-        duration=14.0,
-        sampling_rate=200.0,
-        noise_sd=5e-5,
-        seed=seed,
-        effects={"stiffness_drift.relative_change": CHANGE},
-    )
+    drift = {"stiffness_drift.relative_change": CHANGE}
+    return slow_decay(friction=FRICTION, noise_sd=5e-5, seed=seed, effects=drift)
 
 
 def test_it_is_found_with_its_size_and_friction(record: xr.DataArray) -> None:
@@ -41,10 +32,7 @@ def test_it_is_found_with_its_size_and_friction(record: xr.DataArray) -> None:
 
 def test_it_goes_on_in_the_forecast(record: xr.DataArray, seed: int) -> None:
     """Its clock is that of the record: one that began anew would be several noise sd off at the end."""
-    (segment,) = cut_records([record], SYSTEM)
-    fit = fit_random_force(segment, SYSTEM, ("stiffness_drift",))
-    assert fit is not None
-    predicted = forecast(fit, np.random.default_rng(seed))
+    predicted = forecast(fitted(record, ("stiffness_drift",), SYSTEM), np.random.default_rng(seed))
     assert predicted is not None
     z = (predicted.signal - predicted.mean) / predicted.sd
     assert np.sqrt(np.mean(z**2)) < 2.0

@@ -6,41 +6,10 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from fluctuating_force import fluctuating_decay
-from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
-from friction_bayes.loop.segment import cut_records
 from friction_bayes.mechanics.effects import EFFECTS
+from unsteady_decays import RELEASE, STEP, SYSTEM, fitted, jittered_record
 
-SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
-STEP, RELEASE, FRICTION = 0.01, 0.02, 0.0002
 NOISE = 4e-5
-
-
-def record(rng: np.random.Generator, jitter: float, *, order: int = 0):  # type: ignore[no-untyped-def]
-    """A decay whose samples are taken early or late by a share of the sampling interval."""
-    motion = fluctuating_decay(
-        rng,
-        frequency=10.0,
-        friction=FRICTION,
-        release=RELEASE,
-        step=STEP,
-        samples=1500,
-        force_sd=0.2 * FRICTION,
-        correlation_time=0.1,
-    )
-    n = motion[0].size
-    # moved along the tangent: the third term is below a hundredth of the noise
-    late = jitter * STEP * rng.standard_normal(n)
-    values = motion[order] + late * motion[order + 1] + NOISE * 10.0**order * rng.standard_normal(n)
-    return fb.make_record(STEP * np.arange(n), values, ("displacement", "velocity")[order])
-
-
-def fitted(decay) -> ForceFit:  # type: ignore[no-untyped-def]
-    (segment,) = cut_records([decay], SYSTEM)
-    found = fit_random_force(segment, SYSTEM, ("viscous_damping", "timing_jitter", "sensor_offset"))
-    assert found is not None
-    assert found.growth is not None
-    return found
 
 
 @pytest.mark.parametrize("order", [0, 1])
@@ -48,7 +17,9 @@ def test_jitter_is_found_with_its_size_and_leaves_the_sensors_noise(
     rng: np.random.Generator, order: int
 ) -> None:
     # at full speed as large as the noise
-    fit = fitted(record(rng, 0.04, order=order))
+    record = jittered_record(rng, 0.04 * STEP, NOISE, order)
+    fit = fitted(record, ("viscous_damping", "timing_jitter", "sensor_offset"))
+    assert fit.growth is not None
     assert fit.growth.probability > 0.99
     assert fit.posterior.noise_sd == pytest.approx(NOISE * (10.0 / fit.w0) ** order, rel=0.1)
     jitter = fit.growth.ratio * fit.posterior.noise_sd
@@ -60,7 +31,7 @@ def test_jitter_is_found_with_its_size_and_leaves_the_sensors_noise(
 
 
 def test_the_report_names_it_with_its_unit(rng: np.random.Generator) -> None:
-    report = fb.close_loop([record(rng, 0.1)], SYSTEM, seed=1)
+    report = fb.close_loop([jittered_record(rng, 0.1 * STEP, NOISE)], SYSTEM, seed=1)
     named = {effect["name"]: effect for effect in report.effects}
     jitter = named["timing_jitter"]
     assert jitter["probability"] > 0.99
@@ -73,10 +44,8 @@ def test_the_report_names_it_with_its_unit(rng: np.random.Generator) -> None:
 
 
 def test_where_it_may_not_act_it_is_not_weighed(rng: np.random.Generator) -> None:
-    (segment,) = cut_records([record(rng, 0.1)], SYSTEM)
-    fit = fit_random_force(segment, SYSTEM, ("viscous_damping",))
-    assert fit is not None
-    assert fit.growth is None
+    record = jittered_record(rng, 0.1 * STEP, NOISE)
+    assert fitted(record, ("viscous_damping",)).growth is None
 
 
 def test_simulated_jitter_is_noise_in_proportion_to_the_rate() -> None:

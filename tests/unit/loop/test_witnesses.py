@@ -4,38 +4,27 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import friction_bayes as fb
-from fluctuating_force import fluctuating_decay
-from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
+from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.witnesses import Witnesses, two_witnesses
-from friction_bayes.loop.segment import cut_records
+from unsteady_decays import FRICTION, RELEASE, SYSTEM, fitted, sensed, unsteady_motion
 
-SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
-STEP, RELEASE, FRICTION, NOISE = 0.01, 0.02, 0.0002, 2e-5
-"""Friction is a length, over the stiffness."""
+NOISE = 2e-5
+
+
+def held_record(rng: np.random.Generator, held: float, order: int = 0) -> xr.DataArray:
+    """A decay whose sensor lags behind the direction by a length ``held``."""
+    motion = unsteady_motion(rng, samples=2000)
+    off = NOISE * 10.0**order * rng.standard_normal(motion[0].size)
+    return sensed(motion[order] - held * np.sign(motion[1]) + off, order)
 
 
 def heard(
     rng: np.random.Generator, *, held: float = 0.0, order: int = 0, effects: tuple[str, ...] = ()
 ) -> tuple[Witnesses, ForceFit]:
-    """The witnesses of a decay whose sensor lags behind the direction by a length ``held``."""
-    motion = fluctuating_decay(
-        rng,
-        frequency=10.0,
-        friction=FRICTION,
-        release=RELEASE,
-        step=STEP,
-        samples=2000,
-        force_sd=0.2 * FRICTION,
-        correlation_time=0.1,
-    )
-    n = motion[0].size
-    values = motion[order] - held * np.sign(motion[1]) + NOISE * 10.0**order * rng.standard_normal(n)
-    record = fb.make_record(STEP * np.arange(n), values, ("displacement", "velocity", "acceleration")[order])
-    (segment,) = cut_records([record], SYSTEM)
-    fit = fit_random_force(segment, SYSTEM, effects)
-    assert fit is not None
+    fit = fitted(held_record(rng, held, order), effects)
     return two_witnesses(fit, 1.0, "m"), fit
 
 
@@ -98,19 +87,7 @@ def test_the_report_tells_of_both() -> None:
 
 def test_friction_answers_for_witnesses_that_disagree(rng: np.random.Generator) -> None:
     """Held counts that the law lacks: the loss is right, and friction may be that."""
-    motion = fluctuating_decay(
-        rng,
-        frequency=10.0,
-        friction=FRICTION,
-        release=RELEASE,
-        step=STEP,
-        samples=2000,
-        force_sd=0.2 * FRICTION,
-        correlation_time=0.1,
-    )
-    n = motion[0].size
-    values = motion[0] - 0.1 * FRICTION * np.sign(motion[1]) + NOISE * rng.standard_normal(n)
-    record = fb.make_record(STEP * np.arange(n), values, "displacement")
+    record = held_record(rng, 0.1 * FRICTION)
     report = fb.close_loop([record], SYSTEM, seed=1, effects=["random_force"]).to_dict()
     assert report["witnesses"]["agree"] is False
     gap = abs(report["witnesses"]["loss"]["mean"] - report["friction_after"]["mean"])

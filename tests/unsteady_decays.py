@@ -1,0 +1,115 @@
+"""Records of decays under a fluctuating force, read by sensors with faults, and fits along their motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+import friction_bayes as fb
+from fluctuating_force import fluctuating_decay
+from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
+from friction_bayes.loop.segment import cut_records
+
+# It swings at 10 rad/s.
+SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
+WHEEL = fb.Oscillator(inertia=1.0, stiffness=100.0)
+STEP, RELEASE, FRICTION = 0.01, 0.02, 0.0002
+"""Sampling interval [s], amplitude and friction over the stiffness [m]."""
+WHEEL_NOISE, WHEEL_RELEASE = 3e-4, 2.5
+"""In rad."""
+QUANTITIES = ("displacement", "velocity", "acceleration")
+
+
+def unsteady_motion(
+    rng: np.random.Generator, force: float = 0.2, *, samples: int = 1500
+) -> dict[int, np.ndarray]:
+    """Motion by order of derivative; the force is a share of friction and correlated over 0.1 s."""
+    return fluctuating_decay(
+        rng,
+        frequency=10.0,
+        friction=FRICTION,
+        release=RELEASE,
+        step=STEP,
+        samples=samples,
+        force_sd=force * FRICTION,
+        correlation_time=0.1,
+    )
+
+
+def sensed(values: np.ndarray, order: int = 0) -> xr.DataArray:
+    """Record of a derivative of the displacement."""
+    return fb.make_record(STEP * np.arange(values.size), values, QUANTITIES[order])
+
+
+def faulty_record(
+    rng: np.random.Generator,
+    *,
+    force: float,
+    noise: float,
+    order: int = 0,
+    hit: float = 0.0,
+    far: float = 15.0,
+    ceiling: float = np.inf,
+    growing: float = 0.0,
+) -> tuple[xr.DataArray, np.ndarray, np.ndarray]:
+    """Record of a decay, what a sensor without noise would show, and which samples are outliers.
+
+    Noise and ceiling are lengths. A share ``hit`` of the samples has ``far`` times the noise; noise in
+    proportion to the signal is ``growing`` times the other at the release.
+    """
+    unit = 10.0**order
+    motion = unsteady_motion(rng, force)[order]
+    outlying = rng.random(motion.size) < hit
+    off = unit * noise * np.where(outlying, far, 1.0) * rng.standard_normal(motion.size)
+    if growing > 0.0:
+        off += growing * noise / RELEASE * motion * rng.standard_normal(motion.size)
+    return sensed(np.clip(motion + off, -unit * ceiling, unit * ceiling), order), motion, outlying
+
+
+def jittered_record(rng: np.random.Generator, jitter: float, noise: float, order: int = 0) -> xr.DataArray:
+    """Record of a decay whose samples are taken early or late with an sd of ``jitter`` [s]."""
+    motion = unsteady_motion(rng)
+    # moved along the tangent: the third term is below a hundredth of the noise
+    late = jitter * rng.standard_normal(motion[0].size)
+    off = noise * 10.0**order * rng.standard_normal(motion[0].size)
+    return sensed(motion[order] + late * motion[order + 1] + off, order)
+
+
+def eccentric_record(
+    rng: np.random.Generator,
+    size: float,
+    phases: tuple[float, float] = (0.7, -1.0),
+    *,
+    release: float = WHEEL_RELEASE,
+) -> xr.DataArray:
+    """Record of a wheel between springs; its encoder errs once a turn and half as much twice a turn."""
+    angle = fluctuating_decay(
+        rng,
+        frequency=10.0,
+        friction=release / 100.0,
+        release=release,
+        step=STEP,
+        samples=1500,
+        force_sd=release / 1000.0,
+        correlation_time=0.1,
+    )[0]
+    read = angle + size * (np.sin(angle + phases[0]) + 0.5 * np.sin(2.0 * angle + phases[1]))
+    return fb.make_record(
+        STEP * np.arange(angle.size), read + WHEEL_NOISE * rng.standard_normal(angle.size), "angle"
+    )
+
+
+def fitted(record: xr.DataArray, effects: Sequence[str], system: fb.Oscillator = SYSTEM) -> ForceFit:
+    """Fit a record along its motion, with these effects allowed."""
+    (segment,) = cut_records([record], system)
+    fit = fit_random_force(segment, system, effects)
+    assert fit is not None
+    return fit
+
+
+def probability_of(fit: ForceFit, name: str) -> float:
+    """Probability that an effect of the law acts."""
+    inside = np.array([name in names for names in fit.sets.effects])
+    return float(fit.posterior.weight[:, inside].sum())
