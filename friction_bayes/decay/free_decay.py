@@ -33,6 +33,9 @@ __all__ = ["FreeDecay", "check_sampling", "find_free_decay", "locate_free_decays
 
 _LEAST_PER_PERIOD = 2.0
 """Samples a period of the declared frequency, which must be more: Nyquist's."""
+_LEAST_HALF_CYCLES = 3.0
+_FASTER = 1.2
+"""Times the declared frequency, above which a bend of so few half cycles passes for an oscillation."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -279,6 +282,9 @@ def locate_free_decays(
     )
     locate_moving_parts(values, modes.frequency, resolutions, order, start, located)
     located.status[(located.status == FOUND) & modes.several] = SEVERAL_MODES
+    frequency = np.minimum(located.frequency, _FASTER * natural_frequency * step)
+    brief = frequency * (located.stop - located.start) < _LEAST_HALF_CYCLES * math.pi
+    located.status[(located.status == FOUND) & brief] = TOO_SHORT
     return located
 
 
@@ -335,5 +341,5 @@ def _refusal(
     return InputError(
         name,
         f"fewer than three half cycles of free motion ({cycles:.1f} half periods of sqrt(k/m) on record)",
-        "give a longer record",
+        "give a longer record" if cycles < _LEAST_HALF_CYCLES + 1.0 else "release it from farther away",
     )

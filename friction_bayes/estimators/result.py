@@ -298,12 +298,19 @@ def force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
         )
     elif _taken_as_exact(_force_factors(decay, fit)):
         notes.append(f"{_exact(system, order)} uncertainty is not in the friction interval")
-    if float(fit.coefficient.cdf(0.0)) > _SURELY:
-        notes.append(
-            "friction is negative, which no contact has: the oscillation grows, or an error of the sensor "
-            "goes with the direction of motion, which close-loop looks for"
-        )
-    return notes + _frequency_note(decay, fit) + _random_force_notes(decay, fit)
+    return notes + _negative_note(fit) + _frequency_note(decay, fit) + _random_force_notes(decay, fit)
+
+
+def _negative_note(fit: Fit) -> list[str]:
+    """Warn of a friction that is surely below zero."""
+    if not float(fit.coefficient.cdf(0.0)) > _SURELY:
+        return []
+    text = (
+        "friction is negative, which no contact has: the oscillation grows, or an error of the sensor "
+        "goes with the direction of motion, which close-loop looks for"
+    )
+    warnings.warn(text, RecordWarning, stacklevel=4)
+    return [text]
 
 
 def _random_force_notes(decay: FreeDecay, fit: Fit) -> list[str]:

@@ -153,7 +153,7 @@ def assemble_report(
         traces=with_forecasts(traces, *forecasts),
         posterior=_posterior(mixture, after, seed),
         friction_between_records=best.between_records(),
-        notes=tuple(note for each in model.segments for note in each.decay.notes),
+        notes=tuple(note for each in model.segments for note in each.notes),
     )
 
 
@@ -243,9 +243,9 @@ def _fitted(best: Family, trace: RecordTrace, model: LoopModel, frequency: float
     return {
         "from_s": start,
         "to_s": end,
-        "samples": samples,
+        "samples": samples * segment.block,
         "half_cycles": half_cycles,
-        "set_aside": set_aside,
+        "set_aside": set_aside * segment.block,
     }
 
 

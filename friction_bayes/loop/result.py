@@ -147,8 +147,8 @@ class LoopReport:
         ``share_of_amplitude``, how far ``friction_could_shift_by`` it, what it ``depends_on``, and the
         ``shape`` that describes that best with the ``share`` of it that it takes.
     fitted : dict
-        The part of the first record that was fitted: ``from_s``, ``to_s``, ``samples``, ``half_cycles`` and
-        how many samples were ``set_aside``.
+        The part of the first record that was fitted: ``from_s``, ``to_s``, ``samples`` as recorded,
+        ``half_cycles`` and how many samples were ``set_aside``.
     friction_between_records : dict or None
         Where several records were weighed together: ``probability`` that friction differs between them, its
         ``spread`` given that, ``share_of_friction``, ``reduced_chi_square`` of the frictions that each has by

@@ -170,12 +170,14 @@ class SearchFamily:
         """It has one friction."""
 
     def noise(self) -> dict[str, Any]:
+        """Noise of the sensors, a sample of it: those of a block were averaged."""
         ar, segment = self.found.ar, self.best.model.segments[0]
+        pairs = zip(self.best.model.segments, self.best.predictions, strict=True)
         order = max(a.size for a in ar)
         return {
             "model": "ar" if order else "white",
             "order": order,
-            "sd": float(np.mean([np.std(e) for e in self.best.free_residuals])),
+            "sd": float(np.mean([each.noise_of_a_sample(found.signal) for each, found in pairs])),
             "correlation_length_s": float(max(correlation_length(a, segment.decay.step) for a in ar)),
             "step": segment.resolution,
         }

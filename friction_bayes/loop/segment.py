@@ -57,6 +57,8 @@ class Segment:
         Where in the record the first sample lies, and how many the record has.
     block : int
         Samples of the record that each value is the mean of.
+    spread : ndarray, shape (n,)
+        Mean square distance of those samples from it.
     resolution : float or None
         Step of the digitiser or encoder, unit of the signal; None where none shows.
     """
@@ -69,8 +71,30 @@ class Segment:
     moving: int
     first: int
     recorded: int
-    block: int = 1
+    block: int
+    spread: Array
     resolution: float | None = None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know of the record and of what was done to it before any model."""
+        notes = self.decay.notes
+        if self.block > 1:
+            notes += (
+                f"{self.decay.name}: averaged in blocks of {self.block} samples, as a period holds so many; "
+                "the noise of the sensor is that of a sample, residuals and forecast errors are of the means",
+            )
+        return notes
+
+    def noise_of_a_sample(self, predicted: Array) -> float:
+        """Root mean square distance of the record's samples from what is predicted of the values, shape (n,).
+
+        That of the values themselves, and of the samples about their block's mean, but for the slope of the
+        signal within the block. Nothing is assumed of how the noise of neighbouring samples goes together.
+        """
+        slope = np.gradient(predicted) / self.block
+        within = self.spread - slope**2 * (self.block**2 - 1) / 12.0
+        return math.sqrt(float(np.mean(((self.values - predicted) ** 2 + within)[self.free])))
 
     @property
     def least_noise(self) -> float:
@@ -110,6 +134,7 @@ class Segment:
             time=self.time[:n],
             sides=self.sides[:n],
             ignored=self.ignored[:n],
+            spread=self.spread[:n],
             moving=min(self.moving, n),
         )
 
@@ -143,7 +168,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     record, stray = set_excursions_aside(record, system)
     recorded = record.size
     resolution = quantisation_step(record.values)
-    record, block = _averaged(record, system)
+    record, block, spread = _averaged(record, system)
     values = np.ascontiguousarray(record.values, dtype=np.float64)
     smooth, spikes = _spikes(values)
     tame = np.where(spikes, smooth, values)
@@ -177,6 +202,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
         first=first * block,
         recorded=recorded,
         block=block,
+        spread=spread[first : first + n],
         resolution=resolution,
     )
 
@@ -189,19 +215,22 @@ def _spikes(values: Array) -> tuple[Array, Mask]:
     return smooth, (away > _SPIKE * spread) & (spread > 0.0)
 
 
-def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int]:
-    """Means of blocks of samples; flat samples and outliers are seen sample by sample alone."""
+def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int, Array]:
+    """Means of blocks of samples, how many each is of, and their mean square distances from it.
+
+    Flat samples and outliers are seen sample by sample alone.
+    """
     values = np.asarray(record.values, dtype=np.float64)
     clock = np.asarray(record["time"].values, dtype=np.float64)
     samples = 2.0 * math.pi / (system.natural_frequency * sampling_interval(record))
     block = samples_in_block(samples)
     # less than a period is refused for what it is, not for what is left of it
     if block == 1 or samples > values.size or clipped_fraction(values)[1] is not None:
-        return record, 1
+        return record, 1, np.zeros(values.size)
     if np.count_nonzero(_spikes(values)[1]) > _STRAY_SPIKES * values.size:
-        return record, 1
-    means = block_means(values, block) / amplitude_kept(samples, block)
-    middles = block_means(clock, block)
-    return xr.DataArray(
-        means, coords={"time": ("time", middles, record["time"].attrs)}, attrs=record.attrs
-    ), block
+        return record, 1, np.zeros(values.size)
+    means = block_means(values, block)
+    spread = block_means((values[: means.size * block] - np.repeat(means, block)) ** 2, block)
+    stamps = {"time": ("time", block_means(clock, block), record["time"].attrs)}
+    means = means / amplitude_kept(samples, block)
+    return xr.DataArray(means, coords=stamps, attrs=record.attrs), block, spread

@@ -199,3 +199,36 @@ def test_the_loop_limits_dry_friction_where_there_is_none(run: Callable[..., Any
     assert found["dry_friction"]["probability"] < 0.05
     # what would take the loss of amplitude alone is 0.1 * 20 mm * 1000 N/m * pi / 40 = 0.16 N
     assert found["dry_friction"]["upper95"] < 0.02
+
+
+def test_averaging_is_said_and_noise_is_that_of_a_sample(
+    run: Callable[..., Any], rng: np.random.Generator
+) -> None:
+    time = np.arange(4000) / 1000.0
+    signal = written_decay(time, 0.02, FRICTION / 1000.0) + rng.normal(0.0, 1e-3, time.size)
+    found = run("close-loop", signal, time, "--effects", "viscous_damping")
+    assert any("averaged in blocks of 3 samples" in note for note in found["notes"])
+    assert found["fitted"]["samples"] > 3900
+    # six standard errors
+    assert found["noise"]["sd"] == pytest.approx(1e-3, rel=6.0 / np.sqrt(2.0 * time.size))
+    assert covers(found["friction_after"], FRICTION)
+
+
+@pytest.mark.parametrize("ends", ["record", "motion"])
+def test_no_verdict_on_fewer_than_three_half_cycles(
+    run: Callable[..., Any], rng: np.random.Generator, ends: str
+) -> None:
+    time = TIME[: 85 if ends == "record" else 300]
+    moving = np.minimum(time, np.pi / 5.0)
+    signal = written_decay(
+        time if ends == "record" else moving, 0.02, FRICTION / 1000.0 if ends == "record" else 5e-3
+    )
+    noisy = signal + rng.normal(0.0, NOISE_SD, time.size)
+    for command in ("estimate", "close-loop"):
+        assert "fewer than three half cycles of free motion" in run(command, noisy, time)
+
+
+@pytest.mark.parametrize(("start", "end"), [("0.21", "0.6"), ("0.18", "0.81"), ("0.36", "0.78")])
+def test_a_bend_is_no_oscillation(run: Callable[..., Any], plain: Array, start: str, end: str) -> None:
+    line = run("estimate", plain, TIME, "--start", start, "--end", end)
+    assert "fewer than three half cycles of free motion" in line

@@ -24,6 +24,8 @@ from friction_bayes.estimators.waveform.normal_equations import (
 
 __all__ = ["WaveformFits", "fit_waveforms", "prior_of"]
 
+_LEAST_EIGENVALUE = 1e-12
+"""Of the normal equations over their diagonal: rounding leaves nothing of what is smaller."""
 FLAT = 2
 """Frequency and phase, the last two coefficients, never have a prior precision."""
 
@@ -124,7 +126,18 @@ def fit_waveforms(
         fits.found,
     )
     fits.normal[:] = fits.normal + np.tril(fits.normal, -1).swapaxes(-1, -2)
+    fits.found[:] &= _regular(fits.normal)
     return fits
+
+
+def _regular(normal: Array) -> Mask:
+    """Which of the normal equations, shape (records, p, p), tell all coefficients apart."""
+    square = np.diagonal(normal, axis1=1, axis2=2)
+    usable: Mask = np.isfinite(normal).all(axis=(1, 2)) & (square.min(axis=1) > 0.0)
+    scale = np.sqrt(np.where(usable[:, None], square, 1.0))
+    product = scale[:, :, None] * scale[:, None, :]
+    correlation = np.where(usable[:, None, None], normal / product, 0.0)
+    return np.asarray(np.linalg.eigvalsh(correlation)[:, 0] > _LEAST_EIGENVALUE)
 
 
 @njit(cache=True, nogil=True)

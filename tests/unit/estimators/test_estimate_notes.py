@@ -36,6 +36,7 @@ def test_what_is_taken_as_exact_is_named(quantity: str, said: str, seed: int) ->
 def test_a_few_half_cycles_that_grow_are_told(method: str) -> None:
     time = np.arange(0.0, 2.0, 0.01)
     record = fb.make_record(time, (0.01 + 0.002 * time) * np.cos(10.0 * time), "displacement")
-    estimate = fb.estimate(record, SYSTEM, method=method)
+    with pytest.warns(fb.RecordWarning, match="friction is negative"):
+        estimate = fb.estimate(record, SYSTEM, method=method)
     assert estimate.friction.mean() < 0.0
     assert any(note.startswith("friction is negative") for note in estimate.notes)

@@ -10,9 +10,11 @@ from scipy import stats
 from scipy.signal import lfilter
 
 import friction_bayes as fb
+from decays import SYSTEM, written_decay
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.loop.autoregression import correlation_length, fit_autoregression, is_coloured
 from friction_bayes.loop.noise import NoiseModel, fit_noise, log_densities, whiten
+from friction_bayes.loop.segment import cut_records
 from friction_bayes.mechanics.effects import Scales
 
 SCALES = Scales(
@@ -116,3 +118,15 @@ def test_correlation_length_of_a_first_order_process() -> None:
     """``a**k`` falls below 1/e after ``-1 / log a`` samples."""
     assert correlation_length(np.array([0.9]), 0.01) == pytest.approx(0.01 * math.ceil(-1.0 / math.log(0.9)))
     assert correlation_length(WHITE, 0.01) == 0.0
+
+
+def test_noise_of_a_sample_however_blocks_average_it(rng: np.random.Generator) -> None:
+    time = np.arange(20_000) / 2000.0
+    clean = written_decay(time, 0.02, 1e-4)
+    white = rng.normal(0.0, 1e-3, time.size)
+    for noise in (white, lfilter([1.0], [1.0, -0.6], white)):
+        record = fb.make_record(time, clean + noise, "displacement")
+        (segment,) = cut_records([record], SYSTEM)
+        assert segment.block == 6
+        found = segment.noise_of_a_sample(segment.of_record(clean))
+        assert found == pytest.approx(np.sqrt(np.mean(noise**2)), rel=1e-3)
