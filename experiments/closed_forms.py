@@ -40,6 +40,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "precision": ("", "posterior mean of the method's precision parameter, 1/(unit of its data)^2"),
     "noise_sd": ("", "standard deviation of a sample, unit of the signal; of whole-signal methods"),
     "amplitudes": ("1", "amplitudes used, or in the moving record"),
+    "samples": ("1", "friction samples, n of Eqs. (5) to (8); of the paper's methods"),
     "frequency": ("Hz", "frequency found in the data"),
     "duration": ("s", "length of the moving part found"),
     "signal_to_noise_db": (
@@ -182,7 +183,8 @@ def _signal_to_noise(estimate: fb.Estimate) -> float:
 
 def _of_samples(estimate: fb.Estimate) -> dict[str, float]:
     """Scatter of the amplitudes about the envelope, and whether the precision agrees with it."""
-    found = {"negative_share": negative_share(estimate.fit.target.observed)}
+    samples = estimate.fit.target.observed
+    found = {"samples": float(samples.size), "negative_share": negative_share(samples)}
     time, amplitude = peak_amplitudes(estimate.decay, estimate.peaks)
     if estimate.precision is None or amplitude.size < 3:
         return found

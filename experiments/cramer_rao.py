@@ -9,7 +9,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.coulomb import coulomb_decay
-from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM
+from friction_bayes.mechanics.testbed import PAPER_DURATION, PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM
 
 __all__ = ["Decay", "bound_row", "exact_decay", "paper_decay", "rest_position"]
 
@@ -63,9 +63,10 @@ def exact_decay(
 
 
 def paper_decay(order: int) -> Decay:
-    """The paper's numerical example: 32 s at 1 kHz, released from rest."""
+    """The paper's numerical example, at 1 kHz, released from rest."""
     d = PAPER_FRICTION / PAPER_SYSTEM.stiffness
-    return exact_decay(PAPER_SYSTEM, d, PAPER_RELEASE, 0.0, 0.0, np.arange(32000) / 1000.0, order)
+    time = np.arange(round(1000.0 * PAPER_DURATION)) / 1000.0
+    return exact_decay(PAPER_SYSTEM, d, PAPER_RELEASE, 0.0, 0.0, time, order)
 
 
 def bound_row(decay: Decay, amplitude: float) -> Array:

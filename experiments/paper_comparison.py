@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +16,11 @@ import numpy as np
 import xarray as xr
 
 from experiments.paper_numbers import PaperNumber, paper_numbers
+from experiments.paper_page import comparison_page
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.files import manifest, write_json
 
-__all__ = ["compare_with_paper", "comparison_page", "needed_results", "write_comparison"]
+__all__ = ["compare_with_paper", "needed_results", "write_comparison"]
 
 NAME = "paper_comparison"
 OF_SAMPLER = {
@@ -38,7 +39,7 @@ def needed_results() -> tuple[str, ...]:
 
 
 def compare_with_paper(results: Path) -> dict[str, Any]:
-    """Return a row for every number that the paper prints, and for every reading of it.
+    """Return a row for every number that the paper prints.
 
     Parameters
     ----------
@@ -48,7 +49,10 @@ def compare_with_paper(results: Path) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``rows``, and ``summary`` with their counts.
+        ``rows``: of each number ``id``, ``place``, ``text``, ``kind``, ``restates``, ``paper``, ``unit`` and
+        ``note``, and ``ours``, empty for an input that is taken over; by reading of "peak" (one without a
+        name where none is asked) it has ``median``, ``low``, ``high``, the Monte Carlo errors of the last
+        two, ``records``, ``verdict`` and ``emcee``.
 
     Raises
     ------
@@ -59,50 +63,43 @@ def compare_with_paper(results: Path) -> dict[str, Any]:
     for name in needed_results():
         with xr.open_dataset(results / f"{name}.nc", engine="h5netcdf") as stored:
             datasets[name] = stored.load()
-    rows = [row for number in paper_numbers().values() for row in _rows_of(number, datasets)]
-    compared = [row for row in rows if row["inside"] is not None]
-    summary = {
-        "numbers": len(paper_numbers()),
-        "rows": len(rows),
-        "compared": len(compared),
-        "inside": sum(row["inside"] for row in compared),
-        "fewest_records": min(row["ours"]["records"] for row in compared),
-    }
-    return {"summary": summary, "rows": rows}
+    return {"rows": [_row_of(number, datasets) for number in paper_numbers().values()]}
 
 
-def _rows_of(number: PaperNumber, datasets: Mapping[str, xr.Dataset]) -> Iterator[dict[str, Any]]:
+def _row_of(number: PaperNumber, datasets: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     row = {
         "id": number.id,
         "place": number.place,
         "text": number.text,
         "kind": number.kind,
+        "restates": number.restates,
         "paper": number.value,
         "unit": number.unit,
         "note": number.note,
     }
     if number.ours is None:
-        taken = {"median": number.value, "low": number.value, "high": number.value, "records": None}
-        yield row | {"reading": "taken over as stated", "ours": taken, "inside": None, "emcee": None}
-        return
-    dataset = datasets[number.ours["experiment"]].sel(number.ours.get("where", {}))
-    for reading in number.ours.get("readings", [""]):
-        mine = dataset.sel({"method": reading}) if "method" in dataset.dims else dataset
-        other = None
-        if "per" in number.ours:
-            other = datasets[number.ours["experiment"]].sel(number.ours["per"])
-            other = other.sel({"method": reading}) if "method" in other.dims else other
-        values = _values(number.ours, mine, number.ours["variable"], other)
-        ours = _share(values, number.ours["factor"]) if number.ours.get("share") else _band(values)
-        inside = None
-        if not number.ours.get("share") and ours["records"] > 1:
-            inside = bool(ours["low"] <= number.value <= ours["high"])
-        yield row | {
-            "reading": reading,
-            "ours": ours,
-            "inside": inside,
-            "emcee": None if other is not None else _emcee(number.ours, mine),
-        }
+        return row | {"ours": {}}
+    readings = number.ours.get("readings", [""])
+    return row | {"ours": {reading: _reading(number, reading, datasets) for reading in readings}}
+
+
+def _reading(number: PaperNumber, reading: str, datasets: Mapping[str, xr.Dataset]) -> dict[str, Any]:
+    assert number.ours is not None
+
+    def taken(where: Mapping[str, Any]) -> xr.Dataset:
+        level = datasets[number.ours["experiment"]].sel(where)
+        return level.sel({"method": reading}) if "method" in level.dims else level
+
+    mine = taken(number.ours.get("where", {}))
+    other = taken(number.ours["per"]) if "per" in number.ours else None
+    values = _values(number.ours, mine, number.ours["variable"], other)
+    if number.ours.get("share"):
+        return _share(values, number.ours["factor"]) | {"verdict": None, "emcee": None}
+    ours = band_with_errors(values)
+    return ours | {
+        "verdict": verdict(number.value, ours) if number.kind == "result" else None,
+        "emcee": None if other is not None else _emcee(number.ours, mine),
+    }
 
 
 def _values(
@@ -117,9 +114,53 @@ def _values(
     return np.abs(numbers) if ours.get("size") else numbers
 
 
-def _band(values: Array) -> dict[str, Any]:
+def band_with_errors(values: Array) -> dict[str, Any]:
+    """Return the median and the 90 % band of records, with the Monte Carlo errors of its edges.
+
+    The error of an edge is half the distance between the quantiles one binomial standard error of its rank to
+    either side, ``sqrt(p (1 - p) / n)``.
+
+    Parameters
+    ----------
+    values : ndarray, shape (records,)
+
+    Returns
+    -------
+    dict
+        ``median``, ``low``, ``high``, ``low_error``, ``high_error`` and ``records``.
+    """
     low, middle, high = np.quantile(values, [0.05, 0.5, 0.95])
-    return {"median": float(middle), "low": float(low), "high": float(high), "records": values.size}
+    step = np.sqrt(0.05 * 0.95 / values.size)
+    errors = []
+    for p in (0.05, 0.95):
+        below, above = np.quantile(values, np.clip([p - step, p + step], 0.0, 1.0))
+        errors.append(0.5 * float(above - below))
+    return {
+        "median": float(middle),
+        "low": float(low),
+        "high": float(high),
+        "low_error": errors[0],
+        "high_error": errors[1],
+        "records": values.size,
+    }
+
+
+def verdict(paper: float, ours: Mapping[str, Any]) -> str | None:
+    """Return whether the paper's number lies "in" our band or "out" of it; None where one record is no band.
+
+    It is "undecided" where an edge of the band is nearer to the number than its Monte Carlo error.
+
+    Parameters
+    ----------
+    paper : float
+    ours : mapping
+        Of :func:`band_with_errors`.
+    """
+    if ours["records"] == 1:
+        return None
+    if any(abs(paper - ours[edge]) < ours[f"{edge}_error"] for edge in ("low", "high")):
+        return "undecided"
+    return "in" if ours["low"] <= paper <= ours["high"] else "out"
 
 
 def _share(values: Array, whole: float) -> dict[str, Any]:
@@ -146,64 +187,6 @@ def _emcee(ours: Mapping[str, Any], mine: xr.Dataset) -> dict[str, Any] | None:
         "ess_bulk": float(one["ess_bulk"].values[0]),
         "ess_tail": float(one["ess_tail"].values[0]),
     }
-
-
-def comparison_page(comparison: Mapping[str, Any]) -> str:
-    """Return the comparison as a page of Markdown."""
-    summary, rows = comparison["summary"], comparison["rows"]
-    kinds = {"result": "computed by the paper", "measured": "measured by it", "criterion": "its criteria"}
-    counts = []
-    for kind, words in kinds.items():
-        held = [row["inside"] for row in rows if row["kind"] == kind and row["inside"] is not None]
-        counts.append(f"{sum(held)} of {len(held)} {words}")
-    lines = [
-        "# The paper's numbers beside ours",
-        "",
-        "Written by `python -m experiments.paper_comparison --docs docs/paper_comparison.md` from "
-        "`results/paper_comparison.json`; do not edit.",
-        "",
-        f"{summary['numbers']} numbers of the paper in {summary['rows']} rows: a number that depends on how "
-        "a peak is picked has a row for either reading. *Ours* is the median over the records of synthetic "
-        f"data (at least {summary['fewest_records']}) and the band that holds 90 % of them. *In* says "
-        "whether the paper's number lies in that band. emcee ran on one of the records, by the same "
-        "likelihood and prior: its value, the closed form's on the same record, nested R-hat over four "
-        "ensembles, bulk and tail effective sample size. Nothing was tuned to agree.",
-        "",
-        f"In our band: {'; '.join(counts)}. The story is in [paper.md](paper.md).",
-        "",
-        "| where | words | paper | reading | ours | in | emcee | note |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- |",
-    ]
-    lines += ["| " + " | ".join(_cells(row)) + " |" for row in rows]
-    return "\n".join(lines) + "\n"
-
-
-def _cells(row: Mapping[str, Any]) -> list[str]:
-    ours, emcee = row["ours"], row["emcee"]
-    unit = "" if row["unit"] == "1" else f" {row['unit']}"
-    if ours["records"] is None:
-        mine = "as stated"
-    elif ours["records"] == 1:
-        mine = f"{ours['median']:.3g}{unit}"
-    else:
-        mine = f"{ours['median']:.4g} [{ours['low']:.4g}, {ours['high']:.4g}]{unit}"
-    told = ""
-    if emcee is not None:
-        told = (
-            f"{emcee['value']:.4g} for {emcee['closed_form']:.4g}; R-hat {emcee['nested_rhat']:.4f}, "
-            f"ESS {emcee['ess_bulk']:.0f}/{emcee['ess_tail']:.0f}"
-        )
-    inside = {True: "yes", False: "**no**", None: ""}[row["inside"]]
-    return [
-        row["place"],
-        row["text"],
-        f"{row['paper']:g}{unit}",
-        row["reading"],
-        mine,
-        inside,
-        told,
-        row["note"],
-    ]
 
 
 def write_comparison(results: Path, docs: Path | None = None) -> Path:

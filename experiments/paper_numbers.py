@@ -14,6 +14,8 @@ __all__ = ["PaperNumber", "paper_numbers", "printed"]
 
 _KEYS = {"experiment", "variable", "where", "factor", "size", "power", "readings", "per", "share"}
 
+_KINDS = ("result", "input", "criterion")
+
 TABLE = Path(__file__).with_name("paper_numbers.toml")
 
 
@@ -31,15 +33,17 @@ class PaperNumber:
     place : str
         Table, figure or section.
     text : str
-        The words it stands in.
-    kind : str
-        ``result`` (computed by the paper), ``measured`` (by its sensors), ``setting`` (of its example or
-        rig), or ``criterion``.
+        The paper's words that it stands in; empty for a cell of a table.
+    kind : {"result", "input", "criterion"}
+        Computed by the paper from its data; put into our data, or what they were chosen for; what the paper
+        judges by.
+    restates : str
+        Identity of the number that a result follows from, or that it repeats; empty for one of its own.
     ours : mapping or None
         Where ours is found: ``experiment``, ``variable``, ``where`` (coordinates), ``factor`` to the unit,
         ``size`` (whether the sign is dropped), ``power``, ``readings`` (methods, one row each), ``per``
-        (coordinates of what it is divided by), ``share`` (whether it is a share of records). None for a
-        setting that is taken over.
+        (coordinates of what it is divided by), ``share`` (whether it is a share of records). None for an
+        input that is taken over.
     note : str
         What a reader must know of the row.
     """
@@ -48,14 +52,19 @@ class PaperNumber:
     value: float
     unit: str
     place: str
-    text: str
     kind: str
+    text: str = ""
+    restates: str = ""
     ours: Mapping[str, Any] | None = None
     note: str = ""
 
     def __post_init__(self) -> None:
         if self.ours is not None and (unknown := set(self.ours) - _KEYS):
             raise ValueError(f"{TABLE.name}, {self.id}: unknown {', '.join(sorted(unknown))}")
+        if self.kind not in _KINDS:
+            raise ValueError(
+                f"{TABLE.name}, {self.id}: unknown kind {self.kind!r}, not of {', '.join(_KINDS)}"
+            )
 
 
 @cache

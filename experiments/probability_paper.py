@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -56,15 +57,21 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         found["lag1"].append(float(centred[1:] @ centred[:-1] / (centred @ centred)))
         standard_error = samples.std(ddof=1) / np.sqrt(samples.size)
         found["spread_of_mean"].append((samples.mean() - printed("example-friction")) / standard_error)
-        found["samples"] += np.sort(samples).tolist()
+        # order statistics of another number of samples stand at other quantiles
+        whole = samples.size == config.kept
+        found["samples"] += np.sort(samples).tolist() if whole else [math.nan] * config.kept
     return {"peaks": list(config.peaks), **found}
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
-    """Dimensions replicate, peaks; ``samples`` sorted along ``rank``, beside the normal quantile of each."""
+    """Dimensions replicate, peaks; ``samples`` sorted along ``rank``, beside the normal quantile of each.
+
+    A record that ends before it has given as many samples as are kept has none of them there.
+    """
     peaks = results[0]["peaks"]
     dataset = lay_out(cells, results, dims=("replicate",), variables=VARIABLES, inner={"peaks": peaks})
-    samples = np.array([result["samples"] for result in results]).reshape(len(results), len(peaks), -1)
+    samples = np.array([result["samples"] for result in results], dtype=np.float64)
+    samples = samples.reshape(len(results), len(peaks), -1)
     n = samples.shape[-1]
     # Filliben's medians of the order statistics
     share = (np.arange(1, n + 1) - 0.3175) / (n + 0.365)

@@ -59,7 +59,8 @@ class Rig:
         Standard deviation of the friction about its mean, relative, and its correlation time [s]: a scratched
         plate; "considerable" in the words of the paper.
     burst_sizes, burst_duration
-        Relative size of each departure, which leave the mean as it is, and their duration [s].
+        Relative size of each departure, and their duration [s]. The sizes leave the mean as it is: they were
+        0.6 up and down in turn before a first look, which raised it.
     load_cell_noise, displacement_noise : float
         [N], [m]: one per cent of the cell's range, and the sensor's resolution.
     filter_window, filter_order : int

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from rich.table import Table
 
-__all__ = ["Row", "closing_table", "page"]
+__all__ = ["Row", "closing_table", "markdown", "page"]
 
 
 @dataclass(frozen=True)
@@ -21,16 +21,14 @@ class Row:
     sampler: str = ""
 
 
-def _columns(rows: Sequence[Row], beside: str) -> dict[str, list[str]]:
-    """Text of each column; the sampler's is left out where there is none."""
-    columns = {
-        "what": [row.what for row in rows],
-        "ours": [row.ours for row in rows],
-        beside: [row.paper for row in rows],
-        "remark": [row.remark for row in rows],
-    }
-    sampler = [row.sampler for row in rows]
-    return columns | ({"emcee": sampler} if any(sampler) else {})
+def _lines(rows: Sequence[Row], beside: str) -> list[dict[str, str]]:
+    """Text of each row by column heading; the sampler's column is left out where all is empty."""
+    sampled = any(row.sampler for row in rows)
+    return [
+        {"what": row.what, "ours": row.ours, beside: row.paper, "remark": row.remark}
+        | ({"emcee": row.sampler} if sampled else {})
+        for row in rows
+    ]
 
 
 def closing_table(title: str, rows: Sequence[Row], *, beside: str) -> Table:
@@ -44,17 +42,25 @@ def closing_table(title: str, rows: Sequence[Row], *, beside: str) -> Table:
         Heading of the column that ours stands beside.
     """
     table = Table(title=title, title_justify="left")
-    columns = _columns(rows, beside)
-    for heading in columns:
+    lines = _lines(rows, beside)
+    for heading in lines[0]:
         table.add_column(heading, overflow="fold")
-    for line in zip(*columns.values(), strict=True):
-        table.add_row(*line)
+    for line in lines:
+        table.add_row(*line.values())
     return table
 
 
-def _markdown(columns: Mapping[str, Sequence[str]]) -> str:
-    lines = [list(columns), ["---"] * len(columns), *zip(*columns.values(), strict=True)]
-    return "\n".join("| " + " | ".join(text.replace("|", "\\|") for text in line) + " |" for line in lines)
+def markdown(lines: Sequence[Mapping[str, str]]) -> str:
+    """Return a table in Markdown.
+
+    Parameters
+    ----------
+    lines : sequence of mappings
+        Text by column heading, the same columns in every line; at least one line.
+    """
+    cells = [list(lines[0]), ["---"] * len(lines[0]), *(list(line.values()) for line in lines)]
+    rows = ("| " + " | ".join(text.replace("|", "\\|") for text in line) + " |" for line in cells)
+    return "\n".join(rows) + "\n"
 
 
 def page(rows: Sequence[Row], details: Sequence[Mapping[str, str]], *, beside: str) -> str:
@@ -68,7 +74,7 @@ def page(rows: Sequence[Row], details: Sequence[Mapping[str, str]], *, beside: s
     beside : str
         Heading of the column that ours stands beside.
     """
-    tables = [_markdown(_columns(rows, beside))]
+    tables = [markdown(_lines(rows, beside))]
     if details:
-        tables.append(_markdown({heading: [line[heading] for line in details] for heading in details[0]}))
-    return "\n\n".join(tables) + "\n"
+        tables.append(markdown(details))
+    return "\n".join(tables)

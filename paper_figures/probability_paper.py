@@ -24,13 +24,14 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
     quantile = found["quantile"].values
     for axes, reading in zip(panels, found["peaks"].values.tolist(), strict=True):
         samples = found["samples"].sel(peaks=reading).values
-        low, high = np.quantile(samples, [0.05, 0.95], axis=0)
+        low, high = np.nanquantile(samples, [0.05, 0.95], axis=0)
         axes.fill_betweenx(quantile, low, high, color=FAINT, lw=0.0, label="90 % of the records")
-        one = samples[0]
+        first = int(np.flatnonzero(np.isfinite(samples[:, 0]))[0])
+        one = samples[first]
         axes.plot(one, quantile, ".", color=MODEL, ms=5, label="one record")
         axes.plot(one.mean() + one.std(ddof=1) * quantile, quantile, color=ACCENT, lw=1.2, label="normal")
-        straight = float(found["straightness"].sel(peaks=reading).isel(replicate=0))
-        lag = float(found["lag1"].sel(peaks=reading).isel(replicate=0))
+        straight = float(found["straightness"].sel(peaks=reading).isel(replicate=first))
+        lag = float(found["lag1"].sel(peaks=reading).isel(replicate=first))
         axes.set_title(f"{reading} peaks")
         axes.annotate(
             f"straightness {straight:.3f}\nlag-1 correlation {lag:.2f}",

@@ -18,6 +18,7 @@ import xarray as xr
 from experiments import (
     acceptance_roc,
     data_used,
+    example_choices,
     gamma_exponential,
     noise_sweep,
     probability_paper,
@@ -30,8 +31,15 @@ from experiments import (
     testbed_choices,
 )
 from experiments import paper_numbers as table_of_numbers
-from experiments.paper_comparison import compare_with_paper, comparison_page, needed_results, write_comparison
+from experiments.paper_comparison import (
+    band_with_errors,
+    compare_with_paper,
+    needed_results,
+    verdict,
+    write_comparison,
+)
 from experiments.paper_numbers import paper_numbers
+from experiments.paper_page import DECLARED, OTHER, comparison_page, counted
 from experiments.rig import Rig, run_rig, true_friction
 from experiments.runner import main
 from friction_bayes.plotting.style import styled
@@ -47,6 +55,7 @@ TINY: dict[Any, dict[str, Any]] = {
     data_used: {"records": 3, "checked": 0, "amplitudes": (3, 10, 51)},
     gamma_exponential: {"records": 1, "records_paper": 2, "checked": 0, "frictions": (0.07, 1.0)},
     probability_paper: {"records": 2},
+    example_choices: {"records": 1, "choices": ("release 14.4 mm", "100 Hz")},
     rig_sensors: {"records": 2},
     testbed_choices: {"records": 1, "choices": ("as chosen", "prior as drawn")},
     residuals_traced: {"records": 2, "keep_every": (1, 10, 100)},
@@ -76,26 +85,30 @@ def check_comparison(results: Path) -> None:
     """It has a row for every number of the paper, and the rows say what the results say."""
     comparison = compare_with_paper(results)
     rows = comparison["rows"]
-    assert {row["id"] for row in rows} == set(paper_numbers())
-    assert len(rows) >= 30
+    assert [row["id"] for row in rows] == list(paper_numbers())
     for row in rows:
         number = paper_numbers()[row["id"]]
         assert (row["paper"], row["unit"], row["place"]) == (number.value, number.unit, number.place)
-        assert row["ours"]["low"] <= row["ours"]["median"] <= row["ours"]["high"]
-    judged = [row for row in rows if row["inside"] is not None]
-    assert {row["inside"] for row in judged} == {True, False}
-    for row in judged:
-        assert row["inside"] == (row["ours"]["low"] <= row["paper"] <= row["ours"]["high"])
+        for reading, ours in row["ours"].items():
+            assert reading in ("", "waveform", DECLARED, OTHER)
+            assert ours["low"] <= ours["median"] <= ours["high"]
+            assert (ours["verdict"] is None) == (row["kind"] != "result")
+    own = [row for row in rows if row["kind"] == "result" and not row["restates"]]
+    # what is read off picked peaks is judged by the same reading throughout, and has the other beside it
+    assert sum(DECLARED in row["ours"] and OTHER in row["ours"] for row in own) == len(own) - 1 == 15
+    for reading in (DECLARED, OTHER):
+        assert sum(counted(rows, reading).values()) == len(own)
     by_hand = xr.open_dataset(results / "reduced_data_set.nc", engine="h5netcdf")
     mine = by_hand["error"].sel(data_set="2").sel({"method": "normal-gamma, nominal"}).values
-    row = next(r for r in rows if r["id"] == "error-2" and r["reading"] == "normal-gamma, nominal")
-    assert row["ours"]["median"] == pytest.approx(100.0 * np.median(np.abs(mine)))
+    row = next(r for r in rows if r["id"] == "error-2")
+    assert row["ours"][OTHER]["median"] == pytest.approx(100.0 * np.median(np.abs(mine)))
     by_hand.close()
     stored = json.loads(write_comparison(results, results / "page.md").read_text())
     assert stored["rows"] == json.loads(json.dumps(rows))
     page = (results / "page.md").read_text()
     assert page == comparison_page(comparison)
-    assert page.count("\n| ") == len(rows) + 2
+    assert page.count("\n| ") == len(rows) + 6
+    assert "± " in page
 
 
 def check_figures(results: Path, out: Path) -> None:
@@ -156,14 +169,26 @@ def test_figures_read_and_never_estimate() -> None:
 
 
 def test_table_of_numbers_points_at_results_that_exist() -> None:
-    assert len(paper_numbers()) >= 30
+    numbers = paper_numbers()
+    assert len(numbers) >= 30
     assert set(needed_results()) <= {module.EXPERIMENT.name for module in TINY}
-    assert {number.kind for number in paper_numbers().values()} <= {
-        "result",
-        "measured",
-        "setting",
-        "criterion",
-    }
+    # what a number restates is a result of its own, or restates one
+    assert {numbers[each.restates].kind for each in numbers.values() if each.restates} == {"result"}
+    assert all(each.ours for each in numbers.values() if each.kind != "input")
+
+
+def test_verdict_is_undecided_within_the_error_of_an_edge() -> None:
+    values = np.random.default_rng(1).standard_normal(400)
+    ours = band_with_errors(values)
+    # of a normal distribution: sqrt(p (1 - p) / n) over the density at the edge
+    assert ours["low_error"] == pytest.approx(0.106, rel=0.4)
+    assert ours["low"] == pytest.approx(-1.645, abs=3.0 * ours["low_error"])
+    for edge, sign in (("low", -1.0), ("high", 1.0)):
+        error = ours[f"{edge}_error"]
+        near = [verdict(ours[edge] + sign * step * error, ours) for step in (-1.1, -0.9, 0.9, 1.1)]
+        assert near == ["in", "undecided", "undecided", "out"]
+    assert verdict(0.0, ours) == "in"
+    assert verdict(0.0, ours | {"records": 1}) is None
 
 
 @pytest.mark.parametrize(
@@ -178,6 +203,8 @@ def test_table_of_numbers_refuses_slips(
     monkeypatch.setattr(table_of_numbers, "TABLE", table)
     with pytest.raises(ValueError, match=words):
         paper_numbers.__wrapped__()
+    with pytest.raises(ValueError, match="unknown kind 'measured'"):
+        table_of_numbers.PaperNumber(id="a", value=1.0, unit="", place="", kind="measured")
 
 
 def test_area_under_the_curve() -> None:
