@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from friction_bayes.conjugate.regression import NormalInverseGamma
     from friction_bayes.core.errors import FrictionBayesError, InputError, NotConvergedWarning, RecordWarning
     from friction_bayes.core.system import Oscillator, Pendulum
+    from friction_bayes.decay.several_decays import split_decays
     from friction_bayes.estimators.batch import estimate_batch
     from friction_bayes.estimators.estimate import estimate
     from friction_bayes.estimators.result import Estimate
@@ -52,6 +53,7 @@ _HOME = {
     "read_record": "records.readers",
     "sample_reference": "reference",
     "simulate": "mechanics.simulate",
+    "split_decays": "decay.several_decays",
     "write_record": "records.writers",
 }
 
@@ -80,6 +82,7 @@ __all__ = [
     "read_record",
     "sample_reference",
     "simulate",
+    "split_decays",
     "write_record",
 ]
 

@@ -72,6 +72,24 @@ def written_decay(
     return swing * np.cos(frequency * time) + shift * (-1.0) ** half_cycle
 
 
+def recording_of_decays(
+    amplitudes: tuple[float, ...] = (0.02, 0.02, 0.012), *, shift: float = 5e-4, rate: float = 100.0
+) -> NDArray[np.float64]:
+    """Write down releases in a row: drawn to each in 0.5 s, held for 0.7 s, free for 8 s."""
+    signal: list[NDArray[np.float64]] = []
+    for amplitude in amplitudes:
+        from_rest = signal[-1][-1] if signal else amplitude
+        drawn = np.sin(0.5 * np.pi * np.arange(round(0.5 * rate)) / (0.5 * rate)) ** 2
+        time = np.arange(round(8.0 * rate)) / rate
+        stop = np.pi / 10.0 * np.floor(0.5 * (amplitude / shift + 1.0))
+        signal += [
+            from_rest + (amplitude - from_rest) * drawn,
+            np.full(round(0.7 * rate), amplitude),
+            written_decay(np.minimum(time, stop), amplitude, shift),
+        ]
+    return np.concatenate(signal)
+
+
 PUSHED_UNTIL = 0.6
 """When the hand of :func:`pushed_decay` has let go [s], nearly two half cycles after the release."""
 

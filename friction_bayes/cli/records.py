@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import friction_bayes as fb
+from friction_bayes.cli.extensions import add_register
 from friction_bayes.cli.options import system_of
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import sha256_of
@@ -72,11 +73,21 @@ def add_record(parser: argparse.ArgumentParser) -> None:
         help="take the record from here on; the motion is free from then on",
     )
     group.add_argument("--end", type=float, metavar="S", help="take the record up to here")
+    group.add_argument(
+        "--decay", type=_count, metavar="N", help="free decay, in a recording of several, counted from 1"
+    )
+    add_register(group)
 
 
 def _rows(text: str) -> int:
     if not text.isdecimal():
         raise argparse.ArgumentTypeError(f"{text!r} is not a number of lines")
+    return int(text)
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 1 upwards")
     return int(text)
 
 
@@ -112,12 +123,24 @@ def load_record(source: str, arguments: argparse.Namespace) -> tuple[xr.DataArra
         system = system_of(arguments, declared)
         if system != declared:
             record.attrs["system_source"] = "given on the command line, in part or whole"
-        return record, system
+        return _chosen_decay(record, system, arguments.decay), system
     system = system_of(arguments)
     told = {name: getattr(arguments, name) for name in (*_RECORD_FIELDS, "start", "end")}
     record = fb.read_record(source, **{name: value for name, value in told.items() if value is not None})
     check_time_unit(record, system.natural_frequency)
-    return record, system
+    return _chosen_decay(record, system, arguments.decay), system
+
+
+def _chosen_decay(record: xr.DataArray, system: Oscillator, number: int | None) -> xr.DataArray:
+    """Return the decay of that number, the whole record where none is chosen."""
+    if number is None:
+        return record
+    decays = fb.split_decays(record, system)
+    if number > len(decays):
+        holds = "one free decay" if len(decays) == 1 else f"{len(decays)} free decays"
+        raise InputError("--decay", f"{number}, and the record holds {holds}", "give a smaller number")
+    chosen = decays[number - 1]
+    return chosen.assign_attrs(read=f"{chosen.attrs['read']}, decay {number} of {len(decays)}")
 
 
 def refuse_twice(sources: Sequence[str]) -> None:

@@ -16,26 +16,24 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.located import (
     CONSTANT,
     FOUND,
+    LEAST_HALF_CYCLES,
     NO_OSCILLATION,
     NOT_DECAYING,
     NOT_FINITE,
+    SEVERAL_DECAYS,
     SEVERAL_MODES,
     TOO_SHORT,
     Located,
 )
-from friction_bayes.decay.release_and_rest import locate_moving_parts
+from friction_bayes.decay.location import decays_within, locate_free_decays
 from friction_bayes.decay.spectral_modes import BAND, SpectralModes, spectral_modes
 from friction_bayes.records.clock import sampling_interval
-from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.records.record import record_name, record_quantity
 
-__all__ = ["FreeDecay", "check_sampling", "find_free_decay", "locate_free_decays"]
+__all__ = ["FreeDecay", "check_sampling", "find_free_decay"]
 
 _LEAST_PER_PERIOD = 2.0
 """Samples a period of the declared frequency, which must be more: Nyquist's."""
-_LEAST_HALF_CYCLES = 3.0
-_FASTER = 1.2
-"""Times the declared frequency, above which a bend of so few half cycles passes for an oscillation."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,7 +164,8 @@ def find_free_decay(
     ------
     InputError
         If the record holds NaN or infinities, is constant, shows no oscillation, or several, or one that does
-        not decay, holds fewer than three half cycles, or is sampled too slowly for the declared frequency.
+        not decay, holds several decays or fewer than three half cycles, or is sampled too slowly for the
+        declared frequency.
     """
     name = record_name(record)
     quantity = record_quantity(record)
@@ -192,6 +191,9 @@ def find_free_decay(
         values[None], step, system.natural_frequency, quantity.order, first, resolution
     )
     modes = spectral_modes(values[None, max(first, 0) :], step * system.natural_frequency)
+    if found.status[0] == SEVERAL_DECAYS:
+        after = slice(max(first, 0), None)
+        raise _several(name, values[after], clock[after], system, quantity, resolution)
     if found.status[0] != FOUND:
         raise _refusal(name, int(found.status[0]), values, clock, system, modes)
     begin, end = int(found.start[0]), int(found.stop[0])
@@ -235,71 +237,26 @@ def check_sampling(place: str, step: float, system: Oscillator) -> None:
         )
 
 
-def locate_free_decays(
+def _several(
+    name: str,
     values: Array,
-    step: float,
-    natural_frequency: float,
-    order: int,
-    start: int = -1,
-    resolution: float | None = None,
-) -> Located:
-    """Find the moving parts of many records.
-
-    Parameters
-    ----------
-    values : ndarray, shape (records, n)
-        Samples, one record a row.
-    step : float
-        Sampling interval [s].
-    natural_frequency : float
-        Declared ``sqrt(k/m)`` [rad/s]: where to look.
-    order : int
-        Derivative order of the signal.
-    start : int
-        First sample of the free decay if known, else -1.
-    resolution : float, optional
-        Step of the sensor, unit of the signal; found record by record when left out.
-
-    Returns
-    -------
-    Located
-    """
-    modes = spectral_modes(values[:, max(start, 0) :], step * natural_frequency)
-    records = values.shape[0]
-    if resolution is None:
-        resolutions = _tail_resolution(values, round(math.pi / (natural_frequency * step)))
-    else:
-        resolutions = np.full(records, resolution)
-    located = Located(
-        status=np.zeros(records, dtype=np.int64),
-        start=np.zeros(records, dtype=np.int64),
-        stop=np.zeros(records, dtype=np.int64),
-        frequency=np.zeros(records),
-        phase=np.zeros(records),
-        rest_position=np.zeros(records),
-        stops=np.zeros(records, dtype=np.bool_),
-        disturbed=np.zeros(records, dtype=np.int64),
+    clock: Array,
+    system: Oscillator,
+    quantity: Quantity,
+    resolution: float | None,
+) -> InputError:
+    """Return what to say of a recording of several decays."""
+    step = (clock[-1] - clock[0]) / (clock.size - 1)
+    decays = decays_within(values, step, system.natural_frequency, quantity.order, resolution)
+    listed = ", ".join(
+        f"{k}: {clock[each.start]:.4g} to {clock[each.stop - 1]:.4g} s ({each.half_cycles} half cycles)"
+        for k, each in enumerate(decays, start=1)
     )
-    locate_moving_parts(values, modes.frequency, resolutions, order, start, located)
-    located.status[(located.status == FOUND) & modes.several] = SEVERAL_MODES
-    frequency = np.minimum(located.frequency, _FASTER * natural_frequency * step)
-    brief = frequency * (located.stop - located.start) < _LEAST_HALF_CYCLES * math.pi
-    located.status[(located.status == FOUND) & brief] = TOO_SHORT
-    return located
-
-
-def _tail_resolution(values: Array, tail: int) -> Array:
-    """Step of the sensor, shape (records,): zero where none shows, or where the record does not end still.
-
-    A record that does repeats values in its last ``tail`` samples; it is looked for in those alone, as it
-    takes time.
-    """
-    result = np.zeros(values.shape[0])
-    if 0 < tail < values.shape[1]:
-        for row, end in enumerate(values[:, -tail:]):
-            if np.unique(end).size <= tail // 2:
-                result[row] = quantisation_step(values[row]) or 0.0
-    return result
+    return InputError(
+        name,
+        f"holds {len(decays)} free decays, {listed}",
+        "choose one with --decay N (split_decays in Python), or part of the record with --start and --end",
+    )
 
 
 def _refusal(
@@ -341,5 +298,5 @@ def _refusal(
     return InputError(
         name,
         f"fewer than three half cycles of free motion ({cycles:.1f} half periods of sqrt(k/m) on record)",
-        "give a longer record" if cycles < _LEAST_HALF_CYCLES + 1.0 else "release it from farther away",
+        "give a longer record" if cycles < LEAST_HALF_CYCLES + 1.0 else "release it from farther away",
     )

@@ -9,16 +9,20 @@ from friction_bayes.core.arrays import Array, Integers, Mask
 __all__ = [
     "CONSTANT",
     "FOUND",
+    "LEAST_HALF_CYCLES",
     "NOT_DECAYING",
     "NOT_FINITE",
     "NO_OSCILLATION",
+    "SEVERAL_DECAYS",
     "SEVERAL_MODES",
     "TOO_SHORT",
     "Located",
 ]
 
-FOUND, NOT_FINITE, CONSTANT, NO_OSCILLATION, TOO_SHORT, NOT_DECAYING, SEVERAL_MODES = range(7)
+FOUND, NOT_FINITE, CONSTANT, NO_OSCILLATION, TOO_SHORT, NOT_DECAYING, SEVERAL_MODES, SEVERAL_DECAYS = range(8)
 """Status of a record: its moving part was found, or why it was not."""
+LEAST_HALF_CYCLES = 3.0
+"""Fewer show no loss of amplitude about a middle."""
 
 
 class Located(NamedTuple):

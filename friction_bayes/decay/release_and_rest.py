@@ -26,17 +26,18 @@ from friction_bayes.decay.linear_least_squares import add_sample, regression, re
 from friction_bayes.decay.located import (
     CONSTANT,
     FOUND,
+    LEAST_HALF_CYCLES,
     NO_OSCILLATION,
     NOT_DECAYING,
     NOT_FINITE,
+    SEVERAL_DECAYS,
     TOO_SHORT,
     Located,
 )
+from friction_bayes.decay.releases import peaks_after_releases, samples_averaged
 
 __all__ = ["locate_moving_parts"]
 
-_BLOCKS_PER_PERIOD = 48.0
-"""Faster sampling than this is averaged in blocks, which costs 0.1 % of the amplitude and saves the time."""
 _MOST_WANDER = 0.5
 """Most mean square deviation of an oscillation's phase from a smooth one [rad2]; that of noise is larger."""
 _LEAST_SHARE = 0.1
@@ -213,7 +214,13 @@ def _thinned(y: Array, first: int, width: int, offset: float) -> Array:
 
 @njit(cache=True, nogil=True)
 def locate_moving_parts(
-    values: Array, frequencies: Array, resolutions: Array, order: int, given_start: int, located: Located
+    values: Array,
+    frequencies: Array,
+    resolutions: Array,
+    order: int,
+    given_start: int,
+    alone: bool,
+    located: Located,
 ) -> None:
     """Find the moving part of every record.
 
@@ -229,6 +236,9 @@ def locate_moving_parts(
         Derivative order of the signal.
     given_start : int
         First sample of the free decay if known, else -1.
+    alone : bool
+        Whether each record is taken to hold one decay; otherwise :data:`SEVERAL_DECAYS` is the status of
+        those with several releases.
     located : Located
         Receives what is found.
     """
@@ -242,12 +252,12 @@ def locate_moving_parts(
             located.rest_position[r],
             located.stops[r],
             located.disturbed[r],
-        ) = _moving_part(values[r], frequencies[r], resolutions[r], order, given_start)
+        ) = _moving_part(values[r], frequencies[r], resolutions[r], order, given_start, alone)
 
 
 @njit(cache=True, nogil=True)
 def _moving_part(
-    y: Array, omega: float, resolution: float, order: int, given_start: int
+    y: Array, omega: float, resolution: float, order: int, given_start: int, alone: bool
 ) -> tuple[int, int, int, float, float, float, bool, int]:
     """The row of :class:`Located` that belongs to one record."""
     low, high = math.inf, -math.inf
@@ -260,7 +270,7 @@ def _moving_part(
     offset = 0.5 * (low + high)
     begin = max(given_start, 0)
     # positions below are counted in blocks, whose centres lie ``shift`` samples after their first
-    width = max(int(2.0 * math.pi / omega / _BLOCKS_PER_PERIOD), 1)
+    width = samples_averaged(omega)
     shift = 0.5 * (width - 1)
     moving = _thinned(y, begin, width, offset)
     centre, inphase, quadrature, noise = demodulate(moving, omega * width)
@@ -271,6 +281,8 @@ def _moving_part(
         amplitude[k] = math.hypot(inphase[k], quadrature[k])
         largest = max(largest, amplitude[k])
     floor = _median(noise)
+    if not alone and peaks_after_releases(amplitude, floor).size > 1:
+        return _nothing(SEVERAL_DECAYS)
     threshold = 0.8 * largest - 2.0 * floor
     first = 0
     while first < amplitude.size - 1 and amplitude[first] < threshold:
@@ -311,7 +323,7 @@ def _moving_part(
     )
     if not 0.3 * omega < rate < 1.8 * omega:
         return _nothing(NO_OSCILLATION)
-    if (stop - first_sample) * rate < 3.0 * math.pi:
+    if (stop - first_sample) * rate < LEAST_HALF_CYCLES * math.pi:
         return _nothing(TOO_SHORT)
     free_samples = moving[max((first_sample - begin) // width, 0) : (stop - begin) // width]
     if not amplitude_falls(free_samples, rate * width):

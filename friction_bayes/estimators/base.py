@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -124,7 +124,7 @@ class FreeDecays:
     values : ndarray, shape (records, n)
         Samples.
     located : Located
-        From :func:`friction_bayes.decay.free_decay.locate_free_decays`; rows where nothing was found are left
+        From :func:`friction_bayes.decay.location.locate_free_decays`; rows where nothing was found are left
         out.
     step : float
         Sampling interval [s].
@@ -190,6 +190,7 @@ class Fits:
         return np.logical_and.reduce(finite)
 
 
+@runtime_checkable
 class Estimator(Protocol):
     """One closed-form estimator; see CONTRIBUTING for how to add one."""
 

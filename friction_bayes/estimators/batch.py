@@ -20,9 +20,10 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantit
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.excursions import without_excursions
-from friction_bayes.decay.free_decay import check_sampling, locate_free_decays
+from friction_bayes.decay.free_decay import check_sampling
 from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.decay.located import FOUND
+from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.base import Estimator, Fits, FreeDecays
@@ -46,6 +47,7 @@ STATUS = (
     "too_short",
     "not_decaying",
     "several_modes",
+    "several_decays",
     "no_fit",
     "clipped",
 )

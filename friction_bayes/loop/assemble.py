@@ -17,6 +17,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.core.text import set_words
+from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop.candidate import in_catalogue_order
 from friction_bayes.loop.family import Family, FamilyDraws, Mixture, mixture_of
 from friction_bayes.loop.fit import LoopFit
@@ -43,8 +44,6 @@ from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 __all__ = ["assemble_report"]
 
 _MOST_RIVALS = 3
-_LEAST_HALF_CYCLES = 3
-"""Below which no verdict is given."""
 _ROUNDING = 0.05
 """Share of a half cycle by which three may fall short, their frequency being known so well."""
 _LEAST_TURNS = 3
@@ -233,11 +232,11 @@ def _fitted(best: Family, trace: RecordTrace, model: LoopModel, frequency: float
     # a law that moves on turns again within a half cycle
     moves_until = min(end, float(trace.turning_times.max(initial=start)) + math.pi / frequency)
     half_cycles = min(int((moves_until - start) * frequency / math.pi + _ROUNDING), turning_points + 1)
-    if half_cycles < _LEAST_HALF_CYCLES:
+    if half_cycles < LEAST_HALF_CYCLES:
         raise InputError(
             trace.name,
             f"the most probable law moves for {half_cycles} half cycles, from {start:.4g} to "
-            f"{moves_until:.4g} s: no verdict on fewer than {_LEAST_HALF_CYCLES}",
+            f"{moves_until:.4g} s: no verdict on fewer than {LEAST_HALF_CYCLES:g}",
             "give the free decay alone, or a longer one, and check what the record shows there",
         )
     return {

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from decays import written_decay
+from decays import recording_of_decays, written_decay
 from friction_bayes.cli.program import main
 
 Signal = tuple[np.ndarray, np.ndarray]
@@ -216,6 +216,45 @@ def test_exports_are_read_as_they_are(
     assert friction(path, *told) == pytest.approx(FRICTION, rel=0.05)
     assert main(["estimate", path, *told, "--method", "envelope"]) == 0
     assert f"read {columns}: 500 samples, 100 Hz, 0 to 4.99 s" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.fixture
+def several(write: Callable[..., str], rng: np.random.Generator) -> str:
+    """Three decays in one recording, several.csv."""
+    signal = recording_of_decays()
+    noisy = signal + rng.normal(0.0, 1e-4, signal.size)
+    return write(["time_s,displacement_m", *rows_of(np.arange(signal.size) / 100.0, noisy)], "several.csv")
+
+
+def test_a_decay_is_chosen_of_several(
+    several: str, tmp_path: Path, friction: Callable[..., float], refused: Callable[..., str]
+) -> None:
+    loop = ("close-loop", several, *LINEAR, "--out", str(tmp_path / "loop"))
+    for command in (("estimate", several, *LINEAR), loop):
+        line = refused(*command)
+        assert "holds 3 free decays, 1: 1.2" in line
+        assert line.endswith(
+            "choose one with --decay N (split_decays in Python), or part of the record with --start and --end"
+        )
+        assert "--decay: 4, and the record holds 3 free decays" in refused(*command, "--decay", "4")
+        assert "--decay: '0' is not a number from 1 upwards" in refused(*command, "--decay", "0")
+    for decay in "123":
+        assert friction(several, *LINEAR, "--decay", decay) == pytest.approx(FRICTION, rel=0.02)
+    # those behind the start are counted
+    assert friction(several, *LINEAR, "--start", "9", "--decay", "2") == pytest.approx(FRICTION, rel=0.02)
+
+
+def test_decays_of_one_recording_are_detection_points(
+    several: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["monitor", several, *LINEAR, "--out", str(tmp_path / "wear")]) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "read displacement_m [m] over time_s [s]: " in shown
+    report = json.loads((tmp_path / "wear" / "monitor.json").read_text())
+    points = report["data_acquisition"]["points"]
+    assert [point["record"] for point in points] == [f"several.csv decay {k}" for k in (1, 2, 3)]
+    assert [point["time"] for point in points] == pytest.approx([0.5, 9.7, 18.9], abs=0.5)
+    assert report["data_acquisition"]["time_unit"] == "s"
 
 
 def test_what_was_understood_is_printed(csv: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.decay.free_decay import locate_free_decays
+from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.estimators.envelope.half_cycle_rows import envelope_statistics
 
 RECORDS = 2000

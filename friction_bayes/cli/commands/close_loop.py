@@ -16,8 +16,8 @@ from friction_bayes.cli.console import (
     output_console,
     progress_bar,
 )
+from friction_bayes.cli.extensions import register_extensions
 from friction_bayes.cli.options import add_output_folder, add_seed, add_system, options_of
-from friction_bayes.cli.own_effects import add_register, register_effects
 from friction_bayes.cli.records import add_record, fitted_part, input_digests, load_records, what_was_read
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
@@ -68,7 +68,6 @@ def add_parser(commands: Any) -> None:
     which = model.add_mutually_exclusive_group()
     which.add_argument("--effects", metavar="A,B,..", help="try these effects only (default: the catalogue)")
     which.add_argument("--exclude", metavar="A,..", help="try all effects but these")
-    add_register(model)
     model.add_argument(
         "--noise",
         default="auto",
@@ -135,7 +134,7 @@ def _close(arguments: argparse.Namespace, folder: Path) -> tuple[dict[str, Any],
     """Return the result and what was read, a line a record; write report, draws and figures."""
     if arguments.reference_friction is not None:
         positive("--reference-friction", arguments.reference_friction)
-    register_effects(arguments.register)
+    register_extensions(arguments.register)
     effects = _names(arguments.effects, "--effects")
     exclude = _names(arguments.exclude, "--exclude") or ()
     with collected_warnings() as warned:

@@ -17,6 +17,7 @@ from friction_bayes.cli.console import (
     output_console,
     progress_bar,
 )
+from friction_bayes.cli.extensions import note_effects_without_part, register_extensions
 from friction_bayes.cli.options import add_output_folder, add_seed, add_system, key_values, options_of
 from friction_bayes.cli.records import (
     add_record,
@@ -157,6 +158,7 @@ def _estimate(
     """Return result, what is said before it and SVGs; write files, their names ending in ``suffix``."""
     reference = None
     with collected_warnings() as warned:
+        note_effects_without_part(register_extensions(arguments.register), "estimate")
         record, system = load_record(source, arguments)
         setup = None if arguments.setup is None else _setup(arguments)
         with compilation_noted():
@@ -168,7 +170,8 @@ def _estimate(
                 peaks=arguments.peaks,
                 setup=setup,
                 accept_precision=arguments.accept_precision,
-                start=arguments.start,
+                # a chosen decay begins where it was found
+                start=None if arguments.decay else arguments.start,
                 rest_position=arguments.rest_position,
                 random_force=arguments.random_force,
             )
@@ -182,8 +185,8 @@ def _estimate(
 
 
 def _setup(arguments: argparse.Namespace) -> xr.DataArray:
-    """Read the set-up record, which has a start and an end of its own."""
-    whole = argparse.Namespace(**{**vars(arguments), "start": None, "end": None})
+    """Read the set-up record, which is taken whole."""
+    whole = argparse.Namespace(**{**vars(arguments), "start": None, "end": None, "decay": None})
     return load_record(arguments.setup, whole)[0]
 
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import friction_bayes as fb
 from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
+from friction_bayes.cli.extensions import note_effects_without_part, register_extensions
 from friction_bayes.cli.options import add_long_run, add_output_folder, add_system, options_of, system_of
-from friction_bayes.cli.records import add_record, input_digests, load_records
+from friction_bayes.cli.records import add_record, input_digests, load_records, what_was_read
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
@@ -19,10 +20,25 @@ from friction_bayes.core.files import manifest, output_folder, write_json, write
 if TYPE_CHECKING:
     import xarray as xr
 
+    from friction_bayes.core.system import Oscillator
+
 __all__ = ["add_parser"]
 
+_NOT_OF_A_FLEET = (
+    "times",
+    "time_unit",
+    "time_column",
+    "scale",
+    "run",
+    "skip_rows",
+    "start",
+    "end",
+    "decay",
+    "register",
+)
 _EPILOG = """when the records were taken:
-  --times, or the attribute detection_time of each record (a coordinate of a fleet), or their order
+  --times, or the attribute detection_time of each record (a coordinate of a fleet), or their order;
+  the decays of a single recording were taken when they begin
 
 examples:
   friction-bayes monitor run1.csv run2.csv run3.csv --mass 10 --stiffness 1000 \\
@@ -43,7 +59,10 @@ def add_parser(commands: Any) -> None:
         allow_abbrev=False,
     )
     parser.add_argument(
-        "records", nargs="+", metavar="RECORD", help="two or more in time order, or one FLEET.zarr"
+        "records",
+        nargs="+",
+        metavar="RECORD",
+        help="two or more in time order, a recording of several decays, or one FLEET.zarr",
     )
     points = parser.add_argument_group("monitor")
     points.add_argument("--threshold", type=float, metavar="F", help="friction at which the machine fails")
@@ -88,7 +107,10 @@ def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
     if arguments.time_unit is not None and arguments.times is None:
         raise InputError("--time-unit", "is given without --times", "give both")
     with collected_warnings() as warned:
+        note_effects_without_part(register_extensions(arguments.register), "monitor")
         records, system = load_records(arguments.records, arguments)
+        if arguments.decay is None:
+            records = _each_decay(records, system)
         report = fb.monitor_records(
             records,
             system,
@@ -106,7 +128,20 @@ def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
     report.to_dataset().to_netcdf(folder / "monitor.nc", engine="h5netcdf")
     for name, figure in monitor_figures(report).items():
         save_figure(figure, folder, name)
-    return monitor_table(result)
+    return monitor_table(result, [what_was_read(record) for record in records])
+
+
+def _each_decay(records: Sequence[xr.DataArray], system: Oscillator) -> list[xr.DataArray]:
+    """Cut each recording into its decays; those of the only one were taken when they begin."""
+    from friction_bayes.monitor.points import TIME_ATTRIBUTE
+
+    decays = [decay for record in records for decay in fb.split_decays(record, system)]
+    if len(records) > 1 or len(decays) == 1:
+        return decays
+    return [
+        decay.assign_attrs({TIME_ATTRIBUTE: float(decay["time"].values[0]), f"{TIME_ATTRIBUTE}_units": "s"})
+        for decay in decays
+    ]
 
 
 def _open_fleet(arguments: argparse.Namespace) -> xr.DataArray | None:
@@ -124,10 +159,14 @@ def _open_fleet(arguments: argparse.Namespace) -> xr.DataArray | None:
     if len(arguments.records) > 1:
         raise InputError("records", "a fleet among other records", "give a fleet alone")
     (fleet,) = fleets
-    for option in ("times", "time_unit", "time_column", "scale", "run", "skip_rows", "start", "end"):
+    for option in _NOT_OF_A_FLEET:
         if getattr(arguments, option):
             name = f"--{option.replace('_', '-')}"
-            raise InputError(name, "does not apply to a fleet", "say it in the coordinates of the Zarr")
+            raise InputError(
+                name,
+                "does not apply to a fleet",
+                "leave it out: the coordinates of the Zarr say what it holds",
+            )
     return fleet
 
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import friction_bayes as fb
 from friction_bayes.cli.console import compilation_noted, note
+from friction_bayes.cli.extensions import add_register, register_extensions
 from friction_bayes.cli.options import add_seed, add_system, key_values, system_of
-from friction_bayes.cli.own_effects import add_register, register_effects
 from friction_bayes.core.checks import non_negative
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import check_file_target
@@ -76,7 +76,7 @@ def add_parser(commands: Any) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Simulate and write one record."""
     target = check_file_target(arguments.out, force=arguments.force)
-    register_effects(arguments.register)
+    register_extensions(arguments.register)
     system = system_of(arguments)
     non_negative("--friction", arguments.friction)
     release = _release(arguments, system)

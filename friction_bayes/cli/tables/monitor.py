@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -55,13 +55,15 @@ def _laws(probabilities: Mapping[str, float]) -> str:
     return ", ".join(f"{law} {share:.2f}" for law, share in ordered if share >= _NAMED)
 
 
-def monitor_table(result: Mapping[str, Any]) -> Group:
+def monitor_table(result: Mapping[str, Any], read: Sequence[str]) -> Group:
     """Lay out the detection points of a machine and what follows from them.
 
     Parameters
     ----------
     result : mapping
         As :meth:`MonitorReport.to_dict` gives it, with ``notes``.
+    read : sequence of str
+        What was understood of each record.
     """
     unit = result["health_assessment"]["friction"]["unit"]
     time_unit = result["data_acquisition"]["time_unit"]
@@ -92,6 +94,8 @@ def monitor_table(result: Mapping[str, Any]) -> Group:
             number(late["mean"]),
         )
     below = two_columns()
+    for text in read:
+        below.add_row("read", Text(text))
     below.add_row("forgetting", memory(forgetting, plain))
     health = result["health_assessment"]
     for name in ("drift", "diffusion", "scatter"):

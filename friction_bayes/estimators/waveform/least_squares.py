@@ -92,7 +92,7 @@ def fit_waveforms(
     values : ndarray, shape (records, n)
         Samples.
     located : Located
-        From :func:`friction_bayes.decay.free_decay.locate_free_decays`; rows where nothing was found are left
+        From :func:`friction_bayes.decay.location.locate_free_decays`; rows where nothing was found are left
         out.
     order : int
         Derivative order of the signal.

@@ -9,7 +9,8 @@ import pytest
 
 import friction_bayes as fb
 from decays import PUSHED_UNTIL, SYSTEM, long_decay, pushed_decay
-from friction_bayes.decay.free_decay import find_free_decay, locate_free_decays
+from friction_bayes.decay.free_decay import find_free_decay
+from friction_bayes.decay.location import locate_free_decays
 
 FRICTION = 0.25
 HALF_CYCLE = math.pi / 10.0

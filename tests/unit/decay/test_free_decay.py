@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from friction_bayes import InputError, Oscillator, estimate, make_record
-from friction_bayes.decay.free_decay import FreeDecay, find_free_decay, locate_free_decays
+from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
+from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.loop.segment import cut_records
 from friction_bayes.mechanics.coulomb import coulomb_decay
 
