@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from paper_figures.drawing import FAINT, PaperFigure, main, new_figure
+from paper_figures.drawing import FAINT, PaperFigure, legend_beside, main, new_figure
 from paper_figures.methods import METHOD_STYLE
 
 __all__ = ["FIGURE"]
@@ -17,7 +17,7 @@ __all__ = ["FIGURE"]
 def draw(results: Mapping[str, xr.Dataset]) -> Figure:
     """Coverage above, width below."""
     found = results["noise_sweep"]
-    figure = new_figure(7.0, 6.0)
+    figure = new_figure(8.4, 6.0)
     above, below = figure.subplots(2, 1, sharex=True)
     records = found["error"].notnull().any("method").sum("replicate")
     spread = 1.645 * np.sqrt(0.9 * 0.1 / records)
@@ -39,9 +39,9 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
         below.plot(x, 100.0 * mine["width"].median("replicate")[order], ms=4, **METHOD_STYLE[method])
     above.set_ylabel("intervals that hold the truth [%]")
     above.set_ylim(0.0, 108.0)
-    above.legend(loc="lower right", ncols=2)
+    legend_beside(above)
     below.set_yscale("log")
-    below.set_ylabel("width of the interval [% of r]")
+    below.set_ylabel("width of the interval [% of friction]")
     below.set_xlabel("signal-to-noise ratio [dB]")
     return figure
 
@@ -49,7 +49,10 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
 FIGURE = PaperFigure(
     name="coverage_and_width",
     results=("noise_sweep",),
-    caption="Coverage and width of the 90 % intervals on the paper's example, synthetic, by noise.",
+    caption=(
+        "How often the 90 % intervals hold the true friction of the paper's example, and how wide they "
+        "are; 200 records at 21.6, 20, 14.7 and 8.6 dB, 40 elsewhere."
+    ),
     draw=draw,
 )
 

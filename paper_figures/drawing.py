@@ -29,6 +29,9 @@ __all__ = [
     "PaperFigure",
     "draw_joint",
     "draw_signal",
+    "figures_page",
+    "legend_above",
+    "legend_beside",
     "main",
     "make",
     "new_figure",
@@ -54,15 +57,18 @@ class PaperFigure:
     results : tuple of str
         Names of the experiments it reads.
     caption : str
-        What it shows, in words.
+        What it shows, in sentences, with the priors and the number of records.
     draw : callable, (mapping of str to Dataset) -> Figure
         Draws from the results by name.
+    paper : str
+        What the paper's figure of that number shows, in sentences; empty for one of our own.
     """
 
     name: str
     results: tuple[str, ...]
     caption: str
     draw: Callable[[Mapping[str, xr.Dataset]], Figure]
+    paper: str = ""
 
 
 def _digest(figure: PaperFigure, results: Path) -> str:
@@ -125,7 +131,27 @@ def _drawn(figure: PaperFigure, datasets: Mapping[str, xr.Dataset]) -> Figure:
 def save_small(figure: PaperFigure, results: Path, folder: Path) -> None:
     """Write a figure as a small PNG, for a page of the documentation."""
     folder.mkdir(parents=True, exist_ok=True)
-    _drawn(figure, read_results(figure, results)).savefig(folder / f"{figure.name}.png", dpi=90)
+    _drawn(figure, read_results(figure, results)).savefig(folder / f"{figure.name}.png", dpi=120)
+
+
+def figures_page(figures: Sequence[PaperFigure]) -> str:
+    """Return the page of the documentation with the paper's figures beside ours, in Markdown."""
+    parts = [
+        "# The paper's figures beside ours\n",
+        "Written by `python -m paper_figures --docs docs` from `results/`; do not edit. What the paper's "
+        "figures show is told from its text, which is all that we have. All data of ours are synthetic. The "
+        "story is in "
+        "[paper.md](paper.md), the numbers are in [paper_comparison.md](paper_comparison.md) and "
+        "[experiments.md](experiments.md).\n",
+    ]
+    for figure in figures:
+        if figure.paper:
+            title = f"Fig. {int(figure.name.removeprefix('figure_'))}"
+            parts.append(
+                f"## {title}\n\n![{title} of the paper, ours](figures/{figure.name}.png)\n\n"
+                f"*The paper:* {figure.paper}\n\n*Ours:* {figure.caption}\n"
+            )
+    return "\n".join(parts)
 
 
 def main(figures: Sequence[PaperFigure], argv: Sequence[str] | None = None) -> None:
@@ -136,7 +162,9 @@ def main(figures: Sequence[PaperFigure], argv: Sequence[str] | None = None) -> N
     known = {figure.name: figure for figure in figures}
     if len(known) > 1:
         parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(known)}; all by default")
-    parser.add_argument("--docs", type=Path, metavar="DIR", help="small PNGs for the documentation too")
+    parser.add_argument(
+        "--docs", type=Path, metavar="DIR", help="small PNGs and, where all are drawn, their page too"
+    )
     options = parser.parse_args(argv)
     chosen = getattr(options, "names", None) or list(known)
     if unknown := [name for name in chosen if name not in known]:
@@ -147,13 +175,26 @@ def main(figures: Sequence[PaperFigure], argv: Sequence[str] | None = None) -> N
             drawn = make(known[name], options.results, options.out)
             if options.docs is not None:
                 with styled():
-                    save_small(known[name], options.results, options.docs)
+                    save_small(known[name], options.results, options.docs / "figures")
         except MissingResult as error:
             missing.append(str(error))
             continue
         print(f"{name}: {'drawn' if drawn else 'kept, nothing it depends on has changed'}", file=sys.stderr)
+    if options.docs is not None and len(chosen) == len(known) > 1:
+        page = options.docs / "paper_figures.md"
+        page.write_text(figures_page(figures), encoding="utf-8")
     if missing:
         parser.exit(2, "".join(f"{line}\n" for line in missing))
+
+
+def legend_beside(axes: Axes) -> None:
+    """Put the legend to the right of the axes, where it covers nothing."""
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def legend_above(axes: Axes, columns: int) -> None:
+    """Put the legend above the axes, to the right of their title, where it covers nothing."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.2)
 
 
 def draw_joint(

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from paper_figures.drawing import ACCENT, DATA, MODEL, TRUTH, PaperFigure, main, new_figure
+from paper_figures.drawing import ACCENT, DATA, MODEL, TRUTH, PaperFigure, legend_above, main, new_figure
 
 __all__ = ["FIGURE"]
 
@@ -56,18 +56,27 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
     axes.plot(time[-1] + np.array([low, high]), [base, base], color=ACCENT, lw=4.0, alpha=0.8)
     axes.plot(time[-1] + float(found["true_life"]), base, "*", color=TRUTH, ms=11, label="true end of life")
     axes.axvline(time[-1], color=DATA, lw=0.8)
-    axes.set_xlim(-0.03 * time[-1], time[-1] + ahead[-1])
-    axes.set_ylim(0.8 * min(truth.min(), mean.min()), 1.42 * threshold)
+    axes.set_xlim(-0.1 * time[-1], time[-1] + ahead[-1])
+    axes.set_ylim(0.8 * min(truth.min(), mean.min()), 1.2 * threshold)
     axes.set_xlabel(f"time [h]; remaining life at Tn {middle:.0f} h, 90 % interval {low:.0f} to {high:.0f} h")
     axes.set_ylabel("friction force r [N]")
-    axes.legend(loc="upper left", ncols=2)
+    legend_above(axes, 2)
     return figure
 
 
 FIGURE = PaperFigure(
     name="figure_01",
     results=("shown_machine",),
-    caption="Fig. 1 of the paper on a synthetic machine: f(r|Ti), threshold, remaining life f(dt|Tn).",
+    paper=(
+        "a diagram without data: the density f(r|Ti) of the friction at detection points T1 to Tn, a "
+        "threshold, and the density f(Δt|Tn) of the remaining life; the posterior at one point is the "
+        "prior of the next."
+    ),
+    caption=(
+        "a synthetic machine whose friction grows. Densities of friction with forgetting, the mean with "
+        "its 90 % interval where nothing is forgotten, the threshold, and the remaining life at the last "
+        "point with its 90 % interval (bar)."
+    ),
     draw=draw,
 )
 

@@ -10,7 +10,11 @@ __all__ = ["FIGURE"]
 FIGURE = PaperFigure(
     name="figure_09",
     results=("shown_records",),
-    caption="Fig. 9 of the paper, on synthetic data: acceleration acquired and estimated, data set 2.",
+    paper=(
+        "acceleration acquired and estimated for the lower friction: the decay is longer, the jumps are "
+        "smaller."
+    ),
+    caption=("the same on one run of the twin."),
     draw=lambda results: acquired_and_estimated(results["shown_records"].sel(case="2")),
 )
 

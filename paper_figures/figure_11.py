@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import xarray as xr
 from matplotlib.figure import Figure
 
-from paper_figures.drawing import MODEL, PaperFigure, draw_signal, main, new_figure
+from paper_figures.drawing import MODEL, PaperFigure, draw_signal, legend_above, main, new_figure
 
 __all__ = ["FIGURE"]
 
@@ -20,7 +20,7 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
     above, below = figure.subplots(2, 1)
     draw_signal(above, whole)
     draw_signal(above, part, color=MODEL, label="reduced data set")
-    above.legend(loc="upper right")
+    legend_above(above, 2)
     draw_signal(below, part, color=MODEL, lw=0.8)
     below.set_title("reduced data set")
     return figure
@@ -29,7 +29,10 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
 FIGURE = PaperFigure(
     name="figure_11",
     results=("shown_records",),
-    caption="Fig. 11 of the paper, on synthetic data: the acquired signal and the reduced data set.",
+    paper=(
+        "data set 2 and the short segment at its very end that is taken as the reduced data set, enlarged."
+    ),
+    caption=("the same on one run of the twin; the segment is the last fifth of the motion."),
     draw=draw,
 )
 

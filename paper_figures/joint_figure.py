@@ -5,9 +5,16 @@ from __future__ import annotations
 import xarray as xr
 from matplotlib.figure import Figure
 
-from paper_figures.drawing import ACCENT, MODEL, draw_joint, new_figure
+from paper_figures.drawing import ACCENT, MODEL, TRUTH, draw_joint, legend_beside, new_figure
 
-__all__ = ["prior_and_posterior"]
+__all__ = ["DRAWN_PRIOR", "prior_and_posterior"]
+
+DRAWN_PRIOR = (
+    " The prior is one that can be drawn: friction centred at 0.5 N and worth a twentieth of a sample, "
+    "precision of mean 50 1/N² and worth two samples. The table of single records in experiments.md has "
+    "it too; all other tables have the package's default, which is nearly flat, unless they name another."
+)
+"""Said under each of these figures."""
 
 READINGS = {"highest": ("-", ACCENT), "nominal": ("--", MODEL)}
 
@@ -20,20 +27,25 @@ def prior_and_posterior(shown: xr.Dataset) -> Figure:
     shown : xarray.Dataset
         One case of the experiment ``shown_records``.
     """
-    figure = new_figure(5.2, 6.0)
+    figure = new_figure(7.0, 6.0)
     above, below = figure.subplots(2, 1)
     reference = float(shown["reference"].isel(peaks=0))
     draw_joint(above, shown.isel(peaks=0), "prior", truth=reference)
     above.set_title("prior")
-    above.legend(loc="upper right")
+    legend_beside(above)
     for reading, (style, colour) in READINGS.items():
         one = shown.sel(peaks=reading)
-        label = f"{reading} peaks: r = {float(one['friction']):.4f} N, s = {float(one['precision']):.3g} 1/N²"
+        numbers = f"r = {float(one['friction']):.4f} N\ns = {float(one['precision']):.3g} 1/N²"
         draw_joint(
-            below, one, "posterior", shade=reading == "nominal", style=style, colour=colour, label=label
+            below,
+            one,
+            "posterior",
+            shade=reading == "nominal",
+            style=style,
+            colour=colour,
+            label=f"{reading} peaks\n{numbers}",
         )
-    below.axvline(reference, color="#111111", lw=1.2, ls=":", label=f"reference {reference:.4f} N")
+    below.axvline(reference, color=TRUTH, lw=1.2, ls=":", label=f"reference\n{reference:.4f} N")
     below.set_title("posterior, 90 % regions")
-    below.set_ylim(top=1.45 * below.get_ylim()[1])
-    below.legend(loc="upper right")
+    legend_beside(below)
     return figure

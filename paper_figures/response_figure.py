@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from paper_figures.drawing import MODEL, draw_signal, new_figure
+from paper_figures.drawing import MODEL, draw_signal, legend_above, new_figure
 
 __all__ = ["acquired_and_estimated"]
 
@@ -32,7 +32,7 @@ def acquired_and_estimated(shown: xr.Dataset) -> Figure:
         draw_signal(axes, shown, lw=2.4, color="#b5b5b5")
         axes.plot(time, shown["estimated"], color=MODEL, lw=0.9, label=f"response of r = {friction:.4f} N")
     whole.set_xlim(0.0, 1.05 * time[moving[-1]])
-    whole.legend(loc="upper right")
+    legend_above(whole, 2)
     close.set_xlim(middle, middle + CLOSE_UP)
     seen = shown["signal"].values[(time > middle) & (time < middle + CLOSE_UP)]
     close.set_ylim(1.15 * seen.min(), 1.15 * seen.max())

@@ -44,7 +44,7 @@ from experiments.rig import Rig, run_rig, true_friction
 from experiments.runner import main
 from friction_bayes.plotting.style import styled
 from paper_figures.__main__ import all_figures
-from paper_figures.drawing import MissingResult, PaperFigure, make
+from paper_figures.drawing import MissingResult, PaperFigure, figures_page, make
 
 ROOT = Path(__file__).parents[2]
 PAPER_SWEEP = {"records": 1, "records_paper": 2, "checked": 0}
@@ -136,9 +136,12 @@ def check_figures(results: Path, out: Path) -> None:
     assert make(drawn[0], results, out), "half of it was lost"
 
 
-def test_every_figure_of_the_paper_has_its_script() -> None:
-    names = {figure.name for figure in all_figures()}
-    assert {f"figure_{number:02d}" for number in (*range(1, 5), *range(6, 15))} <= names
+def test_every_figure_of_the_paper_stands_beside_ours() -> None:
+    names = [figure.name for figure in all_figures() if figure.paper]
+    assert names == [f"figure_{number:02d}" for number in (*range(1, 5), *range(6, 15))]
+    page = (ROOT / "docs" / "paper_figures.md").read_text(encoding="utf-8")
+    assert page == figures_page(all_figures())
+    assert all((ROOT / "docs" / "figures" / f"{name}.png").is_file() for name in names)
 
 
 ALLOWED = (
