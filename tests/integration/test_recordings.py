@@ -90,6 +90,48 @@ def test_the_unit_in_a_header_is_read(
     assert friction(path, *system, *by_number) == pytest.approx(FRICTION, rel=0.02)
 
 
+def time_of_day(seconds: float, *, dated: bool) -> str:
+    """Two seconds before midnight of a leap day, and so many more."""
+    days, time = divmod(86398.0 + seconds, 86400.0)
+    clock = f"{time // 3600:02.0f}:{time % 3600 // 60:02.0f}:{time % 60:06.3f}"
+    return f"{'2024-03-01' if days else '2024-02-29'}T{clock}Z" if dated else clock
+
+
+@pytest.mark.parametrize(
+    ("header", "dated", "decimal", "clock"),
+    [
+        ("Time;Position (m)", False, ".", "Time [s since 23:59:58.000]"),
+        ("Timestamp;disp_m", True, ",", "Timestamp [s since 2024-02-29T23:59:58,000Z]"),
+        ("Timestamp;disp_m;Time (s)", True, ".", "Time (s) [s]"),
+    ],
+)
+def test_times_of_the_day(
+    header: str,
+    dated: bool,
+    decimal: str,
+    clock: str,
+    decay: Decay,
+    write: Callable[..., str],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    cells = ((time_of_day(t, dated=dated), f"{x:.9g}", f"{t:.3f}") for t, x in zip(*decay(), strict=True))
+    rows = [";".join(row[: header.count(";") + 1]).replace(".", decimal) for row in cells]
+    assert main(["estimate", write([header, *rows]), *LINEAR, "--method", "envelope"]) == 0
+    assert f"over {clock}: 500 samples, 100 Hz, 0 to 4.99 s" in " ".join(capsys.readouterr().out.split())
+
+
+def test_what_is_no_time_of_the_day_is_named(
+    decay: Decay, write: Callable[..., str], refused: Callable[..., str]
+) -> None:
+    rows = [f"{time_of_day(t, dated=False)},{x:.9g}" for t, x in zip(*decay(), strict=True)]
+    rows[30] = "noon,0"
+    line = refused("estimate", write(["Time,Position (m)", *rows]), *LINEAR)
+    assert "row 32: column Time: 'noon' is not a time of the day like 23:59:58.000" in line
+    rows[0] = rows[1] = "29.02.2024 23:59:58,0"
+    line = refused("estimate", write(["Time,Position (m)", *rows]), *LINEAR)
+    assert line.endswith("write times like 12:03:04.250 or 2024-03-01T12:03:04.250, or give --sampling-rate")
+
+
 @pytest.mark.parametrize("header", ["Time (s),a_x (g)", "time,gFx", "Time (s),Acceleration x (m/s^2)"])
 def test_acceleration_in_g(
     header: str, decay: Decay, write: Callable[..., str], friction: Callable[..., float]

@@ -30,9 +30,11 @@ NAMES = st.sampled_from(
         "(s)",
     ]
 )
-CELLS = st.one_of(NUMBERS, NUMBERS, NUMBERS, NAMES, st.text(max_size=6))
+CLOCK_TIMES = st.sampled_from(["23:59:59.9", "0:00:00 pm", "2024-02-30T01:02:03", "2024/3/1 1:02:03Z", "1:2"])
+CELLS = st.one_of(NUMBERS, NUMBERS, NUMBERS, NAMES, CLOCK_TIMES, st.text(max_size=6))
 GOOD = "time_s,displacement_m\n" + "\n".join(f"{k},{k * k}" for k in range(20))
 # the even grid through these times would take a hundred gigabytes
+TIMED = "time,displacement_m\n" + "\n".join(f"{k // 60 + 1}:{k % 60:02}:30,{k * k}" for k in range(20))
 BURSTS = "time_s,displacement_m\n" + "\n".join(f"{k // 3 + 1e-9 * (k % 3)!r},{k * k}" for k in range(30))
 OPTIONS = st.fixed_dictionaries(
     {},
@@ -71,6 +73,7 @@ def tables(draw: st.DrawFn) -> str:
 @given(content=st.one_of(tables(), tables(), st.text(max_size=200)), options=st.one_of(st.just({}), OPTIONS))
 @example(content=GOOD, options={})
 @example(content=BURSTS, options={})
+@example(content=TIMED, options={})
 @example(content="time_s,displacement_m\n", options={"start": 1.0})
 def test_reading_ends_in_a_record_or_an_input_error(tmp_path, content: str, options: dict) -> None:
     path = tmp_path / "record.csv"

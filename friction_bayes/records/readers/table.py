@@ -43,6 +43,8 @@ class Column:
         What the file says it holds; a column name may say it as well.
     clock : callable, optional
         Returns the channel's own time stamps [s], in formats that have them.
+    since : str, optional
+        The first of the times of the day that it holds, which are then seconds since.
     rows : ndarray of int, shape (n,), optional
         Row of each sample in a text file; a column may begin later and end earlier than others.
     attrs : mapping
@@ -53,6 +55,7 @@ class Column:
     quantity: str | None = None
     unit: str | None = None
     clock: Callable[[], NDArray[Any]] | None = None
+    since: str | None = None
     rows: Indices | None = None
     attrs: Mapping[str, Any] = field(default_factory=dict)
 
@@ -107,7 +110,7 @@ def record_from_table(
         clock = f"at the given {sampling_rate:g} Hz"
     elif clock_name is not None and (time_column is not None or column.clock is None):
         time = times_of(column, table, place, clock_name)
-        clock = f"over {clock_name} [{_time_unit(place, clock_name, table.columns[clock_name])}]"
+        clock = f"over {_named_clock(place, clock_name, table.columns[clock_name])}"
     elif column.clock is not None:
         time = column.clock()
         clock = "over the times of its channel"
@@ -190,13 +193,18 @@ def _time_name(table: Table, place: str, wanted: str | int | None) -> str | None
     if wanted is not None:
         return _named(table, place, "--time-column", wanted)
     found = [name for name, column in table.columns.items() if is_time(name, column)]
+    elapsed = [name for name in found if table.columns[name].since is None]
+    # a stamp beside the seconds of a measurement says when that was
+    found = elapsed or found
     if len(found) > 1:
         raise InputError(place, f"several time columns: {', '.join(found)}", "name one with --time-column")
     return found[0] if found else None
 
 
 def is_time(name: str, column: Column) -> bool:
-    """Whether a column holds sample times, by its name and in a known unit."""
+    """Whether a column holds sample times: by its name and in a known unit, or as times of the day."""
+    if column.since is not None:
+        return True
     header = read_header(name)
     unit = header.unit or column.unit
     return header.is_time and (unit is None or plain_unit(unit) in TIME_UNITS)
@@ -259,9 +267,18 @@ def _meaning(
 
 def _time_unit(place: str, name: str, clock: Column) -> str:
     """Return the unit of a time column; seconds where none is stated."""
+    if clock.since is not None:
+        return "s"
     unit = plain_unit(clock.unit) if clock.unit else read_header(name).unit or "s"
     if unit not in TIME_UNITS:
         raise InputError(
             place, f"time column {name} is in {unit}", f"give it in one of {', '.join(TIME_UNITS)}"
         )
     return unit
+
+
+def _named_clock(place: str, name: str, clock: Column) -> str:
+    """Say which column the times are from, and in which unit."""
+    if clock.since is not None:
+        return f"{name} [s since {clock.since}]"
+    return f"{name} [{_time_unit(place, name, clock)}]"

@@ -14,6 +14,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES, TIME_UNITS, known_units
 from friction_bayes.core.unit_spelling import plain_unit
+from friction_bayes.records.readers.clock_times import is_clock_time, seconds_from_first
 from friction_bayes.records.readers.table import Column, Table
 
 __all__ = ["read_text"]
@@ -79,8 +80,9 @@ def read_text(path: Path, *, skip_rows: int = 0) -> Table:
         if name:
             cells = [row[k] for _, row in table]
             held = _held(cells)
-            read = partial(_numbers, path, name, rows[held], cells[held])
-            columns[name] = Column(read, rows=rows[held], attrs=attrs)
+            since = next((cell for cell in cells[held][:1] if is_clock_time(cell)), None)
+            read = partial(_numbers if since is None else _clock_times, path, name, rows[held], cells[held])
+            columns[name] = Column(read, since=since, rows=rows[held], attrs=attrs)
     return Table(columns)
 
 
@@ -216,6 +218,22 @@ def _is_number(cell: str) -> bool:
     return True
 
 
+def _clock_times(path: Path, name: str, rows: Indices, cells: list[str]) -> Array:
+    """Convert a column of times of the day."""
+    seconds = seconds_from_first(cells)
+    if seconds is not None:
+        return seconds
+    row, cell = next(
+        ((row, cell) for row, cell in zip(rows, cells, strict=True) if not is_clock_time(cell)),
+        (rows[0], cells[0]),
+    )
+    raise InputError(
+        f"{path}: row {row}",
+        f"column {name}: {cell!r} is not a time of the day like {cells[0]}",
+        "correct or remove that row, or give --sampling-rate",
+    )
+
+
 def _numbers(path: Path, name: str, rows: Indices, cells: list[str]) -> Array:
     """Convert one column, reading decimal commas as what they are."""
     commas = [("," in cell) for cell in cells]
@@ -234,7 +252,10 @@ def _numbers(path: Path, name: str, rows: Indices, cells: list[str]) -> Array:
         for row, cell in zip(rows, cells, strict=True):
             if not cell or not _is_number(cell):
                 what = f"{cell!r} is not a number" if cell else "the cell is empty"
-                raise InputError(
-                    f"{path}: row {row}", f"column {name}: {what}", "correct or remove that row"
-                ) from None
+                remedy = "correct or remove that row"
+                if ":" in cell:
+                    remedy = (
+                        "write times like 12:03:04.250 or 2024-03-01T12:03:04.250, or give --sampling-rate"
+                    )
+                raise InputError(f"{path}: row {row}", f"column {name}: {what}", remedy) from None
         raise
