@@ -31,6 +31,7 @@ from experiments import (
     testbed_choices,
 )
 from experiments import paper_numbers as table_of_numbers
+from experiments.article import article
 from experiments.paper_comparison import (
     band_with_errors,
     compare_with_paper,
@@ -109,6 +110,10 @@ def check_comparison(results: Path) -> None:
     assert page == comparison_page(comparison)
     assert page.count("\n| ") == len(rows) + 6
     assert "± " in page
+    told = article(results)
+    assert "{" not in told
+    assert "nan" not in told
+    assert f"{counted(rows, DECLARED)['in']} of them lie in our band" in told
 
 
 def check_figures(results: Path, out: Path) -> None:

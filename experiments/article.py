@@ -1,0 +1,155 @@
+"""One page on the replication, in the form of the journal ReScience, its numbers taken from results.
+
+``python -m experiments.article [--results DIR] [--docs FILE]``; it computes no estimate.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from experiments.beside_paper import band
+from experiments.paper_comparison import compare_with_paper, needed_results
+from experiments.paper_page import DECLARED, OTHER, counted
+from friction_bayes.core.arrays import Array
+
+__all__ = ["article", "needed_by_article"]
+
+TEMPLATE = Path(__file__).with_name("article.md")
+"""The words, with names in braces where numbers go."""
+
+
+def needed_by_article() -> tuple[str, ...]:
+    """Names of the experiments whose numbers stand in the article."""
+    own = ("acceptance_roc", "gamma_exponential", "noise_sweep", "probability_paper", "residuals_traced")
+    return tuple(sorted({*own, *needed_results()}))
+
+
+def article(results: Path) -> str:
+    """Return the article in Markdown.
+
+    Parameters
+    ----------
+    results : Path
+        Folder with the results of :func:`needed_by_article`.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a result is missing.
+    """
+    rows = {row["id"]: row for row in compare_with_paper(results)["rows"]}
+    filled = _of_numbers(rows) | _of_datasets(results) | _environment(results)
+    text = TEMPLATE.read_text(encoding="utf-8")
+    for name, value in filled.items():
+        text = text.replace(f"{{{name}}}", value)
+    return text
+
+
+def _of_numbers(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """The paper's numbers, ours beside them, and the counts of verdicts."""
+    filled = {}
+    for name, row in rows.items():
+        filled[f"paper:{name}"] = f"{row['paper']:g}"
+        if DECLARED in row["ours"] and OTHER in row["ours"]:
+            bands = (
+                f"{one['median']:.3g} [{one['low']:.3g}, {one['high']:.3g}]" for one in row["ours"].values()
+            )
+            filled[f"row:{name}"] = " | ".join([f"{row['paper']:g} {row['unit']}", *bands])
+            filled[f"median:{name}"] = f"{row['ours'][DECLARED]['median']:.3g}"
+    all_rows = list(rows.values())
+    for reading, end in ((DECLARED, ""), (OTHER, "_other")):
+        filled |= {f"{word}{end}": str(n) for word, n in counted(all_rows, reading).items()}
+    estimate = rows["example-estimate"]["ours"][DECLARED]
+    return filled | {
+        "own": str(sum(counted(all_rows, DECLARED).values())),
+        "records": str(estimate["records"]),
+    }
+
+
+def _of_datasets(results: Path) -> dict[str, str]:
+    """What the experiments beside the table of numbers found."""
+
+    def dataset(name: str) -> xr.Dataset:
+        return xr.load_dataset(results / f"{name}.nc", engine="h5netcdf")
+
+    samples, areas, traced = (dataset(n) for n in ("probability_paper", "acceptance_roc", "residuals_traced"))
+    noise = dataset("noise_sweep")
+    stated = noise.sel(snr_db=21.59, method="nearest")
+    rms = {
+        method: 100.0 * float(np.sqrt((stated["error"].sel({"method": method}) ** 2).mean()))
+        for method in ("waveform", DECLARED)
+    }
+    covers = stated["covers"].sel({"method": DECLARED})
+    grid = traced["error"].sel(step="grid alone", sampling_rate=10.0)
+    claimed = np.sqrt((samples["spread_of_mean"] ** 2).mean("replicate"))
+    filled = {
+        "rate": band(dataset("gamma_exponential")["estimate"].sel(friction=0.07)),
+        "grid": f"{-100.0 * float(grid.median()):.0f}",
+        "lag": f"{float(samples['lag1'].median()):.2f}",
+        "claimed": " to ".join(f"{value:.2f}" for value in sorted(claimed.values.tolist())),
+        "covers": f"{int(covers.sum())} of {int(covers.notnull().sum())}",
+        "whole": f"{rms['waveform']:.2g}",
+        "procedure": f"{rms[DECLARED]:.2g}",
+    }
+    sweeps = [noise, *(dataset(name) for name in ("reduced_data_set", "sampling_rate_sweep"))]
+    verdicts = np.concatenate([_verdicts(sweep, method) for sweep in sweeps for method in (DECLARED, OTHER)])
+    filled["agree"] = f"{int(verdicts.sum())} of {verdicts.size}"
+    for criterion in ("precision", "whole-signal width"):
+        area = areas["area"].sel(criterion=criterion)
+        filled[f"area:{criterion}"] = " and ".join(
+            f"{float(area.sel({'method': method})):.2f}" for method in (DECLARED, OTHER)
+        )
+    return filled
+
+
+def _verdicts(sweep: xr.Dataset, method: str) -> Array:
+    """Whether closed form and emcee agree, of the records that were checked."""
+    agrees = sweep["agrees"].sel({"method": method}).values
+    return np.asarray(agrees[np.isfinite(agrees)])
+
+
+def _environment(results: Path) -> dict[str, str]:
+    """Versions, system and wall times, from the manifests of the experiments of the paper."""
+    found = sorted(results.glob("*.json"))
+    records = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in found}
+    runs = {name: record for name, record in records.items() if "elapsed_s" in record}
+    missing = [name for name in needed_by_article() if name not in runs]
+    if missing:
+        raise FileNotFoundError(f"{results / missing[0]}.json")
+    one = runs["noise_sweep"]
+    versions = ", ".join(f"{name} {version}" for name, version in one["versions"].items() if version)
+    return {
+        "versions": versions,
+        "system": one["platform"].partition("-")[0],
+        "seed": str(one["seed"]),
+        "seconds": f"{sum(record['elapsed_s'] for record in runs.values()):.0f}",
+        "times": ", ".join(f"{name} {record['elapsed_s']:.0f} s" for name, record in runs.items()),
+    }
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Write the article."""
+    parser = argparse.ArgumentParser(prog="python -m experiments.article", description=__doc__)
+    parser.add_argument("--results", type=Path, default=Path("results"), help="folder (default %(default)s)")
+    parser.add_argument("--docs", type=Path, metavar="FILE", help="page to write; printed by default")
+    options = parser.parse_args(argv)
+    for name in needed_by_article():
+        if not (options.results / f"{name}.nc").exists():
+            parser.error(f"{options.results} has no {name}.nc: run python -m experiments {name} first")
+    text = article(options.results)
+    if options.docs is None:
+        sys.stdout.write(text)
+    else:
+        options.docs.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
