@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
+from scipy.signal import lfilter
 
 import friction_bayes as fb
 from fluctuating_force import fluctuating_decay
@@ -19,6 +21,8 @@ STEP, RELEASE, FRICTION = 0.01, 0.02, 0.0002
 """Sampling interval [s], amplitude and friction over the stiffness [m]."""
 WHEEL_NOISE, WHEEL_RELEASE = 3e-4, 2.5
 """In rad."""
+WHITE, ERROR, ERROR_TIME = 2e-5, 8e-5, 0.02
+"""Noise of a sensor, four times as much that neighbouring samples share [m], and for how long [s]."""
 QUANTITIES = ("displacement", "velocity", "acceleration")
 
 
@@ -75,6 +79,15 @@ def jittered_record(rng: np.random.Generator, jitter: float, noise: float, order
     late = jitter * rng.standard_normal(motion[0].size)
     off = noise * 10.0**order * rng.standard_normal(motion[0].size)
     return sensed(motion[order] + late * motion[order + 1] + off, order)
+
+
+def correlated_record(rng: np.random.Generator, error: float, force: float = 0.2) -> xr.DataArray:
+    """Record of a decay; the sensor errs by ``error`` [m] alike in neighbouring samples, and white."""
+    motion = unsteady_motion(rng, force)[0]
+    memory = math.exp(-STEP / ERROR_TIME)
+    kicks = math.sqrt(1.0 - memory**2) * rng.standard_normal(motion.size + 100)
+    shared = lfilter([1.0], [1.0, -memory], kicks)[100:]
+    return sensed(motion + WHITE * rng.standard_normal(motion.size) + error * shared)
 
 
 def eccentric_record(

@@ -147,6 +147,17 @@ class LawRegression:
         assert white is not None
         return np.asarray(white[:, 0])
 
+    def log_densities(self, law: Array, noise2: float, ratio: float, tau: float) -> Array:
+        """Log density of each sample given those before it, shape (n,); zero of samples that are not used."""
+        rest = self.residual(law)[:, None]
+        white = whiten(rest, self.clock, self.row, ratio, tau, keep=True)
+        assert white.columns is not None
+        assert white.variances is not None
+        used = np.isfinite(white.variances)
+        variance = noise2 * np.where(used, white.variances, 1.0)
+        squares = white.columns[:, 0] ** 2 / noise2
+        return np.where(used, -0.5 * (np.log(2.0 * math.pi * variance) + squares), 0.0)
+
     def left_out(self, law: Array, ratio: float, tau: float) -> tuple[Array, Array]:
         """Each sample less what all others predict of it, shape (n,), and the variance of that error.
 
@@ -155,8 +166,10 @@ class LawRegression:
         """
         residual = self.residual(law)
         states, covariance = smooth(residual[:, None], self.clock, self.row, ratio, tau)
-        error = residual - states[:, :, 0] @ self.row
-        shown = np.einsum("i,nij,j->n", self.row, covariance, self.row)
+        # the sensor shows its own error with the state
+        row = np.append(self.row, 1.0)
+        error = residual - states[:, :, 0] @ row
+        shown = np.einsum("i,nij,j->n", row, covariance, row)
         used = np.isfinite(self.clock.variance)
         own = np.where(used, self.clock.variance, 1.0)
         # what is left of a sample's own noise once it has been smoothed with
@@ -167,11 +180,11 @@ class LawRegression:
         """The motion under a law and a random force."""
         residual = self.residual(law)[:, None]
         fluctuation, covariance = smooth(residual, self.clock, self.row, force.ratio, force.tau)
-        states = fluctuation[:, :, 0].copy()
+        states = fluctuation[:, :3, 0].copy()
         states[:, :2] += self.states @ law + self.known_states
         return Motion(
             states=states,
-            covariance=covariance * force.noise**2,
+            covariance=covariance[:, :3, :3] * force.noise**2,
             noise=force.noise,
             force_sd=force.ratio * force.noise,
             tau=force.tau,

@@ -1,4 +1,4 @@
-"""Draws of a motion under a random force: what the filter describes, run forward."""
+"""Draws of a motion under a random force and of a sensor's noise: what the filter describes, run forward."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.estimators.random_force.transition import transition_table
 from friction_bayes.estimators.random_force.whitening import Clock
 
-__all__ = ["drawn_fluctuation"]
+__all__ = ["drawn_fluctuation", "drawn_noise"]
 
 
 def drawn_fluctuation(clock: Clock, tau: float, rng: np.random.Generator) -> Array:
@@ -27,6 +27,29 @@ def drawn_fluctuation(clock: Clock, tau: float, rng: np.random.Generator) -> Arr
     """
     transitions, covariances = transition_table(clock.steps, clock.zeta, tau)
     return _run(clock.index, transitions, covariances, rng.standard_normal((clock.phase.size, 3)))
+
+
+def drawn_noise(clock: Clock, rng: np.random.Generator) -> Array:
+    """Noise of the sensor for ``sigma = 1``, shape (n,); samples that are not used have unit variance.
+
+    Parameters
+    ----------
+    clock : Clock
+        Time stamps, with the variances and the correlated error of the sensor.
+    rng : numpy.random.Generator
+    """
+    n = clock.phase.size
+    noise = np.sqrt(np.where(np.isfinite(clock.variance), clock.variance, 1.0)) * rng.standard_normal(n)
+    if clock.error.ratio == 0.0:
+        return np.asarray(noise)
+    decays, added = clock.error_table()
+    kicks = rng.standard_normal(n)
+    error = clock.error.ratio * kicks[0]
+    noise[0] += error
+    for i, k in enumerate(clock.index, start=1):
+        error = decays[k] * error + math.sqrt(added[k]) * kicks[i]
+        noise[i] += error
+    return np.asarray(noise)
 
 
 @njit(cache=True, nogil=True)

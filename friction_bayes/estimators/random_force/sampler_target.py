@@ -26,9 +26,8 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.interpolated_sums import InterpolatedSums
 from friction_bayes.estimators.random_force.law_regression import LawRegression
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem, at_resonance
-from friction_bayes.estimators.random_force.replication import drawn_fluctuation
+from friction_bayes.estimators.random_force.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.estimators.random_force.subsets import WeighedSets
-from friction_bayes.estimators.random_force.whitening import whiten
 
 __all__ = ["force_target", "half_cycle_blocks"]
 
@@ -133,13 +132,7 @@ def force_target(
         at = _Coordinates.of(theta, scale)
         rows = []
         for law, log_v, (u, log_tau) in zip(theta[:, :-3], at.log_variance, at.places, strict=True):
-            rest = regression.residual(law)[:, None]
-            white = whiten(rest, regression.clock, regression.row, *_force(u, log_tau), keep=True)
-            assert white.columns is not None
-            assert white.variances is not None
-            used = np.isfinite(white.variances)
-            spread = math.log(2.0 * math.pi) + log_v + np.log(np.where(used, white.variances, 1.0))
-            each = np.where(used, -0.5 * (spread + white.columns[:, 0] ** 2 * math.exp(-log_v)), 0.0)
+            each = regression.log_densities(law, math.exp(log_v), *_force(u, log_tau))
             rows.append(np.add.reduceat(each, blocks))
         return np.array(rows)
 
@@ -147,7 +140,7 @@ def force_target(
         rows = []
         for row in theta:
             fluctuation = drawn_fluctuation(regression.clock, math.exp(row[-1]), rng) @ regression.row
-            noise = math.exp(0.5 * row[-3]) * rng.standard_normal(signal.size)
+            noise = math.exp(0.5 * row[-3]) * drawn_noise(regression.clock, rng)
             drawn = math.exp(row[-2]) * fluctuation + noise
             rows.append(signal + unit * (drawn - regression.residual(row[:-3])))
         return np.array(rows)

@@ -109,14 +109,18 @@ def first_motion(signal: Array, clock: Clock, row: Array) -> Motion:
         LEAST_NOISE * float(np.max(np.abs(signal))),
     )
     fluctuation, covariance = smooth((signal - columns @ law)[:, None], clock, row, ratio, tau)
-    states = fluctuation[:, :, 0].copy()
+    states = fluctuation[:, :3, 0].copy()
     states[:, :2] += free @ law[:2]
     if row[0] == 1.0:
         # a displacement about another rest position is held there by a constant force
         states[:, 0] += law[2]
         states[:, 2] += law[2]
     return Motion(
-        states=states, covariance=covariance * noise**2, noise=noise, force_sd=ratio * noise, tau=tau
+        states=states,
+        covariance=covariance[:, :3, :3] * noise**2,
+        noise=noise,
+        force_sd=ratio * noise,
+        tau=tau,
     )
 
 

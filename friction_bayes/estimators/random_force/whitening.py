@@ -1,15 +1,17 @@
 r"""Whitening of a record and its columns under a fluctuating force, and the smoother that belongs to it.
 
-The record is ``y = X beta + h' s + e``: the state ``s = (x, v, d)`` starts at ``x = v = 0`` (the start is two
-columns of ``X``) with ``d`` stationary, ``d`` is an Ornstein-Uhlenbeck force of sd ``q`` and ``e`` is white
-with sd ``sigma sqrt(R_i)``. Hence
+The record is ``y = X beta + h' s + u + e``: the state ``s = (x, v, d)`` starts at ``x = v = 0`` (the start is
+two columns of ``X``) with ``d`` stationary, ``d`` is an Ornstein-Uhlenbeck force of sd ``q``, ``u`` such a
+process of sd ``rho sigma`` in the sensor itself, whose errors in neighbouring samples are alike where it
+smooths, and ``e`` is white with sd ``sigma sqrt(R_i)``. Hence
 
-.. math:: y \sim N(X\beta, \sigma^2 V), \quad V = R + (q/\sigma)^2 H C H'
+.. math:: y \sim N(X\beta, \sigma^2 V), \quad V = R + (q/\sigma)^2 H C H' + \rho^2 U
 
-with ``C`` the covariance of the states for unit sd. The gains of the Kalman filter depend on the clock and on
+with ``C`` the covariance of the states for unit sd and ``U`` the correlation of the sensor's errors. The
+gains of the Kalman filter depend on the clock, which holds what is said of the sensor, and on
 ``(q/sigma, tau)`` alone, so one pass turns every column into innovations: with ``L`` the filter and ``S`` the
-variances of the innovations, ``inv(V) = L' inv(S) L`` and ``log det V = sum log S_i``. For ``q = 0`` this is
-least squares. Units are those of :mod:`friction_bayes.estimators.random_force.transition`.
+variances of the innovations, ``inv(V) = L' inv(S) L`` and ``log det V = sum log S_i``. For ``q = rho = 0``
+this is least squares. Units are those of :mod:`friction_bayes.estimators.random_force.transition`.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.transition import distinct_steps, transition_table
 
-__all__ = ["Clock", "Whitened", "sensor_row", "smooth", "whiten"]
+__all__ = ["Clock", "CorrelatedError", "Whitened", "sensor_row", "smooth", "whiten"]
 
 
 def sensor_row(order: int, zeta: float = 0.0) -> Array:
@@ -41,9 +43,25 @@ def sensor_row(order: int, zeta: float = 0.0) -> Array:
     return np.array(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, -2.0 * zeta, 1.0))[order])
 
 
+@dataclass(frozen=True)
+class CorrelatedError:
+    """An error of the sensor that neighbouring samples share, beside its white noise.
+
+    Attributes
+    ----------
+    ratio : float
+        Its sd over that of the white noise.
+    tau : float
+        Its correlation time, a phase.
+    """
+
+    ratio: float = 0.0
+    tau: float = 1.0
+
+
 @dataclass(frozen=True, eq=False)
 class Clock:
-    """Time stamps and sample variances, prepared once for many passes.
+    """Time stamps and the sensor's noise, prepared once for many passes.
 
     Attributes
     ----------
@@ -57,6 +75,8 @@ class Clock:
         Noise variances relative to each other; infinite for samples that are not to be used.
     zeta : float
         Damping ratio of the reference oscillator.
+    error : CorrelatedError
+        Of the sensor.
     """
 
     phase: Array
@@ -64,6 +84,7 @@ class Clock:
     index: Indices
     variance: Array
     zeta: float = 0.0
+    error: CorrelatedError = CorrelatedError()
 
     @classmethod
     def of(cls, phase: Array, variance: Array | None = None, zeta: float = 0.0) -> Clock:
@@ -83,6 +104,11 @@ class Clock:
                 "give a positive number for every sample",
             )
         return cls(phase, *distinct_steps(phase), variance, zeta)
+
+    def error_table(self) -> tuple[Array, Array]:
+        """Decay of the sensor's error over each distinct step and the variance added, both of shape (m,)."""
+        decay = np.exp(-self.steps / self.error.tau)
+        return decay, self.error.ratio**2 * (1.0 - decay * decay)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +169,8 @@ def whiten(
         ratio * ratio,
         row,
         clock.variance,
+        *clock.error_table(),
+        clock.error.ratio**2,
         gram,
         kept,
         variances,
@@ -167,36 +195,56 @@ def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -
 
     Returns
     -------
-    states : ndarray, shape (n, 3, p)
-        Displacement, velocity and random force of every column.
-    covariance : ndarray, shape (n, 3, 3)
+    states : ndarray, shape (n, 4, p)
+        Displacement, velocity, random force and correlated error of every column.
+    covariance : ndarray, shape (n, 4, 4)
         Of the states given ``beta``, in units of ``sigma**2``.
     """
     columns = np.ascontiguousarray(columns, dtype=np.float64)
     transitions, covariances = transition_table(clock.steps, clock.zeta, tau)
-    return _smooth(columns, clock.index, transitions, covariances, ratio * ratio, row, clock.variance)
+    return _smooth(
+        columns,
+        clock.index,
+        transitions,
+        covariances,
+        ratio * ratio,
+        row,
+        clock.variance,
+        *clock.error_table(),
+        clock.error.ratio**2,
+    )
 
 
 @njit(cache=True, nogil=True)
-def _predict_covariance(cov: Array, f: Array, noise: Array, square: float) -> None:
-    """``cov = f cov f' + square noise``, written out: calls of BLAS on 3 x 3 take ten times as long."""
+def _predict_covariance(
+    cov: Array, f: Array, noise: Array, square: float, decay: float, added: float
+) -> None:
+    """One step, written out: calls of BLAS on so small matrices take ten times as long.
+
+    The error of the sensor is the last state and no other drives it.
+    """
     half = np.empty((3, 3))
+    shared = np.empty(3)
     for a in range(3):
         for b in range(3):
             half[a, b] = f[a, 0] * cov[0, b] + f[a, 1] * cov[1, b] + f[a, 2] * cov[2, b]
+        shared[a] = (f[a, 0] * cov[0, 3] + f[a, 1] * cov[1, 3] + f[a, 2] * cov[2, 3]) * decay
     for a in range(3):
         for b in range(a + 1):
             value = half[a, 0] * f[b, 0] + half[a, 1] * f[b, 1] + half[a, 2] * f[b, 2] + square * noise[a, b]
             cov[a, b] = value
             cov[b, a] = value
+        cov[a, 3] = shared[a]
+        cov[3, a] = shared[a]
+    cov[3, 3] = decay * decay * cov[3, 3] + added
 
 
 @njit(cache=True, nogil=True)
 def _read(cov: Array, row: Array, variance: float, ph: Array) -> float:
-    """Fill ``ph = cov row`` and return the variance of the innovation."""
-    for a in range(3):
-        ph[a] = cov[a, 0] * row[0] + cov[a, 1] * row[1] + cov[a, 2] * row[2]
-    return row[0] * ph[0] + row[1] * ph[1] + row[2] * ph[2] + variance
+    """Fill ``ph = cov (row, 1)`` and return the variance of the innovation."""
+    for a in range(4):
+        ph[a] = cov[a, 0] * row[0] + cov[a, 1] * row[1] + cov[a, 2] * row[2] + cov[a, 3]
+    return row[0] * ph[0] + row[1] * ph[1] + row[2] * ph[2] + ph[3] + variance
 
 
 @njit(cache=True, nogil=True)
@@ -208,42 +256,49 @@ def _whiten(
     square: float,
     row: Array,
     variance: Array,
+    decays: Array,
+    added: Array,
+    error: float,
     gram: Array,
     kept: Array,
     variances: Array,
 ) -> tuple[float, int]:
     n, p = columns.shape
-    x, v, d, e = np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p)
-    cov = np.zeros((3, 3))
+    x, v, d, u, e = np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p)
+    cov = np.zeros((4, 4))
     cov[2, 2] = square
-    ph = np.zeros(3)
+    cov[3, 3] = error
+    ph = np.zeros(4)
     log_determinant = 0.0
     used = 0
     for i in range(n):
         if i > 0:
-            f = transitions[index[i - 1]]
-            _predict_covariance(cov, f, covariances[index[i - 1]], square)
+            k = index[i - 1]
+            f, decay = transitions[k], decays[k]
+            _predict_covariance(cov, f, covariances[k], square, decay, added[k])
             f00, f01, f02, f10, f11, f12, f22 = f[0, 0], f[0, 1], f[0, 2], f[1, 0], f[1, 1], f[1, 2], f[2, 2]
             for j in range(p):
                 xj, vj, dj = x[j], v[j], d[j]
                 x[j] = f00 * xj + f01 * vj + f02 * dj
                 v[j] = f10 * xj + f11 * vj + f12 * dj
                 d[j] = f22 * dj
+                u[j] *= decay
         if not np.isfinite(variance[i]):
             continue
         s = _read(cov, row, variance[i], ph)
         log_determinant += math.log(s)
         used += 1
         scale = 1.0 / math.sqrt(s)
-        k0, k1, k2 = ph[0] * scale, ph[1] * scale, ph[2] * scale
+        k0, k1, k2, k3 = ph[0] * scale, ph[1] * scale, ph[2] * scale, ph[3] * scale
         for j in range(p):
-            ej = (columns[i, j] - row[0] * x[j] - row[1] * v[j] - row[2] * d[j]) * scale
+            ej = (columns[i, j] - row[0] * x[j] - row[1] * v[j] - row[2] * d[j] - u[j]) * scale
             e[j] = ej
             x[j] += k0 * ej
             v[j] += k1 * ej
             d[j] += k2 * ej
-        for a in range(3):
-            for b in range(3):
+            u[j] += k3 * ej
+        for a in range(4):
+            for b in range(4):
                 cov[a, b] -= ph[a] * ph[b] / s
         for j in range(p):
             ej = e[j]
@@ -264,20 +319,29 @@ def _smooth(
     square: float,
     row: Array,
     variance: Array,
+    decays: Array,
+    added: Array,
+    error: float,
 ) -> tuple[Array, Array]:
     n, p = columns.shape
-    states = np.zeros((n, 3, p))
-    predicted = np.zeros((n, 3, 3))
+    states = np.zeros((n, 4, p))
+    predicted = np.zeros((n, 4, 4))
     innovations = np.zeros((n, p))
     inverse = np.zeros(n)
-    cov = np.zeros((3, 3))
+    cov = np.zeros((4, 4))
     cov[2, 2] = square
-    ph = np.zeros(3)
-    now = np.zeros((3, p))
+    cov[3, 3] = error
+    ph = np.zeros(4)
+    now = np.zeros((4, p))
+    f = np.zeros((4, 4))
+    shown = np.ones(4)
+    shown[:3] = row
     for i in range(n):
         if i > 0:
-            f = transitions[index[i - 1]]
-            _predict_covariance(cov, f, covariances[index[i - 1]], square)
+            k = index[i - 1]
+            f[:3, :3] = transitions[k]
+            f[3, 3] = decays[k]
+            _predict_covariance(cov, f, covariances[k], square, decays[k], added[k])
             now = f @ now
         states[i] = now
         predicted[i] = cov
@@ -286,37 +350,38 @@ def _smooth(
         s = _read(cov, row, variance[i], ph)
         inverse[i] = 1.0 / s
         for j in range(p):
-            e = columns[i, j] - row[0] * now[0, j] - row[1] * now[1, j] - row[2] * now[2, j]
+            e = columns[i, j] - row[0] * now[0, j] - row[1] * now[1, j] - row[2] * now[2, j] - now[3, j]
             innovations[i, j] = e
-            for a in range(3):
+            for a in range(4):
                 now[a, j] += ph[a] * e / s
-        for a in range(3):
-            for b in range(3):
+        for a in range(4):
+            for b in range(4):
                 cov[a, b] -= ph[a] * ph[b] / s
-    adjoint = np.zeros((3, p))
-    information = np.zeros((3, 3))
-    covariance = np.zeros((n, 3, 3))
+    adjoint = np.zeros((4, p))
+    information = np.zeros((4, 4))
+    covariance = np.zeros((n, 4, 4))
     for i in range(n - 1, -1, -1):
         if i < n - 1:
-            f = transitions[index[i]]
+            f[:3, :3] = transitions[index[i]]
+            f[3, 3] = decays[index[i]]
             adjoint = f.T @ adjoint
             information = f.T @ information @ f
         if inverse[i] > 0.0:
             s = _read(predicted[i], row, variance[i], ph)
-            keep = np.eye(3)
-            for a in range(3):
-                for b in range(3):
-                    keep[a, b] -= ph[a] * row[b] / s
+            keep = np.eye(4)
+            for a in range(4):
+                for b in range(4):
+                    keep[a, b] -= ph[a] * shown[b] / s
             adjoint = keep.T @ adjoint
             information = keep.T @ information @ keep
-            for a in range(3):
+            for a in range(4):
                 for j in range(p):
-                    adjoint[a, j] += row[a] * innovations[i, j] * inverse[i]
-                for b in range(3):
-                    information[a, b] += row[a] * row[b] * inverse[i]
+                    adjoint[a, j] += shown[a] * innovations[i, j] * inverse[i]
+                for b in range(4):
+                    information[a, b] += shown[a] * shown[b] * inverse[i]
         states[i] += predicted[i] @ adjoint
         covariance[i] = predicted[i] - predicted[i] @ information @ predicted[i]
         # a difference: where almost everything is learned, rounding must not leave a negative variance
-        for a in range(3):
+        for a in range(4):
             covariance[i, a, a] = max(covariance[i, a, a], 0.0)
     return states, covariance

@@ -58,7 +58,7 @@ def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
         model=model,
         z=z.mean(axis=0),
         covariance=covariance,
-        noise_sd=fit.posterior.noise_sd * fit.unit,
+        noise_sd=fit.noise_sd,
         ar=np.zeros(0),
         random_force=float(np.median(draws.random_force[mine])),
         correlation_time=float(np.median(draws.correlation_time[mine])),

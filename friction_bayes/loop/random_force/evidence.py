@@ -23,6 +23,7 @@ from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.noise import log_densities
 from friction_bayes.loop.parameters import FREQUENCY_SD, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.random_force.columns import STIFFNESS_SD
+from friction_bayes.loop.random_force.correlated_error import NO_ERROR
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.sensor_noise import log_convention
 from friction_bayes.loop.random_force.set_aside import LeftOut
@@ -46,7 +47,7 @@ def log_scale(fit: ForceFit, white: LoopFit) -> float:
     """
     scale = _log_convention(fit, white) + fit.sensor_noise.log_scale
     effects = frozenset(white.model.effects)
-    same_noise = white.noise_models[0].outliers == fit.sensor_noise.contaminated
+    same_noise = white.noise_models[0].outliers == fit.sensor_noise.contaminated and fit.error == NO_ERROR
     if not same_noise or effects not in fit.sets.effects:
         return scale
     excess = log_evidence_without_force(fit, white, effects) - log_evidence(white)

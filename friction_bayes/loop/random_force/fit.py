@@ -24,6 +24,7 @@ from friction_bayes.estimators.random_force.whitening import Clock
 from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.columns import LawColumns
+from friction_bayes.loop.random_force.correlated_error import SensorError, find_sensor_error
 from friction_bayes.loop.random_force.growing_noise import NoiseGrowth
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.random_force.sensor_noise import SensorNoise, weigh_sensor_noise
@@ -73,6 +74,8 @@ class ForceFit:
         Smoothed with that law.
     sensor_noise : SensorNoise
         What it is besides white.
+    error : SensorError
+        What neighbouring samples share of it.
     """
 
     segment: Segment
@@ -90,6 +93,7 @@ class ForceFit:
     coefficients: Array
     motion: Motion
     sensor_noise: SensorNoise
+    error: SensorError
 
     @property
     def growth(self) -> NoiseGrowth | None:
@@ -175,6 +179,11 @@ class ForceFit:
         return replace(self, posterior=posterior, coefficients=coefficients, motion=motion)
 
     @property
+    def noise_sd(self) -> float:
+        """Posterior mean of the sd of a value's noise, what neighbours share included, unit of the signal."""
+        return self.posterior.noise_sd * math.hypot(1.0, self.error.ratio) * self.unit
+
+    @property
     def innovations(self) -> Array:
         """Whitened residuals under the best law, in standard deviations, shape (n,)."""
         best = self.posterior.best
@@ -224,6 +233,10 @@ def fit_random_force(
         if PERIODIC_INTERFERENCE.name in record.effects:
             more = lines_beside_motion((white, smoothed.states[:, 2]), segment, lines)
         lines = (*lines, *more)
+        error = find_sensor_error(found.regression, guessed, found.prior, found.w0)
+        settled = error is None or error == whole.error
+        if error is not None:
+            whole = replace(whole, error=error)
         left = LeftOut.under(segment, record.scales, found.regression, found.w0, coefficients, best)
         known = ceiling | outliers
         shown = np.isfinite(whole.variance) & ~ceiling
@@ -240,7 +253,7 @@ def fit_random_force(
         w0 *= change
         motion = smoothed.at_frequency(change)
         found = record.along(motion, w0, lines)
-        if abs(change - 1.0) < _SETTLED and not more and np.array_equal(aside, known):
+        if abs(change - 1.0) < _SETTLED and not more and settled and np.array_equal(aside, known):
             break
     if found is None:
         return None
@@ -275,4 +288,5 @@ def force_fit(
         coefficients=coefficients,
         motion=found.regression.smoothed(coefficients, posterior.best),
         sensor_noise=sensor_noise,
+        error=record.error,
     )

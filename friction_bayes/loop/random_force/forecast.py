@@ -49,7 +49,7 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
         return None
     laws = np.array([signal for signal in signals if signal is not None]) + shifts[finite]
     middle = laws.mean(axis=0)
-    noise = np.full(middle.size, first.posterior.noise_sd * first.unit)
+    noise = np.full(middle.size, first.noise_sd)
     if first.growth is not None and first.growth.found:
         about_rest = middle - segment.decay.rest_position
         grown = first.growth.effect.grows_with(about_rest, np.gradient(middle, time))
@@ -77,9 +77,9 @@ def _last_states(draws: LawDraws, points: Integers, which: Integers) -> tuple[Ar
         point = fit.posterior.points[at]
         residuals = regression.target[:, None] - regression.columns @ laws
         smoothed, covariance = smooth(residuals, fit.clock, fit.row, point.ratio, point.tau)
-        states[mine] = smoothed[-1].T
+        states[mine] = smoothed[-1, :3].T
         states[mine, :2] += (regression.states[-1] @ laws + regression.known_states[-1][:, None]).T
-        spreads[g] = covariance[-1] * point.noise**2
+        spreads[g] = covariance[-1, :3, :3] * point.noise**2
     return states, spreads
 
 

@@ -9,7 +9,7 @@ mode of the random force, whose sd stays, with ``log s`` integrated by Laplace's
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -110,7 +110,7 @@ def find_noise_growth(
     mean_square = float(np.mean(growth**2))
 
     def clock_at(ratio: float) -> Clock:
-        return Clock.of(clock.phase, clock.variance * (1.0 + (ratio * growth) ** 2))
+        return replace(clock, variance=clock.variance * (1.0 + (ratio * growth) ** 2))
 
     def log_weight(clock: Clock, spread: float) -> tuple[float, float]:
         found = weigh_sets(

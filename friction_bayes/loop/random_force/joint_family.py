@@ -206,7 +206,7 @@ class JointFamily(MotionFamily):
         A search knows coloured noise and outliers too, and none at all.
         """
         return not any(
-            fit.posterior.noise_sd * fit.unit <= _NO_NOISE * fit.scales.signal
+            fit.noise_sd <= _NO_NOISE * fit.scales.signal
             or is_coloured(fit.residual, fit.segment.decay.step, fit.segment.decay.frequency)
             or has_heavy_tails(fit.innovations[np.isfinite(fit.clock.variance)])
             for fit in self.best

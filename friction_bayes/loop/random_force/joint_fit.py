@@ -162,7 +162,9 @@ def fit_together(
     scales = scales_of(segments, system)
     records = tuple(
         replace(
-            MovingRecord.of(fit.segment, system, allowed, scales, fit.samples), variance=fit.clock.variance
+            MovingRecord.of(fit.segment, system, allowed, scales, fit.samples),
+            variance=fit.clock.variance,
+            error=fit.error,
         )
         for fit in alone
     )

@@ -24,6 +24,7 @@ from friction_bayes.loop.friction_range import Reading
 from friction_bayes.loop.next_experiment import Contender
 from friction_bayes.loop.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.random_force.contender import drawn_contender
+from friction_bayes.loop.random_force.correlated_error import NO_ERROR
 from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.forecast import forecast
@@ -180,11 +181,17 @@ class MotionFamily(ABC):
         }
 
     def noise(self) -> dict[str, Any]:
-        """Noise of the first record's sensor, a sample of it: those of a block were averaged."""
+        """Noise of the first record's sensor, a sample of it: those of a block were averaged.
+
+        What neighbouring samples share stays in their mean.
+        """
         fit = self.best[0]
-        sd = fit.posterior.noise_sd * fit.unit * math.sqrt(fit.segment.block)
-        step = fit.segment.resolution
-        return {"model": "white", "order": 0, "sd": sd, "correlation_length_s": 0.0, "step": step}
+        white = fit.posterior.noise_sd * fit.unit
+        sd = white * math.hypot(math.sqrt(fit.segment.block), fit.error.ratio)
+        found = {"sd": sd, "step": fit.segment.resolution}
+        if fit.error == NO_ERROR:
+            return {"model": "white", "order": 0, "correlation_length_s": 0.0} | found
+        return {"model": "ar", "order": 1, "correlation_length_s": fit.error.correlation_time} | found
 
     def forecasts(self) -> tuple[Forecast, ...]:
         found = []

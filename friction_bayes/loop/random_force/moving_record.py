@@ -19,6 +19,7 @@ from friction_bayes.estimators.random_force.smoothing import LEAST_NOISE, Motion
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
 from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.random_force.columns import LawColumns, law_columns
+from friction_bayes.loop.random_force.correlated_error import NO_ERROR, SensorError
 from friction_bayes.loop.random_force.sets import ColumnSets, column_sets
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales, SensorEffect
@@ -84,6 +85,8 @@ class MovingRecord:
         Of the priors.
     variance : ndarray, shape (samples,)
         Noise variances of the samples beside each other, infinite for those that are not fitted.
+    error : SensorError
+        What neighbouring samples share of the noise.
     """
 
     segment: Segment
@@ -92,6 +95,7 @@ class MovingRecord:
     effects: tuple[str, ...]
     scales: Scales
     variance: Array
+    error: SensorError = NO_ERROR
 
     @classmethod
     def of(
@@ -131,7 +135,7 @@ class MovingRecord:
 
     def _clock(self, w0: float, variance: Array) -> Clock:
         time = self.segment.time[: self.samples]
-        return Clock.of(w0 * (time - time[0]), variance)
+        return self.error.of(Clock.of(w0 * (time - time[0]), variance), w0)
 
     def first_motion(self, w0: float) -> Motion:
         """The motion before any law is known.

@@ -176,6 +176,7 @@ def _given_samples(
     used = np.isfinite(record.variance)
     log_factor = left.log_factor(used, outliers=contaminated) + (PRIOR_LOG_ODDS if contaminated else 0.0)
     convention = log_convention(int(used.sum()), along.w0**record.segment.order)
+    log_factor += record.error.log_volume
     growth = _noise_growth(record, along, posterior, allowed)
     one_size = _Weighed(
         effects=frozenset({OUTLIERS.name} if contaminated else ()),

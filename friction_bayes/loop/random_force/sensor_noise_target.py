@@ -18,6 +18,7 @@ from friction_bayes.conjugate.likelihood import Target, signal_log_likelihood
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.law_regression import LawRegression, near_least_squares
+from friction_bayes.estimators.random_force.replication import drawn_noise
 
 __all__ = ["sensor_noise_target"]
 
@@ -52,9 +53,8 @@ def sensor_noise_target(
     Target
         Coordinates: the coefficients and ``log_variance`` of the sensor noise, natural units.
     """
-    scale, positive, variance = regression.scale, regression.positive, regression.clock.variance
-    used = np.isfinite(variance)
-    n, p = int(np.count_nonzero(used)), scale.size
+    scale, positive = regression.scale, regression.positive
+    n, p = int(np.count_nonzero(np.isfinite(regression.clock.variance))), scale.size
     # about least squares, so that no small difference of large sums is taken
     reference = near_least_squares(regression.whitened(np.zeros(p), 0.0, 1.0).gram)
     whitened = regression.whitened(reference, 0.0, 1.0)
@@ -88,15 +88,16 @@ def sensor_noise_target(
         return np.where(np.isfinite(log_prior(theta)), density, -np.inf)
 
     def pointwise(theta: Array) -> Array:
-        rest = np.array([regression.residual(law) for law in theta[:, :-1]])
-        known = np.where(used, variance, 1.0)
-        spread = math.log(2.0 * math.pi) + theta[:, -1:] + np.log(known)
-        each = np.where(used, -0.5 * (spread + rest**2 / known * np.exp(-theta[:, -1:])), 0.0)
-        return np.asarray(np.add.reduceat(each, blocks, axis=1))
+        rows = []
+        for law, log_v in zip(theta[:, :-1], theta[:, -1], strict=True):
+            each = regression.log_densities(law, math.exp(log_v), 0.0, 1.0)
+            rows.append(np.add.reduceat(each, blocks))
+        return np.array(rows)
 
     def predictive(theta: Array, rng: np.random.Generator) -> Array:
         rest = np.array([regression.residual(law) for law in theta[:, :-1]])
-        noise = np.exp(0.5 * theta[:, -1:]) * rng.standard_normal(rest.shape)
+        white = np.array([drawn_noise(regression.clock, rng) for _ in theta])
+        noise = np.exp(0.5 * theta[:, -1:]) * white
         return np.asarray(signal + unit * (noise - rest))
 
     def prior_draws(rng: np.random.Generator, count: int) -> Array:

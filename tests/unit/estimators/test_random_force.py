@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,7 +21,13 @@ from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem
 from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
 from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
 from friction_bayes.estimators.random_force.subsets import WeighedSets, all_sets, weigh_sets
-from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, smooth, whiten
+from friction_bayes.estimators.random_force.whitening import (
+    Clock,
+    CorrelatedError,
+    sensor_row,
+    smooth,
+    whiten,
+)
 
 ORDERS = (0, 1, 2)
 
@@ -34,16 +41,21 @@ def uneven_clock(rng: np.random.Generator, zeta: float) -> Clock:
     return Clock.of(phase, variance, zeta)
 
 
+@pytest.mark.parametrize("error", [CorrelatedError(), CorrelatedError(2.0, 0.4)])
 @pytest.mark.parametrize("ratio", [0.01, 1.0, 300.0])
 @pytest.mark.parametrize(("zeta", "tau"), [(0.0, 0.05), (0.03, 0.8), (0.0, 20.0)])
 @pytest.mark.parametrize("order", ORDERS)
-def test_whitening_and_smoothing_are_those_of_a_dense_normal(order, zeta, tau, ratio, rng) -> None:
-    clock, row = uneven_clock(rng, zeta), sensor_row(order, zeta)
+def test_whitening_and_smoothing_are_those_of_a_dense_normal(order, zeta, tau, ratio, error, rng) -> None:
+    clock, row = replace(uneven_clock(rng, zeta), error=error), sensor_row(order, zeta)
     n = clock.phase.size
     block = rng.standard_normal((n, 4))
-    states = ratio**2 * dense_covariance(clock.phase, zeta, tau)
+    states = np.zeros((n, 4, n, 4))
+    states[:, :3, :, :3] = ratio**2 * dense_covariance(clock.phase, zeta, tau).reshape(n, 3, n, 3)
+    apart = np.abs(np.subtract.outer(clock.phase, clock.phase))
+    states[:, 3, :, 3] = error.ratio**2 * np.exp(-apart / error.tau)
+    states = states.reshape(4 * n, 4 * n)
     used = np.isfinite(clock.variance)
-    reading = np.kron(np.eye(n), row)[used]
+    reading = np.kron(np.eye(n), np.append(row, 1.0))[used]
     factor = cho_factor(reading @ states @ reading.T + np.diag(clock.variance[used]))
     gram = block[used].T @ cho_solve(factor, block[used])
     whitened = whiten(block, clock, row, ratio, tau, keep=True)
@@ -56,9 +68,9 @@ def test_whitening_and_smoothing_are_those_of_a_dense_normal(order, zeta, tau, r
 
     gain = states @ reading.T @ cho_solve(factor, np.eye(used.sum()))
     smoothed, covariance = smooth(block, clock, row, ratio, tau)
-    expected = (gain @ block[used]).reshape(n, 3, 4)
+    expected = (gain @ block[used]).reshape(n, 4, 4)
     np.testing.assert_allclose(smoothed, expected, atol=1e-8 * np.abs(expected).max())
-    left = (states - gain @ reading @ states).reshape(n, 3, n, 3)
+    left = (states - gain @ reading @ states).reshape(n, 4, n, 4)
     left = np.array([left[i, :, i] for i in range(n)])
     np.testing.assert_allclose(covariance, left, atol=1e-7 * np.abs(left).max())
     assert np.all(np.diagonal(covariance, axis1=1, axis2=2) >= 0.0)

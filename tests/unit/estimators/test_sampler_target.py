@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,11 +15,11 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.law_regression import LawRegression
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.posterior import ForcePrior, at_resonance
-from friction_bayes.estimators.random_force.replication import drawn_fluctuation
+from friction_bayes.estimators.random_force.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
 from friction_bayes.estimators.random_force.sampler_target import force_target, half_cycle_blocks
 from friction_bayes.estimators.random_force.smoothing import Motion
-from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, whiten
+from friction_bayes.estimators.random_force.whitening import Clock, CorrelatedError, sensor_row, whiten
 
 ORDERS = (0, 1, 2)
 NOISE, FORCE, TAU, FRICTION = 1.0, 2.0, 0.6, 3.0
@@ -193,6 +194,17 @@ def test_drawn_fluctuations_have_the_dense_covariance(tau, rng) -> None:
     sd = np.sqrt(np.diag(dense) + 1e-12)
     # errors of correlations: one over the root of the number of draws
     np.testing.assert_allclose(np.cov(draws.T) / np.outer(sd, sd), dense / np.outer(sd, sd), atol=0.05)
+
+
+def test_drawn_noise_has_the_variances_and_the_error_of_the_clock(rng) -> None:
+    phase, variance = np.cumsum(rng.uniform(0.05, 0.4, 12)), rng.uniform(0.5, 2.0, 12)
+    error = CorrelatedError(1.5, 0.3)
+    clock = replace(Clock.of(phase, variance), error=error)
+    draws = np.array([drawn_noise(clock, rng) for _ in range(20_000)])
+    apart = np.abs(np.subtract.outer(phase, phase))
+    expected = np.diag(variance) + error.ratio**2 * np.exp(-apart / error.tau)
+    # errors of covariances: the variances, up to 4.25, times the root of two over the number of draws
+    np.testing.assert_allclose(np.cov(draws.T), expected, atol=0.2)
 
 
 def test_replications_scatter_as_the_model_says(rng) -> None:

@@ -1,0 +1,23 @@
+"""Friction under a force that fluctuates, read by a sensor whose noise is correlated, is covered.
+
+Records of a simulator of their own, under a force of a fifth of friction. Of 48 on other seeds the 90 %
+interval covered 45, and the mean was off by 1.0 standard deviations rms. Of twelve, an interval that means
+what it says covers fewer than eight once in two hundred runs. (A force of a twentieth, which such a sensor
+hides in half of the records, is another matter: of 36 it covered 23.)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from friction_bayes.loop.random_force.draws import law_draws
+from unsteady_decays import ERROR, FRICTION, SYSTEM, correlated_record, fitted
+
+
+def test_friction_is_covered(rng: np.random.Generator) -> None:
+    covered = 0
+    for _ in range(12):
+        fit = fitted(correlated_record(rng, ERROR), ("random_force", "viscous_damping", "sensor_offset"))
+        low, high = np.quantile(law_draws(fit, rng, 4000).friction, [0.05, 0.95])
+        covered += low <= SYSTEM.stiffness * FRICTION <= high
+    assert covered >= 8
