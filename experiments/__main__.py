@@ -86,16 +86,18 @@ def _run(
 
 
 def _time_table(told: Mapping[str, str], results: Path) -> Table:
-    """Wall time of each experiment when it was last run."""
-    table = Table(title="wall time", title_justify="left")
-    for heading in ("experiment", "seconds", "this time"):
-        table.add_column(heading, justify="right" if heading == "seconds" else "left")
-    total = 0.0
+    """What each experiment took when it was last run, and all that were run now."""
+    table = Table(title="time of each experiment", title_justify="left")
+    for heading in ("experiment", "wall, s", "processor, s", ""):
+        table.add_column(heading, justify="right" if heading.endswith("s") else "left")
+    total = [0.0, 0.0]
     for name, how in told.items():
-        seconds = _record_of(name, results)["elapsed_s"]
-        total += seconds if how == "run" else 0.0
-        table.add_row(name, f"{seconds:.0f}", how)
-    table.add_row("this time, all", f"{total:.0f}", "")
+        record = _record_of(name, results)
+        seconds = [record["elapsed_s"], record["processor_s"]]
+        table.add_row(name, *(f"{each:.0f}" for each in seconds), how)
+        if how == "run":
+            total = [sum(pair) for pair in zip(total, seconds, strict=True)]
+    table.add_row("all that were run", *(f"{each:.0f}" for each in total), "")
     return table
 
 

@@ -117,7 +117,7 @@ def _verdicts(sweep: xr.Dataset, method: str) -> Array:
 
 
 def _environment(results: Path) -> dict[str, str]:
-    """Versions, system and wall times, from the manifests of the experiments of the paper."""
+    """Versions, system and processor times, from the manifests of the experiments of the paper."""
     found = sorted(results.glob("*.json"))
     records = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in found}
     runs = {name: record for name, record in records.items() if "elapsed_s" in record}
@@ -130,8 +130,8 @@ def _environment(results: Path) -> dict[str, str]:
         "versions": versions,
         "system": one["platform"].partition("-")[0],
         "seed": str(one["seed"]),
-        "seconds": f"{sum(record['elapsed_s'] for record in runs.values()):.0f}",
-        "times": ", ".join(f"{name} {record['elapsed_s']:.0f} s" for name, record in runs.items()),
+        "minutes": f"{sum(record['processor_s'] for record in runs.values()) / 60.0:.0f}",
+        "times": ", ".join(f"{name} {record['processor_s']:.0f} s" for name, record in runs.items()),
     }
 
 

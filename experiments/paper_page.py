@@ -67,13 +67,15 @@ def comparison_page(comparison: Mapping[str, Any]) -> str:
         f"{name}: " + ", ".join(f"{number} {word}" for word, number in counted(rows, reading).items())
         for name, reading in (("highest", DECLARED), ("nominal", OTHER))
     )
+    records = min(each["records"] for row in own for each in row["ours"].values())
     sampled = [each["emcee"] for row in rows for each in row["ours"].values() if each["emcee"]]
     parts = [
         HEAD,
         "## What the paper computed\n",
         f"{len(results)} numbers, of which {len(results) - len(own)} restate others. Of the {len(own)} "
-        f"of their own, by {counts}. *emcee* is its value for the closed form's on one of the records, by "
-        f"the same likelihood and prior{_diagnostics(sampled)}.\n",
+        f"of their own, by {counts}; each over at least {records} records. *emcee* is its value for the "
+        "closed form's on one of the records, by the same likelihood and prior"
+        f"{_diagnostics(sampled)}.\n",
         _results_table(results),
         "## What goes into our data\n",
         "Stated by the paper and put into the simulation, or what we chose something for. That the data give "

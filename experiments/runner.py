@@ -147,6 +147,12 @@ def _cell_names(experiment: Experiment, cells: Sequence[Cell], seed: int) -> lis
     return [f"{settings_key([_key(experiment, cell, seed), sources])}.json" for cell in cells]
 
 
+def _processor_seconds() -> float:
+    """Processor time [s] of this process and of its workers that have ended."""
+    spent = os.times()
+    return spent.user + spent.system + spent.children_user + spent.children_system
+
+
 def main(experiment: Experiment, argv: Sequence[str] | None = None) -> xr.Dataset:
     """Run an experiment from the command line and return its dataset.
 
@@ -181,7 +187,7 @@ def run_experiment(experiment: Experiment, options: argparse.Namespace) -> xr.Da
     xarray.Dataset
         The same as saved to ``results/NAME.nc``.
     """
-    started = time.perf_counter()
+    started, used = time.perf_counter(), _processor_seconds()
     digest = settings_digest(experiment, options)
     cells = list(experiment.cells(experiment.config, options.full))
     waiting = options.results / f"{experiment.name}.cells"
@@ -209,6 +215,7 @@ def run_experiment(experiment: Experiment, options: argparse.Namespace) -> xr.Da
         seed=options.seed,
     ) | {
         "elapsed_s": seconds,
+        "processor_s": _processor_seconds() - used,
         "settings": digest,
         "beside": experiment.beside,
         "table": [asdict(row) for row in rows],

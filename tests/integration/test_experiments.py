@@ -184,7 +184,7 @@ def test_a_run_without_its_data_is_not_kept(
     assert stopped.value.code == 2
     told = capsys.readouterr()
     assert "noise_sweep: not run. dataset:made-up: cannot download" in told.err
-    assert "wall time" in told.out
+    assert "time of each experiment" in told.out
     assert sorted(tmp_path.glob("*.nc")) == [tmp_path / "reduced_data_set.nc"]
     all_of_them.main(["paper", "--workers", "1", "--results", str(tmp_path)])
     assert "kept" in capsys.readouterr().out
