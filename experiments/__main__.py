@@ -42,10 +42,6 @@ def _finished(experiment: Experiment, options: argparse.Namespace) -> bool:
     return bool(settings == settings_digest(experiment, options))
 
 
-def _all_there(results: Path) -> bool:
-    return all((results / f"{name}.nc").exists() for name in needed_results())
-
-
 def _record_of(name: str, results: Path) -> dict[str, Any]:
     return json.loads((results / f"{name}.json").read_text(encoding="utf-8"))
 
@@ -79,8 +75,10 @@ def _run(
                 print(f"{name}: not run. {error}", file=sys.stderr)
                 continue
             told[name] = "run"
-        # as soon as it can be made: what comes after may need data that are not at hand
-        if name in needed_results() and _all_there(options.results):
+        # as soon as it can be made, of these sources alone: what comes after may want for its data
+        if name in needed_results() and all(
+            needed in known and _finished(known[needed], options) for needed in needed_results()
+        ):
             print(f"the paper's numbers beside ours: {write_comparison(options.results)}", file=sys.stderr)
     return told
 
