@@ -12,13 +12,15 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
-from experiments.blind.near_threshold import FRICTION, KINDS, SYSTEM, draw_near_threshold
+from experiments.blind.misleading_records import MISLEADING, draw_misleading
+from experiments.blind.near_threshold import FRICTION, KINDS, draw_near_threshold
 from experiments.blind.scoring import set_name, widths_off
 from experiments.method_tables import share_error, with_error
 from experiments.runner import Cell, Experiment, Row, main
 
 __all__ = ["EXPERIMENT"]
 
+_KINDS = (*KINDS, *MISLEADING)
 _TRUSTED = 0.85
 """Share of the intervals that have to hold the true friction, of the verdicts that may be trusted."""
 
@@ -34,17 +36,18 @@ class Config:
 def cells(config: Config, full: bool) -> list[Cell]:
     """One cell a record."""
     wanted = config.records_full if full else config.records
-    return [{"kind": kind, "replicate": replicate} for replicate in range(wanted) for kind in KINDS]
+    return [{"kind": kind, "replicate": replicate} for replicate in range(wanted) for kind in _KINDS]
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """Draw, close the loop on nothing but record and system, then open the seal."""
     seed_of_record, seed_of_loop = seed.spawn(2)
-    sealed = draw_near_threshold(cell["kind"], seed_of_record)
+    draw = draw_misleading if cell["kind"] in MISLEADING else draw_near_threshold
+    sealed = draw(cell["kind"], seed_of_record)
     busy = time.process_time()
     report = fb.close_loop(
-        [sealed.record],
-        fb.Oscillator(**SYSTEM),
+        sealed.records,
+        fb.Oscillator(**sealed.declared),
         seed=int(seed_of_loop.generate_state(1)[0]),
     ).to_dict()
     # processor time, so that a busy machine does not count
@@ -106,7 +109,7 @@ def _coverage(what: str, records: xr.Dataset, told: str) -> Row:
 
 def rows(dataset: xr.Dataset) -> list[Row]:
     """Of the verdicts other than ``unexplained``, how many intervals hold the true friction, by kind."""
-    table = [_row(kind, dataset.isel(record=(dataset["kind"] == kind).values)) for kind in KINDS]
+    table = [_row(kind, dataset.isel(record=(dataset["kind"] == kind).values)) for kind in _KINDS]
     seconds = float(dataset["elapsed"].median())
     denied = dataset.isel(record=(dataset["verdict"] == "unexplained").values)
     if denied.sizes["record"]:

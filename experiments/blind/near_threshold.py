@@ -21,10 +21,14 @@ from friction_bayes import make_record
 
 __all__ = [
     "AMPLITUDE",
+    "DISSIPATION",
+    "DURATION",
+    "FREQUENCY",
     "FRICTION",
     "KINDS",
     "NOISE",
     "PLAIN",
+    "SAMPLING_RATE",
     "SIZES",
     "SYSTEM",
     "ImitatingEffect",
@@ -41,8 +45,8 @@ NOISE = 2e-4
 DURATION = 14.0
 SAMPLING_RATE = 200.0
 
-_FREQUENCY = math.sqrt(SYSTEM["stiffness"] / SYSTEM["mass"])
-_DISSIPATION = FRICTION / (SYSTEM["stiffness"] * AMPLITUDE)
+FREQUENCY = math.sqrt(SYSTEM["stiffness"] / SYSTEM["mass"])
+DISSIPATION = FRICTION / (SYSTEM["stiffness"] * AMPLITUDE)
 _STEP = 0.01
 
 Array = NDArray[np.float64]
@@ -92,19 +96,23 @@ class ImitatingEffect:
 
 @dataclass(frozen=True, kw_only=True)
 class ThresholdRecord:
-    """A record, and what only the judge may open.
+    """Records, and what only the judge may open.
 
     Attributes
     ----------
-    record : xarray.DataArray
+    records : tuple of xarray.DataArray
+        One, or two releases of the machine.
     kind : str
     size : float
         Of the effect, as :func:`draw_effect_of_size` measures it; zero where there is none.
+    declared : dict
+        Mass and stiffness that are declared.
     """
 
-    record: xr.DataArray
+    records: tuple[xr.DataArray, ...]
     kind: str
     size: float
+    declared: dict[str, float] = field(default_factory=SYSTEM.copy)
 
 
 def draw_effect_of_size(kind: str, size: float, rng: np.random.Generator) -> ImitatingEffect:
@@ -136,7 +144,7 @@ def draw_effect_of_size(kind: str, size: float, rng: np.random.Generator) -> Imi
     cancelling_pair
         The same, beside friction that rises by 0.5 .. 1.5 of what makes up for the falling loss.
     """
-    end = DURATION * _FREQUENCY
+    end = DURATION * FREQUENCY
     signed = either_sign(rng) * size
     if kind == "presliding":
         return ImitatingEffect(law={"presliding": size})
@@ -163,23 +171,23 @@ def draw_effect_of_size(kind: str, size: float, rng: np.random.Generator) -> Imi
         )
     if kind == "touch":
         middle, length = rng.uniform(0.3, 0.7) * end, 2.0 * math.pi * rng.uniform(0.3, 2.0)
-        return ImitatingEffect(touch=(signed * _DISSIPATION, middle, length))
+        return ImitatingEffect(touch=(signed * DISSIPATION, middle, length))
     if kind == "slight_damping":
         return ImitatingEffect(law={"damping_ratio": size})
     if kind == "cancelling_pair":
         # per half cycle friction takes 2 d and damping pi zeta times the amplitude
         damping = math.pi * size
-        fallen = end / math.pi * (2.0 * _DISSIPATION + 0.75 * damping)
-        rise = rng.uniform(0.5, 1.5) * damping * min(fallen, 1.0) / (2.0 * _DISSIPATION)
+        fallen = end / math.pi * (2.0 * DISSIPATION + 0.75 * damping)
+        rise = rng.uniform(0.5, 1.5) * damping * min(fallen, 1.0) / (2.0 * DISSIPATION)
         return ImitatingEffect(law={"damping_ratio": size, "relative_change": rise})
     raise ValueError(f"unknown kind {kind!r}, one of {', '.join(SIZES)}")
 
 
 def sampled(effect: ImitatingEffect) -> Array:
     """Signal of the rig without noise, in initial amplitudes, shape (n,)."""
-    times = np.arange(0.0, DURATION, 1.0 / SAMPLING_RATE) * _FREQUENCY
-    end = DURATION * _FREQUENCY
-    law = Law(friction=_DISSIPATION, duration=end, **effect.law)
+    times = np.arange(0.0, DURATION, 1.0 / SAMPLING_RATE) * FREQUENCY
+    end = DURATION * FREQUENCY
+    law = Law(friction=DISSIPATION, duration=end, **effect.law)
     if effect.touch is not None or law.presliding:
         grid = _STEP * np.arange(math.ceil(end / _STEP) + 1)
         force = np.zeros(grid.size) if effect.touch is None else _touch(grid, *effect.touch)
@@ -210,4 +218,4 @@ def draw_near_threshold(kind: str, seed: np.random.SeedSequence | int) -> Thresh
     measured = clean + NOISE * rng.standard_normal(clean.size)
     time = np.arange(clean.size) / SAMPLING_RATE
     record = make_record(time, measured, "displacement", name="sealed record", synthetic=True)
-    return ThresholdRecord(record=record, kind=kind, size=size)
+    return ThresholdRecord(records=(record,), kind=kind, size=size)

@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from experiments.blind.laws import Law, integrate
+from experiments.blind.misleading_records import MISLEADING, draw_misleading
 from experiments.blind.near_threshold import (
     AMPLITUDE,
     FRICTION,
@@ -114,16 +115,38 @@ def test_the_gain_is_right_in_the_middle() -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_seed_decides_the_record(kind: str, seed: int) -> None:
     first, again = (draw_near_threshold(kind, seed) for _ in range(2))
-    np.testing.assert_array_equal(first.record.values, again.record.values)
-    assert first.record.size == 2800
+    np.testing.assert_array_equal(first.records[0].values, again.records[0].values)
+    assert first.records[0].size == 2800
     if kind == PLAIN:
         assert first.size == 0.0
     else:
         seen, largest = SIZES[kind]
         assert 0.01 * seen <= first.size <= largest
-    assert not np.array_equal(first.record.values, draw_near_threshold(kind, seed + 1).record.values)
+    assert not np.array_equal(first.records[0].values, draw_near_threshold(kind, seed + 1).records[0].values)
+
+
+@pytest.mark.parametrize("kind", MISLEADING)
+def test_a_seed_decides_records_that_mislead(kind: str, seed: int) -> None:
+    first, again, other = (draw_misleading(kind, s) for s in (seed, seed, seed + 1))
+    low, high = MISLEADING[kind]
+    assert low <= first.size <= high
+    assert len(first.records) == (2 if kind == "differing_releases" else 1)
+    for record, same in zip(first.records, again.records, strict=True):
+        np.testing.assert_array_equal(record.values, same.values)
+    assert not np.array_equal(first.records[0].values, other.records[0].values)
+    off = abs(first.declared["stiffness"] / SYSTEM["stiffness"] - 1.0)
+    assert off == pytest.approx(first.size if kind == "declared_off" else 0.0)
+
+
+def test_an_accelerometer_shows_the_force_over_the_mass() -> None:
+    record = draw_misleading("accelerometer", 3).records[0]
+    amplitude = SYSTEM["stiffness"] / SYSTEM["mass"] * AMPLITUDE
+    assert record.attrs["quantity"] == "acceleration"
+    assert record.values[:5].mean() == pytest.approx(-amplitude + FRICTION / SYSTEM["mass"], rel=0.05)
 
 
 def test_an_unknown_kind_is_refused(rng: np.random.Generator) -> None:
     with pytest.raises(ValueError, match="unknown kind 'warp'"):
         draw_effect_of_size("warp", 1.0, rng)
+    with pytest.raises(ValueError, match="unknown kind 'warp'"):
+        draw_misleading("warp", 1)
