@@ -1,4 +1,4 @@
-"""``report.json`` field by field, of runs that differ in what there is to report."""
+"""The report as JSON, field by field, of runs that differ in what there is to report."""
 
 from __future__ import annotations
 
@@ -11,12 +11,11 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
-from decays import short_decay
+from decays import SYSTEM, short_decay
 from fluctuating_force import fluctuating_decay
-from friction_bayes.cli.program import main
+from friction_bayes.core.files import strict_json
 from friction_bayes.mechanics.effects import EFFECTS
 
-SYSTEM = ("--mass", "10", "--stiffness", "1000")
 DRAG = {"quadratic_drag.drag_coefficient": 6.0}
 
 
@@ -36,11 +35,11 @@ def fluctuating() -> xr.DataArray:
     return fb.make_record(0.01 * np.arange(motion.size), motion + noise, "displacement", name="fluctuating")
 
 
-RUNS: dict[str, tuple[list[xr.DataArray], list[str]]] = {
-    "plain": ([short_decay()], []),
-    "drag, autoregressive noise": ([short_decay(noise_sd=2e-5, effects=DRAG)], ["--noise", "ar"]),
-    "fluctuating force": ([fluctuating()], []),
-    "two records": ([short_decay(seed=2), short_decay(initial_displacement=0.015, seed=3)], []),
+RUNS: dict[str, tuple[list[xr.DataArray], dict[str, str]]] = {
+    "plain": ([short_decay()], {}),
+    "drag, autoregressive noise": ([short_decay(noise_sd=2e-5, effects=DRAG)], {"noise": "ar"}),
+    "fluctuating force": ([fluctuating()], {}),
+    "two records": ([short_decay(seed=2), short_decay(initial_displacement=0.015, seed=3)], {}),
 }
 
 
@@ -54,13 +53,11 @@ def strict(text: str) -> dict[str, Any]:
 
 
 @pytest.fixture(scope="module", params=RUNS)
-def run(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, dict]:
-    """Name and report of a run of the command."""
+def run(request: pytest.FixtureRequest) -> tuple[str, dict]:
+    """Name and report of a run."""
     records, options = RUNS[request.param]
-    folder = tmp_path_factory.mktemp("fields")
-    paths = [str(fb.write_record(record, folder / f"{k}.csv")) for k, record in enumerate(records)]
-    assert main(["close-loop", *paths, *SYSTEM, "--out", str(folder / "out"), "--seed", "3", *options]) == 0
-    return request.param, strict((folder / "out" / "report.json").read_text())
+    report = fb.close_loop(records, SYSTEM, seed=3, **options)
+    return request.param, strict(strict_json(report.to_dict()))
 
 
 def is_summary(value: Any, unit: str) -> bool:

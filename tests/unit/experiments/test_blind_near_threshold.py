@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -27,8 +28,9 @@ TIMES = 0.05 * np.arange(2800)
 PLAIN_SIGNAL = sampled(ImitatingEffect())
 
 
-def _what_coulomb_leaves(signal: np.ndarray) -> float:
-    """Euclidean length of a change of the signal beside those of a Coulomb decay's own parameters."""
+@cache
+def _coulomb_changes() -> np.ndarray:
+    """Orthonormal changes of the signal by a Coulomb decay's own parameters and by the sensor's zero."""
     step = 1e-5
 
     def coulomb(friction: float = DISSIPATION, speed: float = 1.0, late: float = 0.0, start: float = 1.0):  # type: ignore[no-untyped-def]
@@ -42,8 +44,12 @@ def _what_coulomb_leaves(signal: np.ndarray) -> float:
         coulomb(start=1.0 + step),
     ]
     own = np.column_stack([(x - PLAIN_SIGNAL) / step for x in changed] + [np.ones(TIMES.size)])
-    basis, _ = np.linalg.qr(own)
-    change = signal - PLAIN_SIGNAL
+    return np.linalg.qr(own)[0]
+
+
+def _what_coulomb_leaves(signal: np.ndarray) -> float:
+    """Euclidean length of a change of the signal beside those of a Coulomb decay's own parameters."""
+    basis, change = _coulomb_changes(), signal - PLAIN_SIGNAL
     return float(np.linalg.norm(change - basis @ (basis.T @ change)))
 
 
