@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from friction_bayes.cli.program import main
+from friction_bayes.cli.program import command
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(command())

@@ -14,7 +14,7 @@ from friction_bayes.cli.commands import COMMANDS
 from friction_bayes.cli.options import one_value_each
 from friction_bayes.core.errors import FrictionBayesError, InputError
 
-__all__ = ["build_parser", "main"]
+__all__ = ["build_parser", "command", "main"]
 
 _DEBUG = "FRICTION_BAYES_DEBUG"
 _EPILOG = """examples:
@@ -122,3 +122,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         )
         return 1
     return 0
+
+
+def command() -> int:
+    """Run :func:`main` as the whole of a process.
+
+    A library may leave a damaged file half open. What that raises when Python throws it away, after this
+    program has said what is wrong with the file, is not shown.
+    """
+    if not os.environ.get(_DEBUG):
+        sys.unraisablehook = lambda _: None
+    return main()

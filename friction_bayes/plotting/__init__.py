@@ -5,7 +5,7 @@ from __future__ import annotations
 from friction_bayes.plotting.comparison import Interval, plot_estimators
 from friction_bayes.plotting.posterior import plot_friction, plot_friction_panels, plot_joint
 from friction_bayes.plotting.signal import plot_amplitudes, plot_fit
-from friction_bayes.plotting.style import figure_files, save_figure, styled
+from friction_bayes.plotting.style import figure_files, save_figure, styled, write_figures
 
 __all__ = [
     "Interval",
@@ -18,4 +18,5 @@ __all__ = [
     "plot_joint",
     "save_figure",
     "styled",
+    "write_figures",
 ]

@@ -79,7 +79,7 @@ def plot_detection_points(report: MonitorReport, *, title: str = "detection poin
     points, life = report.points, report.life
     end = _end_of_axis(report)
     with styled():
-        figure = new_figure(8.0, 4.4)
+        figure = new_figure(8.0, 4.8)
         axes = figure.add_subplot()
         top = max(float(points.friction.max()), report.threshold or 0.0)
         width = 0.6 * min(float(np.diff(points.times).min()), 0.12 * (end - points.times[0]))
@@ -115,7 +115,7 @@ def plot_detection_points(report: MonitorReport, *, title: str = "detection poin
         shown = range(0, points.times.size, max(points.times.size // 10, 1))
         above.set_xticks([points.times[i] for i in shown], [f"$T_{{{i + 1}}}$" for i in shown])
         axes.set_title(title)
-        axes.legend(loc="upper left", ncols=2)
+        figure.legend(loc="outside lower center", ncols=3)
     return figure
 
 

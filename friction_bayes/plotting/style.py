@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
@@ -24,6 +24,7 @@ __all__ = [
     "note",
     "save_figure",
     "styled",
+    "write_figures",
 ]
 
 # Blue, vermilion and green of Okabe and Ito, told apart by colour-blind readers; in grey print by
@@ -123,3 +124,14 @@ def save_figure(
     for kind, content in files.items():
         (folder / f"{name}.{kind}").write_bytes(content)
     return [f"{name}.{kind}" for kind in files]
+
+
+def write_figures(figures: Mapping[str, Figure], folder: Path, suffix: str = "") -> dict[str, bytes]:
+    """Write figures as PNG and PDF, their names ending in ``suffix``, and return them as SVG by name."""
+    drawings = {}
+    for name, figure in figures.items():
+        files = figure_files(figure, ("png", "pdf", "svg"))
+        drawings[name] = files.pop("svg")
+        for kind, content in files.items():
+            (folder / f"{name}{suffix}.{kind}").write_bytes(content)
+    return drawings

@@ -58,8 +58,9 @@ def reproduction(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
         if value not in (None, False, []) and name not in ("out", "force", "json")
     }
     versions = {name: version for name, version in manifest["versions"].items() if version}
+    seed = manifest["seed"]
     return [
-        ("seed", str(manifest["seed"])),
+        *([] if seed is None else [("seed", str(seed))]),
         *((entry["record"], f"sha256 {entry['sha256']}") for entry in manifest["inputs"]),
         ("options", ", ".join(f"{name.replace('_', '-')} {value}" for name, value in options.items())),
         ("versions", ", ".join(f"{name} {version}" for name, version in versions.items())),

@@ -71,6 +71,7 @@ AT_HOME = {
     "records.force": "recorded beside a record",
     "report.estimate": "a page",
     "report.loop": "a page",
+    "report.monitor": "a page",
 }
 
 

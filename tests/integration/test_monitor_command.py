@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import xarray as xr
 import friction_bayes as fb
 from decays import short_decay
 from friction_bayes.cli.program import main
-from friction_bayes.cli.tables.monitor import memory
+from friction_bayes.report.monitor_story import memory, monitor_story
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 ISO_13374 = [
@@ -96,8 +97,18 @@ def test_records_to_report(runs: list[str], tmp_path: Path, capsys: pytest.Captu
         for name in ("detection_points", "tracking", "remaining_life")
         for end in ("png", "pdf")
     }
-    assert {path.name for path in out.iterdir()} == {"monitor.json", "monitor.nc", "manifest.json", *figures}
+    files = {"monitor.json", "monitor.nc", "manifest.json", "report.html"}
+    assert {path.name for path in out.iterdir()} == {*files, *figures}
     result = strict(out / "monitor.json")
+    page = unescape((out / "report.html").read_text(encoding="utf-8"))
+    # the table of the terminal, line by line
+    for label, text in monitor_story(result):
+        assert f"<td>{label}</td><td>{text}</td>" in page
+    advice = result["advisory_generation"]["text"]
+    assert f"{advice[0].upper()}{advice[1:]}." in page
+    assert page.count("<img ") == page.count('src="data:image/svg+xml;base64,') == 3
+    assert "<script" not in page
+    assert all(f"<td>T{i}</td><td>{Path(run).name}</td>" in page for i, run in enumerate(runs, start=1))
     assert list(result)[:6] == ISO_13374
     assert result["data_acquisition"]["times_from"] == "given"
     tracked = [each["mean"] for each in result["state_detection"]["forgetting"]["friction"]]
@@ -155,9 +166,12 @@ def test_fleet_to_report(
     assert main(["monitor", str(fleet()), *SYSTEM, *options]) == 0
     assert "3 machines, 4 detection points, 3 records not usable" in capsys.readouterr().out
     assert {path.name for path in out.iterdir()} == {
-        *("monitor.json", "monitor.nc", "manifest.json", "fleet.png", "fleet.pdf")
+        *("monitor.json", "monitor.nc", "manifest.json", "report.html", "fleet.png", "fleet.pdf")
     }
     result = strict(out / "monitor.json")
+    page = unescape((out / "report.html").read_text(encoding="utf-8"))
+    assert page.index("<td>p2</td>") < page.index("<td>p1</td>") < page.index("<td>p3</td>")
+    assert page.count("<img ") == 1
     assert list(result) == ISO_13374
     # the second pump wears faster, the third cannot be followed
     assert result["advisory_generation"]["most_urgent_first"] == ["p2", "p1", "p3"]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +13,7 @@ import numpy as np
 import pytest
 
 from decays import recording_of_decays, written_decay
+from friction_bayes import read_record, write_record
 from friction_bayes.cli.program import main
 
 Signal = tuple[np.ndarray, np.ndarray]
@@ -154,6 +157,37 @@ def test_tdms_whose_channel_names_its_unit(
     with TdmsWriter(tmp_path / "decay.tdms") as writer:
         writer.write_segment([ChannelObject("Untitled", "disp_mm", 1e3 * signal, properties=timing)])
     assert friction(str(tmp_path / "decay.tdms"), *LINEAR) == pytest.approx(FRICTION, rel=0.02)
+
+
+def test_a_file_that_ends_too_soon_is_said_to(
+    tmp_path: Path, decay: Decay, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    time, signal = decay()
+    timing = {"wf_increment": float(time[1] - time[0]), "wf_samples": time.size}
+    path = tmp_path / "decay.tdms"
+    with TdmsWriter(path) as writer:
+        writer.write_segment([ChannelObject("Untitled", "disp_mm", 1e3 * signal, properties=timing)])
+    path.write_bytes(path.read_bytes()[:-800])
+    assert main(["estimate", str(path), *LINEAR, "--method", "envelope"]) == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    assert "decay.tdms: the file is damaged or ends too soon" in " ".join(shown.out.split())
+
+
+def test_a_file_that_a_library_leaves_half_open_is_refused_in_one_line(tmp_path: Path, csv: Path) -> None:
+    path = tmp_path / "decay.nc"
+    write_record(read_record(csv), path)
+    content = bytearray(path.read_bytes())
+    # in the header of the first object, beyond the superblock
+    content[139] ^= 140
+    path.write_bytes(content)
+    argv = [sys.executable, "-m", "friction_bayes", "estimate", str(path), *LINEAR]
+    done = subprocess.run(argv, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (2, "")
+    (line,) = done.stderr.splitlines()
+    assert "this is not a NetCDF file" in line
 
 
 @pytest.mark.parametrize("command", ["estimate", "close-loop", "monitor"])

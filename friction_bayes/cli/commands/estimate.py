@@ -204,15 +204,10 @@ def _write(
     estimate: Estimate, record: xr.DataArray, reference: ReferenceRun | None, folder: Path, suffix: str
 ) -> dict[str, bytes]:
     """Write figures and draws, and return the figures as SVG."""
-    from friction_bayes.plotting import figure_files
+    from friction_bayes.plotting import write_figures
     from friction_bayes.plotting.estimate import estimate_figures
 
-    drawings = {}
-    for name, figure in estimate_figures(estimate, record, reference).items():
-        files = figure_files(figure, ("png", "pdf", "svg"))
-        drawings[name] = files.pop("svg")
-        for kind, content in files.items():
-            (folder / f"{name}{suffix}.{kind}").write_bytes(content)
+    drawings = write_figures(estimate_figures(estimate, record, reference), folder, suffix)
     if reference is not None:
         from friction_bayes.reference import save_tree
 

@@ -92,15 +92,9 @@ def run(arguments: argparse.Namespace) -> None:
             if getattr(arguments, option):
                 raise InputError(f"--{option}", "is for a fleet", "leave it out")
     with output_folder(arguments.out, force=arguments.force) as folder:
-        if fleet is None:
-            table = _one_machine(arguments, folder)
-            inputs = input_digests(*arguments.records)
-        else:
-            inputs = input_digests(*arguments.records)
-            table = _fleet(arguments, fleet, inputs, folder)
-        write_manifest(folder, manifest("monitor", options=options_of(arguments), seed=None, inputs=inputs))
+        table = _one_machine(arguments, folder) if fleet is None else _fleet(arguments, fleet, folder)
     output_console().print(table)
-    note(f"report and figures are in {arguments.out}")
+    note(f"report.html and figures are in {arguments.out}")
 
 
 def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
@@ -119,16 +113,27 @@ def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
             time_unit=arguments.time_unit,
         )
     from friction_bayes.cli.tables.monitor import monitor_table
-    from friction_bayes.plotting import save_figure
+    from friction_bayes.plotting import write_figures
     from friction_bayes.plotting.monitor import monitor_figures
+    from friction_bayes.report.monitor import monitor_page
 
     notes = [text for known in report.manipulation for text in known["notes"]]
     result = report.to_dict() | {"notes": list(dict.fromkeys([*warned, *notes]))}
     write_json(folder / "monitor.json", result)
     report.to_dataset().to_netcdf(folder / "monitor.nc", engine="h5netcdf")
-    for name, figure in monitor_figures(report).items():
-        save_figure(figure, folder, name)
-    return monitor_table(result, [what_was_read(record) for record in records])
+    drawings = write_figures(monitor_figures(report), folder)
+    made = _write_manifest(arguments, input_digests(*arguments.records), folder)
+    read = list(dict.fromkeys(what_was_read(record) for record in records))
+    (folder / "report.html").write_text(monitor_page(result, read, drawings, made), encoding="utf-8")
+    return monitor_table(result, read)
+
+
+def _write_manifest(
+    arguments: argparse.Namespace, inputs: Mapping[str, str], folder: Path
+) -> Mapping[str, Any]:
+    made = manifest("monitor", options=options_of(arguments), seed=None, inputs=inputs)
+    write_manifest(folder, made)
+    return made
 
 
 def _each_decay(records: Sequence[xr.DataArray], system: Oscillator) -> list[xr.DataArray]:
@@ -170,31 +175,32 @@ def _open_fleet(arguments: argparse.Namespace) -> xr.DataArray | None:
     return fleet
 
 
-def _fleet(
-    arguments: argparse.Namespace, records: xr.DataArray, inputs: Mapping[str, str], folder: Path
-) -> Any:
+def _fleet(arguments: argparse.Namespace, records: xr.DataArray, folder: Path) -> Any:
     from friction_bayes.monitor.fleet import fleet_work
     from friction_bayes.monitor.resumable_run import parts_folder, run_key
 
+    inputs = input_digests(*arguments.records)
     work = fleet_work(records, system_of(arguments), threshold=arguments.threshold)
     key = run_key("monitor", options_of(arguments), inputs)
     with parts_folder(arguments.out, key, resume=arguments.resume, note=note) as parts:
         with _dask_workers(arguments.scheduler, arguments.workers):
             fleet = work.resume(parts, note=note)
-        return _write_fleet(fleet, folder)
+        return _write_fleet(fleet, folder, _write_manifest(arguments, inputs, folder))
 
 
-def _write_fleet(fleet: xr.Dataset, folder: Path) -> Any:
-    """Write files and figure; return the table."""
+def _write_fleet(fleet: xr.Dataset, folder: Path, made: Mapping[str, Any]) -> Any:
+    """Write files, figure and page; return the table."""
     from friction_bayes.cli.tables.monitor import fleet_table
     from friction_bayes.monitor.fleet_report import fleet_report
-    from friction_bayes.plotting import save_figure
+    from friction_bayes.plotting import write_figures
     from friction_bayes.plotting.monitor import plot_fleet
+    from friction_bayes.report.monitor import fleet_page
 
     fleet.to_netcdf(folder / "monitor.nc", engine="h5netcdf")
-    save_figure(plot_fleet(fleet), folder, "fleet")
+    drawings = write_figures({"fleet": plot_fleet(fleet)}, folder)
     result = fleet_report(fleet)
     write_json(folder / "monitor.json", result)
+    (folder / "report.html").write_text(fleet_page(result, drawings["fleet"], made), encoding="utf-8")
     return fleet_table(result)
 
 

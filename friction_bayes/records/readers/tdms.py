@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import logging
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.records.readers.optional import optional_package
 from friction_bayes.records.readers.table import Column, Table
 
@@ -27,11 +30,18 @@ def read_tdms(path: Path) -> Table:
     """
     nptdms = optional_package("nptdms", path)
     try:
-        file = nptdms.TdmsFile.read(path)
+        with _complaints() as heard:
+            file = nptdms.TdmsFile.read(path)
     except Exception as error:  # what a damaged file makes the library trip over
         raise InputError(
             str(path), f"this is not a TDMS file ({error})", "give the suffix of its format"
         ) from None
+    if heard:
+        warnings.warn(
+            f"{path.name}: the file is damaged or ends too soon: what could be read of it is taken",
+            RecordWarning,
+            stacklevel=2,
+        )
     columns = {}
     for group in file.groups():
         for channel in group.channels():
@@ -43,6 +53,30 @@ def read_tdms(path: Path) -> Table:
                 clock=_clock(channel.properties, len(channel)),
             )
     return Table(columns)
+
+
+@contextmanager
+def _complaints() -> Iterator[list[logging.LogRecord]]:
+    """Yield a list of what the library would say on standard error of what it misses and goes on without."""
+    from nptdms.log import log_manager
+
+    heard: list[logging.LogRecord] = []
+
+    class Listener(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            heard.append(record)
+
+    listener, console = Listener(), log_manager.console_handler
+    loggers = list(log_manager.loggers.values())
+    for logger in loggers:
+        logger.addHandler(listener)
+        logger.removeHandler(console)
+    try:
+        yield heard
+    finally:
+        for logger in loggers:
+            logger.removeHandler(listener)
+            logger.addHandler(console)
 
 
 def _clock(properties: Mapping[str, Any], samples: int) -> Callable[[], Array] | None:
