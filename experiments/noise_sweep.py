@@ -21,7 +21,7 @@ from experiments.tables import Row
 from friction_bayes.mechanics.simulate import noise_sd_for, signal_to_noise_db
 from friction_bayes.mechanics.testbed import PAPER_RELEASE, PAPER_SYSTEM, paper_example
 
-__all__ = ["EXPERIMENT", "Config"]
+__all__ = ["EXPERIMENT", "Config", "noise_for"]
 
 FRICTION = printed("example-friction")
 """True friction of the example [N]."""
@@ -60,6 +60,11 @@ def _clean() -> np.ndarray:
     return record.values[record["time"].values < record.attrs.get("stop_time", math.inf)]
 
 
+def noise_for(snr_db: float) -> float:
+    """Noise of a sample [m] at which the example has a signal-to-noise ratio [dB]."""
+    return noise_sd_for(_clean(), snr_db)
+
+
 def stated_level(config: Config) -> float:
     """Signal-to-noise ratio of the noise that the paper states [dB], by this project's definition."""
     return round(signal_to_noise_db(_clean(), config.stated_noise_sd), 2)
@@ -76,7 +81,7 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """Every level has noise of its own, so that what all levels show is not the chance of one draw."""
     of_noise, of_sampler = seeds_of(cell, seed)
-    record = paper_example(of_noise, noise_sd=noise_sd_for(_clean(), cell["snr_db"]))
+    record = paper_example(of_noise, noise_sd=noise_for(cell["snr_db"]))
     return measure(
         record, PAPER_SYSTEM, FRICTION, methods=config.methods, check=cell["check"], seed=of_sampler
     )
@@ -85,7 +90,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
 def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dataset:
     """Dimensions snr_db, replicate, method; with the noise of each level and the Cramer-Rao bound at it."""
     dataset = gather(cells, results, levels=LEVELS)
-    noise = np.array([noise_sd_for(_clean(), level) for level in dataset["snr_db"].values.tolist()])
+    noise = np.array([noise_for(level) for level in dataset["snr_db"].values.tolist()])
     # the error of the efficient estimator that is linear in the noise, all five parameters unknown
     bound = PAPER_SYSTEM.stiffness * float(np.linalg.norm(bound_row(paper_decay(0), PAPER_RELEASE)))
     bounds = noise * bound / FRICTION
