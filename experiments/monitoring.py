@@ -125,7 +125,7 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
 
 def follow_machine(
     config: Config, law: str, points: int, rng: np.random.Generator
-) -> tuple[Machine, fb.MonitorReport]:
+) -> tuple[Machine, list[xr.DataArray], fb.MonitorReport]:
     """Wear a machine by a law, record it at evenly spaced points, and monitor it."""
     times = np.linspace(0.0, config.span, points)
     machine = LAWS[law](config, times, rng)
@@ -144,13 +144,13 @@ def follow_machine(
     report = fb.monitor_records(
         records, PAPER_SYSTEM, threshold=config.threshold, times=times.tolist(), time_unit="h"
     )
-    return machine, report
+    return machine, records, report
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """Wear one machine, record it at its points, monitor it, and wait for its end."""
     rng = np.random.default_rng(seed)
-    machine, report = follow_machine(config, cell["law"], cell["points"], rng)
+    machine, _, report = follow_machine(config, cell["law"], cell["points"], rng)
     life = report.life
     assert life is not None
     low, middle, high = (life.ppf(q) for q in (0.05, 0.5, 0.95))

@@ -65,8 +65,6 @@ class Rig:
         [N], [m]: one per cent of the cell's range, and the sensor's resolution.
     filter_window, filter_order : int
         Of the Savitzky-Golay filter that refines the friction signal [samples].
-    damping_ratio : float
-        Of viscous damping beside the friction, which the paper calls extremely small: none.
     duration : float
         Length of a record [s], longer than the motion.
     """
@@ -92,7 +90,6 @@ class Rig:
     displacement_noise: float = 3e-5
     filter_window: int = 31
     filter_order: int = 3
-    damping_ratio: float = 0.0
     duration: float = 13.0
 
 
@@ -112,7 +109,7 @@ def _friction_level(rig: Rig, friction: float, time: Array, rng: np.random.Gener
     return friction * np.maximum(relative, 0.0)
 
 
-def run_rig(rig: Rig, friction: float, *, seed: int) -> dict[str, xr.DataArray]:
+def run_rig(rig: Rig, friction: float, *, seed: int, damping_ratio: float = 0.0) -> dict[str, xr.DataArray]:
     """One synthetic run of the testbed: what its three sensors record.
 
     Parameters
@@ -122,6 +119,8 @@ def run_rig(rig: Rig, friction: float, *, seed: int) -> dict[str, xr.DataArray]:
         Mean friction [N].
     seed : int
         Of friction and sensors.
+    damping_ratio : float
+        Of viscous damping beside the friction, which the paper calls extremely small.
 
     Returns
     -------
@@ -141,7 +140,7 @@ def run_rig(rig: Rig, friction: float, *, seed: int) -> dict[str, xr.DataArray]:
     level = _friction_level(rig, friction, time, rng)
     held = level[np.minimum((clocks[order] * rig.sampling_rate + 1e-9).astype(np.int64), time.size - 1)]
     motion, force = varying_friction_decay(
-        system, held, rig.release, 0.0, clocks[order], damping_ratio=rig.damping_ratio
+        system, held, rig.release, 0.0, clocks[order], damping_ratio=damping_ratio
     )
     place = np.empty_like(order)
     place[order] = np.arange(order.size)

@@ -11,12 +11,18 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+import friction_bayes as fb
 from experiments.monitoring import Config as Wear
 from experiments.monitoring import follow_machine
 from experiments.runner import Cell, Experiment, main
 from experiments.tables import Row
+from experiments.testbed_choices import DRAWN_PRIOR
+from friction_bayes.mechanics.testbed import PAPER_SYSTEM
 
 __all__ = ["EXPERIMENT", "Config"]
+
+WAYS = ("forgetting", "plain", "chain")
+"""Of updating by the whole signal, discounted and plain; and the paper's own pair, from record to record."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +43,7 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """Follow one machine to Tn: f(r|Ti) with and without forgetting, and f(dt|Tn)."""
     wear, rng = config.wear, np.random.default_rng(seed)
-    machine, report = follow_machine(wear, cell["law"], cell["points"], rng)
+    machine, records, report = follow_machine(wear, cell["law"], cell["points"], rng)
     times = report.points.times
     life = report.life
     assert life is not None
@@ -58,6 +64,17 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         densities = [report.density(point, forgetting=forgetting) for point in range(times.size)]
         found[f"{name}_mean"] = [float(density.mean()) for density in densities]
         found[f"{name}_sd"] = [float(density.std()) for density in densities]
+    return found | _own_chain(records)
+
+
+def _own_chain(records: Sequence[xr.DataArray]) -> dict[str, list[float]]:
+    """The paper's own chain: normal-gamma on each record, its posterior the prior of the next."""
+    pair = fb.NormalGamma(**DRAWN_PRIOR)
+    found: dict[str, list[float]] = {"chain_mean": [], "chain_sd": []}
+    for record in records:
+        pair = fb.estimate(record, PAPER_SYSTEM, method="normal-gamma", prior=pair).fit.posterior
+        found["chain_mean"].append(float(pair.friction.mean()))
+        found["chain_sd"].append(float(pair.friction.std()))
     return found
 
 
@@ -70,7 +87,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
     life = [math.inf if quantile is None else quantile for quantile in one["life"]]
     friction = {"units": "N"}
     data = {"true_friction": ("time", one["friction"], friction)}
-    for name in ("forgetting", "plain"):
+    for name in WAYS:
         data[f"{name}_mean"] = ("time", one[f"{name}_mean"], friction)
         data[f"{name}_sd"] = ("time", one[f"{name}_sd"], friction)
     return xr.Dataset(
@@ -94,7 +111,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
     """The last point and the remaining life, beside the truth of this machine."""
     truth = float(dataset["true_friction"][-1])
     table = []
-    for name in ("forgetting", "plain"):
+    for name in WAYS:
         mean, sd = float(dataset[f"{name}_mean"][-1]), float(dataset[f"{name}_sd"][-1])
         low, high = stats.norm(mean, sd).interval(0.9)
         table.append(Row(f"f(r|Tn), {name}", f"{mean:.4f} [{low:.4f}, {high:.4f}] N", f"{truth:.4f} N"))

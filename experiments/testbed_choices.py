@@ -46,9 +46,9 @@ CHOICES: dict[str, dict[str, Any]] = {
     "roughness over 0.2 s": {"roughness_time": 0.2},
     "no bursts": {"burst_sizes": (0.0, 0.0, 0.0)},
     "no phase error": {"phase_error": 0.0},
-    "viscous damping 0.03 %": {"damping_ratio": 3e-4},
-    "viscous damping 0.1 %": {"damping_ratio": 1e-3},
-    "viscous damping 0.3 %": {"damping_ratio": 3e-3},
+    "viscous damping 0.03 %": {},
+    "viscous damping 0.1 %": {},
+    "viscous damping 0.3 %": {},
     "prior as drawn": {},
     "prior ten times as strong": {},
 }
@@ -56,6 +56,10 @@ PRIORS = {
     "prior as drawn": DRAWN_PRIOR,
     "prior ten times as strong": DRAWN_PRIOR | {"lam": 0.5, "alpha": 10.0},
 }
+
+
+DAMPING = {"viscous damping 0.03 %": 3e-4, "viscous damping 0.1 %": 1e-3, "viscous damping 0.3 %": 3e-3}
+"""Damping ratios beside the friction."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +88,12 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """The same draws of friction and noise under every choice."""
     rig = replace(config.rig, **CHOICES[cell["choice"]])
-    signals = run_rig(rig, DATA_SETS[cell["data_set"]], seed=int(seed.generate_state(1)[0]))
+    signals = run_rig(
+        rig,
+        DATA_SETS[cell["data_set"]],
+        seed=int(seed.generate_state(1)[0]),
+        damping_ratio=DAMPING.get(cell["choice"], 0.0),
+    )
     record, since = signals["acceleration"], 0.0
     if cell["data_set"] == "2-reduced":
         since = last_begins(record, config.last_share)

@@ -18,10 +18,13 @@ import xarray as xr
 from experiments import (
     acceptance_roc,
     data_used,
+    estimated_response,
     example_choices,
     gamma_exponential,
     noise_sweep,
+    prior_sweep,
     probability_paper,
+    random_force_verdict,
     reduced_data_set,
     residuals_traced,
     rig_sensors,
@@ -69,6 +72,22 @@ TINY: dict[Any, dict[str, Any]] = {
     },
     shown_records: {"grid": 21, "check": False},
     shown_machine: {"points": 4, "grid": 41},
+    prior_sweep: {
+        "records": 2,
+        "friction_means": (0.5,),
+        "friction_weights": (0.05,),
+        "precision_means": (5.0,),
+        "precision_weights": (2.0,),
+    },
+    random_force_verdict: {
+        "records": 1,
+        "sizes": (0.0, 0.2),
+        "other_times": (),
+        "noise": (5e-4,),
+        "sampling_rate": 100.0,
+        "testbed": (),
+    },
+    estimated_response: {"records": 2},
 }
 
 
