@@ -192,7 +192,8 @@ class Mixture:
     def agrees(self) -> Mask:
         """Which candidates do not contradict what all of them say of friction, shape (c,).
 
-        One agrees where its mean lies within the 90 % interval over all, or the mean over all within its own.
+        One agrees where its mean lies within the 90 % interval over all, or the mean over all within its own;
+        one of which nothing is drawn does not.
         """
         friction = self.draws.friction
         low, high, mean = *np.quantile(friction, TAILS), friction.mean()

@@ -1,4 +1,4 @@
-r"""By how much friction would move had the prior of the effects another scale.
+r"""By how much friction would move if the priors of the effects had another scale.
 
 Coefficients of effects are normal with a standard deviation that the set-up suggests. Were all of them
 :math:`f` times as wide, a draw with :math:`n` coefficients whose squares add up to :math:`S` variances of the
@@ -21,13 +21,14 @@ __all__ = ["prior_sensitivity"]
 
 _FACTORS = (0.1, 10.0)
 _LEAST_DRAWS = 50.0
-"""Effective draws below which they do not tell."""
+"""Effective number of draws below which nothing is said."""
 
 
 def prior_sensitivity(draws: FamilyDraws) -> dict[str, float | None]:
-    """Shift of friction's mean in its own standard deviations, by what the prior's scale is multiplied with.
+    """Shift of friction's mean in its own standard deviations, by the factor on the scale of the priors.
 
-    None where too few of the draws would count: a posterior with that prior lies elsewhere.
+    None where too few of the draws would count: the posterior with those priors lies elsewhere. Nuisances too
+    slight to show (:mod:`friction_bayes.loop.slight_effects`) keep their size.
     """
     sd = float(draws.friction.std(ddof=1))
     found: dict[str, float | None] = {}

@@ -1,11 +1,12 @@
 r"""Damping and drift too slight for a record to show, which friction has to answer for all the same.
 
-A viscous damping of one standard deviation of what the record can tell leaves no trace by which it could be
-found, and moves friction by several times its own standard deviation: over a decay that is cut before it
-rests, the two act nearly alike. So every candidate without one of these effects carries it as a nuisance:
-absent with probability one half (three quarters beside another force of the catalogue), else of a size of up
-to a few of its standard deviations. With the estimate :math:`\hat c` and standard deviation :math:`s` that
-the samples give its coefficient beside the candidate's parameters,
+A viscous damping of one standard deviation of what the record tells of it leaves no trace by which it could
+be found, and yet moves friction by several of friction's own standard deviations: over a decay that is cut
+before it rests, the two act nearly alike. So every candidate of one record that lacks one of these effects
+carries it as a nuisance: absent with probability one half (three quarters where the candidate has another
+force of the catalogue), else of a size of up to a few of its standard deviations. With the estimate
+:math:`\hat c` and standard deviation :math:`s` that the samples give its coefficient beside the candidate's
+parameters,
 
 .. math:: c \sim N(0, (2s)^2)
 
@@ -38,10 +39,11 @@ _SLIGHT_EFFECTS = (VISCOUS_DAMPING.name, FRICTION_DRIFT.name)
 _PRESENT = 0.5
 """Prior probability of each that it acts on a motion that no other effect of the catalogue bends."""
 _PRESENT_BESIDE = 0.25
-"""The same where one does. With one half the mean of friction moves by as much as an effect that is found has
-brought it nearer; with the tenth of a candidate's own effects, pairs that cancel are covered less often."""
+"""The same where one does. With one half, friction's mean is moved from the truth by as much as the effect
+that was found had brought it nearer; with one tenth, the prior of a candidate's own effects, the intervals
+hold friction less often where two effects cancel."""
 _REACH = 2.0
-"""Prior sd of a coefficient in standard deviations of what the samples tell of it."""
+"""Prior sd of a coefficient, in standard deviations of its estimate from the samples alone."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +59,7 @@ class SlightEffect:
     low, high : float
         Support of the coefficient.
     follow : float
-        Change of friction with it [N or N m].
+        Change of friction a unit of it [N or N m].
     """
 
     probability: float
@@ -83,7 +85,9 @@ class SlightEffect:
         estimate, information : float
             Mean and precision of the likelihood.
         support : tuple of float
+            Of the coefficient.
         follow : float
+            Change of friction a unit of it [N or N m].
         beside : iterable of str
             Effects of the candidate.
         """
@@ -136,9 +140,9 @@ def slight_effects(fit: LoopFit, allowed: Sequence[str]) -> tuple[SlightEffect, 
 
 
 def with_slight_effects(friction: Array, slight: Iterable[SlightEffect], rng: np.random.Generator) -> Array:
-    """Draws of a candidate's friction, shape (k,), with each nuisance beside some of them.
+    """Draws of a candidate's friction, shape (k,), each nuisance acting on its share of them.
 
-    A draw that would be negative stays where it is.
+    A draw that it would make negative stays where it is.
     """
     for one in slight:
         coefficient = truncated_draws(

@@ -123,7 +123,7 @@ def known_within(friction: Report) -> str:
     if not mean:
         return "No friction is seen."
     below, above = (f"{100.0 * abs(end / mean - 1.0):.2g}" for end in (low, high))
-    return f"Friction is known within -{below} and +{above} %, with 90 %."
+    return f"Friction is known within -{below} and +{above} %, with 90 % probability."
 
 
 def _with_or_without_random_force(credible: Sequence[Report]) -> str:

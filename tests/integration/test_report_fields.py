@@ -35,11 +35,14 @@ def fluctuating() -> xr.DataArray:
     return fb.make_record(0.01 * np.arange(motion.size), motion + noise, "displacement", name="fluctuating")
 
 
-RUNS: dict[str, tuple[list[xr.DataArray], dict[str, str]]] = {
+RUNS: dict[str, tuple[list[xr.DataArray], dict[str, Any]]] = {
     "plain": ([short_decay()], {}),
     "drag, autoregressive noise": ([short_decay(noise_sd=2e-5, effects=DRAG)], {"noise": "ar"}),
     "fluctuating force": ([fluctuating()], {}),
-    "two records": ([short_decay(seed=2), short_decay(initial_displacement=0.015, seed=3)], {}),
+    "two records": (
+        [short_decay(seed=2), short_decay(initial_displacement=0.015, seed=3)],
+        {"effects": ["viscous_damping", "friction_drift", "random_force", "sensor_offset"]},
+    ),
 }
 
 

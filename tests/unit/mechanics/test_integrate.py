@@ -9,14 +9,12 @@ import sys
 
 import numpy as np
 import pytest
-from numba import njit
 from scipy.integrate import solve_ivp
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator, Pendulum
 from friction_bayes.mechanics.coulomb import coulomb_decay
-from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Parameter, force_effects, register
-from friction_bayes.mechanics.effects.prior import normal
+from friction_bayes.mechanics.effects import force_effects
 from friction_bayes.mechanics.integrate import integrate
 
 SYSTEM = Oscillator(mass=2.0, stiffness=800.0)
@@ -203,22 +201,6 @@ def test_a_friction_force_above_the_spring_stops_a_struck_mass():
     motion = integrate(SYSTEM, R, 0.0, 1e-3, np.linspace(0.0, 1.0, 101))
     assert motion.turning_points.size == 1
     assert 0.0 < motion.turning_points[0] < R / K
-
-
-def test_an_effect_from_outside_is_compiled_in(monkeypatch):
-    monkeypatch.setattr("friction_bayes.mechanics.effects.registry.EFFECTS", dict(EFFECTS))
-
-    @njit
-    def damping(t, x, v, direction, friction, duration, mass, stiffness, p, i):
-        return p[i] * v
-
-    dashpot = Parameter(name="coefficient", unit="N s/m", low=0.0, prior=lambda scales: normal(1.0))
-    register(ForceEffect(name="dashpot", summary="c v", parameters=(dashpot,), force=damping))
-    time = np.linspace(0.0, 2.0, 201)
-    zeta = 0.03
-    mine = integrate(SYSTEM, R, 0.02, 0.0, time, {"dashpot.coefficient": 2 * zeta * W0 * M})
-    theirs = integrate(SYSTEM, R, 0.02, 0.0, time, {"viscous_damping.damping_ratio": zeta})
-    np.testing.assert_allclose(mine.displacement, theirs.displacement, atol=1e-12)
 
 
 def test_the_compiled_integrator_is_cached_on_disk():
