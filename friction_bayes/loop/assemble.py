@@ -87,7 +87,9 @@ def assemble_report(
     rng_mixture, rng_before, rng_after, rng_pool = rng.spawn(4)
     trail = [step for family in families for step in family.trail]
     everyone, families = families, [family for family in families if family.sets]
-    mixture = mixture_of(families, rng_mixture)
+    # a family whose own sets do not count knows it all the same
+    slight_force = next((f.slight_force for f in everyone if f.slight_force is not None), None)
+    mixture = mixture_of(families, rng_mixture, slight_force)
     best, model = mixture.best, before.model
     segment = model.segments[0]
     effects = in_catalogue_order(mixture.sets[0])

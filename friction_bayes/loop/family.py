@@ -24,7 +24,7 @@ from friction_bayes.loop.reference_force import ResistingForce
 from friction_bayes.loop.residual_tests import ResidualTests
 from friction_bayes.loop.result import RecordTrace
 
-__all__ = ["Family", "FamilyDraws", "Mixture", "mixture_of"]
+__all__ = ["Family", "FamilyDraws", "Mixture", "Nuisance", "mixture_of"]
 
 Names = frozenset[str]
 
@@ -65,6 +65,14 @@ class FamilyDraws:
         return FamilyDraws(**{name: values[index] for name, values in vars(self).items()})
 
 
+class Nuisance(Protocol):
+    """What friction has to answer for without its being in the law."""
+
+    def beside(self, friction: Array, rng: np.random.Generator) -> Array:
+        """Draws of friction, shape (k,), with it beside some of them."""
+        ...
+
+
 class Family(Protocol):
     """Candidates that share a likelihood.
 
@@ -89,12 +97,17 @@ class Family(Protocol):
         of the samples were set aside.
     holds_what_is_left : bool
         Whether its draws of friction hold how far that could shift for what the law does not say.
+    slight_force : Nuisance or None
+        A random force too slight to show, for draws of all families without one; None where it knows of none.
     """
 
     sets: tuple[Names, ...]
     log_weights: Array
     trail: tuple[str, ...]
     holds_what_is_left: bool
+
+    @property
+    def slight_force(self) -> Nuisance | None: ...
 
     @property
     def draws(self) -> FamilyDraws: ...
@@ -210,7 +223,9 @@ class Mixture:
         return replace(self, draws=replace(self.draws, friction=friction, candidate=nobody))
 
 
-def mixture_of(families: Sequence[Family], rng: np.random.Generator) -> Mixture:
+def mixture_of(
+    families: Sequence[Family], rng: np.random.Generator, slight_force: Nuisance | None = None
+) -> Mixture:
     """Mix families in proportion to their evidence.
 
     Parameters
@@ -218,6 +233,8 @@ def mixture_of(families: Sequence[Family], rng: np.random.Generator) -> Mixture:
     families : sequence of Family
         No set in two of them; one has the empty set.
     rng : numpy.random.Generator
+    slight_force : Nuisance, optional
+        A random force too slight to show, for draws without one.
     """
     logs = np.concatenate([family.log_weights for family in families])
     probability = np.exp(logs - logs.max())
@@ -235,9 +252,14 @@ def mixture_of(families: Sequence[Family], rng: np.random.Generator) -> Mixture:
         some = family.draws.at(np.sort(rng.permutation(DRAWS)[:count]))
         parts.append(vars(some) | {"candidate": place[owner == f][some.candidate]})
     kept = probability[listed]
+    draws = FamilyDraws(**{name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
+    if slight_force is not None:
+        still = draws.random_force == 0.0
+        friction = np.where(still, slight_force.beside(draws.friction, rng), draws.friction)
+        draws = replace(draws, friction=friction)
     return Mixture(
         sets=tuple(everyone[i] for i in listed),
         probabilities=kept / kept.sum(),
         best=families[int(owner[order[0]])],
-        draws=FamilyDraws(**{name: np.concatenate([part[name] for part in parts]) for name in parts[0]}),
+        draws=draws,
     )

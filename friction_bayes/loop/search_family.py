@@ -50,6 +50,7 @@ class SearchFamily:
     """
 
     holds_what_is_left = False
+    slight_force = None
 
     def __init__(
         self,

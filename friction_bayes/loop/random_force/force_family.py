@@ -23,6 +23,7 @@ from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
 from friction_bayes.loop.random_force.motion_family import MotionFamily, too_large
 from friction_bayes.loop.random_force.sampler_check import check_random_force
 from friction_bayes.loop.random_force.slight_beside_law import friction_with_slight_effects
+from friction_bayes.loop.random_force.slight_force import slight_force
 from friction_bayes.loop.random_force.unknowable import unknowable
 from friction_bayes.loop.random_force.witnesses import Witnesses, two_witnesses
 from friction_bayes.loop.search_family import SearchFamily
@@ -82,6 +83,7 @@ class ForceFamily(MotionFamily):
     ) -> None:
         super().__init__(search.found.before, tolerance, rng)
         self.found, self.fit = search.found, fit
+        self.slight_force = slight_force(fit)
         shift = self._log_scale(allowed)
         cells = self._weighed_here()
         logs = shift + np.log([*cells.probabilities.values()])

@@ -30,6 +30,7 @@ from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.forecast import forecast
 from friction_bayes.loop.random_force.left_over import LeftOver, what_is_left, worst_of
 from friction_bayes.loop.random_force.motion_trace import motion_trace
+from friction_bayes.loop.random_force.slight_force import SlightForce
 from friction_bayes.loop.reference_force import ResistingForce
 from friction_bayes.loop.residual_tests import ResidualTests
 from friction_bayes.loop.result import RecordTrace
@@ -62,6 +63,7 @@ class MotionFamily(ABC):
     """
 
     holds_what_is_left = True
+    slight_force: SlightForce | None = None
     sets: tuple[frozenset[str], ...]
     log_weights: Array
     trail: tuple[str, ...]
