@@ -1,0 +1,223 @@
+"""Every code block of README and docs: Python runs, commands parse, and what is shown is what is printed.
+
+What takes long is not run again here: closing the loop and sampling are called with the arguments shown and
+return a small result, and commands that do either are parsed alone.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import itertools
+import re
+import shlex
+from collections.abc import Callable, Iterator
+from contextlib import redirect_stdout
+from io import StringIO
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import friction_bayes as fb
+from decays import SYSTEM, short_decay
+from friction_bayes.cli.options import one_value_each
+from friction_bayes.cli.program import build_parser, main
+from friction_bayes.mechanics.effects import EFFECTS
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+BLOCK = re.compile(r"^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+SLOW = ("--check", "close-loop", "demo", "datasets", "dataset:")
+
+
+class Block(NamedTuple):
+    """A fenced block of a page."""
+
+    page: Path
+    line: int
+    language: str
+    text: str
+    follows_python: bool
+
+    @property
+    def place(self) -> str:
+        return f"{self.page.name}:{self.line}"
+
+
+def blocks_of(page: Path) -> list[Block]:
+    text, blocks, end, python = page.read_text(encoding="utf-8"), [], 0, False
+    for found in BLOCK.finditer(text):
+        follows = python and not text[end : found.start()].strip()
+        line = text.count("\n", 0, found.start()) + 1
+        blocks.append(Block(page, line, found["language"], found["text"], follows))
+        end, python = found.end(), found["language"] == "python"
+    return blocks
+
+
+BLOCKS = [block for page in PAGES for block in blocks_of(page)]
+PYTHON_PAGES = [page for page in PAGES if any(block.language for block in blocks_of(page))]
+
+
+def agree(shown: str, printed: str) -> bool:
+    """Whether two texts are the same but for white space and 2 % of their numbers; ``...`` is anything."""
+    place, words = 0, " ".join(printed.split())
+    for part in re.split(r"^\.\.\.$", shown, flags=re.MULTILINE):
+        wanted = " ".join(part.split())
+        # numbers first: their own pattern must not be escaped
+        pattern = r"([-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?)".join(map(re.escape, NUMBER.split(wanted)))
+        pattern += r"(?!\S)"
+        found = re.search(pattern, words[place:])
+        if found is None:
+            return False
+        pairs = zip(NUMBER.findall(wanted), found.groups(), strict=True)
+        if not all(np.isclose(float(a), float(b), rtol=0.02, atol=1e-12) for a, b in pairs):
+            return False
+        place += found.end()
+    return True
+
+
+def test_what_is_compared_can_differ() -> None:
+    shown = "friction  0.0700 N\n...\nnote the record"
+    assert agree(shown, "friction 0.0701 N\nsd 3\nnote  the record is")
+    assert not agree(shown, "friction 0.08 N\nnote the record")
+    assert not agree(shown, "friction 0.07 Nm\nnote the record")
+    assert not agree(shown, "note the record\nfriction 0.07 N")
+
+
+def commands_of(text: str) -> Iterator[tuple[str, str]]:
+    """Each command of a block, continued lines joined, and what is shown below it."""
+    lines = re.sub(r"\\\n\s*", "", text).splitlines()
+    starts = [k for k, line in enumerate(lines) if re.match(r"(\$ )?(friction-bayes|python -m|make) ", line)]
+    for begin, end in itertools.pairwise([*starts, len(lines)]):
+        yield lines[begin].removeprefix("$ ").partition("  # ")[0], "\n".join(lines[begin + 1 : end])
+
+
+@pytest.mark.parametrize("block", [b for b in BLOCKS if not b.language], ids=lambda block: block.place)
+def test_commands_exist(block: Block) -> None:
+    for command, _ in commands_of(block.text):
+        words = shlex.split(command, comments=True)
+        if words[0] == "make":
+            assert re.search(rf"^{words[1]}:", (ROOT / "Makefile").read_text(), re.MULTILINE), command
+        elif words[0] == "python":
+            path = ROOT / words[2].replace(".", "/")
+            assert (
+                words[2] == "pytest" or path.with_suffix(".py").is_file() or (path / "__main__.py").is_file()
+            )
+        elif re.search(r"\[|[A-Z]{4}", command):
+            known = subparser(words[1])._option_string_actions
+            assert {option for option in re.findall(r"--[a-z-]+", block.text)} <= set(known)
+        else:
+            build_parser().parse_args(one_value_each(words[1:], "--prior"))
+
+
+def subparser(name: str) -> Any:
+    """The parser of one command."""
+    (commands,) = (action for action in build_parser()._actions if action.choices)
+    return commands.choices[name]
+
+
+@pytest.mark.parametrize("page", ["cli.md"])
+def test_commands_print_what_is_shown(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    # figures are drawn, and looked at, elsewhere
+    monkeypatch.setattr("friction_bayes.plotting.write_figures", lambda *_: {})
+    compared = 0
+    for block in blocks_of(ROOT / "docs" / page):
+        for command, shown in commands_of(block.text):
+            words = shlex.split(command, comments=True)
+            if words[0] != "friction-bayes" or "[" in command or any(slow in command for slow in SLOW):
+                continue
+            main(list(itertools.chain.from_iterable(map(expanded, words[1:]))))
+            out, err = capsys.readouterr()
+            if shown.strip():
+                assert agree(shown, out + err), f"{block.place}: {command}\n{out}{err}"
+                compared += 1
+    assert compared >= 7
+
+
+def expanded(word: str) -> list[str]:
+    """What a shell makes of a word."""
+    return sorted(path.name for path in Path().glob(word)) if "?" in word else [word]
+
+
+@pytest.fixture(scope="module")
+def small_report() -> fb.LoopReport:
+    """A loop closed with one effect in sight."""
+    return fb.close_loop(
+        [short_decay()], SYSTEM, seed=1, effects=["viscous_damping"], random_force="none", noise="white"
+    )
+
+
+@pytest.fixture
+def readers_names(rng: np.random.Generator) -> dict[str, dict[str, Any]]:
+    """What each page takes its reader to have."""
+    draws = rng.gamma(3.0, size=(4, 5000))
+    truth = rng.normal(size=2000)
+    centre = truth + rng.normal(size=2000)
+    reach = stats.norm.ppf(0.95)
+    values = rng.normal(size=(2, 3, 50))
+    return {
+        "close-loop.md": {
+            "high": short_decay(),
+            "low": short_decay(initial_displacement=0.01),
+            "record": short_decay(),
+            "system": SYSTEM,
+        },
+        "monitor.md": {"xr": importlib.import_module("xarray"), "values": values, "seconds": np.arange(50.0)},
+        "testing.md": {
+            "my_sampler": lambda chains, draws: rng.gamma(3.0, size=(chains, draws)),
+            "my_density": stats.gamma(3.0).pdf,
+            "my_cdf": stats.gamma(3.0).cdf,
+            "exact_draws": draws.ravel(),
+            "lower": centre - reach,
+            "upper": centre + reach,
+            "truth": truth,
+            "assert_coverage": fb.testing.assert_coverage,
+            "assert_prior_recovered": fb.testing.assert_prior_recovered,
+            "draws_without_data": draws,
+        },
+    }
+
+
+def in_its_place(real: Callable[..., Any], result: Any) -> Callable[..., Any]:
+    """Take the arguments of a slow function and return something small."""
+
+    def quick(*args: Any, **settings: Any) -> Any:
+        inspect.signature(real).bind(*args, **settings)
+        return result
+
+    return quick
+
+
+@pytest.mark.parametrize("page", PYTHON_PAGES, ids=lambda page: page.name)
+def test_python_runs_as_shown(
+    page: Path,
+    readers_names: dict[str, dict[str, Any]],
+    small_report: fb.LoopReport,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(fb, "close_loop", in_its_place(fb.close_loop, small_report))
+    monkeypatch.setattr(fb, "sample_reference", in_its_place(fb.sample_reference, small_report.posterior))
+    built_in = set(EFFECTS)
+    names, printed = dict(readers_names.get(page.name, {})), ""
+    try:
+        for block in blocks_of(page):
+            if block.language == "python":
+                with redirect_stdout(StringIO()) as out:
+                    exec(compile(block.text, block.place, "exec"), names)
+                    for test in [names.pop(name) for name in list(names) if name.startswith("test_")]:
+                        test()
+                printed = out.getvalue()
+            elif block.follows_python:
+                assert agree(block.text, printed), f"{block.place}: {printed}"
+    finally:
+        for name in set(EFFECTS) - built_in:
+            del EFFECTS[name]
