@@ -545,6 +545,10 @@ def test_mf4(tmp_path) -> None:
         file.append([asammdf.Signal(1e3 * SIGNAL, TIME, name="displacement", unit="mm")])
         file.save(tmp_path / "decay.mf4")
     assert_is_the_signal(read_record(tmp_path / "decay.mf4"), rtol=1e-12)
+    content = bytearray((tmp_path / "decay.mf4").read_bytes())
+    (tmp_path / "decay.mf4").write_bytes(content[: len(content) // 2])
+    with pytest.raises(InputError, match=r"decay.mf4: this is not an MDF file \("):
+        read_record(tmp_path / "decay.mf4")
 
 
 @pytest.mark.parametrize("suffix", [".tdms", ".uff", ".mf4", ".zarr"])
