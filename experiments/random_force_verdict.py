@@ -74,7 +74,7 @@ class Config:
     sampling_rate: float = 1000.0
     rig: Rig = field(default_factory=Rig)
     testbed: tuple[str, ...] = tuple(TESTBED)
-    records: int = 32
+    records: int = 20
     records_full: int = 400
 
 
