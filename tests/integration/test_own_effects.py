@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 
 import friction_bayes as fb
 from friction_bayes.cli.program import main
+from friction_bayes.estimators.registry import ESTIMATORS
 from friction_bayes.mechanics.effects import EFFECTS
 
 MODULE = """
@@ -29,6 +31,22 @@ BEND = SensorEffect(
     distort=bend,
 )
 """
+ESTIMATOR = """
+from friction_bayes.estimators.envelope.estimator import EnvelopeEstimator
+
+USUAL = EnvelopeEstimator()
+
+
+class OwnEnvelope:
+    name = "own-envelope"
+    prior_keys = USUAL.prior_keys
+    default_prior = USUAL.default_prior
+    fit = USUAL.fit
+    fit_many = USUAL.fit_many
+
+
+OWN = OwnEnvelope()
+"""
 MOTION = (
     *("--mass", "10", "--stiffness", "1000", "--friction", "0.5", "--initial-displacement", "0.02"),
     *("--sampling-rate", "100", "--duration", "5"),
@@ -39,12 +57,15 @@ MOTION = (
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The current folder, with a module of an effect and one that cannot be imported."""
     (tmp_path / "bent_sensor.py").write_text(MODULE)
+    (tmp_path / "own_estimator.py").write_text(ESTIMATOR)
     (tmp_path / "broken_sensor.py").write_text("1 / 0\n")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
     yield tmp_path
     EFFECTS.pop("sensor_curvature", None)
-    sys.modules.pop("bent_sensor", None)
+    ESTIMATORS.pop("own-envelope", None)
+    for name in ("bent_sensor", "own_estimator"):
+        sys.modules.pop(name, None)
 
 
 def test_an_effect_of_ones_own_acts_like_one_of_the_catalogue(folder: Path) -> None:
@@ -54,6 +75,27 @@ def test_an_effect_of_ones_own_acts_like_one_of_the_catalogue(folder: Path) -> N
         assert main(["simulate", *MOTION, *own, "--out", name]) == 0
     plain, bent = (fb.read_record(folder / name).values for name in ("plain.csv", "bent.csv"))
     np.testing.assert_allclose(bent, plain + 3.0 * plain**2, atol=1e-8)
+
+
+def test_an_estimator_of_ones_own_is_a_method(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", *MOTION, "--out", "plain.csv"]) == 0
+    own = ("--register", "own_estimator:OWN", "--method", "own-envelope")
+    found = []
+    for method in (("--method", "envelope"), own):
+        assert main(["estimate", "plain.csv", *MOTION[:4], *method, "--json"]) == 0
+        found.append(json.loads(capsys.readouterr().out))
+    assert found[1]["method"] == "own-envelope"
+    assert found[1]["friction"] == found[0]["friction"]
+
+
+def test_where_an_effect_plays_no_part_it_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", *MOTION, "--out", "plain.csv"]) == 0
+    own = ("--register", "bent_sensor:BEND", "--method", "envelope")
+    assert main(["estimate", "plain.csv", *MOTION[:4], *own]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert (
+        "warning sensor_curvature plays no part: estimate fits dry friction alone; close-loop weighs" in said
+    )
 
 
 @pytest.mark.parametrize(
