@@ -11,6 +11,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import ScalarFormatter
 
 __all__ = [
     "ACCENT",
@@ -101,12 +102,32 @@ def note(axes: Axes, text: str, *, place: str = "upper right") -> None:
     )
 
 
+class _PlainLabels(ScalarFormatter):
+    """Tick labels as plain text; only the power of ten that they share is set as mathematics.
+
+    To parse every label as mathematics takes a third of the time in which a figure is drawn.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(useMathText=False)
+
+    def get_offset(self) -> str:
+        self.set_useMathText(True)
+        shared = str(super().get_offset())
+        self.set_useMathText(False)
+        return shared
+
+
 def figure_files(figure: Figure, formats: tuple[str, ...]) -> dict[str, bytes]:
     """Return what the file of a figure holds in each format."""
     # A creation date would make equal runs differ.
     dated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}
     files = {}
     with styled():
+        for axes in figure.axes:
+            for axis in (axes.xaxis, axes.yaxis):
+                if type(axis.get_major_formatter()) is ScalarFormatter:
+                    axis.set_major_formatter(_PlainLabels())
         for kind in formats:
             file = BytesIO()
             figure.savefig(file, format=kind, metadata=dated.get(kind))
