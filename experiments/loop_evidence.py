@@ -148,6 +148,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     beside="Monte Carlo error",
+    group="own",
 )
 
 if __name__ == "__main__":

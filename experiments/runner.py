@@ -59,8 +59,9 @@ class Experiment:
         The closing table.
     beside : str
         Heading of the column that ours stands beside.
-    group : {"paper", "blind", "measured"}
-        What it belongs to: the paper, sealed synthetic records, or measured ones, which must be at hand.
+    group : {"paper", "blind", "measured", "own"}
+        What it belongs to: the paper and its pages, sealed synthetic records, measured ones, which must be at
+        hand, or checks of this package's own methods.
     paired : tuple of str
         Coordinates that a cell's seed does not depend on: cells that differ in these alone see the
         same noise.

@@ -218,6 +218,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     beside="steady wear alone",
+    group="own",
 )
 
 if __name__ == "__main__":
