@@ -55,7 +55,7 @@ def draw_errors(axes: Axes, dataset: xr.Dataset) -> None:
     axes.loglog(ends, ends, color=TRUTH, linewidth=0.8)
     axes.loglog(ends, 0.1 * ends, color=TRUTH, linewidth=0.8, linestyle="--", label="a tenth")
     axes.set(xlabel="friction off before [%]", ylabel="after [%]", xlim=ends, ylim=ends)
-    axes.legend(loc="upper left")
+    axes.figure.legend(loc="outside lower center", ncols=2)
     axes.set_title("Friction error, records of the catalogue")
 
 
