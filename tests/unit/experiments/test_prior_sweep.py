@@ -53,11 +53,11 @@ def test_errors_of_numbers_are_those_of_repeated_experiments(rng: np.random.Gene
         "pooled": pooled(lambda after: error(after).mean("replicate").values),
         "in band": in_band(error, 0.1),
     }
-    runs = [after_of(rng.normal(0.2, 0.1, (80, 3)), prior) for _ in range(200)]
+    runs = [after_of(rng.normal(0.2, 0.1, (80, 3)), prior) for _ in range(100)]
     for name, of in numbers.items():
         found = np.array([of(after) for after in runs])[:, :, 0]
-        # 200 repetitions tell a standard deviation to 5 %, ten groups of records each error to 24 %
-        assert found[:, 0].std(ddof=1) == pytest.approx(found[:, 1].mean(), rel=0.25), name
+        # 100 repetitions tell a standard deviation to 7 %
+        assert found[:, 0].std(ddof=1) == pytest.approx(found[:, 1].mean(), rel=0.3), name
 
 
 def test_few_records_have_no_error() -> None:
