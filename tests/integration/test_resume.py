@@ -98,7 +98,7 @@ def test_a_changed_option_or_input_starts_anew_and_says_so(
     write_fleet(tmp_path / "fleet.zarr", friction=0.31)
     assert run("out", "--threshold", "0.7", "--resume") == MACHINES
     assert ["starting anew" in text for text in said] == [True, True, False]
-    assert "report and figures" in said[-1]
+    assert "report.html and figures" in said[-1]
     assert left_beside(tmp_path) == []
 
 
