@@ -21,6 +21,7 @@ def friction_between_records(
     laws: DrawnLaws,
     alone: Sequence[ForceFit],
     *,
+    shift: Array,
     probability: float,
     scale: Array,
     unit: str,
@@ -33,6 +34,8 @@ def friction_between_records(
     laws : DrawnLaws
     alone : sequence of ForceFit, length r
         Each record by itself.
+    shift : ndarray, shape (k,)
+        What slight effects that all records share add to the friction of each [N or N m].
     probability : float
         That friction differs.
     scale : ndarray, shape (k,)
@@ -51,7 +54,7 @@ def friction_between_records(
         "records": [
             {
                 "name": one.fit.segment.decay.name,
-                "friction": Summary.of_draws(np.abs(scale * one.friction), unit).to_dict(),
+                "friction": Summary.of_draws(np.abs(scale * (one.friction + shift)), unit).to_dict(),
             }
             for one in laws.records
         ],

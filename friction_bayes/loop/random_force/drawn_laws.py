@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.random_force.draws import LawDraws
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
@@ -23,6 +23,8 @@ class DrawnLaws:
     ----------
     records : tuple of LawDraws, length r
         Those of each record, of its own friction.
+    row : ndarray of int, shape (k,)
+        Which of the posterior's sets each draw has.
     friction : ndarray, shape (k,)
         Mean friction [N or N m]: that of all records where it does not differ between them.
     spread : ndarray, shape (k,)
@@ -30,13 +32,15 @@ class DrawnLaws:
     """
 
     records: tuple[LawDraws, ...]
+    row: Integers
     friction: Array
     spread: Array
 
     @classmethod
     def of_one(cls, draws: LawDraws) -> DrawnLaws:
         """Those of one record."""
-        return cls(records=(draws,), friction=draws.friction, spread=np.zeros_like(draws.friction))
+        none = np.zeros_like(draws.friction)
+        return cls(records=(draws,), row=draws.chosen, friction=draws.friction, spread=none)
 
     @property
     def first(self) -> LawDraws:

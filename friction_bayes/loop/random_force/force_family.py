@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import cached_property
 from typing import Any
 
@@ -22,11 +23,12 @@ from friction_bayes.loop.random_force.evidence import log_scale
 from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
 from friction_bayes.loop.random_force.motion_family import MotionFamily, too_large
 from friction_bayes.loop.random_force.sampler_check import check_random_force
-from friction_bayes.loop.random_force.slight_beside_law import friction_with_slight_effects
+from friction_bayes.loop.random_force.slight_beside_law import beside_set
 from friction_bayes.loop.random_force.slight_force import slight_force
 from friction_bayes.loop.random_force.unknowable import unknowable
 from friction_bayes.loop.random_force.witnesses import Witnesses, two_witnesses
 from friction_bayes.loop.search_family import SearchFamily
+from friction_bayes.loop.slight_effects import SlightEffect
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
@@ -137,9 +139,8 @@ class ForceFamily(MotionFamily):
         kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
         return self.cells.places(self.sets)[kind, drawn.point, drawn.chosen]
 
-    @cached_property
-    def _friction(self) -> Array:
-        return friction_with_slight_effects(self.laws.first, self._rng_draws)
+    def _slight_beside(self, g: int, row: int) -> Iterator[SlightEffect]:
+        return beside_set(self.fit, g, row)
 
     @cached_property
     def best(self) -> tuple[ForceFit, ...]:

@@ -60,4 +60,4 @@ def joint_draws(
     step = SPREADS[1] / SPREADS[0]
     spread = fit.level * fit.spread_of[row] * step ** rng.uniform(-0.5, 0.5, draws)
     friction = mean[:, frictions].sum(axis=1) * force
-    return DrawnLaws(records=records, friction=friction, spread=spread * force)
+    return DrawnLaws(records=records, row=row, friction=friction, spread=spread * force)

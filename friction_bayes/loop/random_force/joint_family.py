@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -28,9 +28,11 @@ from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.joint_draws import joint_draws
 from friction_bayes.loop.random_force.joint_fit import JointFit, fit_together
 from friction_bayes.loop.random_force.motion_family import MotionFamily, too_large
+from friction_bayes.loop.random_force.slight_beside_law import beside_joint_set
 from friction_bayes.loop.random_force.unknowable import unknowable
 from friction_bayes.loop.searched import coulomb_model
 from friction_bayes.loop.segment import Segment
+from friction_bayes.loop.slight_effects import SlightEffect
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
 __all__ = ["JointFamily", "joint_family"]
@@ -148,6 +150,9 @@ class JointFamily(MotionFamily):
     def laws(self) -> DrawnLaws:
         return joint_draws(self.fit, self._rng_draws, DRAWS, self._weight)
 
+    def _slight_beside(self, g: int, row: int) -> Iterator[SlightEffect]:
+        return beside_joint_set(self.fit, g, row)
+
     @cached_property
     def candidate(self) -> Integers:
         drawn = self.laws.first
@@ -193,6 +198,7 @@ class JointFamily(MotionFamily):
         return friction_between_records(
             self.laws,
             self.fit.alone,
+            shift=self._friction - self.laws.friction,
             probability=float(weight[:, differs].sum() / weight.sum()),
             scale=scale_draws(model, self.laws.frequency, DRAWS, rng_scale),
             unit=unit,

@@ -155,13 +155,9 @@ class JointProblem:
 
     def conditional(self, point: GridPoint, row: int) -> Conditional:
         """What the records say of all coefficients in one set at a point of the grid."""
-        lam = point.found.full_noise2
-        left = self._eliminated(self._sums(point.ratio, point.tau)[0], row, lam)
-        shared, noise2 = ~self.own, float(point.found.noise2[row])
+        left = self._left(point, row)
         columns = np.flatnonzero(self.sets[row])
-        mean, covariance = set_posterior(
-            left.gram, self.references[0, shared], self.sets[row, shared], lam, noise2
-        )
+        mean, covariance = self._shared_posterior(left, point, row, self.sets[row])
         scale = self.scale[columns]
         return Conditional(
             problem=self,
@@ -171,9 +167,38 @@ class JointProblem:
             inside=self._own_sets[self._own_set[row]],
             deviating=int(self._deviating[row]),
             deviation=float(self.spread.sd[self.spread_number[row]]),
-            noise=math.sqrt(noise2),
+            noise=math.sqrt(float(point.found.noise2[row])),
             left=left,
             centre=self._centre(row),
+        )
+
+    def shared_posterior(self, point: GridPoint, row: int, columns: Mask) -> tuple[Array, Array]:
+        """Mean and covariance of shared coefficients, in units of ``scale`` and before they are cut at zero.
+
+        Parameters
+        ----------
+        point : GridPoint
+        row : int
+            The set whose own columns, spread and noise are taken.
+        columns : ndarray of bool, shape (p,)
+            The shared columns.
+        """
+        return self._shared_posterior(self._left(point, row), point, row, columns)
+
+    def _left(self, point: GridPoint, row: int) -> _Eliminated:
+        """Sums of the shared columns at a point, a set's own integrated out."""
+        return self._eliminated(self._sums(point.ratio, point.tau)[0], row, point.found.full_noise2)
+
+    def _shared_posterior(
+        self, left: _Eliminated, point: GridPoint, row: int, columns: Mask
+    ) -> tuple[Array, Array]:
+        shared, found = ~self.own, point.found
+        return set_posterior(
+            left.gram,
+            self.references[0, shared],
+            columns[shared],
+            found.full_noise2,
+            float(found.noise2[row]),
         )
 
     def _parts(self) -> Iterator[Integers]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from functools import cached_property
 from typing import Any
 
@@ -30,10 +31,12 @@ from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.forecast import forecast
 from friction_bayes.loop.random_force.left_over import LeftOver, what_is_left, worst_of
 from friction_bayes.loop.random_force.motion_trace import motion_trace
+from friction_bayes.loop.random_force.slight_beside_law import friction_with_slight_effects
 from friction_bayes.loop.random_force.slight_force import SlightForce
 from friction_bayes.loop.reference_force import ResistingForce
 from friction_bayes.loop.residual_tests import ResidualTests
 from friction_bayes.loop.result import RecordTrace
+from friction_bayes.loop.slight_effects import SlightEffect
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
@@ -137,10 +140,14 @@ class MotionFamily(ABC):
             squares=np.sum(laws.scores**2, axis=1),
         )
 
+    @abstractmethod
+    def _slight_beside(self, g: int, row: int) -> Iterable[SlightEffect]:
+        """Nuisances beside a set of the posterior at a point of its grid."""
+
     @cached_property
     def _friction(self) -> Array:
-        """Draws of friction [N or N m]: those of the laws, with whatever else it answers for."""
-        return self.laws.friction
+        """Draws of friction [N or N m]: those of the laws, which answer for slight effects too."""
+        return friction_with_slight_effects(self.laws, self._slight_beside, self._rng_draws)
 
     def _reading(self, what: str, fits: tuple[ForceFit, ...], laws: DrawnLaws) -> Reading:
         """Friction by some laws, with what the most probable one leaves of the records."""

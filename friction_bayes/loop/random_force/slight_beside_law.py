@@ -1,53 +1,98 @@
-"""Damping and drift too slight to show, beside the laws drawn along a measured motion."""
+"""Damping and drift too slight to show, beside the laws drawn along measured motions."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.estimators.random_force.subsets import set_posterior
-from friction_bayes.loop.random_force.draws import LawDraws
+from friction_bayes.loop.random_force.columns import LawColumns
+from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
+from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.random_force.joint_fit import JointFit
 from friction_bayes.loop.slight_effects import SlightEffect, slight_beside, with_slight_effects
 
-__all__ = ["friction_with_slight_effects"]
+__all__ = ["beside_joint_set", "beside_set", "friction_with_slight_effects"]
 
 
-def friction_with_slight_effects(draws: LawDraws, rng: np.random.Generator) -> Array:
+def friction_with_slight_effects(
+    laws: DrawnLaws, beside: Callable[[int, int], Iterable[SlightEffect]], rng: np.random.Generator
+) -> Array:
     """Draws of friction [N or N m], shape (k,), that answer for slight effects too.
 
     See :mod:`friction_bayes.loop.slight_effects`.
+
+    Parameters
+    ----------
+    laws : DrawnLaws
+    beside : callable, (point of the grid, set of the posterior) -> iterable of SlightEffect
+        The nuisances beside that set.
+    rng : numpy.random.Generator
     """
-    friction = draws.friction.copy()
-    kinds, kind = np.unique(np.column_stack([draws.point, draws.chosen]), axis=0, return_inverse=True)
-    for i, (g, m) in enumerate(kinds):
+    friction = laws.friction.copy()
+    kinds, kind = np.unique(np.column_stack([laws.first.point, laws.row]), axis=0, return_inverse=True)
+    for i, (g, row) in enumerate(kinds):
         mine = kind.ravel() == i
-        friction[mine] = with_slight_effects(friction[mine], _beside(draws, int(g), int(m)), rng)
+        friction[mine] = with_slight_effects(friction[mine], beside(int(g), int(row)), rng)
     return friction
 
 
-def _beside(draws: LawDraws, g: int, m: int) -> Iterator[SlightEffect]:
-    """The nuisances beside a set at a point of the grid."""
-    fit = draws.fit
-    law, point, columns = fit.law, fit.posterior.points[g], fit.sets.columns[m]
+def beside_set(fit: ForceFit, g: int, m: int) -> Iterator[SlightEffect]:
+    """The nuisances beside a set of one record at a point of the grid."""
+    point = fit.posterior.points[g]
+    gram = fit.regression.whiten_at(point.ratio, point.tau).gram
+    columns, lam, noise2 = fit.sets.columns[m], point.found.full_noise2, float(point.found.noise2[m])
+
+    def posterior(beside: Mask) -> tuple[Array, Array]:
+        return set_posterior(gram, fit.regression.reference, beside, lam, noise2)
+
+    return _beside(fit.law, fit.sets.effects[m], columns, np.ones_like(columns), posterior)
+
+
+def beside_joint_set(fit: JointFit, g: int, row: int) -> Iterator[SlightEffect]:
+    """The nuisances beside a set of several records; those of which each record has its own are left out."""
+    problem, point, law = fit.problem, fit.posterior.points[g], fit.along[0].law
+    effects = fit.along[0].sets.effects[problem.number[row]]
+
+    def posterior(beside: Mask) -> tuple[Array, Array]:
+        return problem.shared_posterior(point, row, beside)
+
+    return _beside(law, effects, problem.sets[row], ~problem.own, posterior)
+
+
+def _beside(
+    law: LawColumns,
+    effects: frozenset[str],
+    columns: Mask,
+    offered: Mask,
+    posterior: Callable[[Mask], tuple[Array, Array]],
+) -> Iterator[SlightEffect]:
+    """The nuisances beside a set.
+
+    Parameters
+    ----------
+    law : LawColumns
+    effects : frozenset of str
+        Of the set.
+    columns, offered : ndarray of bool, shape (p,)
+        Columns of the set, and those that a nuisance may have.
+    posterior : callable
+        Mean and covariance of the coefficients in some columns, before they are cut at zero.
+    """
     rubs = columns & np.isin(np.arange(columns.size), law.frictions)
     if not rubs.any():
         return
-    gram = fit.regression.whiten_at(point.ratio, point.tau).gram
-    for name in slight_beside(fit.sets.effects[m]):
+    for name in slight_beside(effects):
         for j in chain(*law.alternatives(name)):
+            if not offered[j]:
+                continue
             beside = columns.copy()
             beside[j] = True
-            mean, covariance = set_posterior(
-                gram,
-                fit.regression.reference,
-                beside,
-                point.found.full_noise2,
-                float(point.found.noise2[m]),
-            )
+            mean, covariance = posterior(beside)
             own, friction = (int(np.count_nonzero(beside[:c])) for c in (j, int(np.flatnonzero(rubs)[0])))
             variance = float(covariance[own, own])
             # without the prior of the coefficient, a standard normal
@@ -56,4 +101,4 @@ def _beside(draws: LawDraws, g: int, m: int) -> Iterator[SlightEffect]:
                 follow = float(covariance[own, friction]) / variance * law.scale[rubs][0] * law.unit_force
                 support = (0.0 if law.positive[j] else -math.inf, math.inf)
                 estimate = float(mean[own]) / (variance * information)
-                yield SlightEffect.of_likelihood(estimate, information, support, follow, fit.sets.effects[m])
+                yield SlightEffect.of_likelihood(estimate, information, support, follow, effects)

@@ -70,3 +70,18 @@ def test_a_plain_record_answers_for_damping_unless_that_is_excluded() -> None:
     assert high - low > 3.0 * (without["interval90"][1] - without["interval90"][0])
     # damping takes from friction and never adds to it
     assert without["interval90"][0] - low > 3.0 * abs(high - without["interval90"][1])
+
+
+def test_releases_from_one_place_answer_for_damping_too() -> None:
+    """Two of them tell damping from friction hardly better than one, and each one's friction follows."""
+    records = [slow_decay(sampling_rate=100.0, seed=seed) for seed in (3, 4)]
+    with_damping, without = (
+        fb.close_loop(records, SYSTEM, effects=[*effects, "random_force"], seed=1)
+        for effects in (["viscous_damping"], [])
+    )
+    widths = [np.diff(report.friction_after["interval90"]) for report in (with_damping, without)]
+    assert widths[0] > 2.0 * widths[1]
+    between = with_damping.friction_between_records
+    assert between is not None
+    for record in between["records"]:
+        assert record["friction"]["sd"] == pytest.approx(with_damping.friction_after["sd"], rel=0.3)
