@@ -1,7 +1,11 @@
-"""MATLAB files: variables, cells and struct members by path, such as ``Y[0][1]`` or ``Theta.values``."""
+"""MATLAB files: variables, cells and struct members by path, such as ``Y[0][1]`` or ``Theta.values``.
+
+They are read in a process of their own: a damaged one can crash the library.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -12,9 +16,13 @@ from numpy.typing import NDArray
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.records.readers.hdf5 import read_hdf5
+from friction_bayes.records.readers.own_process import arrays_read_by, write_arrays_of
 from friction_bayes.records.readers.table import Column, Table
 
 __all__ = ["read_mat"]
+
+_IS_HDF5 = 2
+"""Version of files that are HDF5."""
 
 
 def read_mat(path: Path) -> Table:
@@ -28,23 +36,33 @@ def read_mat(path: Path) -> Table:
     path : Path
         The file.
     """
-    from scipy.io import loadmat
+    from scipy.io.matlab import matfile_version
 
     try:
-        content = loadmat(path)
-    except NotImplementedError:
-        return read_hdf5(path)
+        version, _ = matfile_version(path)
     except Exception as error:  # what a damaged file makes the library trip over
         raise InputError(
             str(path), f"this is not a MAT file ({error})", "give a file saved by MATLAB"
         ) from None
-    columns: dict[str, Column] = {}
-    for name, value in content.items():
-        if not name.startswith("__"):
-            columns.update(
-                (leaf, Column(partial(np.asarray, vector))) for leaf, vector in _vectors(name, value)
-            )
-    return Table(columns)
+    if version == _IS_HDF5:
+        return read_hdf5(path)
+    arrays = arrays_read_by(__name__, path, "a MAT file")
+    names = json.loads(str(arrays["names"]))
+    return Table({name: Column(partial(np.asarray, arrays[f"vector{k}"])) for k, name in enumerate(names)})
+
+
+def _named_vectors(path: str) -> dict[str, NDArray[Any]]:
+    """The numeric vectors of a file, and their names."""
+    from scipy.io import loadmat
+
+    named = {
+        leaf: vector
+        for name, value in loadmat(path).items()
+        if not name.startswith("__")
+        for leaf, vector in _vectors(name, value)
+    }
+    vectors = {f"vector{k}": vector for k, vector in enumerate(named.values())}
+    return vectors | {"names": np.array(json.dumps(list(named)))}
 
 
 def _vectors(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
@@ -67,3 +85,7 @@ def _vectors(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
 
 def _indexed(name: str, index: int, size: int) -> str:
     return name if size == 1 else f"{name}[{index}]"
+
+
+if __name__ == "__main__":
+    write_arrays_of(_named_vectors)
