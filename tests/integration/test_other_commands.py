@@ -14,7 +14,7 @@ from friction_bayes.cli import demonstration
 from friction_bayes.cli.console import output_console
 from friction_bayes.cli.demonstration import Case
 from friction_bayes.cli.program import main
-from friction_bayes.mechanics.testbed import PAPER_SYSTEM, paper_example
+from friction_bayes.mechanics.testbed import PAPER_SYSTEM
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 
@@ -75,33 +75,7 @@ def test_a_locale_without_the_sign_costs_no_result(monkeypatch: pytest.MonkeyPat
     assert page.read() == "10 ? 0.1 rad/s\n"
 
 
-def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    case = Case(
-        name="paper",
-        title="A slower paper's example",
-        record=paper_example(1, sampling_rate=100.0),
-        system=PAPER_SYSTEM,
-        friction=0.07,
-        remark="What to see.",
-    )
-    monkeypatch.setattr(demonstration, "_cases", lambda seed: (case,))
-    monkeypatch.setattr(demonstration, "METHODS", ("waveform", "normal-gamma"))
-    out = tmp_path / "demo"
-    assert main(["demo", "--out", str(out)]) == 0
-    shown = capsys.readouterr()
-    assert shown.err == ""
-    assert "A slower paper's example; true friction 0.07 N" in shown.out
-    assert shown.out.count("yes") == 2
-    assert "What to see." in shown.out
-    names = {path.name for path in out.iterdir()}
-    figures = {f"paper_{kind}.png" for kind in ("fit", "amplitudes", "joint", "estimators", "posteriors")}
-    assert {"demo.json", "manifest.json", *figures} <= names
-    estimates = json.loads((out / "demo.json").read_text())["paper"]["estimates"]
-    assert [each["method"] for each in estimates] == ["waveform", "normal-gamma"]
-    assert all(each["reference"]["agrees"] for each in estimates)
-
-
-def test_demo_closes_the_loop_with_the_further_release(
+def test_demo_compares_and_closes_the_loop_with_the_further_release(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     first, further = (
@@ -131,11 +105,22 @@ def test_demo_closes_the_loop_with_the_further_release(
     monkeypatch.setattr(demonstration, "METHODS", ("waveform", "normal-gamma"))
     out = tmp_path / "demo"
     assert main(["demo", "--out", str(out)]) == 0
-    said = capsys.readouterr().out
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    assert "With damping; true friction 0.07 N" in shown.out
+    assert shown.out.count("yes") == 2
+    assert "What to see." in shown.out
+    names = {path.name for path in out.iterdir()}
+    figures = {f"damped_{kind}.png" for kind in ("fit", "amplitudes", "joint", "estimators", "posteriors")}
+    assert {"demo.json", "manifest.json", *figures} <= names
+    estimates = json.loads((out / "demo.json").read_text())["damped"]["estimates"]
+    assert [each["method"] for each in estimates] == ["waveform", "normal-gamma"]
+    assert all(each["reference"]["agrees"] for each in estimates)
+    said = shown.out
     alone, together = said[said.index("The loop closed on release 1") :].split("The same with a release")
-    for shown in (alone, together):
-        assert "reference" in shown
-        assert "% before" in shown
+    for part in (alone, together):
+        assert "reference" in part
+        assert "% before" in part
     assert "viscous damping" in together
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Closing the loop on release 1 and release 2" in page
