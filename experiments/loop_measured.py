@@ -45,6 +45,7 @@ NUMBERS = {
     "dry_friction_upper": "what it lies below with 95 %",
     "held_out_before": "RMS error over the last 30 %, fitted to the first 70 %",
     "held_out_after": "the same of the final model",
+    "held_out_expected": "RMS of the standard deviation that the final model states of its forecast",
     "inside90": "share of the held-out samples in the predictive 90 % band",
     "held_out_samples": "samples forecast",
     "noise_floor": "RMS residual of the final model fitted to all",
@@ -116,6 +117,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         "dry_friction_upper": told["dry_friction"]["upper95"],
         "held_out_before": error["before"],
         "held_out_after": error["after"],
+        "held_out_expected": None if ahead is None else float(np.sqrt(np.mean(ahead.sd**2))),
         "inside90": told["held_out_error"]["inside90"],
         "held_out_samples": 0 if ahead is None else ahead.time.size,
         "noise_floor": error["noise_floor"],
@@ -219,6 +221,7 @@ def _held_out_rows(dataset: xr.Dataset) -> list[Row]:
     low, high = COVERAGE
     between = f"{100.0 * low:.0f} to {100.0 * high:.0f} %"
     median, worst = float(np.median(known)), float(known.max())
+    expected = dataset["held_out_expected"].values / dataset["held_out_before"].values
     what = "held-out samples in the predictive 90 % band"
     return [
         _target(
@@ -229,6 +232,12 @@ def _held_out_rows(dataset: xr.Dataset) -> list[Row]:
             f"<= {TARGET_RATIO:g}",
         ),
         _target("largest of them", worst, 0.0, WORST_RATIO, f"<= {WORST_RATIO:g}"),
+        Row(
+            "median of the error that the final law states of its forecast, over the error before",
+            f"{np.nanmedian(expected):.2g}",
+            "",
+            "what random force, noise and parameters leave open: no better can be expected of that law",
+        ),
         _target(f"{what}, pooled over all samples", pooled, low, high, between),
         _target(f"{what}, mean over the records", each, low, high, between),
     ]

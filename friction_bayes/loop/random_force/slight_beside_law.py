@@ -50,18 +50,19 @@ def beside_set(fit: ForceFit, g: int, m: int) -> Iterator[SlightEffect]:
     def posterior(beside: Mask) -> tuple[Array, Array]:
         return set_posterior(gram, fit.regression.reference, beside, lam, noise2)
 
-    return _beside(fit.law, fit.sets.effects[m], columns, np.ones_like(columns), posterior)
+    return _beside(fit.law, fit.sets.effects[m], columns, np.ones_like(columns), lam / noise2, posterior)
 
 
 def beside_joint_set(fit: JointFit, g: int, row: int) -> Iterator[SlightEffect]:
     """The nuisances beside a set of several records; those of which each record has its own are left out."""
     problem, point, law = fit.problem, fit.posterior.points[g], fit.along[0].law
     effects = fit.along[0].sets.effects[problem.number[row]]
+    prior = point.found.full_noise2 / float(point.found.noise2[row])
 
     def posterior(beside: Mask) -> tuple[Array, Array]:
         return problem.shared_posterior(point, row, beside)
 
-    return _beside(law, effects, problem.sets[row], ~problem.own, posterior)
+    return _beside(law, effects, problem.sets[row], ~problem.own, prior, posterior)
 
 
 def _beside(
@@ -69,6 +70,7 @@ def _beside(
     effects: frozenset[str],
     columns: Mask,
     offered: Mask,
+    prior: float,
     posterior: Callable[[Mask], tuple[Array, Array]],
 ) -> Iterator[SlightEffect]:
     """The nuisances beside a set.
@@ -80,6 +82,8 @@ def _beside(
         Of the set.
     columns, offered : ndarray of bool, shape (p,)
         Columns of the set, and those that a nuisance may have.
+    prior : float
+        Precision of a coefficient's prior.
     posterior : callable
         Mean and covariance of the coefficients in some columns, before they are cut at zero.
     """
@@ -95,8 +99,7 @@ def _beside(
             mean, covariance = posterior(beside)
             own, friction = (int(np.count_nonzero(beside[:c])) for c in (j, int(np.flatnonzero(rubs)[0])))
             variance = float(covariance[own, own])
-            # without the prior of the coefficient, a standard normal
-            information = 1.0 / variance - 1.0
+            information = 1.0 / variance - prior
             if information > 0.0:
                 follow = float(covariance[own, friction]) / variance * law.scale[rubs][0] * law.unit_force
                 support = (0.0 if law.positive[j] else -math.inf, math.inf)

@@ -74,10 +74,16 @@ def test_what_cannot_be_forecast_is_no_gain() -> None:
     assert [row.what for row in table[-3:]] == names
 
 
+def test_a_forecast_is_set_beside_what_its_law_expects() -> None:
+    names = [f"bicycle-wheel/{k}" for k in range(3)]
+    expected = rows(results(names, held_out_expected=[0.1, 0.4, float("nan")], held_out_before=[0.5] * 3))[2]
+    assert expected.ours == "0.5"
+
+
 def test_the_band_is_pooled_over_samples() -> None:
     names = [f"bicycle-wheel/{k}" for k in range(3)]
     inside, samples = [1.0, 0.5, float("nan")], [900.0, 100.0, 0.0]
-    pooled, mean = rows(results(names, inside90=inside, held_out_samples=samples))[2:4]
+    pooled, mean = rows(results(names, inside90=inside, held_out_samples=samples))[3:5]
     assert (pooled.ours, pooled.remark) == ("0.95", "reached")
     assert (mean.ours, mean.remark) == ("0.75", "missed")
 
