@@ -152,7 +152,8 @@ def loop_story(report: Report) -> list[tuple[str, str]]:
         ("friction after", with_interval(report["friction_after"])),
         ("dry friction", _dry_friction(report["dry_friction"])),
     ]
-    if report["effects"]:
+    # friction of an unexplained record is pooled over readings, not over candidates
+    if report["effects"] and report["verdict"] != UNEXPLAINED:
         rows.append(("prior", _sensitivity(report["prior_sensitivity"])))
     if report["friction_range"]:
         rows.insert(3, ("friction range", _range(report["friction_range"])))

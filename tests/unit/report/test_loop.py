@@ -228,7 +228,7 @@ def test_candidates_that_explain_nothing_have_no_probability(
     )
     assert told["closest effects"] == "viscous damping   damping ratio 0.002 ± 5e-05, Q 250 ± 6.2"
     assert "%" not in told["closest candidates"]
-    assert {"effects", "candidates"}.isdisjoint(told)
+    assert {"effects", "candidates", "prior"}.isdisjoint(told)
     page = loop_page(report.to_dict(), ["record"], drawn, made())
     assert 'class="closest"' in page
     assert "99.9 %" not in page
