@@ -33,13 +33,12 @@ def all_experiments() -> dict[str, Experiment]:
     return dict(sorted(found.items(), key=lambda item: (item[1].beside != "paper", item[0])))
 
 
-def _finished(experiment: Experiment, options: argparse.Namespace) -> bool:
+def _finished(name: str, results: Path, digest: str) -> bool:
     """Whether a result of the same settings and the same sources is there already."""
-    target = options.results / f"{experiment.name}.json"
+    target = results / f"{name}.json"
     if not target.exists() or not target.with_suffix(".nc").exists():
         return False
-    settings = json.loads(target.read_text(encoding="utf-8"))["settings"]
-    return bool(settings == settings_digest(experiment, options))
+    return bool(json.loads(target.read_text(encoding="utf-8"))["settings"] == digest)
 
 
 def _record_of(name: str, results: Path) -> dict[str, Any]:
@@ -62,22 +61,26 @@ def _run(
 
     One that cannot be run, for want of its data, is left out: what was there of it is no result of this code.
     """
+    # of the sources as they are loaded now, for all: they may be edited while the first experiments run
+    asked = known.keys() & {*names, *needed_results()}
+    digests = {name: settings_digest(known[name], options) for name in asked}
     told = {}
     for name in names:
-        if _finished(known[name], options):
+        if _finished(name, options.results, digests[name]):
             print(f"{name}: kept, nothing it depends on has changed", file=sys.stderr)
             told[name] = "kept"
         else:
             print(f"{name}: {known[name].question}", file=sys.stderr)
             try:
-                run_experiment(known[name], options)
+                run_experiment(known[name], options, digests[name])
             except InputError as error:
                 print(f"{name}: not run. {error}", file=sys.stderr)
                 continue
             told[name] = "run"
         # as soon as it can be made, of these sources alone: what comes after may want for its data
         if name in needed_results() and all(
-            needed in known and _finished(known[needed], options) for needed in needed_results()
+            needed in digests and _finished(needed, options.results, digests[needed])
+            for needed in needed_results()
         ):
             print(f"the paper's numbers beside ours: {write_comparison(options.results)}", file=sys.stderr)
     return told
@@ -106,7 +109,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "names", nargs="*", metavar="NAME", help=f"of {', '.join(known)}, or a group of them; all by default"
     )
-    parser.add_argument("--docs", type=Path, metavar="FILE", help="bring the tables into this page too")
+    parser.add_argument(
+        "--docs", type=Path, metavar="PATH", help="bring the tables into this page, or those of a folder, too"
+    )
     options = parser.parse_args(argv)
     names = _names(options.names, known)
     if unknown := [name for name in names if name not in known]:

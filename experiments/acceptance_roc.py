@@ -35,7 +35,7 @@ GOOD = 0.1
 CRITERIA = {
     "precision": "posterior mean of the paper's precision parameter, high",
     "interval width": "width of its own 90 % interval over its mean, low",
-    "evidence": "log evidence of its friction samples, per sample, high",
+    "evidence": "log evidence of its friction samples under the prior as drawn, per sample, high",
     "residual test": "p-value of Ljung and Box on the residual of the whole-signal fit, high",
     "whole-signal width": "width of the whole-signal fit's 90 % interval over its mean, low",
 }
@@ -152,7 +152,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
     false_rate = np.linspace(0.0, 1.0, 201)
     shape = (len(CRITERIA), len(READINGS))
     curve = np.full((*shape, false_rate.size), np.nan)
-    area, within, area_sd = (np.full(shape, np.nan) for _ in range(3))
+    area, within, area_sd, within_sd = (np.full(shape, np.nan) for _ in range(4))
     for j, method in enumerate(READINGS):
         mine = dataset.sel({"method": method})
         good = (abs(mine["error"]) <= GOOD).values
@@ -161,17 +161,10 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
             kept = np.isfinite(score) & np.isfinite(mine["error"].values)
             curve[i, j] = roc_curve(score[kept], good[kept], false_rate)
             area[i, j] = roc_area(score[kept], good[kept])
+            within[i, j] = _area_within(score, good, kept)
             # runs are the independent units: the conditions of one share its friction and noise
-            by_run = [_left_out(score, good, kept, run) for run in range(len(cells))]
-            area_sd[i, j] = math.sqrt((len(cells) - 1) * np.var(by_run))
-            parts = [
-                (roc_area(score[k, c], good[k, c]), k.sum())
-                for c in range(score.shape[1])
-                if (k := kept[:, c]).any() and 0 < good[k, c].sum() < k.sum()
-            ]
-            if parts:
-                values, weights = np.array(parts).T
-                within[i, j] = np.average(values, weights=weights)
+            by_run = [_areas_without(score, good, kept, run) for run in range(len(cells))]
+            area_sd[i, j], within_sd[i, j] = np.sqrt((len(cells) - 1) * np.var(by_run, axis=0))
     set_up = np.array([result["set_up_precision"] for result in results]).reshape(-1, len(READINGS))
     share = printed("criterion") / printed("precision-reduced")
     dims = ("criterion", "method")
@@ -180,14 +173,29 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
         area=(dims, area, {"units": "1", "long_name": "area under the curve, all conditions together"}),
         area_sd=(dims, area_sd, {"units": "1", "long_name": "its standard error, jackknife over runs"}),
         area_within=(dims, within, {"units": "1", "long_name": "area within a condition, averaged"}),
+        area_within_sd=(dims, within_sd, {"units": "1", "long_name": "its standard error, likewise"}),
         set_up_threshold=(("set_up", "method"), share * set_up, {"units": "1/N^2"}),
     ).assign_coords(criterion=list(CRITERIA), false_rate=false_rate)
 
 
-def _left_out(score: Array, good: Mask, kept: Mask, run: int) -> float:
+def _areas_without(score: Array, good: Mask, kept: Mask, run: int) -> tuple[float, float]:
+    """Area over all conditions, and within one, of all runs but one."""
     others = kept.copy()
     others[run] = False
-    return roc_area(score[others], good[others])
+    return roc_area(score[others], good[others]), _area_within(score, good, others)
+
+
+def _area_within(score: Array, good: Mask, kept: Mask) -> float:
+    """Area within a condition, averaged over those that have good and bad estimates; nan where none has."""
+    parts = [
+        (roc_area(score[k, c], good[k, c]), k.sum())
+        for c in range(score.shape[1])
+        if (k := kept[:, c]).any() and 0 < good[k, c].sum() < k.sum()
+    ]
+    if not parts:
+        return math.nan
+    values, weights = np.array(parts).T
+    return float(np.average(values, weights=weights))
 
 
 def roc_area(score: Array, good: Mask) -> float:
@@ -221,7 +229,8 @@ def rows(dataset: xr.Dataset) -> list[Row]:
     table = []
     for method in READINGS:
         mine = dataset.sel({"method": method})
-        good = float((abs(mine["error"]) <= GOOD).sum() / mine["error"].notnull().sum())
+        told = int(mine["error"].notnull().sum())
+        good = float((abs(mine["error"]) <= GOOD).sum()) / told
         ranked = sorted(CRITERIA, key=lambda name: -float(mine["area"].sel(criterion=name)))
         table.append(_operating_row(mine, method))
         for criterion in ranked:
@@ -231,8 +240,9 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                     f"{method}: area under the curve, {criterion}",
                     f"{float(one['area']):.3f} +- {float(one['area_sd']):.3f}",
                     "a criterion" if criterion == "precision" else "",
-                    f"{float(one['area_within']):.3f} within a condition; {CRITERIA[criterion]}; "
-                    f"{100.0 * good:.0f} % of the estimates are good",
+                    f"{float(one['area_within']):.3f} +- {float(one['area_within_sd']):.3f} "
+                    f"within a condition; {CRITERIA[criterion]}; "
+                    f"{100.0 * good:.0f} % of {told} estimates are good",
                 )
             )
     return table

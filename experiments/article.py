@@ -18,6 +18,7 @@ import xarray as xr
 from experiments.beside_paper import band
 from experiments.paper_comparison import compare_with_paper, needed_results
 from experiments.paper_page import DECLARED, OTHER, counted
+from experiments.sources import why_not_usable
 from friction_bayes.core.arrays import Array
 
 __all__ = ["article", "needed_by_article"]
@@ -43,8 +44,11 @@ def article(results: Path) -> str:
     Raises
     ------
     FileNotFoundError
-        If a result is missing.
+        If a result is missing, or is of other sources than these.
     """
+    for name in needed_by_article():
+        if reason := why_not_usable(name, results):
+            raise FileNotFoundError(reason)
     rows = {row["id"]: row for row in compare_with_paper(results)["rows"]}
     filled = _of_numbers(rows) | _of_datasets(results) | _environment(results)
     text = TEMPLATE.read_text(encoding="utf-8")
@@ -120,10 +124,11 @@ def _environment(results: Path) -> dict[str, str]:
     """Versions, system and processor times, from the manifests of the experiments of the paper."""
     found = sorted(results.glob("*.json"))
     records = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in found}
-    runs = {name: record for name, record in records.items() if "elapsed_s" in record}
-    missing = [name for name in needed_by_article() if name not in runs]
-    if missing:
-        raise FileNotFoundError(f"{results / missing[0]}.json")
+    runs = {
+        name: record
+        for name, record in records.items()
+        if record.get("group") == "paper" and why_not_usable(name, results) is None
+    }
     one = runs["noise_sweep"]
     versions = ", ".join(f"{name} {version}" for name, version in one["versions"].items() if version)
     return {
@@ -141,10 +146,10 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder (default %(default)s)")
     parser.add_argument("--docs", type=Path, metavar="FILE", help="page to write; printed by default")
     options = parser.parse_args(argv)
-    for name in needed_by_article():
-        if not (options.results / f"{name}.nc").exists():
-            parser.error(f"{options.results} has no {name}.nc: run python -m experiments {name} first")
-    text = article(options.results)
+    try:
+        text = article(options.results)
+    except FileNotFoundError as error:
+        parser.error(str(error))
     if options.docs is None:
         sys.stdout.write(text)
     else:

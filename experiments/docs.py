@@ -1,4 +1,4 @@
-"""Bring the tables of results into a page of the documentation, between markers that name the experiment."""
+"""Bring the tables of results into pages of the documentation, between markers that name the experiment."""
 
 from __future__ import annotations
 
@@ -10,19 +10,24 @@ from pathlib import Path
 __all__ = ["write_docs"]
 
 
-def write_docs(page: Path, results: Path, names: Sequence[str]) -> None:
+def write_docs(place: Path, results: Path, names: Sequence[str]) -> None:
     """Replace what stands between ``<!-- results: NAME -->`` and ``<!-- end -->`` by the tables of NAME.
 
     Parameters
     ----------
-    page : Path
-        Markdown; experiments that it has no marker for are left out.
+    place : Path
+        A page in Markdown, or a folder of them; experiments that have no marker there are left out.
     results : Path
         Folder with ``NAME.md`` and ``NAME.json``.
     names : sequence of str
         Experiments.
     """
-    text = page.read_text(encoding="utf-8")
+    for page in sorted(place.glob("*.md")) if place.is_dir() else [place]:
+        text = page.read_text(encoding="utf-8")
+        page.write_text(_with_tables(text, results, names), encoding="utf-8")
+
+
+def _with_tables(text: str, results: Path, names: Sequence[str]) -> str:
     for name in names:
         marker = re.compile(rf"(<!-- results: {re.escape(name)} -->\n).*?(<!-- end -->)", re.DOTALL)
         tables = (results / f"{name}.md").read_text(encoding="utf-8")
@@ -30,4 +35,4 @@ def write_docs(page: Path, results: Path, names: Sequence[str]) -> None:
         how = f"`{record['command']}`, seed {record['seed']}, {record['options']['cells']} cells."
         if found := marker.search(text):
             text = f"{text[: found.end(1)]}\n{how}\n\n{tables}\n{text[found.start(2) :]}"
-    page.write_text(text, encoding="utf-8")
+    return text

@@ -24,7 +24,10 @@ from friction_bayes.decay.friction_samples import peak_amplitudes
 __all__ = ["EXPERIMENT", "Config", "jump_at_turns"]
 
 VARIABLES = {
-    "amplitude_difference": ("m/s2", "RMS difference of the nominal amplitudes, acquired less estimated"),
+    "amplitude_difference": (
+        "m/s2",
+        "RMS difference of the nominal amplitudes, acquired less estimated",
+    ),
     "period_difference": ("1", "period found in the record over that of the declared system, less one"),
     "lag": ("1", "how far the record is behind the estimated response when it comes to rest [periods]"),
     "residual": ("1", "RMS difference of the two signals while both move, over the noise of the sensor"),
@@ -83,7 +86,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     """One run, its friction by the paper's procedure, and the response that this means from one release."""
     rig, system = config.rig, system_of(config.rig)
     record = run_rig(rig, DATA_SETS[cell["data_set"]], seed=int(seed.generate_state(1)[0]))["acceleration"]
-    estimate = fb.estimate(record, system, method="normal-gamma", peaks="nominal")
+    estimate = fb.estimate(record, system, method="normal-gamma", peaks="highest")
     friction = float(estimate.friction.mean())
     response = fb.simulate(
         system,
@@ -96,7 +99,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     stop = min(record.attrs["stop_time"], response.attrs["stop_time"])
     moving = record["time"].values < stop
     noise = rig.accelerometer_noise * STANDARD_GRAVITY
-    other = fb.estimate(response, system, method="normal-gamma", peaks="nominal")
+    other = fb.estimate(response, system, method="normal-gamma", peaks="highest")
     mine, theirs = (peak_amplitudes(each.decay, "nominal")[1] for each in (estimate, other))
     common = min(mine.size, theirs.size)
     off = estimate.frequency / system.natural_frequency - 1.0

@@ -17,6 +17,7 @@ import xarray as xr
 
 from experiments.paper_numbers import PaperNumber, paper_numbers
 from experiments.paper_page import comparison_page
+from experiments.sources import why_not_usable
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.files import manifest, write_json
 
@@ -206,10 +207,9 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--results", type=Path, default=Path("results"), help="folder (default %(default)s)")
     parser.add_argument("--docs", type=Path, metavar="FILE", help="write the page too")
     options = parser.parse_args(argv)
-    if missing := [name for name in needed_results() if not (options.results / f"{name}.nc").exists()]:
-        parser.error(
-            f"{options.results} has no {missing[0]}.nc: run python -m experiments {missing[0]} first"
-        )
+    for name in needed_results():
+        if reason := why_not_usable(name, options.results):
+            parser.error(reason)
     print(f"{write_comparison(options.results, options.docs)} written", file=sys.stderr)
 
 

@@ -30,6 +30,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 import friction_bayes
 from experiments.sources import sources_digest
 from experiments.tables import Row, closing_table, page
+from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, settings_key, write_json, write_whole
 
 __all__ = ["Cell", "Experiment", "Row", "main", "parser_for", "run_experiment", "settings_digest"]
@@ -173,7 +174,17 @@ def main(experiment: Experiment, argv: Sequence[str] | None = None) -> xr.Datase
     return run_experiment(experiment, parser.parse_args(argv))
 
 
-def run_experiment(experiment: Experiment, options: argparse.Namespace) -> xr.Dataset:
+def _check_unchanged(experiment: Experiment, options: argparse.Namespace, digest: str) -> None:
+    """Refuse where the sources are no longer those that were loaded: keys would name what did not compute."""
+    if settings_digest(experiment, options) != digest:
+        raise InputError(
+            f"the sources of {experiment.name}", "changed while the program ran", "start it once more"
+        )
+
+
+def run_experiment(
+    experiment: Experiment, options: argparse.Namespace, digest: str | None = None
+) -> xr.Dataset:
     """Compute what is missing, save dataset, manifest and tables, print the closing table.
 
     Parameters
@@ -182,14 +193,23 @@ def run_experiment(experiment: Experiment, options: argparse.Namespace) -> xr.Da
         What to run.
     options : argparse.Namespace
         Of :func:`parser_for`.
+    digest : str, optional
+        Of :func:`settings_digest` when the program began; that of now when left out.
 
     Returns
     -------
     xarray.Dataset
         The same as saved to ``results/NAME.nc``.
+
+    Raises
+    ------
+    InputError
+        If the sources have changed since the program began or while the cells were computed. Those cells are
+        thrown away.
     """
     started, used = time.perf_counter(), _processor_seconds()
-    digest = settings_digest(experiment, options)
+    digest = digest or settings_digest(experiment, options)
+    _check_unchanged(experiment, options, digest)
     cells = list(experiment.cells(experiment.config, options.full))
     waiting = options.results / f"{experiment.name}.cells"
     waiting.mkdir(parents=True, exist_ok=True)
@@ -199,6 +219,11 @@ def run_experiment(experiment: Experiment, options: argparse.Namespace) -> xr.Da
         print(f"resuming: {len(cells) - len(missing)} of {len(cells)} cells are there", file=sys.stderr)
     tasks = [dask.delayed(_run_cell)(experiment, cells[i], options.seed, files[i]) for i in missing]
     _compute(tasks, options.scheduler, options.workers)
+    try:
+        _check_unchanged(experiment, options, digest)
+    except InputError:
+        shutil.rmtree(waiting)
+        raise
 
     results = [json.loads(file.read_text()) for file in files]
     dataset = experiment.assemble(cells, results)
@@ -218,6 +243,8 @@ def run_experiment(experiment: Experiment, options: argparse.Namespace) -> xr.Da
         "elapsed_s": seconds,
         "processor_s": _processor_seconds() - used,
         "settings": digest,
+        "sources": sources_digest(experiment.name),
+        "group": experiment.group,
         "beside": experiment.beside,
         "table": [asdict(row) for row in rows],
     }

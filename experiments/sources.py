@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
-__all__ = ["ROOT", "sources_digest", "sources_of"]
+__all__ = ["ROOT", "sources_digest", "sources_of", "why_not_usable"]
 
 ROOT = Path(__file__).parents[1]
 """Folder of the package and of the experiments."""
@@ -68,3 +69,21 @@ def sources_digest(name: str, root: Path = ROOT) -> str:
         digest.update(f"{path.relative_to(root).as_posix()}\n".encode())
         digest.update(hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()
+
+
+def why_not_usable(name: str, results: Path) -> str | None:
+    """Return what keeps the result of an experiment from standing for these sources; None if nothing does.
+
+    Parameters
+    ----------
+    name : str
+        Of the experiment.
+    results : Path
+        Folder with ``NAME.nc`` and its manifest ``NAME.json``.
+    """
+    stored, record = results / f"{name}.nc", results / f"{name}.json"
+    if not stored.exists() or not record.exists():
+        return f"no {stored}; run python -m experiments {name} first"
+    if json.loads(record.read_text(encoding="utf-8")).get("sources") != sources_digest(name):
+        return f"{stored} was computed by other sources than these; run python -m experiments {name} again"
+    return None

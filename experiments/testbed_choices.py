@@ -120,13 +120,11 @@ def _figures(
         except fb.InputError:
             return {}
     mean, (low, high) = float(estimate.friction.mean()), estimate.friction.interval(0.9)
-    return {
-        "friction": mean,
-        "error": mean / truth - 1.0,
-        "precision": float(estimate.precision.mean()),
-        "width": float(high - low) / truth,
-        "amplitudes": float(estimate.amplitudes),
-    }
+    found = {"friction": mean, "error": mean / truth - 1.0, "amplitudes": float(estimate.amplitudes)}
+    if estimate.amplitudes < 3 and prior is None:
+        # one friction sample has no scatter, and the default prior none to lend
+        return found
+    return found | {"precision": float(estimate.precision.mean()), "width": float(high - low) / truth}
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
@@ -144,13 +142,18 @@ def rows(dataset: xr.Dataset) -> list[Row]:
             for peaks in dataset["peaks"].values.tolist():
                 mine = dataset.sel(data_set=data_set, choice=choice, peaks=peaks)
                 rms = float(np.sqrt((mine["error"] ** 2).mean()))
+                refused = int(mine["error"].isnull().sum())
+                single = int(mine["precision"].isnull().sum()) - refused
+                counts = {"of one sample, which has no precision": single, "refused": refused}
+                some = mine["precision"].notnull().any()
+                told = "".join(f", {n} {what}" for what, n in counts.items() if n)
                 table.append(
                     Row(
                         f"set {data_set}, {choice}, {peaks}",
-                        f"precision {band(mine['precision'])} 1/N^2",
+                        f"precision {band(mine['precision'])} 1/N^2" if some else "no precision",
                         f"{printed(stated[data_set]):g} 1/N^2",
                         f"error {band(mine['error'], factor=100.0)} %, RMS {100.0 * rms:.3g} %; "
-                        f"{float(mine['amplitudes'].median()):.0f} amplitudes",
+                        f"{float(mine['amplitudes'].median()):.0f} amplitudes{told}",
                     )
                 )
     return table

@@ -57,7 +57,7 @@ FIGURE = PaperFigure(
     caption=(
         "Share of good (within 10 %) and of bad estimates that a criterion accepts as its threshold "
         "moves, for the paper's precision and four others; records of 24 conditions. Priors are the "
-        "package's default."
+        "package's default, but for the evidence, which has none under it: the prior as drawn."
     ),
     draw=draw,
 )

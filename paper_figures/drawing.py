@@ -16,6 +16,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from experiments.sources import why_not_usable
 from friction_bayes.core.files import write_json
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, new_figure, save_figure, styled
 
@@ -43,7 +44,7 @@ SYNTHETIC = "synthetic data"
 
 
 class MissingResult(Exception):
-    """A figure asks for a result that is not there."""
+    """A figure asks for a result that is not there, or that other sources computed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,10 +75,10 @@ class PaperFigure:
 def _digest(figure: PaperFigure, results: Path) -> str:
     """Key of all that a figure depends on: its results and the scripts of this folder."""
     digest = hashlib.sha256()
-    for path in [results / f"{name}.nc" for name in figure.results]:
-        if not path.exists():
-            raise MissingResult(f"{figure.name}: no {path}; run python -m experiments {path.stem} first")
-        digest.update(path.read_bytes())
+    for name in figure.results:
+        if reason := why_not_usable(name, results):
+            raise MissingResult(f"{figure.name}: {reason}")
+        digest.update((results / f"{name}.nc").read_bytes())
     for source in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(source.read_bytes())
     return digest.hexdigest()
@@ -106,7 +107,7 @@ def make(figure: PaperFigure, results: Path, out: Path) -> bool:
     Raises
     ------
     MissingResult
-        If a result is not there.
+        If a result is not there, or is of other sources than these.
     """
     digest = _digest(figure, results)
     record = out / f"{figure.name}.json"

@@ -53,6 +53,7 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
     left.set_yscale("log")
     left.set_ylim(top=3e3)
     left.set_xticks(range(len(CASES)), [name for name, _ in CASES.values()])
+    left.set_xlabel("data set")
     left.set_ylabel("precision s [1/N²]")
     left.set_title("19.5 kg, nominal peaks", fontsize=10)
     left.legend(loc="upper left")
@@ -67,7 +68,7 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
     ticks = [3, 5, 10, 20, 50]
     right.set_xticks(ticks, [str(tick) for tick in ticks])
     right.set_xticks(np.array([]), minor=True)
-    right.set_xlabel("amplitudes used")
+    right.set_xlabel("amplitudes used [number]")
     right.set_ylabel("RMS error of the friction [%]")
     right.set_title("section 3, prior friction 0.5 N", fontsize=10)
     right.legend(loc="lower left", title="worth [samples]", ncols=2)

@@ -30,7 +30,9 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
             values = values[np.isfinite(values)]
             colour = TRUTH if row == 0 else (MODEL if row >= 4 else "#777777")
             if values.size < 20:
-                axes.annotate("refused", (0.0, row), ha="center", va="center", fontsize=8, color="#555555")
+                axes.annotate(
+                    "mostly refused", (0.0, row), ha="center", va="center", fontsize=8, color="#555555"
+                )
                 continue
             low, middle, high = np.quantile(values, [0.05, 0.5, 0.95])
             axes.plot([low, high], [row, row], color=colour, lw=3.0, alpha=0.55)

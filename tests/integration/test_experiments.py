@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -155,6 +156,29 @@ def test_an_estimator_that_breaks_between_two_runs_is_not_mixed_with_the_sound_o
     xr.testing.assert_equal(broken["friction"], 2.0 * sound["friction"])
 
 
+def test_sources_edited_while_a_run_goes_on_leave_no_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    copy = copy_of_the_sources(tmp_path / "sources")
+    monkeypatch.setattr(runner, "sources_digest", lambda name: sources_digest(name, copy))
+    estimator = copy / "friction_bayes" / "conjugate" / "normal_gamma.py"
+    first = tiny("reduced_data_set", records=1, records_paper=1, methods=PAPER_METHODS[:1])
+
+    def editing(config: Any, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+        estimator.write_text(estimator.read_text() + "# edited\n")
+        return first.run(config, cell, seed)
+
+    known = {first.name: replace(first, run=editing), "noise_sweep": tiny("noise_sweep")}
+    monkeypatch.setattr(all_of_them, "all_experiments", lambda: known)
+    folder = tmp_path / "results"
+    with pytest.raises(SystemExit):
+        all_of_them.main(["--workers", "1", "--results", str(folder)])
+    # the second would have run what was loaded before the edit, under the digest of what came after it
+    told = capsys.readouterr().err
+    assert all(f"the sources of {name}: changed while the program ran" in told for name in known)
+    assert not list(folder.rglob("*.*"))
+
+
 def test_sources_are_the_package_the_module_what_it_imports_and_the_numbers(tmp_path: Path) -> None:
     copy = copy_of_the_sources(tmp_path)
     before = sources_digest("noise_sweep", copy)
@@ -195,13 +219,14 @@ def test_all_keep_what_is_finished_and_end_in_one_table(
 ) -> None:
     known = {name: tiny(name, records=1, records_paper=1) for name in ("noise_sweep", "reduced_data_set")}
     monkeypatch.setattr(all_of_them, "all_experiments", lambda: known)
-    page = tmp_path / "page.md"
+    page = tmp_path / "docs" / "page.md"
+    page.parent.mkdir()
     page.write_text("before\n<!-- results: reduced_data_set -->\nold\n<!-- end -->\nafter\n")
     options = ["--workers", "1", "--results", str(tmp_path / "results")]
     all_of_them.main(options)
     assert "all experiments beside the paper" in capsys.readouterr().out
     written = (tmp_path / "results" / "noise_sweep.nc").stat().st_mtime_ns
-    all_of_them.main([*options, "--docs", str(page)])
+    all_of_them.main([*options, "--docs", str(page.parent)])
     told = capsys.readouterr()
     assert told.err.count("kept") == 2
     assert "0.0706 N" in told.out
@@ -229,10 +254,14 @@ def test_an_unknown_experiment_is_refused(capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_documentation_has_the_tables_of_every_experiment_beside_the_paper() -> None:
-    text = (Path(__file__).parents[2] / "docs" / "experiments.md").read_text(encoding="utf-8")
+    docs = Path(__file__).parents[2] / "docs"
+    text = (docs / "experiments.md").read_text(encoding="utf-8")
     beside_paper = [name for name, each in all_of_them.all_experiments().items() if each.beside == "paper"]
     assert set(TINY) <= set(beside_paper)
     for name in beside_paper:
         _, found, rest = text.partition(f"<!-- results: {name} -->\n")
         assert found, name
         assert "| paper |" in rest.partition("<!-- end -->")[0], name
+    every_page = "".join(page.read_text(encoding="utf-8") for page in sorted(docs.glob("*.md")))
+    written = re.findall(r"<!-- results: (.*) -->\n\n`python -m experiments\.", every_page)
+    assert set(beside_paper) < set(written) <= set(all_of_them.all_experiments())

@@ -35,6 +35,7 @@ from experiments import (
 )
 from experiments import paper_numbers as table_of_numbers
 from experiments.article import article
+from experiments.article import main as article_main
 from experiments.paper_comparison import (
     band_with_errors,
     compare_with_paper,
@@ -42,6 +43,7 @@ from experiments.paper_comparison import (
     verdict,
     write_comparison,
 )
+from experiments.paper_comparison import main as comparison_main
 from experiments.paper_numbers import paper_numbers
 from experiments.paper_page import DECLARED, OTHER, comparison_page, counted
 from experiments.rig import Rig, run_rig, true_friction
@@ -99,6 +101,7 @@ def test_from_experiments_to_comparison_and_figures(tmp_path: Path) -> None:
         main(experiment, ["--workers", "1", "--results", str(folder)])
     check_comparison(folder)
     check_figures(folder, tmp_path / "figures")
+    check_results_of_other_sources(folder, tmp_path)
 
 
 def check_comparison(results: Path) -> None:
@@ -160,6 +163,36 @@ def check_figures(results: Path, out: Path) -> None:
     assert make(drawn[0], results, out), "half of it was lost"
 
 
+def check_results_of_other_sources(results: Path, folder: Path) -> None:
+    """Neither figure nor page is made of results that other sources computed."""
+    record = results / "noise_sweep.json"
+    stored = json.loads(record.read_text())
+    record.write_text(json.dumps(stored | {"sources": "0" * 64}))
+    (figure,) = (each for each in all_figures() if each.name == "efficiency")
+    with pytest.raises(MissingResult, match=r"noise_sweep\.nc was computed by other sources than these"):
+        make(figure, results, folder / "other")
+    for page in (article_main, comparison_main):
+        with pytest.raises(SystemExit):
+            page(["--results", str(results), "--docs", str(folder / "page.md")])
+    assert not (folder / "page.md").exists()
+    record.write_text(json.dumps(stored))
+    article_main(["--results", str(results), "--docs", str(folder / "page.md")])
+    assert (folder / "page.md").exists()
+
+
+def test_one_friction_sample_has_no_precision(tmp_path: Path) -> None:
+    settings = {"choices": ("release 8 mm",), "data_sets": ("2-reduced",), "records": 6}
+    experiment = testbed_choices.EXPERIMENT
+    experiment = replace(experiment, config=replace(experiment.config, **settings))
+    found = main(experiment, ["--workers", "1", "--results", str(tmp_path)])
+    single = found["amplitudes"] < 3.0
+    assert 0 < single.sum() < single.size
+    assert np.isfinite(found["friction"]).all()
+    assert (found["precision"].isnull() == single).all()
+    assert (found["precision"].max() < 1e6).all()
+    assert "of one sample, which has no precision" in (tmp_path / "testbed_choices.md").read_text()
+
+
 def test_every_figure_of_the_paper_stands_beside_ours() -> None:
     names = [figure.name for figure in all_figures() if figure.paper]
     assert names == [f"figure_{number:02d}" for number in (*range(1, 5), *range(6, 15))]
@@ -173,6 +206,7 @@ ALLOWED = (
     "friction_bayes.core.files",
     "paper_figures",
     "experiments.paper_numbers",
+    "experiments.sources",
 )
 
 
