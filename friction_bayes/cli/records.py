@@ -207,12 +207,14 @@ def input_digests(*sources: str | None) -> dict[str, str]:
 
 def what_was_read(record: xr.DataArray) -> str:
     """Say in one line what was understood of a record: its columns and units, samples, rate and times."""
+    from friction_bayes.records.clock import is_even
+
     time = record["time"].values
     rate = (time.size - 1) / (time[-1] - time[0])
-    even = "; its uneven times were brought to an even grid" if "resampled" in record.attrs else ""
-    return (
-        f"{record.attrs['read']}: {time.size} samples, {rate:.4g} Hz, {time[0]:.4g} to {time[-1]:.4g} s{even}"
-    )
+    intervals = time[1:] - time[:-1]
+    apart = "" if is_even(time) else f", {intervals.min():.4g} to {intervals.max():.4g} s apart"
+    span = f"{time[0]:.4g} to {time[-1]:.4g} s"
+    return f"{record.attrs['read']}: {time.size} samples{apart}, {rate:.4g} Hz, {span}"
 
 
 def fitted_part(start: float, end: float, half_cycles: int) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -13,6 +13,7 @@ from friction_bayes.core.checks import finite
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.even_grid import even_grid
 from friction_bayes.decay.located import (
     CONSTANT,
     FOUND,
@@ -27,7 +28,7 @@ from friction_bayes.decay.located import (
 )
 from friction_bayes.decay.location import decays_within, locate_free_decays
 from friction_bayes.decay.spectral_modes import BAND, SpectralModes, spectral_modes
-from friction_bayes.records.clock import sampling_interval
+from friction_bayes.records.clock import is_even
 from friction_bayes.records.record import record_name, record_quantity
 
 __all__ = ["FreeDecay", "check_sampling", "find_free_decay"]
@@ -49,7 +50,9 @@ class FreeDecay:
     start_time : float
         Time of ``values[0]`` in the record [s].
     step : float
-        Sampling interval [s].
+        Sampling interval [s], the mean one where they differ.
+    stamps : ndarray, shape (n,), or None
+        Seconds since the first of them; None where they are evenly spaced.
     quantity : Quantity
         What was measured.
     unit : str
@@ -85,6 +88,7 @@ class FreeDecay:
     phase: float
     rest_position: float
     stops: bool
+    stamps: Array | None = None
     rest_known: bool = False
     disturbed: int = 0
     other_frequency: float = math.nan
@@ -93,7 +97,26 @@ class FreeDecay:
     @property
     def time(self) -> Array:
         """Seconds since the first moving sample, shape (n,)."""
+        if self.stamps is not None:
+            return self.stamps
         return self.step * np.arange(self.values.size, dtype=np.float64)
+
+    @property
+    def duration(self) -> float:
+        """From the first to the last moving sample [s]."""
+        return self.step * (self.values.size - 1)
+
+    @property
+    def evenly_spaced(self) -> bool:
+        """Whether the samples lie on an even grid, as nearly as matters."""
+        return self.stamps is None
+
+    def on_even_grid(self) -> FreeDecay:
+        """The same on an even grid, by a cubic spline, for what goes from sample to sample."""
+        if self.stamps is None:
+            return self
+        grid, values = even_grid(self.stamps, self.values)
+        return replace(self, values=values, step=float(grid[1]), stamps=None)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -141,7 +164,8 @@ def find_free_decay(
     record may begin in mid-motion: then it is the first sample), or the first turning point after a hand has
     let go, see :mod:`friction_bayes.decay.disturbed_release`. The stop is the turning point nearest to
     where the amplitude meets zero, or to where a sensor with steps has begun to show no more than two
-    neighbouring levels for half a period and longer, or the end of the record.
+    neighbouring levels for half a period and longer, or the end of the record. In a record of uneven times
+    all this is sought on an even grid; the samples handed over are those of the record, at their own times.
 
     Parameters
     ----------
@@ -176,9 +200,11 @@ def find_free_decay(
             f"{quantity.name} does not belong to a {kind}",
             "declare --inertia for angles, --mass otherwise",
         )
-    values = np.ascontiguousarray(record.values, dtype=float)
-    clock = np.asarray(record["time"].values, dtype=float)
-    step = sampling_interval(record)
+    recorded = np.ascontiguousarray(record.values, dtype=float)
+    stamps = np.asarray(record["time"].values, dtype=float)
+    even = is_even(stamps)
+    clock, values = (stamps, recorded) if even else even_grid(stamps, recorded)
+    step = float((clock[-1] - clock[0]) / (clock.size - 1))
     check_sampling(name, step, system)
     first = -1
     if start is not None:
@@ -197,16 +223,24 @@ def find_free_decay(
     if found.status[0] != FOUND:
         raise _refusal(name, int(found.status[0]), values, clock, system, modes)
     begin, end = int(found.start[0]), int(found.stop[0])
+    frequency, phase = float(found.frequency[0]) / step, float(found.phase[0])
+    times = None
+    if not even:
+        released = clock[begin]
+        begin, end = np.searchsorted(stamps, (released, clock[end - 1] + 0.5 * step)).tolist()
+        times = stamps[begin:end] - stamps[begin]
+        phase = (phase + frequency * float(stamps[begin] - released)) % (2.0 * math.pi)
     return FreeDecay(
         name=name,
-        values=values[begin:end],
-        start_time=float(clock[begin]),
-        step=step,
+        values=recorded[begin:end],
+        start_time=float(stamps[begin]),
+        step=step if times is None else float(times[-1] / (times.size - 1)),
+        stamps=times,
         quantity=quantity,
         unit=str(record.attrs.get("units", quantity.unit)),
         system=system,
-        frequency=float(found.frequency[0]) / step,
-        phase=float(found.phase[0]),
+        frequency=frequency,
+        phase=phase,
         rest_position=(
             float(found.rest_position[0]) if rest_position is None else finite("rest_position", rest_position)
         ),

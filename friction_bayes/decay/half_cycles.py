@@ -158,6 +158,7 @@ def half_cycles(decay: FreeDecay) -> xr.Dataset:
     InputError
         If fewer than two turning points have a whole window.
     """
+    decay = decay.on_even_grid()
     polynomial, values, reference = tracked_phase(decay)
     order = decay.quantity.order
     index, time, value, noise_sd, value_sd = turning_values(

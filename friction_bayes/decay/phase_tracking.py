@@ -220,7 +220,7 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
 
 
 def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
-    """Phase of a decay as a function of time, from its data.
+    """Phase of a decay on an even grid as a function of time, from its data.
 
     Returns
     -------
@@ -231,6 +231,7 @@ def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
     reference : float
         Their mean.
     """
+    assert decay.evenly_spaced
     reference = float(decay.values.mean())
     values = decay.values - reference
     return (
@@ -242,6 +243,7 @@ def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
 
 def nearest_turning_points(decay: FreeDecay) -> Mask:
     """Which samples of a decay lie nearest to its turning points, one each, shape (n,)."""
-    polynomial, values, _ = tracked_phase(decay)
-    half_cycles = np.polynomial.chebyshev.chebval(np.linspace(-1.0, 1.0, values.size), polynomial) / math.pi
+    polynomial, _, _ = tracked_phase(decay.on_even_grid())
+    places = 2.0 * decay.time / decay.duration - 1.0
+    half_cycles = np.polynomial.chebyshev.chebval(places, polynomial) / math.pi
     return np.asarray(np.abs(half_cycles - np.rint(half_cycles)) <= 0.5 * np.gradient(half_cycles))

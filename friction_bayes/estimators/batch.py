@@ -35,7 +35,7 @@ from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.waveform.averaged import Averaged, averaged
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.records.clipping import SHORTEST_RUN, clipped_fraction
-from friction_bayes.records.clock import sampling_interval
+from friction_bayes.records.clock import is_even, sampling_interval
 
 __all__ = ["STATUS", "estimate_batch"]
 
@@ -196,6 +196,10 @@ def _as_stack(
     if sampling_rate is not None:
         step = 1.0 / positive("sampling_rate", sampling_rate)
     elif "time" in stack.coords:
+        if not is_even(stack["time"].values):
+            raise InputError(
+                "records", "their times are uneven", "give them to estimate, one by one, or on an even grid"
+            )
         step = sampling_interval(stack)
     else:
         raise InputError("sampling_rate", "missing", "give it, or a DataArray with a time coordinate")
@@ -317,7 +321,7 @@ def _averaged_over_random_force(table: Array, decays: FreeDecays, fits: Fits) ->
         found = plain_posterior(
             PlainDecay(
                 values=decays.values[row, start : start + decays.counts[row]],
-                step=decays.step,
+                time=decays.step * np.arange(decays.counts[row], dtype=np.float64),
                 order=kind.order,
                 frequency=without.frequency,
                 coefficient=location,

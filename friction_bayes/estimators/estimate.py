@@ -31,6 +31,11 @@ __all__ = ["RANDOM_FORCE", "estimate", "prior_mapping", "refuse_clipped"]
 RANDOM_FORCE = ("auto", "none")
 """Whether a random force may be there."""
 
+_SPLINE = (
+    "the times are uneven: this method goes from sample to sample, so that a cubic spline brings the signal "
+    "to an even grid; waveform takes the samples at their own times"
+)
+
 
 def refuse_clipped(record: xr.DataArray) -> None:
     """Refuse a record that was cut off at the end of the sensor's range.
@@ -120,6 +125,10 @@ def estimate(
     record, _ = set_excursions_aside(record, system)
     refuse_clipped(record)
     decay = find_free_decay(record, system, start=start, rest_position=rest_position)
+    spline: list[str] = []
+    if method != WaveformEstimator.name and not decay.evenly_spaced:
+        decay = decay.on_even_grid()
+        spline.append(_SPLINE)
     chosen = complete_prior(estimator.default_prior(decay), prior_mapping(prior))
     fit = estimator.fit(decay, chosen, peaks=peaks)
     if random_force == "auto" and method == WaveformEstimator.name:
@@ -143,7 +152,7 @@ def estimate(
         prior=chosen,
         peaks=peaks,
         acceptance=acceptance,
-        notes=(*warned, *decay.notes, *fit.notes, *force_notes(decay, fit), *_provenance(record)),
+        notes=(*warned, *decay.notes, *fit.notes, *force_notes(decay, fit), *spline, *_provenance(record)),
     )
 
 
@@ -175,7 +184,8 @@ def _refuse_other_signal(decay: FreeDecay, set_up: FreeDecay) -> None:
 
 def _proportion_note(decay: FreeDecay) -> list[str]:
     """Warn of a decay in which nothing asks for dry friction: the number is then another law's."""
-    if not falls_in_proportion(decay.values - decay.rest_position, decay.frequency * decay.step):
+    even = decay.on_even_grid()
+    if not falls_in_proportion(even.values - even.rest_position, even.frequency * even.step):
         return []
     text = (
         f"{decay.name}: the amplitude falls in proportion to itself or faster, as by viscous damping or drag,"
@@ -189,6 +199,6 @@ def _proportion_note(decay: FreeDecay) -> list[str]:
 def _provenance(record: xr.DataArray) -> list[str]:
     """What a data set says of its record and its system, and what was done to the samples."""
     notes = ["the record is synthetic"] if record.attrs.get("synthetic") else []
-    named = {"note": "the record", "system_source": "the declared system", "resampled": "resampled"}
+    named = {"note": "the record", "system_source": "the declared system"}
     notes += [f"{name}: {record.attrs[key]}" for key, name in named.items() if record.attrs.get(key)]
     return notes

@@ -174,7 +174,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     tame = np.where(spikes, smooth, values)
     decay = find_free_decay(record.copy(data=tame), system, resolution=resolution)
     clock = np.asarray(record["time"].values, dtype=np.float64)
-    first = int(np.searchsorted(clock, decay.start_time - 0.5 * decay.step))
+    first = int(np.searchsorted(clock, decay.start_time))
     moving = decay.values.size
     n = min(values.size - first, moving + round(_REST_KEPT * moving) if decay.stops else moving)
     used = values[first : first + n]
@@ -191,7 +191,8 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
         near = nearest_turning_points(decay)
         # damping moves the jump from the extremum of the signal, by a phase of twice its ratio
         ignored[: min(moving, n)] |= (near if block == 1 else binary_dilation(near))[:n]
-    time = np.asarray(decay.step * np.arange(n), dtype=np.float64)
+    even = decay.step * np.arange(n, dtype=np.float64)
+    time = even if decay.evenly_spaced else clock[first : first + n] - clock[first]
     return Segment(
         decay=decay,
         values=used,

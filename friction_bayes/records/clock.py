@@ -35,11 +35,11 @@ GAP = 1.5
 """An interval longer than this many typical ones lost at least one sample."""
 
 LONGEST_BRIDGED_GAP = 3.0
-"""Up to this many typical intervals are interpolated; more would be invention."""
+"""Up to this many typical intervals may lie between samples; what a decay is sought on would invent more."""
 
 
 def sampling_interval(record: xr.DataArray) -> float:
-    """Return the mean sampling interval [s]; of a validated record, *the* interval."""
+    """Return the mean sampling interval [s]."""
     time = record["time"].values
     return float((time[-1] - time[0]) / (time.size - 1))
 
@@ -50,8 +50,8 @@ def place_of_sample(index: int, time: Array, rows: Indices | None = None) -> str
     return f"{place} (t = {time[index]:.9g} s)"
 
 
-def check_clock(name: str, time: Array, rows: Indices | None = None, *, evenly: bool = True) -> None:
-    """Refuse time stamps that do not increase, that lack a stretch, and those not even unless they may be.
+def check_clock(name: str, time: Array, rows: Indices | None = None) -> None:
+    """Refuse time stamps that do not increase or that lack a stretch.
 
     Parameters
     ----------
@@ -61,14 +61,11 @@ def check_clock(name: str, time: Array, rows: Indices | None = None, *, evenly: 
         Time stamps [s].
     rows : ndarray of int, shape (n,), optional
         Row of each sample in the file it came from, for messages.
-    evenly : bool
-        Whether the stamps must lie on an even grid, within :data:`JITTER_RMS` and :data:`JITTER_PEAK`.
 
     Raises
     ------
     InputError
-        If time runs backwards or a stamp is doubled, at a gap too long to be bridged, and where asked at
-        stamps off an even grid.
+        If time runs backwards or a stamp is doubled, and at a gap too long to be bridged.
     """
     intervals = np.diff(time)
     wrong = np.flatnonzero(intervals <= 0.0)
@@ -88,12 +85,6 @@ def check_clock(name: str, time: Array, rows: Indices | None = None, *, evenly: 
             f"gap of {intervals[longest]:.6g} s after {place_of_sample(longest, time, rows)} "
             f"(typical interval {typical:.6g} s)",
             "cut the record there, by --start or --end",
-        )
-    if evenly and not is_even(time):
-        raise InputError(
-            name,
-            f"sampling is not uniform: intervals {intervals.min():.6g} to {intervals.max():.6g} s",
-            "bring it to an even grid by records.resampling.resample_record, as read_record does",
         )
 
 

@@ -120,9 +120,7 @@ def within(record: xr.DataArray, start: float | None, end: float | None) -> slic
     return slice(int(held[0]), int(held[-1]) + 1)
 
 
-def validate_record(
-    record: xr.DataArray, *, rows: Indices | None = None, evenly: bool = True
-) -> xr.DataArray:
+def validate_record(record: xr.DataArray, *, rows: Indices | None = None) -> xr.DataArray:
     """Return the record unchanged, refusing what no estimator could use.
 
     Parameters
@@ -131,15 +129,13 @@ def validate_record(
         As :func:`make_record` builds it.
     rows : ndarray of int, shape (n,), optional
         Row of each sample in the file it came from, for messages.
-    evenly : bool
-        Whether sampling must be uniform within the jitter tolerance.
 
     Raises
     ------
     InputError
         If it is not a one-dimensional record over ``time`` in a known quantity and unit; has too few
         samples, a NaN or infinity, a constant signal or one of two values, time stamps that run backwards or
-        are doubled, a gap, or uneven sampling.
+        are doubled, or a gap.
     """
     if not isinstance(record, xr.DataArray):
         raise InputError(
@@ -189,7 +185,7 @@ def validate_record(
             f"{at_ends:.0%} of the samples are {values.min():g} or {values.max():g} {unit}, nothing between",
             "give the motion itself: a square wave or a switch shows no amplitude",
         )
-    check_clock(name, time, rows, evenly=evenly)
+    check_clock(name, time, rows)
     return record
 
 

@@ -45,7 +45,7 @@ def write_record(record: xr.DataArray, path: str | Path) -> Path:
         raise InputError(
             str(path), f"cannot write a record as {target.suffix!r}", f"give one of {', '.join(writers)}"
         )
-    validate_record(record, evenly=False)
+    validate_record(record)
     write = writers[target.suffix.lower()]
     write_whole(target, lambda aside: write(record, aside))
     return target

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -391,19 +392,28 @@ def test_start_and_end_cut_before_a_record_is_judged(
 
 
 @pytest.mark.parametrize("stamps", ["logger", "phone"])
-def test_uneven_times_are_followed(
+def test_uneven_times_are_used_as_they_are(
     stamps: str,
-    decay: Decay,
     rng: np.random.Generator,
     write: Callable[..., str],
-    friction: Callable[..., float],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """A clock that changes its rate by 0.3 %, and one that jitters by a fifth of an interval."""
-    time, _ = decay()
-    drift = 1.5e-3 * np.maximum(time - 2.5, 0.0)
-    uneven = time + (drift if stamps == "logger" else 2e-3 * rng.uniform(-1.0, 1.0, time.size))
-    path = write(["Time (s),Position (m)", *rows_of(uneven, written_decay(uneven, 0.02, 5e-4))])
-    assert friction(path, *LINEAR) == pytest.approx(FRICTION, rel=2e-3)
+    """At seven samples a period, where a spline is off by 1 %: a clock that wanders, and one that jitters."""
+    time = 0.09 * np.arange(100)
+    wander = 0.05 * np.sin(0.7 * time)
+    uneven = time + (wander if stamps == "logger" else 0.03 * rng.uniform(-1.0, 1.0, time.size))
+    path = write(["Time (s),Position (m)", *rows_of(uneven, written_decay(uneven, 0.02, 2e-4))])
+    loop = ("close-loop", path, "--effects", "viscous_damping", "--out", str(tmp_path / "loop"))
+    both = [(("estimate", path), "friction"), (loop, "friction_after")]
+    for command, named in both if stamps == "phone" else both[:1]:
+        assert main([*command, *LINEAR, "--json"]) == 0
+        found = json.loads(capsys.readouterr().out)[named]
+        assert found["mean"] == pytest.approx(0.2, rel=2e-3)
+    assert main(["estimate", path, *LINEAR, "--method", "envelope"]) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert re.search(r"100 samples, 0\.0\d+ to 0\.\d+ s apart, 11\.\d+ Hz", shown)
+    assert "a cubic spline brings the signal to an even grid" in shown
 
 
 def test_ctrl_c_within_a_callback_of_c_is_no_defect(

@@ -88,6 +88,7 @@ def test_reading_ends_in_a_record_or_an_input_error(tmp_path, content: str, opti
 
 @settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(content=st.binary(max_size=200))
+@example(content=b"\xfe\xff\0\0\0")
 @pytest.mark.parametrize("suffix", [".csv", ".mat", ".nc", ".h5", ".wav", ".tdms", ".uff", ".mf4"])
 def test_bytes_are_no_record(tmp_path, suffix: str, content: bytes) -> None:
     path = tmp_path / f"record{suffix}"

@@ -55,8 +55,8 @@ class PlainDecay:
     ----------
     values : ndarray, shape (n,)
         Samples of the moving part.
-    step : float
-        Sampling interval [s].
+    time : ndarray, shape (n,)
+        When they were taken, the first at 0 [s].
     order : int
         Order of the derivative measured.
     frequency : float
@@ -74,7 +74,7 @@ class PlainDecay:
     """
 
     values: Array
-    step: float
+    time: Array
     order: int
     frequency: float
     coefficient: float
@@ -82,6 +82,11 @@ class PlainDecay:
     rest_known: bool = False
     pendulum: bool = False
     noise_sd: float
+
+    @property
+    def step(self) -> float:
+        """Mean sampling interval [s]."""
+        return float(self.time[-1] / (self.time.size - 1))
 
     @property
     def block(self) -> int:
@@ -149,7 +154,8 @@ def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
     frequency, block = decay.frequency, decay.block
     averaged = block_means(decay.values - decay.rest_position, block)
     row, step = sensor_row(decay.order), decay.step * block
-    phase = np.asarray(step * np.arange(averaged.size))
+    phase = block_means(decay.time, block)
+    phase = phase - phase[0]
     motion = first_motion(averaged / frequency**decay.order, Clock.of(frequency * phase), row)
     amplitude = float(np.max(np.hypot(motion.states[:, 0], motion.states[:, 1])))
     friction = max(decay.coefficient / frequency**decay.order, 1e-6 * amplitude)

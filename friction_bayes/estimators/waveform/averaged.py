@@ -79,7 +79,7 @@ def averaged_over_random_force(decay: FreeDecay, fit: Fit) -> Fit:
     found = plain_posterior(
         PlainDecay(
             values=decay.values,
-            step=decay.step,
+            time=decay.time,
             order=decay.quantity.order,
             frequency=fit.frequency,
             coefficient=float(fit.coefficient.mean()),

@@ -17,7 +17,10 @@ from friction_bayes.estimators.waveform.normal_equations import (
     FRICTION,
     OFFSET,
     PHASE,
+    Samples,
     accumulate,
+    first_at,
+    place,
 )
 
 __all__ = [
@@ -53,59 +56,61 @@ def _value(s: float, order: int, half: int, stop: int, p: Array, kappa: float) -
 
 
 @njit(cache=True, nogil=True)
-def _half_cycle_end(half: int, stop: int, p: Array, n: int) -> int:
+def _half_cycle_end(half: int, stop: int, p: Array, samples: Samples) -> int:
     """First sample after half cycle ``half``; the end of the record once at rest."""
     if half >= stop:
-        return n
-    middle = 0.5 * (n - 1)
-    return min(max(math.ceil(middle * (1.0 + ((half + 1) * math.pi - p[PHASE]) / p[ADVANCE])), 0), n)
+        return samples.size
+    return first_at(samples, ((half + 1) * math.pi - p[PHASE]) / p[ADVANCE])
 
 
 @njit(cache=True, nogil=True)
-def signals(n: int, order: int, p: Array, kappa: float, stop: int) -> Array:
+def signals(samples: Samples, order: int, p: Array, kappa: float, stop: int) -> Array:
     """Signals of many coefficients, shape (m, 5), over ``n`` samples, shape (m, n)."""
+    n = samples.size
     out = np.empty((p.shape[0], n))
-    middle = 0.5 * (n - 1)
     for row in range(p.shape[0]):
         half = math.floor((p[row, PHASE] - p[row, ADVANCE]) / math.pi)
-        end = _half_cycle_end(half, stop, p[row], n)
+        end = _half_cycle_end(half, stop, p[row], samples)
         for i in range(n):
             while i >= end and end < n:
                 half += 1
-                end = _half_cycle_end(half, stop, p[row], n)
-            out[row, i] = _value((i - middle) / middle, order, half, stop, p[row], kappa)
+                end = _half_cycle_end(half, stop, p[row], samples)
+            out[row, i] = _value(place(samples, i), order, half, stop, p[row], kappa)
     return out
 
 
 @njit(cache=True, nogil=True)
-def turning_samples(n: int, p: Array, stop: int) -> Integers:
+def turning_samples(samples: Samples, p: Array, stop: int) -> Integers:
     """First sample of every half cycle of the record, zero first, and of the rest."""
+    n = samples.size
     half = math.floor((p[PHASE] - p[ADVANCE]) / math.pi)
     count = 1
-    while half < stop and _half_cycle_end(half + count - 1, stop, p, n) < n:
+    while half < stop and _half_cycle_end(half + count - 1, stop, p, samples) < n:
         count += 1
     first = np.zeros(count, dtype=np.int64)
     for k in range(1, count):
-        first[k] = _half_cycle_end(half + k - 1, stop, p, n)
+        first[k] = _half_cycle_end(half + k - 1, stop, p, samples)
     return first
 
 
 @njit(cache=True, nogil=True)
-def signal_derivatives(n: int, order: int, p: Array, kappa: float, stop: int) -> tuple[Array, Array]:
+def signal_derivatives(
+    samples: Samples, order: int, p: Array, kappa: float, stop: int
+) -> tuple[Array, Array]:
     """First and second derivatives of the signal, shapes (n, 5) and (n, 7), half cycles held.
 
     The second ones are those of :data:`CURVED_PAIRS`.
     """
+    n = samples.size
     jacobian = np.zeros((n, COEFFICIENTS))
     curvature = np.zeros((n, len(CURVED_PAIRS)))
-    middle = 0.5 * (n - 1)
     half = math.floor((p[PHASE] - p[ADVANCE]) / math.pi)
-    end = _half_cycle_end(half, stop, p, n)
+    end = _half_cycle_end(half, stop, p, samples)
     for i in range(n):
         while i >= end and end < n:
             half += 1
-            end = _half_cycle_end(half, stop, p, n)
-        s = (i - middle) / middle
+            end = _half_cycle_end(half, stop, p, samples)
+        s = place(samples, i)
         sign = 0.0
         if order == 0:
             sign = 1.0 if min(half, stop) % 2 == 0 else -1.0
@@ -129,42 +134,44 @@ def signal_derivatives(n: int, order: int, p: Array, kappa: float, stop: int) ->
 
 
 @njit(cache=True, nogil=True)
-def exact_misfit(y: Array, order: int, p: Array, kappa: float, stop: int) -> Array:
+def exact_misfit(y: Array, samples: Samples, order: int, p: Array, kappa: float, stop: int) -> Array:
     """Sum of squared residuals of many coefficients, shape (m, 5) to (m,)."""
     out = np.empty(p.shape[0])
     matrix, gradient = np.zeros((COEFFICIENTS, COEFFICIENTS)), np.zeros(COEFFICIENTS)
     for row in range(p.shape[0]):
-        out[row] = accumulate(y, order, p[row], p[row], kappa, stop, matrix, gradient)
+        out[row] = accumulate(y, samples, order, p[row], p[row], kappa, stop, matrix, gradient)
     return out
 
 
 @njit(cache=True, nogil=True)
-def crossing_misfit(y: Array, order: int, centre: Array, p: Array, kappa: float, stop: int) -> Array:
+def crossing_misfit(
+    y: Array, samples: Samples, order: int, centre: Array, p: Array, kappa: float, stop: int
+) -> Array:
     """What is missing from the sum of squared residuals with the half cycles of ``centre``, exactly.
 
     Only samples that lie in another half cycle under ``p``, shape (m, 5), differ: a few at each turning.
     """
     n = y.size
-    middle = 0.5 * (n - 1)
     out = np.zeros(p.shape[0])
     first_held = math.floor((centre[PHASE] - centre[ADVANCE]) / math.pi)
     for row in range(p.shape[0]):
         half, held = math.floor((p[row, PHASE] - p[row, ADVANCE]) / math.pi), first_held
-        end, end_held = _half_cycle_end(half, stop, p[row], n), _half_cycle_end(held, stop, centre, n)
+        end = _half_cycle_end(half, stop, p[row], samples)
+        end_held = _half_cycle_end(held, stop, centre, samples)
         i = 0
         while i < n:
             until = min(end, end_held)
             if half != held or (half >= stop) != (held >= stop):
                 for j in range(i, until):
-                    s = (j - middle) / middle
+                    s = place(samples, j)
                     new = y[j] - _value(s, order, half, stop, p[row], kappa)
                     old = y[j] - _value(s, order, held, stop, p[row], kappa)
                     out[row] += new * new - old * old
             i = max(until, i)
             if end <= i < n:
                 half += 1
-                end = _half_cycle_end(half, stop, p[row], n)
+                end = _half_cycle_end(half, stop, p[row], samples)
             if end_held <= i < n:
                 held += 1
-                end_held = _half_cycle_end(held, stop, centre, n)
+                end_held = _half_cycle_end(held, stop, centre, samples)
     return out

@@ -38,9 +38,11 @@ from friction_bayes.estimators.waveform.least_squares import fit_waveforms, prio
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
     COEFFICIENTS,
+    EVENLY,
     FRICTION,
     OFFSET,
     PHASE,
+    Samples,
 )
 from friction_bayes.estimators.waveform.pendulum_fit import fit_pendulum
 from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion, agrees_near
@@ -70,13 +72,14 @@ class WaveformEstimator(TabulatedPrior):
         """
         if swing_frequency(decay.system, decay.unit) > 0.0:
             return fit_pendulum(decay, prior)
-        n = decay.values.size
+        samples = _samples(decay)
         fits = fit_waveforms(
             decay.values[None],
             decay.located,
             decay.quantity.order,
             prior["coefficient_precision"],
             rest_known=decay.rest_known,
+            places=samples.places,
         )
         if not fits.found[0]:
             raise InputError(
@@ -87,17 +90,17 @@ class WaveformEstimator(TabulatedPrior):
         p, kappa, stop = fits.coefficients[0], float(fits.kappa[0]), int(fits.stop[0])
         free = slice(OFFSET + 1 if decay.rest_known else OFFSET, COEFFICIENTS)
         before = prior_of(prior, p[free].size)
-        after = before.update_statistics(fits.linearised([n], free).record(0))
+        after = before.update_statistics(fits.linearised([samples.size], free).record(0))
         return signal_fit(
             decay,
             lambda: _model(decay, p, kappa, stop, after, prior["coefficient_precision"]),
             before,
             after,
             coefficients=dict(zip(NAMES[free], p[free], strict=True)),
-            frequency_scale=2.0 / ((n - 1) * decay.step),
-            half_cycles=turning_samples(n, p, stop).size - 1,
+            frequency_scale=2.0 / decay.duration,
+            half_cycles=turning_samples(samples, p, stop).size - 1,
             rest_position=float(p[OFFSET]),
-            prediction=signals(n, decay.quantity.order, p[None], kappa, stop)[0],
+            prediction=signals(samples, decay.quantity.order, p[None], kappa, stop)[0],
         )
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
@@ -125,7 +128,9 @@ class WaveformEstimator(TabulatedPrior):
         def residual(row: int) -> Array:
             start, n = decays.located.start[row], counts[row]
             coefficients, kappa, stop = fits.coefficients[row], fits.kappa[row], fits.stop[row]
-            signal = signals(n, decays.quantity.order, coefficients[None], float(kappa), int(stop))[0]
+            signal = signals(
+                Samples(n, EVENLY), decays.quantity.order, coefficients[None], float(kappa), int(stop)
+            )[0]
             return np.asarray(decays.values[row, start : start + n] - signal)
 
         return Fits(
@@ -139,26 +144,32 @@ class WaveformEstimator(TabulatedPrior):
         )
 
 
+def _samples(decay: FreeDecay) -> Samples:
+    """Where the samples of a decay lie between its ends."""
+    places = EVENLY if decay.evenly_spaced else 2.0 * decay.time / decay.duration - 1.0
+    return Samples(decay.values.size, places)
+
+
 def _model(
     decay: FreeDecay, p: Array, kappa: float, stop: int, after: NormalInverseGamma, precision: float
 ) -> SignalModel:
     """The whole signal, all coefficients free, for the sampler."""
-    values, order, n = decay.values, decay.quantity.order, decay.values.size
+    values, order, samples = decay.values, decay.quantity.order, _samples(decay)
     skip = COEFFICIENTS - after.size
-    half_duration = 0.5 * (n - 1) * decay.step
-    jacobian, curvature = signal_derivatives(n, order, p, kappa, stop)
+    half_duration = 0.5 * decay.duration
+    jacobian, curvature = signal_derivatives(samples, order, p, kappa, stop)
     pairs = np.array(CURVED_PAIRS) - skip
-    residual = values - signals(n, order, p[None], kappa, stop)[0]
+    residual = values - signals(samples, order, p[None], kappa, stop)[0]
     expansion = SignalExpansion.of(p[skip:], residual, jacobian[:, skip:], curvature, pairs)
 
     def whole(q: Array) -> Array:
         return np.ascontiguousarray(np.column_stack([np.full((len(q), skip), p[OFFSET]), q]))
 
     def exact(q: Array) -> Array:
-        return np.asarray(exact_misfit(values, order, whole(q), kappa, stop))
+        return np.asarray(exact_misfit(values, samples, order, whole(q), kappa, stop))
 
     def expanded(q: Array) -> Array:
-        return expansion.misfit(q) + crossing_misfit(values, order, p, whole(q), kappa, stop)
+        return expansion.misfit(q) + crossing_misfit(values, samples, order, p, whole(q), kappa, stop)
 
     covariance = after.coefficients.shape
     fast = agrees_near(expanded, exact, p[skip:], covariance, after.beta / after.alpha)
@@ -170,8 +181,8 @@ def _model(
         names=NAMES[skip:],
         scale=np.array([1.0, 1.0, 1.0, 1.0 / half_duration, 1.0])[skip:],
         bounds=bounds[skip:],
-        signal=lambda q: signals(n, order, whole(q), kappa, stop),
+        signal=lambda q: signals(samples, order, whole(q), kappa, stop),
         misfit=expanded if fast else exact,
-        blocks=turning_samples(n, p, stop),
+        blocks=turning_samples(samples, p, stop),
         observed=values,
     )

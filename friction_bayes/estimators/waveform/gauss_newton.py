@@ -20,6 +20,7 @@ from friction_bayes.estimators.waveform.normal_equations import (
     FRICTION,
     NEVER,
     PHASE,
+    Samples,
     accumulate,
     stopping_turn,
 )
@@ -44,6 +45,7 @@ class Signal(NamedTuple):
     """What is fitted: moving samples less a constant near their rest, derivative order, and ``kappa``."""
 
     y: Array
+    samples: Samples
     order: int
     kappa: float
 
@@ -80,7 +82,10 @@ def _keep(at: Optimum, trial: Optimum) -> None:
 @njit(cache=True, nogil=True)
 def _misfit(signal: Signal, at: Optimum, held: Array, stop: int) -> float:
     """Sum of squared residuals at ``at.p``, with the half cycles of ``held``; fills the normal equations."""
-    return accumulate(signal.y, signal.order, at.p, held, signal.kappa, stop, at.matrix, at.gradient)
+    matrix, gradient = at.matrix, at.gradient
+    return accumulate(
+        signal.y, signal.samples, signal.order, at.p, held, signal.kappa, stop, matrix, gradient
+    )
 
 
 @njit(cache=True, nogil=True)

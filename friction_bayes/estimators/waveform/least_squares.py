@@ -18,8 +18,10 @@ from friction_bayes.estimators.waveform.gauss_newton import Optimum, Penalty, Si
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
     COEFFICIENTS,
+    EVENLY,
     OFFSET,
     PHASE,
+    Samples,
 )
 
 __all__ = ["WaveformFits", "fit_waveforms", "prior_of"]
@@ -83,7 +85,13 @@ class WaveformFits:
 
 
 def fit_waveforms(
-    values: Array, located: Located, order: int, precision: float, *, rest_known: bool = False
+    values: Array,
+    located: Located,
+    order: int,
+    precision: float,
+    *,
+    rest_known: bool = False,
+    places: Array = EVENLY,
 ) -> WaveformFits:
     """Fit the moving parts of many records.
 
@@ -100,6 +108,9 @@ def fit_waveforms(
         Prior precision of offset, amplitude and friction coefficient, relative to that of a sample.
     rest_known : bool
         Whether the rest position of ``located`` is known and not to be fitted.
+    places : ndarray, shape (n,) or (0,)
+        Of the samples of every moving part, see
+        :class:`~friction_bayes.estimators.waveform.normal_equations.Samples`.
     """
     records = values.shape[0]
     fits = WaveformFits(
@@ -114,6 +125,7 @@ def fit_waveforms(
     weight = np.array([math.inf if rest_known else precision, precision, precision, 0.0, 0.0])
     _fit_all(
         values,
+        places,
         located,
         order,
         weight,
@@ -143,6 +155,7 @@ def _regular(normal: Array) -> Mask:
 @njit(cache=True, nogil=True)
 def _fit_all(
     values: Array,
+    places: Array,
     located: Located,
     order: int,
     weight: Array,
@@ -166,7 +179,7 @@ def _fit_all(
         kappa[r] = 2.0 * math.floor(p[PHASE] / math.pi) + 1.0
         prior.mean[OFFSET] = -reference
         misfit[r], stop[r], found[r] = fit_waveform(
-            Signal(y, order, kappa[r]), Optimum(p, normal[r], gradient[r]), prior
+            Signal(y, Samples(y.size, places), order, kappa[r]), Optimum(p, normal[r], gradient[r]), prior
         )
         p[OFFSET] += reference
         for k in range(COEFFICIENTS):

@@ -17,7 +17,7 @@ Within a half cycle ``k``, ``e`` and the swing ``w = b + k u`` are constants. Wi
 
 so that every entry of ``J'J`` and ``J'r`` is a combination, by these constants, of sums over the half cycle
 of products of (1, ``f``, ``g``, ``h``) with one another and with the residual: fourteen sums and the count.
-They need no sine or cosine per sample, since a step turns ``(f, g)`` by a fixed angle.
+Where samples are evenly spaced they need no sine or cosine each: a step turns ``(f, g)`` by a fixed angle.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
@@ -33,11 +34,15 @@ __all__ = [
     "ADVANCE",
     "AMPLITUDE",
     "COEFFICIENTS",
+    "EVENLY",
     "FRICTION",
     "NEVER",
     "OFFSET",
     "PHASE",
+    "Samples",
     "accumulate",
+    "first_at",
+    "place",
     "stopping_turn",
 ]
 
@@ -47,6 +52,42 @@ COEFFICIENTS = 5
 
 NEVER = 1 << 40
 """Number of a turning point that no record reaches."""
+
+
+EVENLY: Array = np.empty(0)
+"""The places of samples that are evenly spaced, which need none."""
+
+
+class Samples(NamedTuple):
+    """Where the samples of a record lie between its ends, at ``s = -1`` and 1.
+
+    Attributes
+    ----------
+    size : int
+        How many there are.
+    places : ndarray, shape (size,) or (0,)
+        Place ``s`` of each; none where they are evenly spaced.
+    """
+
+    size: int
+    places: Array
+
+
+@njit(cache=True, nogil=True)
+def place(samples: Samples, i: int) -> float:
+    """Place of sample ``i``."""
+    if samples.places.size > 0:
+        return samples.places[i]
+    middle = 0.5 * (samples.size - 1)
+    return (i - middle) / middle
+
+
+@njit(cache=True, nogil=True)
+def first_at(samples: Samples, s: float) -> int:
+    """First sample that lies at ``s`` or behind it, from 0 to ``samples.size``."""
+    if samples.places.size > 0:
+        return int(np.searchsorted(samples.places, s))
+    return min(max(math.ceil(0.5 * (samples.size - 1) * (1.0 + s)), 0), samples.size)
 
 
 class _Sums(NamedTuple):
@@ -81,14 +122,21 @@ def stopping_turn(p: Array, kappa: float) -> int:
 
 @njit(cache=True, nogil=True)
 def accumulate(
-    y: Array, order: int, p: Array, held: Array, kappa: float, stop: int, matrix: Array, gradient: Array
+    y: Array,
+    samples: Samples,
+    order: int,
+    p: Array,
+    held: Array,
+    kappa: float,
+    stop: int,
+    matrix: Array,
+    gradient: Array,
 ) -> float:
     """Sum of squared residuals, and ``J'J`` (lower triangle) and ``J'r`` in place.
 
     Samples lie in the half cycles that the phase of ``held`` puts them in, which may be ``p`` itself.
     """
     n = y.size
-    middle = 0.5 * (n - 1)
     for a in range(COEFFICIENTS):
         gradient[a] = 0.0
         for b in range(COEFFICIENTS):
@@ -97,14 +145,13 @@ def accumulate(
     half = math.floor((held[PHASE] - held[ADVANCE]) / math.pi)
     i = 0
     while i < n and half < stop:
-        turn = middle * (1.0 + ((half + 1) * math.pi - held[PHASE]) / held[ADVANCE])
-        end = min(max(math.ceil(turn), i), n)
+        end = max(first_at(samples, ((half + 1) * math.pi - held[PHASE]) / held[ADVANCE]), i)
         k = kappa - 2.0 * half - 1.0
         swing = p[AMPLITUDE] + k * p[FRICTION]
         e = 0.0
         if order == 0:
             e = 1.0 if half % 2 == 0 else -1.0
-        sums = _half_cycle_sums(y, i, end, order, p, p[OFFSET] + e * p[FRICTION], swing)
+        sums = _half_cycle_sums(y, samples, i, end, order, p, p[OFFSET] + e * p[FRICTION], swing)
         _add_half_cycle(matrix, gradient, sums, k, e, swing)
         total += sums.rr
         i = end
@@ -116,9 +163,10 @@ def accumulate(
 
 @njit(cache=True, nogil=True)
 def _half_cycle_sums(
-    y: Array, start: int, end: int, order: int, p: Array, constant: float, swing: float
+    y: Array, samples: Samples, start: int, end: int, order: int, p: Array, constant: float, swing: float
 ) -> _Sums:
     """Sums over samples ``start <= j < end`` of the signal ``constant + swing f``."""
+    even = samples.places.size == 0
     middle = 0.5 * (y.size - 1)
     rate = p[ADVANCE] / middle
     turn_cos, turn_sin = math.cos(rate), math.sin(rate)
@@ -127,7 +175,11 @@ def _half_cycle_sums(
     sum_f = sum_g = sum_h = sum_ff = sum_fg = sum_gg = sum_fh = sum_gh = sum_hh = 0.0
     sum_r = sum_rf = sum_rg = sum_rh = sum_rr = 0.0
     for j in range(start, end):
-        h = (j - middle) / middle * g
+        s = place(samples, j)
+        if not even:
+            angle = p[PHASE] + p[ADVANCE] * s + 0.5 * math.pi * order
+            f, g = math.cos(angle), -math.sin(angle)
+        h = s * g
         r = y[j] - constant - swing * f
         sum_f += f
         sum_g += g
@@ -143,7 +195,8 @@ def _half_cycle_sums(
         sum_rg += r * g
         sum_rh += r * h
         sum_rr += r * r
-        f, g = f * turn_cos + g * turn_sin, g * turn_cos - f * turn_sin
+        if even:
+            f, g = f * turn_cos + g * turn_sin, g * turn_cos - f * turn_sin
     return _Sums(
         end - start, sum_f, sum_g, sum_h, sum_ff, sum_fg, sum_gg, sum_fh, sum_gh, sum_hh,
         sum_r, sum_rf, sum_rg, sum_rh, sum_rr,

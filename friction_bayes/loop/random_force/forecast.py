@@ -8,7 +8,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.estimators.random_force.law_regression import frequency_change
-from friction_bayes.estimators.random_force.transition import discretise
+from friction_bayes.estimators.random_force.transition import distinct_steps, transition_table
 from friction_bayes.estimators.random_force.whitening import smooth
 from friction_bayes.loop.forecast import FITTED_SHARE, Forecast
 from friction_bayes.loop.model import LoopModel, changes_signal
@@ -151,18 +151,19 @@ def _fluctuation(
     means : ndarray, shape (k, n)
     variances : ndarray, shape (g, n)
     """
-    step = float(np.median(np.diff(time))) * fit.w0
-    transitions, added = np.empty_like(spreads), np.empty_like(spreads)
+    steps, index = distinct_steps(time * fit.w0)
+    transitions, added = np.empty((2, steps.size, points.size, 3, 3))
     for g, at in enumerate(points):
         point = fit.posterior.points[at]
-        discretise(step, 0.0, point.tau, transitions[g], added[g])
-        added[g] *= (point.ratio * point.noise) ** 2
+        transitions[:, g], added[:, g] = transition_table(steps, 0.0, point.tau)
+        added[:, g] *= (point.ratio * point.noise) ** 2
     unit_force = np.tile([0.0, 0.0, 1.0], (points.size, 1))
     answers, variances = np.empty((points.size, time.size)), np.empty((points.size, time.size))
-    turned = transitions.transpose(0, 2, 1)
     for i in range(time.size):
+        if i > 0:
+            step = transitions[index[i - 1]]
+            unit_force = (step @ unit_force[:, :, None])[:, :, 0]
+            spreads = step @ spreads @ step.transpose(0, 2, 1) + added[index[i - 1]]
         answers[:, i] = unit_force @ fit.row
         variances[:, i] = fit.row @ spreads @ fit.row
-        unit_force = (transitions @ unit_force[:, :, None])[:, :, 0]
-        spreads = transitions @ spreads @ turned + added
     return forces[:, None] * answers[which] * fit.unit, variances * fit.unit**2

@@ -95,8 +95,7 @@ def read_record(
     """Read one record from a file.
 
     Column names such as ``time_s`` and ``displacement_mm``, or ``Time (s)`` and ``Angle (deg)``, carry
-    quantity and unit; the options give what they do not. Where the times are uneven the signal is brought to
-    an even grid by a cubic spline, and the attribute ``resampled`` says so.
+    quantity and unit; the options give what they do not. Times are kept as they are, uneven ones too.
 
     Parameters
     ----------

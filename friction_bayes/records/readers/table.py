@@ -22,11 +22,9 @@ from friction_bayes.core.quantities import (
     quantity_named,
 )
 from friction_bayes.core.unit_spelling import plain_unit
-from friction_bayes.records.clock import is_even
 from friction_bayes.records.readers.headers import read_header, split_run
 from friction_bayes.records.readers.scale import unit_and_factor
 from friction_bayes.records.record import make_record, validate_record, within
-from friction_bayes.records.resampling import resample_record
 
 __all__ = ["Column", "Table", "is_time", "record_from_table", "times_of"]
 
@@ -128,8 +126,7 @@ def record_from_table(
     record.attrs["read"] = f"{signal_name} [{unit}] {clock}"
     kept = within(record, start, end)
     record, rows = record[kept], None if column.rows is None else column.rows[kept]
-    validate_record(record, rows=rows, evenly=False)
-    return record if is_even(record["time"].values) else resample_record(record)
+    return validate_record(record, rows=rows)
 
 
 def times_of(column: Column, table: Table, place: str, clock_name: str) -> NDArray[Any]:

@@ -162,7 +162,12 @@ def _are_units(cells: list[str]) -> bool:
 def _decode(path: Path) -> str:
     raw = path.read_bytes()
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return raw.decode("utf-16")
+        try:
+            return raw.decode("utf-16")
+        except UnicodeDecodeError as error:
+            raise InputError(
+                str(path), "begins as UTF-16 text and does not go on as such", "save it anew as text"
+            ) from error
     if b"\0" in raw:
         raise InputError(str(path), "this is not a text file", "give the suffix of its format")
     try:

@@ -187,9 +187,24 @@ def test_the_clock_of_a_valid_record_is_taken_as_even(late: float) -> None:
     assert from_jittered.friction.std() == from_even.friction.std()
 
 
-def test_an_uneven_clock_is_refused_whatever_the_estimator() -> None:
-    signal, _ = decay_signal("displacement", 200.0, 8.0)
-    time = np.arange(signal.size) / 200.0
-    time[300] += 0.06 / 200.0
-    with pytest.raises(InputError, match="not uniform"):
-        estimate(make_record(time, signal, "displacement"), SYSTEM, method="envelope")
+def test_the_samples_of_an_uneven_clock_keep_their_times(rng: np.random.Generator) -> None:
+    fine, stop = decay_signal("displacement", 2000.0, 8.0)
+    # held for a fifth of a second, then free; a sample at any time of the first two thirds of each interval
+    held = np.concatenate([np.full(400, fine[0]), fine])
+    kept = 30 * np.arange(held.size // 30) + rng.integers(0, 20, held.size // 30)
+    record = make_record(kept / 2000.0, held[kept], "displacement")
+    decay = find_free_decay(record, SYSTEM)
+    assert not decay.evenly_spaced
+    first = int(np.searchsorted(record["time"].values, decay.start_time))
+    recorded = record.isel(time=slice(first, first + decay.values.size))
+    np.testing.assert_array_equal(decay.values, recorded.values)
+    np.testing.assert_allclose(decay.start_time + decay.time, recorded["time"].values, atol=1e-12)
+    period = 2.0 * math.pi / FREQUENCY
+    assert decay.start_time == pytest.approx(0.2, abs=0.1 * period)
+    assert decay.start_time + decay.duration == pytest.approx(0.2 + stop, abs=0.6 * period)
+    assert decay.frequency == pytest.approx(FREQUENCY, rel=5e-3)
+    due = FREQUENCY * (decay.start_time - 0.2)
+    assert math.cos(decay.phase - due) > math.cos(0.2)
+    even = decay.on_even_grid()
+    assert even.evenly_spaced
+    assert even.duration == pytest.approx(decay.duration, rel=1e-9)

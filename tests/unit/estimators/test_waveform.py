@@ -23,7 +23,7 @@ from friction_bayes.estimators.waveform.coulomb_signal import (
     turning_samples,
 )
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
-from friction_bayes.estimators.waveform.normal_equations import accumulate
+from friction_bayes.estimators.waveform.normal_equations import EVENLY, Samples, accumulate
 from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion
 
 WAVEFORM = WaveformEstimator()
@@ -32,6 +32,11 @@ FRICTION = 0.3
 COEFFICIENTS = np.array([0.2, 5.0, 0.21, 40.3, 45.1])
 KAPPA = 29.0
 STOP = 24
+N = 301
+LATE = np.linspace(-1.0, 1.0, N)
+LATE[1:-1:2] += 0.8 / N
+SAMPLES = (Samples(N, EVENLY), Samples(N, LATE))
+"""Evenly spaced, and every other one late."""
 
 
 def fit(
@@ -54,50 +59,55 @@ def fit(
     return WAVEFORM.fit(decay, WAVEFORM.default_prior(decay), peaks="highest")
 
 
+@pytest.mark.parametrize("samples", SAMPLES, ids=["even", "uneven"])
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_derivatives_are_those_of_the_signal(order: int) -> None:
-    n = 301
-    jacobian, curvature = signal_derivatives(n, order, COEFFICIENTS, KAPPA, STOP)
+def test_derivatives_are_those_of_the_signal(order: int, samples: Samples) -> None:
+    jacobian, curvature = signal_derivatives(samples, order, COEFFICIENTS, KAPPA, STOP)
     steps = np.array([1e-3, 1e-3, 1e-4, 1e-5, 1e-5])
     shifts = np.diag(steps)
-    at = signals(n, order, COEFFICIENTS + np.concatenate([shifts, -shifts]), KAPPA, STOP)
+    at = signals(samples, order, COEFFICIENTS + np.concatenate([shifts, -shifts]), KAPPA, STOP)
     edge = np.concatenate(
-        [turning_samples(n, p, STOP) for p in COEFFICIENTS + np.concatenate([shifts, -shifts])]
+        [turning_samples(samples, p, STOP) for p in COEFFICIENTS + np.concatenate([shifts, -shifts])]
     )
-    smooth = np.setdiff1d(np.arange(n), np.concatenate([edge, edge - 1]))
+    smooth = np.setdiff1d(np.arange(N), np.concatenate([edge, edge - 1]))
     numeric = ((at[:5] - at[5:]) / (2.0 * steps[:, None])).T
     np.testing.assert_allclose(jacobian[smooth], numeric[smooth], atol=1e-6)
     for column, (i, j) in enumerate(CURVED_PAIRS):
         moved = [
-            signal_derivatives(n, order, COEFFICIENTS + s * shifts[j], KAPPA, STOP)[0][:, i] for s in (1, -1)
+            signal_derivatives(samples, order, COEFFICIENTS + s * shifts[j], KAPPA, STOP)[0][:, i]
+            for s in (1, -1)
         ]
         second = (moved[0] - moved[1]) / (2.0 * steps[j])
         np.testing.assert_allclose(curvature[smooth, column], second[smooth], atol=1e-5)
 
 
+@pytest.mark.parametrize("samples", SAMPLES, ids=["even", "uneven"])
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_streamed_sums_are_those_of_the_design(order: int, rng: np.random.Generator) -> None:
-    n = 301
-    y = signals(n, order, COEFFICIENTS[None], KAPPA, STOP)[0] + rng.standard_normal(n)
+def test_streamed_sums_are_those_of_the_design(
+    order: int, samples: Samples, rng: np.random.Generator
+) -> None:
+    y = signals(samples, order, COEFFICIENTS[None], KAPPA, STOP)[0] + rng.standard_normal(N)
     matrix, gradient = np.zeros((5, 5)), np.zeros(5)
-    misfit = accumulate(y, order, COEFFICIENTS, COEFFICIENTS, KAPPA, STOP, matrix, gradient)
-    jacobian, _ = signal_derivatives(n, order, COEFFICIENTS, KAPPA, STOP)
-    residual = y - signals(n, order, COEFFICIENTS[None], KAPPA, STOP)[0]
+    misfit = accumulate(y, samples, order, COEFFICIENTS, COEFFICIENTS, KAPPA, STOP, matrix, gradient)
+    jacobian, _ = signal_derivatives(samples, order, COEFFICIENTS, KAPPA, STOP)
+    residual = y - signals(samples, order, COEFFICIENTS[None], KAPPA, STOP)[0]
     assert misfit == pytest.approx(residual @ residual, rel=1e-12)
     np.testing.assert_allclose(np.tril(matrix), np.tril(jacobian.T @ jacobian), rtol=1e-10, atol=1e-8)
     np.testing.assert_allclose(gradient, jacobian.T @ residual, rtol=1e-10, atol=1e-8)
 
 
+@pytest.mark.parametrize("samples", SAMPLES, ids=["even", "uneven"])
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_expansion_with_crossings_is_the_exact_misfit(order: int, rng: np.random.Generator) -> None:
-    n = 301
-    y = signals(n, order, COEFFICIENTS[None], KAPPA, STOP)[0] + 0.5 * rng.standard_normal(n)
-    jacobian, curvature = signal_derivatives(n, order, COEFFICIENTS, KAPPA, STOP)
-    residual = y - signals(n, order, COEFFICIENTS[None], KAPPA, STOP)[0]
+def test_expansion_with_crossings_is_the_exact_misfit(
+    order: int, samples: Samples, rng: np.random.Generator
+) -> None:
+    y = signals(samples, order, COEFFICIENTS[None], KAPPA, STOP)[0] + 0.5 * rng.standard_normal(N)
+    jacobian, curvature = signal_derivatives(samples, order, COEFFICIENTS, KAPPA, STOP)
+    residual = y - signals(samples, order, COEFFICIENTS[None], KAPPA, STOP)[0]
     expansion = SignalExpansion.of(COEFFICIENTS, residual, jacobian, curvature, np.array(CURVED_PAIRS))
     near = COEFFICIENTS + rng.standard_normal((40, 5)) * [0.1, 0.1, 0.01, 3e-3, 3e-3]
-    fast = expansion.misfit(near) + crossing_misfit(y, order, COEFFICIENTS, near, KAPPA, STOP)
-    np.testing.assert_allclose(fast, exact_misfit(y, order, near, KAPPA, STOP), atol=5e-3)
+    fast = expansion.misfit(near) + crossing_misfit(y, samples, order, COEFFICIENTS, near, KAPPA, STOP)
+    np.testing.assert_allclose(fast, exact_misfit(y, samples, order, near, KAPPA, STOP), atol=5e-3)
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES)
@@ -215,6 +225,25 @@ def test_pendulum(quantity: str, amplitude: float, rng: np.random.Generator) -> 
     )
     if quantity != "angular_acceleration":
         assert np.ptp(result.target.log_prob(points) - result.target.closed_form(points)) < 0.5
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_samples_are_taken_at_their_own_times(quantity: str, rng: np.random.Generator) -> None:
+    """A clock that goes fast and slow by 2 %, at eight samples a period; noise 1 % of the amplitude."""
+    fine = short_decay(friction=FRICTION, sampling_rate=20_000.0, noise_sd=0.0, quantity=quantity)
+    intervals = 1600.0 * (1.0 + 0.02 * np.sin(np.arange(62) / 5.0))
+    chosen = np.unique(np.round(np.cumsum(intervals)).astype(int))
+    record = fine[chosen[chosen < fine.size]]
+    sd = 0.01 * float(np.abs(fine).max())
+    noisy = record + sd * rng.standard_normal(record.size)
+    noisy.attrs = fine.attrs
+    decay = find_free_decay(noisy, SYSTEM)
+    assert not decay.evenly_spaced
+    np.testing.assert_allclose(decay.start_time + decay.time, record["time"].values[-decay.time.size :])
+    result = WAVEFORM.fit(decay, WAVEFORM.default_prior(decay), peaks="highest")
+    truth = FRICTION / SYSTEM.force_factor(quantity_named(quantity))
+    assert abs(result.coefficient.mean() - truth) < 4.0 * result.coefficient.std()
+    assert result.noise_sd == pytest.approx(sd, rel=0.4)
 
 
 def test_improper_prior_has_no_draws(rng: np.random.Generator) -> None:

@@ -8,7 +8,6 @@ import pytest
 from decays import written_decay
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.record import make_record
-from friction_bayes.records.resampling import resample_record
 
 AMPLITUDE, DROP = 0.0147, 7e-5
 
@@ -87,12 +86,11 @@ def test_noise_of_a_few_steps_that_holds_the_highest_value_by_chance_is_no_clipp
     assert clipped_fraction(signal) == (0.0, None)
 
 
-def test_clipping_survives_a_change_of_unit_and_resampling(rng) -> None:
+def test_clipping_survives_a_change_of_unit(rng) -> None:
     time = np.arange(2000) / 100.0 + 0.002 * rng.uniform(-1.0, 1.0, 2000)
     clipped = np.clip(14.7 * np.cos(10.0 * time) * (1.0 - time / 30.0), -10.0, 10.0)
     record = make_record(time, clipped, "displacement", unit="mm")
     assert clipped_fraction(record.values)[0] > 0.1
-    assert clipped_fraction(resample_record(record).values)[0] > 0.1
 
 
 def test_a_constant_is_no_clipping() -> None:
