@@ -16,7 +16,7 @@ import math
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array, Indices, Mask
+from friction_bayes.core.arrays import Array, Integers, Mask
 
 __all__ = ["confine", "cut_moments", "log_normal_mass"]
 
@@ -69,9 +69,8 @@ def confine(mean: Array, cov: Array, positive: Mask, location: Array, scale2: Ar
     p = mean.size
     sigma = cov.copy()
     mu = mean.copy()
-    tilt = np.zeros(p)
-    shift = np.zeros(p)
-    chosen = np.flatnonzero(positive)
+    tilt, shift, column = np.zeros(p), np.zeros(p), np.zeros(p)
+    chosen = _places(positive)
     # one constraint is exact at once
     for _ in range(min(chosen.size, 1) if chosen.size < 2 else _SWEEPS):
         change = 0.0
@@ -89,8 +88,9 @@ def confine(mean: Array, cov: Array, positive: Mask, location: Array, scale2: Ar
                 continue
             change = max(change, abs(more_tilt) * sigma[i, i])
             tilt[i], shift[i] = new_tilt, new_shift
-            column = sigma[:, i].copy()
             gain = (more_shift - more_tilt * mu[i]) / denominator
+            for a in range(p):
+                column[a] = sigma[a, i]
             for a in range(p):
                 mu[a] += column[a] * gain
                 for b in range(p):
@@ -98,8 +98,8 @@ def confine(mean: Array, cov: Array, positive: Mask, location: Array, scale2: Ar
         if change < _CONVERGED:
             break
     log_mass = 0.0
-    location[:] = mu
-    scale2[:] = np.diag(sigma)
+    for a in range(p):
+        location[a], scale2[a] = mu[a], sigma[a, a]
     for i in chosen:
         cavity_precision = max(1.0 / sigma[i, i] - tilt[i], 1e-12 / sigma[i, i])
         cavity = 1.0 / cavity_precision
@@ -115,19 +115,61 @@ def confine(mean: Array, cov: Array, positive: Mask, location: Array, scale2: Ar
 
 
 @njit(cache=True, nogil=True)
-def _log_integral(mean: Array, cov: Array, chosen: Indices, tilt: Array, shift: Array) -> float:
+def _places(chosen: Mask) -> Integers:
+    """Places of what is chosen, as ``np.flatnonzero``, which takes the compiler a second, gives them."""
+    places = np.empty(chosen.size, np.int64)
+    count = 0
+    for i in range(chosen.size):
+        if chosen[i]:
+            places[count] = i
+            count += 1
+    return places[:count]
+
+
+@njit(cache=True, nogil=True)
+def _solve(matrix: Array, right: Array) -> float:
+    """Gaussian elimination with pivoting, in place: ``right`` becomes the solution; returns log |det|."""
+    n = right.size
+    log_determinant = 0.0
+    for k in range(n):
+        pivot = k
+        for i in range(k + 1, n):
+            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
+                pivot = i
+        if matrix[pivot, k] == 0.0:
+            return -math.inf
+        right[k], right[pivot] = right[pivot], right[k]
+        for j in range(k, n):
+            matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
+        log_determinant += math.log(abs(matrix[k, k]))
+        for i in range(k + 1, n):
+            share = matrix[i, k] / matrix[k, k]
+            right[i] -= share * right[k]
+            for j in range(k + 1, n):
+                matrix[i, j] -= share * matrix[k, j]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            right[k] -= matrix[k, j] * right[j]
+        right[k] /= matrix[k, k]
+    return log_determinant
+
+
+@njit(cache=True, nogil=True)
+def _log_integral(mean: Array, cov: Array, chosen: Integers, tilt: Array, shift: Array) -> float:
     """``log int N(b; m, C) prod exp(shift b - tilt b**2 / 2) db`` over the constrained components."""
     some = chosen.size
-    c, m, n = np.empty((some, some)), np.empty(some), np.empty(some)
-    inner = np.eye(some)
+    inner, rest = np.zeros((some, some)), np.empty(some)
     for a in range(some):
-        m[a], n[a] = mean[chosen[a]], shift[chosen[a]]
+        i = chosen[a]
+        rest[a] = mean[i]
+        inner[a, a] = 1.0
         for b in range(some):
-            c[a, b] = cov[chosen[a], chosen[b]]
-            inner[a, b] += c[a, b] * tilt[chosen[b]]
-    log_value = -0.5 * math.log(abs(np.linalg.det(inner)))
-    rest = np.linalg.solve(inner, c @ n + m)
+            k = chosen[b]
+            rest[a] += cov[i, k] * shift[k]
+            inner[a, b] += cov[i, k] * tilt[k]
+    log_value = -0.5 * _solve(inner, rest)
     for a in range(some):
         # with rest = inv(I + C T) (m + C n): (n' rest + m' (n - T rest)) / 2
-        log_value += 0.5 * (n[a] * rest[a] + m[a] * (n[a] - tilt[chosen[a]] * rest[a]))
+        i = chosen[a]
+        log_value += 0.5 * (shift[i] * rest[a] + mean[i] * (shift[i] - tilt[i] * rest[a]))
     return log_value

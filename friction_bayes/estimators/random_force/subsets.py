@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit
 from scipy.linalg import cho_factor, cho_solve
 
-from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.arrays import Array, Indices, Integers, Mask
 from friction_bayes.estimators.random_force.positive_orthant import confine
 from friction_bayes.estimators.random_force.whitening import Whitened
 
@@ -203,7 +203,8 @@ def weigh_bounded(
     best : float
         Log weight of a set that is not among these, beside which they may not matter.
     """
-    log_weight, location, scale2 = _weigh_sets(whitened.gram, reference, positive, sets, *bounds, best)
+    order = np.argsort(-bounds.log_weight)
+    log_weight, location, scale2 = _weigh_sets(whitened.gram, reference, positive, sets, *bounds, best, order)
     return WeighedSets(log_weight, location, scale2, bounds.noise2, bounds.full_noise2)
 
 
@@ -241,13 +242,15 @@ def _forward(a: Array, rhs: Array, size: int, out: Array) -> float:
 def _full_noise(gram: Array, used: int, work: Array, half: Array) -> float:
     """Noise variance of least squares with all columns."""
     p = work.shape[0]
+    right = np.empty(p)
     for i in range(p):
+        right[i] = gram[i, p]
         for j in range(p):
             work[i, j] = gram[i, j]
         # columns may be the same to rounding
         work[i, i] += 1e-12 * gram[i, i] + _LEAST
     _factor(work, p)
-    explained = _forward(work, gram[:p, p], p, half)
+    explained = _forward(work, right, p, half)
     return max(gram[p, p] - explained, _LEAST) / max(used - p, 1)
 
 
@@ -323,7 +326,9 @@ def _weigh_sets(
     noise2: Array,
     lam: float,
     best: float,
+    order: Indices,
 ) -> tuple[Array, Array, Array]:
+    """``order`` is that of falling bounds."""
     m, p = sets.shape
     work, half, rhs = np.empty((p, p)), np.empty(p), np.empty(p)
     index = np.empty(p, np.int64)
@@ -331,23 +336,30 @@ def _weigh_sets(
     location = np.full((m, p), np.nan)
     scale2 = np.full((m, p), np.nan)
     # the mass of positive coefficients, which is at most one, where it matters
-    for s in np.argsort(-bound):
+    for s in order:
         if bound[s] < best - _NEGLIGIBLE:
             break
         size, _ = _penalised(gram, lam, reference, sets[s], index, work, rhs)
         _factor(work, size)
         _forward(work, rhs, size, half)
+        # row a is column a of the inverse of the factor
         root = np.zeros((size, size))
         unit = np.zeros(size)
         for a in range(size):
             unit[a] = 1.0
-            _forward(work, unit, size, root[:, a])
+            _forward(work, unit, size, root[a])
             unit[a] = 0.0
-        mean = root.T @ half[:size]
-        cov = (root.T @ root) * noise2[s]
+        mean, cov = np.empty(size), np.empty((size, size))
         signs = np.empty(size, np.bool_)
         for a in range(size):
-            mean[a] += reference[index[a]]
+            mean[a] = reference[index[a]]
+            for k in range(a, size):
+                mean[a] += root[a, k] * half[k]
+            for b in range(a + 1):
+                total = 0.0
+                for k in range(a, size):
+                    total += root[a, k] * root[b, k]
+                cov[a, b] = cov[b, a] = total * noise2[s]
             signs[a] = positive[index[a]]
         where, spread = np.empty(size), np.empty(size)
         log_weight[s] = bound[s] + confine(mean, cov, signs, where, spread)

@@ -248,6 +248,18 @@ def _read(cov: Array, row: Array, variance: float, ph: Array) -> float:
 
 
 @njit(cache=True, nogil=True)
+def _product(left: Array, right: Array, out: Array) -> Array:
+    """Fill ``out = left' right``, which is none of the two, and return it; ``left`` is often symmetric."""
+    for a in range(left.shape[1]):
+        for b in range(right.shape[1]):
+            total = 0.0
+            for c in range(left.shape[0]):
+                total += left[c, a] * right[c, b]
+            out[a, b] = total
+    return out
+
+
+@njit(cache=True, nogil=True)
 def _whiten(
     columns: Array,
     index: Indices,
@@ -283,7 +295,7 @@ def _whiten(
                 v[j] = f10 * xj + f11 * vj + f12 * dj
                 d[j] = f22 * dj
                 u[j] *= decay
-        if not np.isfinite(variance[i]):
+        if not math.isfinite(variance[i]):
             continue
         s = _read(cov, row, variance[i], ph)
         log_determinant += math.log(s)
@@ -305,7 +317,8 @@ def _whiten(
             for k in range(j + 1):
                 gram[j, k] += ej * e[k]
         if kept.shape[0] > 0:
-            kept[i] = e
+            for j in range(p):
+                kept[i, j] = e[j]
             variances[i] = s
     return log_determinant, used
 
@@ -333,19 +346,23 @@ def _smooth(
     cov[3, 3] = error
     ph = np.zeros(4)
     now = np.zeros((4, p))
-    f = np.zeros((4, 4))
-    shown = np.ones(4)
-    shown[:3] = row
     for i in range(n):
         if i > 0:
             k = index[i - 1]
-            f[:3, :3] = transitions[k]
-            f[3, 3] = decays[k]
+            f = transitions[k]
             _predict_covariance(cov, f, covariances[k], square, decays[k], added[k])
-            now = f @ now
-        states[i] = now
-        predicted[i] = cov
-        if not np.isfinite(variance[i]):
+            for j in range(p):
+                x, v, d = now[0, j], now[1, j], now[2, j]
+                now[0, j] = f[0, 0] * x + f[0, 1] * v + f[0, 2] * d
+                now[1, j] = f[1, 0] * x + f[1, 1] * v + f[1, 2] * d
+                now[2, j] = f[2, 2] * d
+                now[3, j] *= decays[k]
+        for a in range(4):
+            for j in range(p):
+                states[i, a, j] = now[a, j]
+            for b in range(4):
+                predicted[i, a, b] = cov[a, b]
+        if not math.isfinite(variance[i]):
             continue
         s = _read(cov, row, variance[i], ph)
         inverse[i] = 1.0 / s
@@ -357,31 +374,40 @@ def _smooth(
         for a in range(4):
             for b in range(4):
                 cov[a, b] -= ph[a] * ph[b] / s
-    adjoint = np.zeros((4, p))
-    information = np.zeros((4, 4))
+    f = np.zeros((4, 4))
+    shown = np.ones(4)
+    for a in range(3):
+        shown[a] = row[a]
+    adjoint, shift = np.zeros((4, p)), np.zeros((4, p))
+    information, keep, half = np.zeros((4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
     covariance = np.zeros((n, 4, 4))
     for i in range(n - 1, -1, -1):
         if i < n - 1:
-            f[:3, :3] = transitions[index[i]]
+            for a in range(3):
+                for b in range(3):
+                    f[a, b] = transitions[index[i], a, b]
             f[3, 3] = decays[index[i]]
-            adjoint = f.T @ adjoint
-            information = f.T @ information @ f
+            adjoint, shift = _product(f, adjoint, shift), adjoint
+            information = _product(_product(information, f, half), f, information)
         if inverse[i] > 0.0:
             s = _read(predicted[i], row, variance[i], ph)
-            keep = np.eye(4)
             for a in range(4):
                 for b in range(4):
-                    keep[a, b] -= ph[a] * shown[b] / s
-            adjoint = keep.T @ adjoint
-            information = keep.T @ information @ keep
+                    keep[a, b] = (1.0 if a == b else 0.0) - ph[a] * shown[b] / s
+            adjoint, shift = _product(keep, adjoint, shift), adjoint
+            information = _product(_product(information, keep, half), keep, information)
             for a in range(4):
                 for j in range(p):
                     adjoint[a, j] += shown[a] * innovations[i, j] * inverse[i]
                 for b in range(4):
                     information[a, b] += shown[a] * shown[b] * inverse[i]
-        states[i] += predicted[i] @ adjoint
-        covariance[i] = predicted[i] - predicted[i] @ information @ predicted[i]
-        # a difference: where almost everything is learned, rounding must not leave a negative variance
+        _product(predicted[i], adjoint, shift)
+        _product(predicted[i], _product(information, predicted[i], half), covariance[i])
         for a in range(4):
+            for j in range(p):
+                states[i, a, j] += shift[a, j]
+            for b in range(4):
+                covariance[i, a, b] = predicted[i, a, b] - covariance[i, a, b]
+            # a difference: where almost everything is learned, rounding must not leave a negative variance
             covariance[i, a, a] = max(covariance[i, a, a], 0.0)
     return states, covariance
