@@ -263,7 +263,7 @@ def plot_fleet(fleet: xr.Dataset, *, most: int = 25, title: str = "fleet") -> Fi
         caption(left, f"{fleet.sizes['machine']} machines")
         if "remaining_life" in fleet:
             left.axhline(fleet.attrs["threshold"], color=ACCENT, lw=1.2, ls=":", label="threshold")
-            left.legend(loc="upper left")
+            figure.legend(loc="outside lower center")
             _draw_most_urgent(panels[1], fleet, most, time_unit)
     return figure
 
