@@ -28,7 +28,15 @@ os.environ["MPLBACKEND"] = "Agg"
 
 import numpy as np  # noqa: E402  (after the environment is set)
 
+from first_use import use_kernels  # noqa: E402
 from friction_bayes.testing import base_seed  # noqa: E402
+
+
+def pytest_sessionstart() -> None:
+    """Share the compilation of the kernels among the workers of a parallel run."""
+    worker = os.environ.get("PYTEST_XDIST_WORKER")
+    if worker is not None:
+        use_kernels(int(worker.removeprefix("gw")) % 2)
 
 
 @pytest.fixture
