@@ -16,7 +16,9 @@ import numpy as np
 import xarray as xr
 
 from experiments.beside_paper import band
+from experiments.method_tables import with_error
 from experiments.paper_comparison import compare_with_paper, needed_results
+from experiments.paper_numbers import printed
 from experiments.paper_page import DECLARED, OTHER, counted
 from experiments.sources import why_not_usable
 from friction_bayes.core.arrays import Array
@@ -29,7 +31,15 @@ TEMPLATE = Path(__file__).with_name("article.md")
 
 def needed_by_article() -> tuple[str, ...]:
     """Names of the experiments whose numbers stand in the article."""
-    own = ("acceptance_roc", "gamma_exponential", "noise_sweep", "probability_paper", "residuals_traced")
+    own = (
+        "acceptance_roc",
+        "gamma_exponential",
+        "noise_sweep",
+        "prior_sweep",
+        "probability_paper",
+        "random_force_verdict",
+        "residuals_traced",
+    )
     return tuple(sorted({*own, *needed_results()}))
 
 
@@ -50,7 +60,9 @@ def article(results: Path) -> str:
         if reason := why_not_usable(name, results):
             raise FileNotFoundError(reason)
     rows = {row["id"]: row for row in compare_with_paper(results)["rows"]}
-    filled = _of_numbers(rows) | _of_datasets(results) | _environment(results)
+    filled = _of_numbers(rows) | _of_datasets(results)
+    filled |= _of_priors(_dataset(results, "prior_sweep"))
+    filled |= _of_random_force(_dataset(results, "random_force_verdict")) | _environment(results)
     text = TEMPLATE.read_text(encoding="utf-8")
     for name, value in filled.items():
         text = text.replace(f"{{{name}}}", value)
@@ -80,12 +92,8 @@ def _of_numbers(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
 
 def _of_datasets(results: Path) -> dict[str, str]:
     """What the experiments beside the table of numbers found."""
-
-    def dataset(name: str) -> xr.Dataset:
-        return xr.load_dataset(results / f"{name}.nc", engine="h5netcdf")
-
-    samples, areas, traced = (dataset(n) for n in ("probability_paper", "acceptance_roc", "residuals_traced"))
-    noise = dataset("noise_sweep")
+    names = ("probability_paper", "acceptance_roc", "residuals_traced", "noise_sweep", "gamma_exponential")
+    samples, areas, traced, noise, rate = (_dataset(results, name) for name in names)
     stated = noise.sel(snr_db=21.59, method="nearest")
     rms = {
         method: 100.0 * float(np.sqrt((stated["error"].sel({"method": method}) ** 2).mean()))
@@ -95,7 +103,7 @@ def _of_datasets(results: Path) -> dict[str, str]:
     grid = traced["error"].sel(step="grid alone", sampling_rate=10.0)
     claimed = np.sqrt((samples["spread_of_mean"] ** 2).mean("replicate"))
     filled = {
-        "rate": band(dataset("gamma_exponential")["estimate"].sel(friction=0.07)),
+        "rate": band(rate["estimate"].sel(friction=0.07)),
         "grid": f"{-100.0 * float(grid.median()):.0f}",
         "lag": f"{float(samples['lag1'].median()):.2f}",
         "claimed": " to ".join(f"{value:.2f}" for value in sorted(claimed.values.tolist())),
@@ -103,7 +111,7 @@ def _of_datasets(results: Path) -> dict[str, str]:
         "whole": f"{rms['waveform']:.2g}",
         "procedure": f"{rms[DECLARED]:.2g}",
     }
-    sweeps = [noise, *(dataset(name) for name in ("reduced_data_set", "sampling_rate_sweep"))]
+    sweeps = [noise, *(_dataset(results, name) for name in ("reduced_data_set", "sampling_rate_sweep"))]
     verdicts = np.concatenate([_verdicts(sweep, method) for sweep in sweeps for method in (DECLARED, OTHER)])
     filled["agree"] = f"{int(verdicts.sum())} of {verdicts.size}"
     for criterion in ("precision", "whole-signal width"):
@@ -112,6 +120,40 @@ def _of_datasets(results: Path) -> dict[str, str]:
             f"{float(area.sel({'method': method})):.2f}" for method in (DECLARED, OTHER)
         )
     return filled
+
+
+def _of_priors(swept: xr.Dataset) -> dict[str, str]:
+    """Every claim under next to no prior, highest and nominal peaks, and under how many others it holds."""
+    grid = [name for name in swept["prior"].values.tolist() if name.startswith("grid ")]
+    filled = {"priors": str(len(grid))}
+    for claim in swept["claim"].values.tolist():
+        one = swept.sel(claim=claim)
+        plain, held = one.sel(prior="next to none"), (one["verdict"].sel(prior=grid) == 1.0).sum("prior")
+        pairs = zip(plain["value"].values, plain["monte_carlo_error"].values, strict=True)
+        filled[f"claim:{claim}"] = " and ".join(with_error(*pair) for pair in pairs)
+        filled[f"held:{claim}"] = " / ".join(str(n) for n in held.values.tolist())
+    return filled
+
+
+def _of_random_force(found: xr.Dataset) -> dict[str, str]:
+    """What the largest force does at the paper's noise, beside none."""
+    usual = found.isel(condition=(found["noise"] == printed("example-noise")) & (found["time"] == 0.1))
+    by_size = usual.sortby("size")
+    without, with_force = by_size.isel(condition=0), by_size.isel(condition=-1)
+    left = with_force["precision"].median("replicate") / without["precision"].median("replicate")
+    covered = with_force["covers"]
+    shares = [f"{100.0 * float(left.sel({'method': reading})):.0f}" for reading in (DECLARED, OTHER)]
+    return {
+        "force": f"{100.0 * float(with_force['size']):.0f}",
+        "left": " and ".join(shares) + " % (highest, nominal)",
+    } | {
+        name: f"{int(covered.sel({'method': label}).sum())} of {covered.sizes['replicate']}"
+        for name, label in (("white", "waveform, white noise alone"), ("random", "waveform, random force"))
+    }
+
+
+def _dataset(results: Path, name: str) -> xr.Dataset:
+    return xr.load_dataset(results / f"{name}.nc", engine="h5netcdf")
 
 
 def _verdicts(sweep: xr.Dataset, method: str) -> Array:
