@@ -53,7 +53,9 @@ _CONTRADICTORY = 4.0
 _MOST_SPREAD = 0.3
 """Sd of a damping ratio over its mean up to which its inverse is near normal too."""
 _UNSEEN = 0.1
-"""Probability that dry friction matters below which it is not seen, and its upper limit is told."""
+"""Probability that dry friction matters below which it is not seen."""
+_CERTAIN = 0.95
+"""The same from which on its upper limit is not told."""
 
 _LEAST_SHARE = 0.1
 """Of what depends on the motion, below which a shape does not describe it."""
@@ -331,23 +333,26 @@ def _witnesses(witnesses: Mapping[str, Any]) -> str:
 
 def _sensitivity(shifts: Mapping[str, float | None]) -> str:
     """How far friction hangs on how large effects were taken to be beforehand."""
-    narrow, wide = shifts["0.1"], shifts["10"]
+    widths = {"narrow": shifts["0.1"], "wide": shifts["10"]}
     told = [
         f"{number(shift, 2)} sd were they ten times as {width}"
-        for width, shift in (("narrow", narrow), ("wide", wide))
+        for width, shift in widths.items()
         if shift is not None
     ]
-    unknown = "" if len(told) == 2 else "; with the other the posterior would lie elsewhere"
+    unknown = " or as ".join(width for width, shift in widths.items() if shift is None)
+    elsewhere = f"with priors of effects ten times as {unknown} the posterior would lie elsewhere"
     if not told:
-        return "with priors of effects ten times as narrow or as wide the posterior would lie elsewhere"
-    return f"friction would move by {' and by '.join(told)} (the priors of effects){unknown}"
+        return elsewhere
+    text = f"friction would move by {' and by '.join(told)} (the priors of effects)"
+    return f"{text}; {elsewhere}" if unknown else text
 
 
 def _dry_friction(dry: Mapping[str, Any]) -> str:
+    limit = f"if there is any, it is below {number(dry['upper95'], 2)} {dry['unit']} with 95 %"
     if dry["probability"] < _UNSEEN:
-        limit = f"below {number(dry['upper95'], 2)} {dry['unit']} with 95 %"
-        return f"none can be seen; if there is any, it is {limit}" if dry["upper95"] else "none can be seen"
-    return f"matters with a probability of {percent(dry['probability'])}"
+        return f"none can be seen; {limit}" if dry["upper95"] else "none can be seen"
+    matters = f"matters with a probability of {percent(dry['probability'])}"
+    return f"{matters}; {limit}" if dry["probability"] < _CERTAIN else matters
 
 
 def _left(report: Report) -> str:

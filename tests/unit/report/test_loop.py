@@ -98,6 +98,7 @@ def test_page(loop_report: LoopReport, drawn: Mapping[str, bytes]) -> None:
         "numpy",
     ):
         assert word in said
+    assert "averaged over the candidates" in said
     assert html == page_of(loop_report, drawn)
 
 
@@ -195,6 +196,50 @@ def test_story_has_every_line(loop_report: LoopReport) -> None:
     assert told["left over"].startswith("1e-05 m of the signal (0.05 % of the amplitude)")
 
 
+@pytest.mark.parametrize(
+    ("narrow", "wide", "words"),
+    [
+        (
+            0.12,
+            -0.03,
+            "friction would move by 0.12 sd were they ten times as narrow and by -0.03 sd were they ten "
+            "times as wide (the priors of effects)",
+        ),
+        (
+            None,
+            0.13,
+            "friction would move by 0.13 sd were they ten times as wide (the priors of effects); with priors "
+            "of effects ten times as narrow the posterior would lie elsewhere",
+        ),
+        (
+            None,
+            None,
+            "with priors of effects ten times as narrow or as wide the posterior would lie elsewhere",
+        ),
+    ],
+)
+def test_what_the_priors_of_effects_do_to_friction(
+    narrow: float | None, wide: float | None, words: str, loop_report: LoopReport
+) -> None:
+    report = replace(loop_report, prior_sensitivity={"0.1": narrow, "10": wide})
+    assert dict(loop_story(report.to_dict()))["prior"] == words
+
+
+@pytest.mark.parametrize(
+    ("probability", "words"),
+    [
+        (0.01, "none can be seen; if there is any, it is below 0.6 N with 95 %"),
+        (0.55, "matters with a probability of 55.0 %; if there is any, it is below 0.6 N with 95 %"),
+        (0.99, "matters with a probability of 99.0 %"),
+    ],
+)
+def test_dry_friction_that_is_uncertain_has_a_limit(
+    probability: float, words: str, loop_report: LoopReport
+) -> None:
+    dry = loop_report.dry_friction | {"probability": probability}
+    assert dict(loop_story(replace(loop_report, dry_friction=dry).to_dict()))["dry friction"] == words
+
+
 def test_a_force_that_follows_the_motion_is_named(loop_report: LoopReport) -> None:
     left = loop_report.left | {"depends_on": "position", "shape": "a bump in the middle", "share": 0.71}
     report = replace(loop_report, verdict="unexplained", left=left).to_dict()
@@ -233,6 +278,7 @@ def test_candidates_that_explain_nothing_have_no_probability(
     assert 'class="closest"' in page
     assert "99.9 %" not in page
     assert "friction range" in page
+    assert "averaged over the candidates" not in page
 
 
 @pytest.mark.parametrize(
