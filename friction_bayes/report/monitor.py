@@ -79,9 +79,13 @@ def fleet_page(result: Mapping[str, Any], drawing: bytes, manifest: Mapping[str,
         HTML that holds its figure and loads nothing.
     """
     headings, rows = fleet_rows(result, _MOST)
+    shown = f"The {_MOST} most urgent machines" if len(rows) == _MOST else "All machines"
+    order = "the shortest remaining life first"
+    if result["prognostic_assessment"] is None:
+        shown, order = f"{len(rows)} machines", "in no order of urgency, as no threshold is given"
     return _page(
         title=f"Friction of {fleet_title(result)}",
-        sentence=f"The {len(rows)} most urgent machines stand below, the shortest remaining life first.",
+        sentence=f"{shown} stand below, {order}.",
         tiles=[],
         figures=[(drawing, _FLEET)],
         rows=(headings, rows),

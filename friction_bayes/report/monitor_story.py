@@ -108,16 +108,16 @@ def fleet_rows(result: Mapping[str, Any], most: int) -> Rows:
     unit, time_unit = health["unit"], result["data_acquisition"]["time_unit"]
     headings = ["machine", "points", f"friction\n[{unit}]", f"drift\n[{per(unit, time_unit)}]"]
     if prognoses is not None:
-        headings += [f"remaining life\n[{time_unit}]", "never\nreached"]
+        headings += [f"remaining life\n[{time_unit}]", "90 % interval", "never\nreached"]
     rows = []
     for k, each in enumerate(health["machines"][:most]):
         known = (number(_known(each[name]["mean"])) for name in ("friction", "drift"))
         row = [each["machine"], str(each["points_used"]), *known]
         if prognoses is not None and each["status"] == "ok":
-            never = f"{prognoses[k]['probability_never_reached']:.2g}"
-            row += [_life(prognoses[k]["remaining_life"]), never]
+            life, never = prognoses[k]["remaining_life"], prognoses[k]["probability_never_reached"]
+            row += [_time(life["median"]), _interval(life), f"{never:.2g}"]
         elif prognoses is not None:
-            row += [each["status"], "–"]
+            row += [each["status"], "–", "–"]
         rows.append(row)
     return headings, rows
 
@@ -143,9 +143,13 @@ def _laws(probabilities: Mapping[str, float]) -> str:
     return ", ".join(f"{law} {share:.2f}" for law, share in ordered if share >= _NAMED)
 
 
-def _life(life: Mapping[str, Any], unit: str = "") -> str:
+def _life(life: Mapping[str, Any], unit: str) -> str:
+    return f"{_time(life['median'], unit)}   90 %: {_interval(life, unit)}"
+
+
+def _interval(life: Mapping[str, Any], unit: str = "") -> str:
     low, high = life["interval90"]
-    return f"{_time(life['median'], unit)}   90 %: {_time(low)} .. {_time(high, unit)}"
+    return f"{_time(low)} .. {_time(high, unit)}"
 
 
 def _time(value: float | None, unit: str = "") -> str:

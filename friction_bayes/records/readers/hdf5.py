@@ -55,8 +55,13 @@ def read_hdf5(path: Path) -> Table:
 def _vector(path: Path, name: str) -> NDArray[Any]:
     import h5py
 
-    with h5py.File(path) as file:
-        return np.asarray(file[name]).ravel()
+    try:
+        with h5py.File(path) as file:
+            return np.asarray(file[name]).ravel()
+    except Exception as error:  # parts of a data set are compressed and checked each by itself
+        raise InputError(
+            str(path), f"{name} cannot be read ({error})", "the file is damaged: export it again"
+        ) from None
 
 
 def _text(value: Any) -> str | None:

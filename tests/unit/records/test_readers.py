@@ -447,6 +447,21 @@ def test_hdf5_data_sets_by_path(tmp_path, suffix) -> None:
     assert_is_the_signal(read_record(path))
 
 
+def test_damage_within_the_data_of_hdf5_is_said(tmp_path) -> None:
+    import h5py
+
+    path = tmp_path / "decay.h5"
+    with h5py.File(path, "w") as file:
+        file["time_s"] = TIME
+        packed = file.create_dataset("displacement_m", data=SIGNAL, chunks=(50,), compression="gzip")
+        chunk = packed.id.get_chunk_info(0)
+    content = bytearray(path.read_bytes())
+    content[chunk.byte_offset : chunk.byte_offset + chunk.size] = bytes(chunk.size)
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=r"displacement_m cannot be read \(.*; the file is damaged"):
+        read_record(path)
+
+
 @pytest.mark.parametrize("suffix", [".csv", ".nc"])
 def test_saved_records_come_back(tmp_path, suffix) -> None:
     record = make_record(TIME, SIGNAL, "angular_velocity", unit="V", name="mine", synthetic=True, seed=5)
