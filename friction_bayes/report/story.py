@@ -89,12 +89,14 @@ def _worse_forecast(error: Report) -> str:
 def _verdict(report: Report) -> str:
     best = report["candidates"][0]
     name, share = set_words(best["effects"]), percent(best["probability"])
+    # tests of a long record see what is too small to matter, and the verdict goes by what matters
+    left = "noise" if report["residual"]["after"]["passes"] else "too little to matter"
     if report["verdict"] == "adequate":
         known = known_within(report["friction_after"])
-        return f"Coulomb friction alone explains the record: what is left is noise. {known}"
+        return f"Coulomb friction alone explains the record: what is left is {left}. {known}"
     if report["verdict"] == "explained":
         known = known_within(report["friction_after"])
-        return f"Coulomb friction with {name} explains the record ({share}): what is left is noise. {known}"
+        return f"Coulomb friction with {name} explains the record ({share}): what is left is {left}. {known}"
     if report["verdict"] == AMBIGUOUS:
         credible = credible_candidates(report["candidates"])
         law = set(best["effects"]) - {"random_force"}

@@ -166,6 +166,13 @@ def test_verdict_in_a_sentence(verdict: str, best: list[str], words: str, loop_r
     assert words in verdict_sentence(report.to_dict())
 
 
+def test_what_tests_see_and_does_not_matter_is_not_called_noise(loop_report: LoopReport) -> None:
+    report = replace(loop_report, verdict="explained").to_dict()
+    assert "what is left is noise" in verdict_sentence(report)
+    report["residual"]["after"]["passes"] = False
+    assert "what is left is too little to matter" in verdict_sentence(report)
+
+
 def test_one_law_with_and_without_a_random_force_is_said_to_be_that(loop_report: LoopReport) -> None:
     candidates = [
         {"effects": ["quadratic_drag", "random_force"], "probability": 0.6},
