@@ -3,6 +3,9 @@
 A decay that begins at once has skirts that fall off as one over the distance in frequency, times the length
 of the decay; another mode must stand out of them. It must also stand by itself, with a dip before it, which
 the sweep of a spring that stiffens or of a pendulum has not.
+
+The spectrum is that of the differences of the samples, brought back to the samples themselves: the signal
+itself begins with a step, from nothing to where it is held, and a hold of a second makes lobes of that.
 """
 
 from __future__ import annotations
@@ -58,10 +61,7 @@ class SpectralModes(NamedTuple):
 
 
 def spectral_modes(values: Array, expected: float) -> SpectralModes:
-    """Find the strongest spectral maximum near ``expected`` [rad/sample], and another, in each row.
-
-    The spectrum is that of the derivative: a hold before release or an offset leaves only a step in it.
-    """
+    """Find the strongest spectral maximum near ``expected`` [rad/sample], and another, in each row."""
     rows, nothing = values.shape[0], np.full(values.shape[0], np.nan)
     alone = SpectralModes(np.full(rows, expected), nothing, nothing.copy(), np.zeros(rows, dtype=np.bool_))
     clean = np.where(np.isfinite(values), values, 0.0)
@@ -79,8 +79,8 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
     sought = np.count_nonzero(grid[band] <= BAND * expected)
     if sought < 3:
         return alone
-    amplitude = np.abs(np.fft.rfft(clean, length, axis=1)[:, band])
-    power = (amplitude * np.sin(0.5 * grid[band])) ** 2
+    slope = np.abs(np.fft.rfft(np.diff(clean, axis=1), length, axis=1)[:, band])
+    power, amplitude = slope**2, slope / (2.0 * np.sin(0.5 * grid[band]))
     peak = np.clip(power[:, :sought].argmax(axis=1), 1, sought - 2)
     every = np.arange(rows)
     before, at, after = (power[every, peak + k] for k in (-1, 0, 1))
@@ -88,7 +88,7 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
     shift = np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, 1.0), 0.0)
     alone.frequency[:] = (grid[band[peak]] + np.clip(shift, -1.0, 1.0) * grid[1]) / width
     energy = np.sum(clean**2, axis=1)
-    for row in np.flatnonzero(energy > 0.0).tolist():
+    for row in np.flatnonzero(slope.max(axis=1) > 0.0).tolist():
         main, top = grid[band[peak[row]]], amplitude[row, peak[row]]
         long = 2.0 * top**2 / energy[row]
         found = _others(amplitude[row] / top, grid[band], int(peak[row]), long)
@@ -109,7 +109,9 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
 def _others(amplitude: Array, grid: Array, main: int, long: float) -> Array:
     """Where the modes other than ``main`` are, amplitudes being over its own; ``long`` samples of decay."""
     apart = np.abs(grid - grid[main])
-    least = np.maximum(_LEAST_SHARE, _SKIRT / (np.maximum(apart, grid[1] - grid[0]) * long))
+    skirt = _SKIRT / (np.maximum(apart, grid[1] - grid[0]) * long)
+    # a record that ends in mid-swing has more of it below, by up to the ratio of the frequencies
+    least = np.maximum(_LEAST_SHARE, skirt * np.sqrt(np.maximum(1.0, grid[main] / grid)))
     inner = amplitude[1:-1]
     tops = 1 + np.flatnonzero((inner > amplitude[:-2]) & (inner >= amplitude[2:]) & (inner > least[1:-1]))
     tops = tops[apart[tops] > _APART * np.maximum(grid[main], grid[tops])]

@@ -208,3 +208,12 @@ def test_the_samples_of_an_uneven_clock_keep_their_times(rng: np.random.Generato
     even = decay.on_even_grid()
     assert even.evenly_spaced
     assert even.duration == pytest.approx(decay.duration, rel=1e-9)
+
+
+@pytest.mark.parametrize("hold", [1.1, 1.3, 5.0])
+def test_a_hold_before_the_release_is_no_other_mode(hold: float, rng: np.random.Generator) -> None:
+    """Held for so many periods."""
+    signal, _ = decay_signal("displacement", 200.0, 6.0)
+    held = np.concatenate([np.full(round(hold * 200.0 * 2.0 * math.pi / FREQUENCY), signal[0]), signal])
+    decay = found(held + noise(held, 40.0, rng), 200.0, "displacement")
+    assert math.isnan(decay.other_share)
