@@ -26,21 +26,31 @@ DEFAULT_RTOL = 1e-11
 
 
 def _total_force(effects: Sequence[ForceEffect]) -> Callable[..., float]:
-    """Compile the sum of the effects' forces, each reading its own stretch of the parameter vector."""
+    """Compile the sum of the effects' forces, each reading its own stretch of the parameter vector.
 
-    @register_jitable
-    def total(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+    Written into one function: calls, eight deep, took two thirds of the time of an integration.
+    """
+
+    @njit(nogil=True, inline="always")
+    def none(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
         return 0.0
 
+    total: Callable[..., float] = none
     offset = 0
     for effect in effects:
         total = _plus(total, effect.force, offset)
         offset += len(effect.parameters)
-    return total
+
+    # what is handed to kernels that are kept on disk must be a plain function
+    @register_jitable
+    def force(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+        return total(t, x, v, direction, friction, duration, mass, stiffness, p)
+
+    return force
 
 
 def _plus(first: Callable[..., float], second: Callable[..., float], offset: int) -> Callable[..., float]:
-    @register_jitable
+    @njit(nogil=True, inline="always")
     def both(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
         return first(t, x, v, direction, friction, duration, mass, stiffness, p) + second(
             t, x, v, direction, friction, duration, mass, stiffness, p, offset

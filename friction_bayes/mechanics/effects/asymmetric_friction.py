@@ -11,7 +11,7 @@ from friction_bayes.mechanics.effects.prior import normal
 __all__ = ["ASYMMETRIC_FRICTION"]
 
 
-@njit(nogil=True)
+@njit(nogil=True, inline="always")
 def _force(
     t: float,
     x: float,

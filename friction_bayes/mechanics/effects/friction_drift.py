@@ -15,7 +15,7 @@ from friction_bayes.mechanics.effects.prior import normal
 __all__ = ["FRICTION_DRIFT"]
 
 
-@njit(nogil=True)
+@njit(nogil=True, inline="always")
 def _force(
     t: float,
     x: float,

@@ -17,7 +17,7 @@ from friction_bayes.mechanics.effects.prior import half_normal
 __all__ = ["PRESLIDING"]
 
 
-@njit(nogil=True)
+@njit(nogil=True, inline="always")
 def _force(
     t: float,
     x: float,
