@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
-from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 __all__ = ["ROOT", "sources_digest", "sources_of", "why_not_usable"]
@@ -39,21 +39,23 @@ def sources_of(name: str, root: Path = ROOT) -> list[Path]:
             continue
         seen.add(module)
         found |= {each for each in (path, path.with_suffix(".toml")) if each.is_file()}
-        waiting += _imported(path)
+        waiting += _imported(path.read_text(encoding="utf-8"))
     return sorted(found)
 
 
-def _imported(path: Path) -> Iterator[str]:
-    """Names that may be modules of the experiments, in functions too."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+@cache
+def _imported(source: str) -> tuple[str, ...]:
+    """Names that may be modules of the experiments, in functions too; parsed once for all experiments."""
+    names: list[str] = []
+    for node in ast.walk(ast.parse(source)):
         match node:
             case ast.Import(names=aliases):
-                yield from (alias.name for alias in aliases if alias.name.startswith("experiments."))
+                names += (alias.name for alias in aliases if alias.name.startswith("experiments."))
             case ast.ImportFrom(module=str(module), names=aliases) if (
                 module.partition(".")[0] == "experiments"
             ):
-                yield module
-                yield from (f"{module}.{alias.name}" for alias in aliases)
+                names += (module, *(f"{module}.{alias.name}" for alias in aliases))
+    return tuple(names)
 
 
 def sources_digest(name: str, root: Path = ROOT) -> str:
