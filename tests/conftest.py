@@ -28,7 +28,6 @@ os.environ["MPLBACKEND"] = "Agg"
 
 import numpy as np  # noqa: E402  (after the environment is set)
 
-from first_use import use_kernels  # noqa: E402
 from friction_bayes.testing import base_seed  # noqa: E402
 
 
@@ -36,6 +35,9 @@ def pytest_sessionstart() -> None:
     """Share the compilation of the kernels among the workers of a parallel run."""
     worker = os.environ.get("PYTEST_XDIST_WORKER")
     if worker is not None:
+        # a run in one process need not load what this loads
+        from first_use import use_kernels
+
         use_kernels(int(worker.removeprefix("gw")) % 2)
 
 
