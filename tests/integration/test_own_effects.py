@@ -13,6 +13,7 @@ import pytest
 import friction_bayes as fb
 from friction_bayes.cli.program import main
 from friction_bayes.estimators.registry import ESTIMATORS
+from friction_bayes.mechanics import extras
 from friction_bayes.mechanics.effects import EFFECTS
 
 MODULE = """
@@ -86,6 +87,22 @@ def test_an_estimator_of_ones_own_is_a_method(folder: Path, capsys: pytest.Captu
         found.append(json.loads(capsys.readouterr().out))
     assert found[1]["method"] == "own-envelope"
     assert found[1]["friction"] == found[0]["friction"]
+
+
+@pytest.mark.parametrize("name", extras.__all__)
+def test_effects_that_come_with_the_package_are_asked_for(
+    name: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    effect = getattr(extras, name)
+    assert effect.name not in EFFECTS
+    # registered and not used: using it compiles the integrator anew
+    known = ("--register", f"friction_bayes.mechanics.extras:{name}", "--effect", f"{effect.name}.nothing=1")
+    try:
+        assert main(["simulate", *MOTION, *known, "--out", "plain.csv"]) == 2
+        asked = f"unknown parameter 'nothing'; give {effect.parameters[0].name}"
+        assert f"effect {effect.name}: {asked}" in capsys.readouterr().err
+    finally:
+        del EFFECTS[effect.name]
 
 
 def test_where_an_effect_plays_no_part_it_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.errors import InputError
+from friction_bayes.records.readers.hdf5 import hdf5_vectors
 from friction_bayes.records.readers.optional import optional_package
 from friction_bayes.records.readers.table import Column, Table
 
@@ -24,10 +25,18 @@ def read_netcdf(path: Path) -> Table:
         The file.
     """
     with path.open("rb") as file:
-        engine = "scipy" if file.read(3) == b"CDF" else "h5netcdf"
+        classic = file.read(3) == b"CDF"
+    if not classic:
+        # version 4 is HDF5; which dimensions its variables share is of no use here
+        vectors = [vector for vector in hdf5_vectors(path, "a NetCDF file") if "/" not in vector.name]
+        raw = {name: (f"samples of {name}", values, attrs) for name, attrs, values in vectors}
     try:
         # times are numbers of seconds here, and stay so
-        dataset = xr.load_dataset(path, engine=engine, decode_times=False)
+        dataset = (
+            xr.load_dataset(path, engine="scipy", decode_times=False)
+            if classic
+            else xr.decode_cf(xr.Dataset(raw), decode_times=False)
+        )
     except Exception as error:  # what a damaged file makes the library trip over
         raise InputError(
             str(path), f"this is not a NetCDF file ({error})", "give the suffix of its format"

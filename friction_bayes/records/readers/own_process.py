@@ -1,4 +1,4 @@
-"""Reading in a process of its own, for libraries that a damaged file can crash."""
+"""Reading in a process of its own, for libraries that a damaged file can crash or lead round without end."""
 
 from __future__ import annotations
 
@@ -16,6 +16,10 @@ from numpy.typing import NDArray
 from friction_bayes.core.errors import InputError
 
 __all__ = ["arrays_read_by", "write_arrays_of"]
+
+_LONGEST = 30.0
+"""Seconds that reading may take, beside those for the size of the file."""
+_BYTES_A_SECOND = 2e6
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -39,7 +43,15 @@ def arrays_read_by(module: str, path: Path, format_name: str) -> dict[str, NDArr
     """
     command = [sys.executable, "-m", module, str(path)]
     places = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
-    done = subprocess.run(command, capture_output=True, env=places, check=False)
+    limit = _LONGEST + path.stat().st_size / _BYTES_A_SECOND
+    try:
+        done = subprocess.run(command, capture_output=True, env=places, check=False, timeout=limit)
+    except subprocess.TimeoutExpired as error:
+        raise InputError(
+            str(path),
+            f"the library that reads it has come to no end in {limit:.0f} s",
+            "the file is damaged: export it again",
+        ) from error
     if done.returncode:
         said = done.stderr.decode(errors="replace").splitlines()
         why = said[-1] if done.returncode > 0 and said else "the library that reads it crashed"

@@ -1,4 +1,4 @@
-"""A library that crashes takes its own process with it and no more."""
+"""A library that crashes, or comes to no end, takes its own process with it and no more."""
 
 from __future__ import annotations
 
@@ -17,9 +17,19 @@ from friction_bayes.records.readers.own_process import arrays_read_by
 )
 def test_its_end_is_one_clear_error(tmp_path, monkeypatch, code: str, said: str) -> None:
     (tmp_path / "damaged_reader.py").write_text(code, encoding="utf-8")
+    (tmp_path / "f.bin").touch()
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(InputError, match=said):
         arrays_read_by("damaged_reader", tmp_path / "f.bin", "a record")
+
+
+def test_it_may_not_take_for_ever(tmp_path, monkeypatch) -> None:
+    (tmp_path / "endless_reader.py").write_text("while True: pass", encoding="utf-8")
+    (tmp_path / "f.bin").touch()
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("friction_bayes.records.readers.own_process._LONGEST", 0.3)
+    with pytest.raises(InputError, match=r"f\.bin: the library that reads it has come to no end in 0 s"):
+        arrays_read_by("endless_reader", tmp_path / "f.bin", "a record")
 
 
 def test_arrays_come_through(tmp_path, monkeypatch) -> None:
@@ -29,6 +39,7 @@ def test_arrays_come_through(tmp_path, monkeypatch) -> None:
         "write_arrays_of(lambda path: {'x': np.arange(3.0), 'path': np.array(path)})\n",
         encoding="utf-8",
     )
+    (tmp_path / "f.bin").touch()
     monkeypatch.syspath_prepend(tmp_path)
     arrays = arrays_read_by("good_reader", tmp_path / "f.bin", "a record")
     assert arrays["x"].tolist() == [0.0, 1.0, 2.0]

@@ -1,0 +1,5 @@
+"""Effects that come with the package and are weighed only where asked for, by ``--register``."""
+
+from friction_bayes.mechanics.extras.intermediate_drag import INTERMEDIATE_DRAG
+
+__all__ = ["INTERMEDIATE_DRAG"]
