@@ -33,6 +33,10 @@ def read_wav(path: Path) -> Table:
         raise InputError(
             str(path), f"this is not a WAV file ({error})", "give the suffix of its format"
         ) from None
+    if rate == 0:
+        raise InputError(
+            str(path), "says that it has 0 samples a second", "the file is damaged: export it again"
+        )
     unit = None if samples.dtype.kind == "f" else "counts"
     clock = partial(np.linspace, 0.0, (len(samples) - 1) / rate, len(samples))
     channels = samples.reshape(len(samples), -1).T

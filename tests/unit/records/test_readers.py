@@ -511,6 +511,17 @@ def test_writing_refuses_other_suffixes_and_leaves_nothing(tmp_path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_wav_without_a_rate_is_refused(tmp_path) -> None:
+    path = tmp_path / "counts.wav"
+    wavfile.write(path, RATE, SIGNAL.astype(np.float32))
+    content = bytearray(path.read_bytes())
+    # behind "RIFF", size, "WAVE", "fmt ", size, format and channels
+    content[24:28] = bytes(4)
+    path.write_bytes(content)
+    with pytest.raises(InputError, match="says that it has 0 samples a second"):
+        read_record(path, quantity="displacement", unit="m")
+
+
 def test_wav_needs_to_be_told(tmp_path) -> None:
     wavfile.write(tmp_path / "float.wav", RATE, SIGNAL)
     wavfile.write(
