@@ -17,8 +17,8 @@ __all__ = ["ENCODER_ECCENTRICITY"]
 
 
 def _prior(scales: Scales) -> Prior:
-    # a disc of 10 mm radius a hundredth of a millimetre off centre
-    return normal(0.001)
+    # a disc of 10 mm radius three hundredths of a millimetre off centre
+    return normal(0.003)
 
 
 def _distort(
