@@ -36,6 +36,8 @@ _SURELY = 0.99
 """Probability of a negative friction above which a note says what that means."""
 _WORTH_A_NOTE = 0.01
 """Probability of a random force above which a note says what it means."""
+_NO_FLUCTUATION = 5.0
+"""Times friction itself, beyond which a random force stands for something else: a warning is given then."""
 _SUSPECT_PERIODS = 0.02
 """Correlation time of a random force below which a note doubts that it is one: the prior ends at 0.01."""
 _SUMMARISED = ("friction", "friction_over_stiffness", "precision", "frequency", "noise_sd", "rest_position")
@@ -326,7 +328,15 @@ def _random_force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
             f"a force that fluctuates {about}, cannot be excluded (probability {force.probability:.2g}): "
             "the interval of friction counts it"
         ]
-    notes = [
+    notes = []
+    if force.share_of_friction > _NO_FLUCTUATION:
+        notes.append(
+            f"beside friction a force {force.share_of_friction:.2g} times as large would have to act, which "
+            "is no fluctuation but a push, another law or an error of the sensor: do not take friction from "
+            "this record, unless close-loop, or a part of it (--start, --end), shows which"
+        )
+        warnings.warn(notes[0], RecordWarning, stacklevel=4)
+    notes += [
         f"the force fluctuates {about}, over {float(force.correlation_time.mean()):.2g} s "
         f"(probability {force.probability:.3g}): the interval of friction counts it",
         "an effect that dry friction alone lacks, such as viscous damping, can pass for such a force and "

@@ -176,6 +176,16 @@ def test_the_loop_finds_the_same_about_a_zero_far_off(run: Callable[..., Any], p
     assert [effect["name"] for effect in found["effects"]] == ["sensor_offset"]
 
 
+def test_a_push_before_rest_is_warned_of(plain: Array, write_csv: WriteCsv, capsys: Any) -> None:
+    """It adds 8 mm at 3.1 s, when 11 mm are left."""
+    later = np.maximum(TIME - 3.1, 0.0)
+    record = write_csv("decay.csv", TIME, plain + 0.008 * np.sin(10.0 * later), "displacement_m")
+    assert main(["estimate", str(record), *DECLARED]) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert -1 < shown.index("warning beside friction a force") < shown.index("friction / stiffness")
+    assert "times as large would have to act" in shown
+
+
 @pytest.fixture
 def viscous(rng: np.random.Generator) -> Array:
     return 0.02 * np.exp(-0.1 * TIME) * np.cos(10.0 * TIME) + rng.normal(0.0, NOISE_SD, TIME.size)
