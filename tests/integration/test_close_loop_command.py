@@ -285,8 +285,15 @@ def test_bad_reference_force(
 
 
 def test_a_hand_at_the_release_is_cut_and_told(
-    write_csv: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    write_csv: Callable[..., Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    # figures are drawn, and looked at, elsewhere
+    monkeypatch.setattr(
+        "friction_bayes.cli.loop_folder.figure_files", lambda _, kinds: dict.fromkeys(kinds, b"")
+    )
     record = pushed_decay()
     path = write_csv("pushed.csv", record["time"].values, record.values, "displacement_m")
     main(["estimate", str(path), *SYSTEM, "--json"])

@@ -103,6 +103,10 @@ def test_demo_compares_and_closes_the_loop_with_the_further_release(
     )
     monkeypatch.setattr(demonstration, "_cases", lambda seed: (case,))
     monkeypatch.setattr(demonstration, "METHODS", ("waveform", "normal-gamma"))
+    # those of the loop are drawn, and looked at, elsewhere
+    monkeypatch.setattr(
+        "friction_bayes.cli.loop_folder.figure_files", lambda _, kinds: dict.fromkeys(kinds, b"")
+    )
     out = tmp_path / "demo"
     assert main(["demo", "--out", str(out)]) == 0
     shown = capsys.readouterr()
