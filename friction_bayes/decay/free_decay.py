@@ -107,6 +107,11 @@ class FreeDecay:
         return self.step * (self.values.size - 1)
 
     @property
+    def places(self) -> Array:
+        """Where the samples lie between the ends of the moving part, at -1 and 1, shape (n,)."""
+        return 2.0 * self.time / self.duration - 1.0
+
+    @property
     def evenly_spaced(self) -> bool:
         """Whether the samples lie on an even grid, as nearly as matters."""
         return self.stamps is None

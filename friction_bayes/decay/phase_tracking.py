@@ -244,6 +244,5 @@ def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
 def nearest_turning_points(decay: FreeDecay) -> Mask:
     """Which samples of a decay lie nearest to its turning points, one each, shape (n,)."""
     polynomial, _, _ = tracked_phase(decay.on_even_grid())
-    places = 2.0 * decay.time / decay.duration - 1.0
-    half_cycles = np.polynomial.chebyshev.chebval(places, polynomial) / math.pi
+    half_cycles = np.polynomial.chebyshev.chebval(decay.places, polynomial) / math.pi
     return np.asarray(np.abs(half_cycles - np.rint(half_cycles)) <= 0.5 * np.gradient(half_cycles))

@@ -146,8 +146,7 @@ class WaveformEstimator(TabulatedPrior):
 
 def _samples(decay: FreeDecay) -> Samples:
     """Where the samples of a decay lie between its ends."""
-    places = EVENLY if decay.evenly_spaced else 2.0 * decay.time / decay.duration - 1.0
-    return Samples(decay.values.size, places)
+    return Samples(decay.values.size, EVENLY if decay.evenly_spaced else decay.places)
 
 
 def _model(
