@@ -49,7 +49,10 @@ def _total_force(effects: Sequence[ForceEffect]) -> Callable[..., float]:
     return force
 
 
-def _plus(first: Callable[..., float], second: Callable[..., float], offset: int) -> Callable[..., float]:
+def _plus(first: Callable[..., float], force: Callable[..., float], offset: int) -> Callable[..., float]:
+    # an effect's force is compiled by whoever wrote it: written into a sum, it is taken from its source
+    second = njit(nogil=True, inline="always")(getattr(force, "py_func", force))
+
     @njit(nogil=True, inline="always")
     def both(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
         return first(t, x, v, direction, friction, duration, mass, stiffness, p) + second(

@@ -11,7 +11,7 @@ from friction_bayes.mechanics.effects.prior import normal
 __all__ = ["CUBIC_STIFFNESS"]
 
 
-@njit(nogil=True, inline="always")
+@njit(nogil=True)
 def _force(
     t: float,
     x: float,

@@ -15,7 +15,7 @@ from friction_bayes.mechanics.effects.prior import normal
 __all__ = ["FRICTION_DRIFT"]
 
 
-@njit(nogil=True, inline="always")
+@njit(nogil=True)
 def _force(
     t: float,
     x: float,

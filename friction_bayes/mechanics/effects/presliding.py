@@ -17,7 +17,7 @@ from friction_bayes.mechanics.effects.prior import half_normal
 __all__ = ["PRESLIDING"]
 
 
-@njit(nogil=True, inline="always")
+@njit(nogil=True)
 def _force(
     t: float,
     x: float,

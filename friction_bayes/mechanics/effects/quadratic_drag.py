@@ -13,7 +13,7 @@ from friction_bayes.mechanics.effects.prior import Prior, Scales, half_normal
 __all__ = ["QUADRATIC_DRAG"]
 
 
-@njit(nogil=True, inline="always")
+@njit(nogil=True)
 def _force(
     t: float,
     x: float,

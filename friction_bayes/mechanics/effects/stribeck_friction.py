@@ -13,7 +13,7 @@ from friction_bayes.mechanics.effects.prior import half_normal, log_normal
 __all__ = ["STRIBECK_FRICTION"]
 
 
-@njit(nogil=True, inline="always")
+@njit(nogil=True)
 def _force(
     t: float,
     x: float,
