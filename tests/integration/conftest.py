@@ -44,3 +44,25 @@ def write_csv(tmp_path: Path) -> Callable[..., Path]:
 def csv(decay: Callable[..., Signal], write_csv: Callable[..., Path]) -> Path:
     """A good record, decay.csv."""
     return write_csv("decay.csv", *decay(), "displacement_m")
+
+
+@pytest.fixture
+def without_loop_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Closing the loop leaves no folder: what stands in one has tests of its own."""
+    monkeypatch.setattr("friction_bayes.cli.loop_folder.write_loop", lambda *_: None)
+
+
+@pytest.fixture
+def without_loop_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures of the loop are empty: they are drawn, and looked at, elsewhere."""
+    monkeypatch.setattr(
+        "friction_bayes.cli.loop_folder.figure_files", lambda _, kinds: dict.fromkeys(kinds, b"")
+    )
+
+
+@pytest.fixture
+def without_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures of other commands are empty: they are drawn, and looked at, elsewhere."""
+    monkeypatch.setattr(
+        "friction_bayes.plotting.write_figures", lambda figures, *_: dict.fromkeys(figures, b"")
+    )

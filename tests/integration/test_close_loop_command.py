@@ -145,15 +145,13 @@ def test_both_forces_where_the_declared_system_swings_otherwise(csv: Path) -> No
     assert trusted.friction_after["sd"] < 0.01
 
 
+@pytest.mark.usefixtures("without_loop_folder")
 def test_table_of_a_clipped_and_offset_record(
     decay: Callable[..., Signal],
     write_csv: Callable[..., Path],
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    # figures are drawn by the other runs
-    monkeypatch.setattr("friction_bayes.cli.loop_folder.write_loop", lambda *_: None)
     time, signal = decay(duration=4.0)
     record = write_csv("clipped.csv", time, np.clip(signal + 2e-3, -0.02, 0.018), "displacement_m")
     argv = ("close-loop", str(record), *SYSTEM, "--noise", "white", "--exclude", "asymmetric_friction")
@@ -284,16 +282,12 @@ def test_bad_reference_force(
     assert words in line
 
 
+@pytest.mark.usefixtures("without_loop_figures")
 def test_a_hand_at_the_release_is_cut_and_told(
     write_csv: Callable[..., Path],
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    # figures are drawn, and looked at, elsewhere
-    monkeypatch.setattr(
-        "friction_bayes.cli.loop_folder.figure_files", lambda _, kinds: dict.fromkeys(kinds, b"")
-    )
     record = pushed_decay()
     path = write_csv("pushed.csv", record["time"].values, record.values, "displacement_m")
     main(["estimate", str(path), *SYSTEM, "--json"])

@@ -34,11 +34,9 @@ def plain(rng: np.random.Generator) -> Array:
 
 @pytest.fixture
 def run(
-    tmp_path: Path, write_csv: WriteCsv, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, write_csv: WriteCsv, capsys: pytest.CaptureFixture[str], without_loop_folder: None
 ) -> Callable[..., Any]:
     """Write a signal and give it to a command: its JSON, or its one line of refusal."""
-    # report and figures have tests of their own
-    monkeypatch.setattr("friction_bayes.cli.loop_folder.write_loop", lambda *_: None)
 
     def command(name: str, signal: Array, time: Array = TIME, *options: str) -> Any:
         record = write_csv("decay.csv", time, signal, "displacement_m")

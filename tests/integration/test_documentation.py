@@ -136,6 +136,7 @@ def subparser(name: str) -> Any:
     return commands.choices[name]
 
 
+@pytest.mark.usefixtures("without_figures", "without_loop_folder")
 @pytest.mark.parametrize(("page", "least"), [("cli.md", 7), ("close-loop.md", 1)])
 def test_commands_print_what_is_shown(
     page: str,
@@ -145,9 +146,6 @@ def test_commands_print_what_is_shown(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    # figures are drawn, and looked at, elsewhere
-    monkeypatch.setattr("friction_bayes.plotting.write_figures", lambda *_: {})
-    monkeypatch.setattr("friction_bayes.cli.loop_folder.write_loop", lambda *_: None)
     compared = 0
     for block in blocks_of(ROOT / "docs" / page):
         for command, shown in commands_of(block.text):

@@ -75,6 +75,7 @@ def test_a_locale_without_the_sign_costs_no_result(monkeypatch: pytest.MonkeyPat
     assert page.read() == "10 ? 0.1 rad/s\n"
 
 
+@pytest.mark.usefixtures("without_loop_figures")
 def test_demo_compares_and_closes_the_loop_with_the_further_release(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -103,10 +104,6 @@ def test_demo_compares_and_closes_the_loop_with_the_further_release(
     )
     monkeypatch.setattr(demonstration, "_cases", lambda seed: (case,))
     monkeypatch.setattr(demonstration, "METHODS", ("waveform", "normal-gamma"))
-    # those of the loop are drawn, and looked at, elsewhere
-    monkeypatch.setattr(
-        "friction_bayes.cli.loop_folder.figure_files", lambda _, kinds: dict.fromkeys(kinds, b"")
-    )
     out = tmp_path / "demo"
     assert main(["demo", "--out", str(out)]) == 0
     shown = capsys.readouterr()

@@ -391,17 +391,16 @@ def test_start_and_end_cut_before_a_record_is_judged(
     assert "--end: 1 s is before --start 2 s" in refused(*argv, "--start", "2", "--end", "1")
 
 
+@pytest.mark.usefixtures("without_loop_folder")
 @pytest.mark.parametrize("stamps", ["logger", "phone"])
 def test_uneven_times_are_used_as_they_are(
     stamps: str,
     rng: np.random.Generator,
     write: Callable[..., str],
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """At seven samples a period, where a spline is off by 1 %: a clock that wanders, and one that jitters."""
-    monkeypatch.setattr("friction_bayes.cli.loop_folder.write_loop", lambda *_: None)
     time = 0.09 * np.arange(100)
     wander = 0.05 * np.sin(0.7 * time)
     uneven = time + (wander if stamps == "logger" else 0.03 * rng.uniform(-1.0, 1.0, time.size))

@@ -34,13 +34,9 @@ def write_fleet(path: Path, friction: float = 0.3) -> None:
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., int]:
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, without_figures: None) -> Callable[..., int]:
     """Monitor ``fleet.zarr``; return how many parts were computed, stopping after some when told."""
     write_fleet(tmp_path / "fleet.zarr")
-    # figures are drawn, and looked at, elsewhere
-    monkeypatch.setattr(
-        "friction_bayes.plotting.write_figures", lambda figures, _: dict.fromkeys(figures, b"")
-    )
 
     def monitor(out: str, *options: str, stop_after: int | None = None) -> int:
         done = 0
