@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.estimators.random_force.cholesky import factor, forward
 
 __all__ = ["confine", "cut_moments", "log_normal_mass"]
 
@@ -26,6 +27,8 @@ _FAR = -30.0
 """Standard deviations below which asymptotic series are closer than differences of rounded numbers."""
 _SWEEPS = 30
 _CONVERGED = 1e-7
+_ROUNDING = 1e-16
+"""Share of a variance below which what a constraint leaves of it is lost in rounding."""
 
 
 @njit(cache=True, nogil=True)
@@ -81,7 +84,8 @@ def confine(mean: Array, cov: Array, positive: Mask, location: Array, scale2: Ar
             cavity = 1.0 / cavity_precision
             centre = cavity * (mu[i] / sigma[i, i] - shift[i])
             _, m, v = cut_moments(centre, cavity)
-            new_tilt, new_shift = 1.0 / v - cavity_precision, m / v - centre * cavity_precision
+            new_tilt = max(1.0 / v - cavity_precision, 0.0)
+            new_shift = m / v - centre * cavity_precision
             more_tilt, more_shift = new_tilt - tilt[i], new_shift - shift[i]
             denominator = 1.0 + more_tilt * sigma[i, i]
             if not (denominator > 0.0 and math.isfinite(more_shift)):
@@ -95,9 +99,10 @@ def confine(mean: Array, cov: Array, positive: Mask, location: Array, scale2: Ar
                 mu[a] += column[a] * gain
                 for b in range(p):
                     sigma[a, b] -= more_tilt * column[a] * column[b] / denominator
+                sigma[a, a] = max(sigma[a, a], _ROUNDING * cov[a, a])
         if change < _CONVERGED:
             break
-    log_mass = 0.0
+    log_mass, most = 0.0, 0.0
     for a in range(p):
         location[a], scale2[a] = mu[a], sigma[a, a]
     for i in chosen:
@@ -105,13 +110,13 @@ def confine(mean: Array, cov: Array, positive: Mask, location: Array, scale2: Ar
         cavity = 1.0 / cavity_precision
         centre = cavity * (mu[i] / sigma[i, i] - shift[i])
         location[i], scale2[i] = centre, cavity
+        most = min(most, cut_moments(mean[i], cov[i, i])[0])
         log_mass += cut_moments(centre, cavity)[0] + 0.5 * math.log1p(tilt[i] * cavity)
         total = centre * cavity_precision + shift[i]
         log_mass -= 0.5 * (total**2 / (cavity_precision + tilt[i]) - centre**2 * cavity_precision)
-    if chosen.size > 0:
-        log_mass += _log_integral(mean, cov, chosen, tilt, shift)
-    # what rounding has left without an answer is as good as impossible
-    return min(log_mass, 0.0) if math.isfinite(log_mass) else -math.inf
+    log_mass += _log_integral(mean, cov, chosen, tilt, shift)
+    # all are positive at most as often as each; what rounding leaves without an answer is never so
+    return min(log_mass, most) if math.isfinite(log_mass) else -math.inf
 
 
 @njit(cache=True, nogil=True)
@@ -127,49 +132,24 @@ def _places(chosen: Mask) -> Integers:
 
 
 @njit(cache=True, nogil=True)
-def _solve(matrix: Array, right: Array) -> float:
-    """Gaussian elimination with pivoting, in place: ``right`` becomes the solution; returns log |det|."""
-    n = right.size
-    log_determinant = 0.0
-    for k in range(n):
-        pivot = k
-        for i in range(k + 1, n):
-            if abs(matrix[i, k]) > abs(matrix[pivot, k]):
-                pivot = i
-        if matrix[pivot, k] == 0.0:
-            return -math.inf
-        right[k], right[pivot] = right[pivot], right[k]
-        for j in range(k, n):
-            matrix[k, j], matrix[pivot, j] = matrix[pivot, j], matrix[k, j]
-        log_determinant += math.log(abs(matrix[k, k]))
-        for i in range(k + 1, n):
-            share = matrix[i, k] / matrix[k, k]
-            right[i] -= share * right[k]
-            for j in range(k + 1, n):
-                matrix[i, j] -= share * matrix[k, j]
-    for k in range(n - 1, -1, -1):
-        for j in range(k + 1, n):
-            right[k] -= matrix[k, j] * right[j]
-        right[k] /= matrix[k, k]
-    return log_determinant
-
-
-@njit(cache=True, nogil=True)
 def _log_integral(mean: Array, cov: Array, chosen: Integers, tilt: Array, shift: Array) -> float:
-    """``log int N(b; m, C) prod exp(shift b - tilt b**2 / 2) db`` over the constrained components."""
+    """``log int N(b; m, C) prod exp(shift b - tilt b**2 / 2) db`` over the constrained components.
+
+    With ``T`` the tilts and ``n`` the shifts, ``w = m + C n`` and ``B = I + sqrt(T) C sqrt(T)``, no
+    eigenvalue of which is below one, it is ``(n' (m + w) - log|B| - w' sqrt(T) inv(B) sqrt(T) w) / 2``.
+    """
     some = chosen.size
-    inner, rest = np.zeros((some, some)), np.empty(some)
+    inner, right = np.empty((some, some)), np.empty(some)
+    log_value = 0.0
     for a in range(some):
         i = chosen[a]
-        rest[a] = mean[i]
-        inner[a, a] = 1.0
+        shifted = mean[i]
         for b in range(some):
             k = chosen[b]
-            rest[a] += cov[i, k] * shift[k]
-            inner[a, b] += cov[i, k] * tilt[k]
-    log_value = -0.5 * _solve(inner, rest)
-    for a in range(some):
-        # with rest = inv(I + C T) (m + C n): (n' rest + m' (n - T rest)) / 2
-        i = chosen[a]
-        log_value += 0.5 * (shift[i] * rest[a] + mean[i] * (shift[i] - tilt[i] * rest[a]))
-    return log_value
+            shifted += cov[i, k] * shift[k]
+            inner[a, b] = math.sqrt(tilt[i] * tilt[k]) * cov[i, k]
+        inner[a, a] += 1.0
+        right[a] = math.sqrt(tilt[i]) * shifted
+        log_value += 0.5 * shift[i] * (mean[i] + shifted)
+    log_value -= 0.5 * factor(inner, some)
+    return log_value - 0.5 * forward(inner, right, some, np.empty(some))

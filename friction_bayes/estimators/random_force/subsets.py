@@ -25,6 +25,7 @@ from numba import njit
 from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.core.arrays import Array, Indices, Integers, Mask
+from friction_bayes.estimators.random_force.cholesky import factor, forward
 from friction_bayes.estimators.random_force.positive_orthant import confine
 from friction_bayes.estimators.random_force.whitening import Whitened
 
@@ -209,36 +210,6 @@ def weigh_bounded(
 
 
 @njit(cache=True, nogil=True)
-def _factor(a: Array, size: int) -> float:
-    """Cholesky in place, lower triangle; returns the log determinant."""
-    log_determinant = 0.0
-    for i in range(size):
-        for j in range(i + 1):
-            total = a[i, j]
-            for k in range(j):
-                total -= a[i, k] * a[j, k]
-            if i == j:
-                a[i, i] = math.sqrt(max(total, _LEAST))
-                log_determinant += 2.0 * math.log(a[i, i])
-            else:
-                a[i, j] = total / a[j, j]
-    return log_determinant
-
-
-@njit(cache=True, nogil=True)
-def _forward(a: Array, rhs: Array, size: int, out: Array) -> float:
-    """Solve with the lower triangle; returns the squared length of the solution."""
-    square = 0.0
-    for i in range(size):
-        total = rhs[i]
-        for k in range(i):
-            total -= a[i, k] * out[k]
-        out[i] = total / a[i, i]
-        square += out[i] * out[i]
-    return square
-
-
-@njit(cache=True, nogil=True)
 def _full_noise(gram: Array, used: int, work: Array, half: Array) -> float:
     """Noise variance of least squares with all columns."""
     p = work.shape[0]
@@ -249,8 +220,8 @@ def _full_noise(gram: Array, used: int, work: Array, half: Array) -> float:
             work[i, j] = gram[i, j]
         # columns may be the same to rounding
         work[i, i] += 1e-12 * gram[i, i] + _LEAST
-    _factor(work, p)
-    explained = _forward(work, right, p, half)
+    factor(work, p)
+    explained = forward(work, right, p, half)
     return max(gram[p, p] - explained, _LEAST) / max(used - p, 1)
 
 
@@ -305,8 +276,8 @@ def _bound_sets(
     bound, noise2 = np.empty(m), np.empty(m)
     for s in range(m):
         size, total = _penalised(gram, lam, reference, sets[s], index, work, rhs)
-        log_factor = _factor(work, size)
-        total = max(total - _forward(work, rhs, size, half), _LEAST)
+        log_factor = factor(work, size)
+        total = max(total - forward(work, rhs, size, half), _LEAST)
         noise2[s] = max(total / used, least_noise2)
         bound[s] = log_prior[s] - 0.5 * log_determinant
         bound[s] -= 0.5 * (used * math.log(0.5 * used * noise2[s]) + total / noise2[s] - used)
@@ -340,14 +311,14 @@ def _weigh_sets(
         if bound[s] < best - _NEGLIGIBLE:
             break
         size, _ = _penalised(gram, lam, reference, sets[s], index, work, rhs)
-        _factor(work, size)
-        _forward(work, rhs, size, half)
+        factor(work, size)
+        forward(work, rhs, size, half)
         # row a is column a of the inverse of the factor
         root = np.zeros((size, size))
         unit = np.zeros(size)
         for a in range(size):
             unit[a] = 1.0
-            _forward(work, unit, size, root[a])
+            forward(work, unit, size, root[a])
             unit[a] = 0.0
         mean, cov = np.empty(size), np.empty((size, size))
         signs = np.empty(size, np.bool_)

@@ -203,6 +203,28 @@ def test_mass_and_marginals_far_from_the_orthant_stay_finite() -> None:
     assert np.all(scale2 > 0.0)
 
 
+def test_coefficients_are_all_positive_at_most_as_often_as_each(rng) -> None:
+    """Near collinear and thousands of standard deviations below zero, where rounding decides."""
+    for _ in range(1000):
+        size = rng.integers(2, 6)
+        axes, _ = np.linalg.qr(rng.standard_normal((size, size)))
+        cov = (axes * 10.0 ** rng.uniform(-6.0, 0.0, size)) @ axes.T
+        sd = np.sqrt(np.diag(cov))
+        distances = rng.standard_normal(size) * 10.0 ** rng.uniform(-1.0, 4.0)
+        log_mass = confine(distances * sd, cov, np.ones(size, np.bool_), np.empty(size), np.empty(size))
+        most = log_normal_mass(distances.min())
+        assert -math.inf < log_mass <= most + 1e-9 * abs(most)
+
+
+@pytest.mark.parametrize("correlation", [-1.0, 0.0, 0.9, 1.0])
+def test_what_rounding_leaves_without_an_answer_is_impossible(correlation) -> None:
+    cov = np.array([[1.0, correlation], [correlation, 1.0]])
+    location, scale2 = np.empty(2), np.empty(2)
+    log_mass = confine(np.full(2, -1e9), cov, np.ones(2, np.bool_), location, scale2)
+    assert log_mass < -1e17
+    assert np.all(scale2 > 0.0)
+
+
 def test_sets_are_weighed_as_one_by_one(rng) -> None:
     """The evidence of every set is that of its own dense regression; a positive one adds its mass."""
     columns = rng.standard_normal((200, 4))

@@ -1,0 +1,43 @@
+"""Cholesky factors of small matrices by loops: the library's cost the compiler seconds."""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from friction_bayes.core.arrays import Array
+
+__all__ = ["factor", "forward"]
+
+_LEAST_PIVOT = 1e-300
+
+
+@njit(cache=True, nogil=True)
+def factor(a: Array, size: int) -> float:
+    """Cholesky in place, lower triangle; returns the log determinant."""
+    log_determinant = 0.0
+    for i in range(size):
+        for j in range(i + 1):
+            total = a[i, j]
+            for k in range(j):
+                total -= a[i, k] * a[j, k]
+            if i == j:
+                a[i, i] = math.sqrt(max(total, _LEAST_PIVOT))
+                log_determinant += 2.0 * math.log(a[i, i])
+            else:
+                a[i, j] = total / a[j, j]
+    return log_determinant
+
+
+@njit(cache=True, nogil=True)
+def forward(a: Array, rhs: Array, size: int, out: Array) -> float:
+    """Solve with the lower triangle; returns the squared length of the solution."""
+    square = 0.0
+    for i in range(size):
+        total = rhs[i]
+        for k in range(i):
+            total -= a[i, k] * out[k]
+        out[i] = total / a[i, i]
+        square += out[i] * out[i]
+    return square
