@@ -1,16 +1,13 @@
-"""Draw the sealed test: ``python -m experiments.loop_blind_figures results/loop_blind.nc docs/figures``."""
+"""``python -m experiments.loop_blind_figures``: the sealed test of the loop, in figures for the docs."""
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
 from experiments.blind.generator import KINDS
+from experiments.figures import figure_parser, load_results
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, new_figure, save_figure, styled
 
 __all__ = ["draw_errors", "draw_reliability", "draw_verdicts", "main"]
@@ -75,12 +72,12 @@ def draw_verdicts(axes: Axes, dataset: xr.Dataset) -> None:
     axes.legend(loc="upper center", bbox_to_anchor=(0.4, 1.1), ncols=4, frameon=False)
 
 
-def main(results: Path, folder: Path) -> None:
-    """Write ``loop_blind_*.png`` from a result file."""
-    mpl.use("Agg")
-    with xr.open_dataset(results, engine="h5netcdf") as opened:
-        dataset = opened.load()
-    folder.mkdir(parents=True, exist_ok=True)
+def main() -> None:
+    """Draw ``loop_blind_*.png`` from the results of ``loop_blind``."""
+    parser = figure_parser("experiments.loop_blind_figures", __doc__, "docs/figures")
+    options = parser.parse_args()
+    (dataset,) = load_results(parser, options.results, ["loop_blind"])
+    options.out.mkdir(parents=True, exist_ok=True)
     for name, draw, size in (
         ("reliability", draw_reliability, (4.6, 4.0)),
         ("errors", draw_errors, (4.6, 4.0)),
@@ -89,8 +86,8 @@ def main(results: Path, folder: Path) -> None:
         with styled():
             figure = new_figure(*size)
             draw(figure.add_subplot(), dataset)
-            save_figure(figure, folder, f"loop_blind_{name}", ("png",))
+            save_figure(figure, options.out, f"loop_blind_{name}", ("png",))
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main()

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
-
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from experiments.figures import figure_parser, load_results
 from experiments.loop_measured import TARGET_RATIO
 from experiments.pendulum_forecast import PUBLISHED
 from friction_bayes.plotting.style import ACCENT, FAINT, MODEL, caption, new_figure, save_figure, styled
@@ -121,22 +119,18 @@ def draw_story(dataset: xr.Dataset) -> Figure:
 
 def main() -> None:
     """Draw from the results of ``loop_measured``, ``pendulum_forecast`` and ``measured_story``."""
-    parser = argparse.ArgumentParser(prog="python -m experiments.loop_measured_figures", description=__doc__)
-    parser.add_argument("--results", type=Path, default=Path("results"), help="folder (default %(default)s)")
-    parser.add_argument("--out", type=Path, default=Path("docs/figures"), help="(default %(default)s)")
+    parser = figure_parser("experiments.loop_measured_figures", __doc__, "docs/figures")
     parser.add_argument("--law", default="the catalogue", help="drawn beside the published one (%(default)s)")
     options = parser.parse_args()
+    names = ("loop_measured", "pendulum_forecast", "measured_story")
+    measured, forecasts, story = load_results(parser, options.results, names)
     options.out.mkdir(parents=True, exist_ok=True)
-    loaded = {}
-    for name in ("loop_measured", "pendulum_forecast", "measured_story"):
-        with xr.open_dataset(options.results / f"{name}.nc", engine="h5netcdf") as dataset:
-            loaded[name] = dataset.load()
     with styled():
         drawn = {
-            "loop_measured_gains": draw_gains(loaded["loop_measured"]),
-            "loop_measured_residuals": draw_residuals(loaded["loop_measured"]),
-            "pendulum_forecast": draw_forecasts(loaded["pendulum_forecast"], options.law),
-            "measured_story": draw_story(loaded["measured_story"]),
+            "loop_measured_gains": draw_gains(measured),
+            "loop_measured_residuals": draw_residuals(measured),
+            "pendulum_forecast": draw_forecasts(forecasts, options.law),
+            "measured_story": draw_story(story),
         }
     for name, figure in drawn.items():
         save_figure(figure, options.out, name, formats=("png",))

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
-from pathlib import Path
-
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from experiments.figures import figure_parser, load_results
 from experiments.same_rig import RIGS, records_of
 from friction_bayes.plotting.style import ACCENT, DATA, MODEL, new_figure, save_figure, styled
 
@@ -81,15 +79,10 @@ def _shown(record: str) -> bool:
 
 def main() -> None:
     """Draw the first method's fit of the records, and friction of those of one rig side by side."""
-    parser = argparse.ArgumentParser(prog="python -m experiments.measured_figures", description=__doc__)
-    parser.add_argument("--results", type=Path, default=Path("results"), help="folder (default %(default)s)")
-    parser.add_argument(
-        "--out", type=Path, default=Path("docs/figures/measured"), help="(default %(default)s)"
-    )
+    parser = figure_parser("experiments.measured_figures", __doc__, "docs/figures/measured")
     options = parser.parse_args()
+    (dataset,) = load_results(parser, options.results, ["measured_estimates"])
     options.out.mkdir(parents=True, exist_ok=True)
-    with xr.open_dataset(options.results / "measured_estimates.nc", engine="h5netcdf") as dataset:
-        dataset.load()
     for k in range(dataset.sizes["case"]):
         case = dataset.isel(case=k)
         first = case["method"].item() == dataset["method"].values[0]

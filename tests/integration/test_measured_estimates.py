@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -26,7 +27,9 @@ def record_of(name: str) -> tuple[xr.DataArray, fb.Oscillator]:
     return short_decay(duration=6.0, effects={"viscous_damping.damping_ratio": 0.01}), SYSTEM
 
 
-def test_tables_and_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tables_and_figures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     made_up = SimpleNamespace(name="made-up", parts={"1": None, "still": None})
     monkeypatch.setattr(measured_estimates, "list_datasets", lambda: [made_up])
     monkeypatch.setattr(measured_estimates, "dataset_record", record_of)
@@ -47,6 +50,11 @@ def test_tables_and_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     )
     measured_figures.main()
     assert [path.name for path in (tmp_path / "figures").iterdir()] == ["made-up-1.png"]
+    record = tmp_path / "measured_estimates.json"
+    record.write_text(json.dumps(json.loads(record.read_text(encoding="utf-8")) | {"sources": "others"}))
+    with pytest.raises(SystemExit):
+        measured_figures.main()
+    assert "computed by other sources than these" in capsys.readouterr().err
 
 
 def test_a_record_that_is_not_there_ends_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
