@@ -156,7 +156,7 @@ def _close_loop(
             report = fb.close_loop(records, case.system, seed=seed, reference_friction=case.friction)
             bar.advance(task)
             result = report.to_dict()
-            console.print(loop_digest(title, result))
+            console.print(loop_digest(title, result, len(records)))
             console.print()
     write_loop(report, result, made, folder)
 

@@ -95,7 +95,7 @@ def _draw_candidates(axes: Axes, report: LoopReport) -> None:
     else:
         # a share among candidates none of which is true is no probability of any
         axes.set_xticks([])
-        axes.set_xlabel("the closest candidates, none of which explains the record; longer is closer")
+        axes.set_xlabel("the closest candidates, none of which is an explanation; longer is closer")
 
 
 def plot_candidates(report: LoopReport) -> Figure:

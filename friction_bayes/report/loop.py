@@ -8,7 +8,7 @@ from typing import Any
 from friction_bayes.core.text import interval90, number
 from friction_bayes.loop.verdict import UNEXPLAINED
 from friction_bayes.report.page import render_page, reproduction
-from friction_bayes.report.story import CHANNELS, loop_story, shown_parameters, verdict_sentence
+from friction_bayes.report.story import CHANNELS, loop_story, shown_parameters, the_records, verdict_sentence
 
 __all__ = ["loop_page"]
 
@@ -63,12 +63,13 @@ def loop_page(
         records=records,
         figures=figures,
         captions=_CAPTIONS,
-        sentence=verdict_sentence(report),
+        the_records=the_records(len(records)),
+        sentence=verdict_sentence(report, len(records)),
         tiles=_tiles(report),
         tests=list(dict.fromkeys([*before, *after])),
         channels=CHANNELS,
         shown_parameters=shown_parameters,
-        story=loop_story(report)[1:],
+        story=loop_story(report, len(records))[1:],
         most_candidates=_MOST_CANDIDATES,
         made=reproduction(manifest),
     )

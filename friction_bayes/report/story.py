@@ -18,6 +18,7 @@ __all__ = [
     "paper_words",
     "sampler_lines",
     "shown_parameters",
+    "the_records",
     "verdict_sentence",
 ]
 
@@ -63,15 +64,22 @@ _LEAST_SHARE = 0.1
 Report = Mapping[str, Any]
 
 
-def verdict_sentence(report: Report) -> str:
+def the_records(count: int) -> str:
+    """Name what the loop was closed on in a sentence, be it one record or several."""
+    return "the record" if count == 1 else "the records"
+
+
+def verdict_sentence(report: Report, records: int = 1) -> str:
     """Say the verdict in one sentence, and in a second one if the forecast got worse.
 
     Parameters
     ----------
     report : mapping
         Fields of ``report.json``.
+    records : int
+        Of how many records.
     """
-    return _verdict(report) + _worse_forecast(report["held_out_error"])
+    return _verdict(report, records) + _worse_forecast(report["held_out_error"])
 
 
 def _worse_forecast(error: Report) -> str:
@@ -86,26 +94,27 @@ def _worse_forecast(error: Report) -> str:
     )
 
 
-def _verdict(report: Report) -> str:
+def _verdict(report: Report, records: int) -> str:
+    what = the_records(records)
     best = report["candidates"][0]
     name, share = set_words(best["effects"]), percent(best["probability"])
     # tests of a long record see what is too small to matter, and the verdict goes by what matters
     left = "noise" if report["residual"]["after"]["passes"] else "too little to matter"
     if report["verdict"] == "adequate":
         known = known_within(report["friction_after"])
-        return f"Coulomb friction alone explains the record: what is left is {left}. {known}"
+        return f"Coulomb friction alone explains {what}: what is left is {left}. {known}"
     if report["verdict"] == "explained":
         known = known_within(report["friction_after"])
-        return f"Coulomb friction with {name} explains the record ({share}): what is left is {left}. {known}"
+        return f"Coulomb friction with {name} explains {what} ({share}): what is left is {left}. {known}"
     if report["verdict"] == AMBIGUOUS:
         credible = credible_candidates(report["candidates"])
         law = set(best["effects"]) - {"random_force"}
         if all(set(c["effects"]) - {"random_force"} == law for c in credible):
-            return _with_or_without_random_force(credible)
+            return _with_or_without_random_force(credible, records)
         tied = [f"{set_words(c['effects'])} ({percent(c['probability'])})" for c in credible]
         if len(tied) > _MOST_NAMED:
             tied = [*tied[:_MOST_NAMED], f"{len(tied) - _MOST_NAMED} more"]
-        return f"The record cannot tell {listed(tied)} apart; friction is averaged over them."
+        return f"{what.capitalize()} cannot tell {listed(tied)} apart; friction is averaged over them."
     failed = [words(name) for name in report["residual"]["after"]["failed"]]
     tests = f" (failed tests: {', '.join(failed)})" if failed else ""
     on = report["left"]["depends_on"]
@@ -116,7 +125,7 @@ def _verdict(report: Report) -> str:
             f"the closest candidate is {name}, which is not an explanation."
         )
     return (
-        f"What is left of the record is neither noise nor an effect of the catalogue{tests}; "
+        f"What is left of {what} is neither noise nor an effect of the catalogue{tests}; "
         f"the closest candidate is {name}, which is not an explanation."
     )
 
@@ -130,28 +139,31 @@ def known_within(friction: Report) -> str:
     return f"Friction is known within -{below} and +{above} %, with 90 % probability."
 
 
-def _with_or_without_random_force(credible: Sequence[Report]) -> str:
+def _with_or_without_random_force(credible: Sequence[Report], records: int) -> str:
     """Of two candidates that are one law, with a random force beside it and without."""
     (with_one,) = (c for c in credible if "random_force" in c["effects"])
     (without,) = (c for c in credible if "random_force" not in c["effects"])
     law = f" with {set_words(without['effects'])}" if without["effects"] else ""
     does, does_not = (percent(c["probability"]) for c in (with_one, without))
     return (
-        f"Coulomb friction{law} explains the record. Whether the force fluctuates besides, it cannot tell "
+        f"Coulomb friction{law} explains {the_records(records)}. Whether the force fluctuates besides, "
+        f"{'it' if records == 1 else 'they'} cannot tell "
         f"({does} that it does, {does_not} that it does not): a longer record or a further release would."
     )
 
 
-def loop_story(report: Report) -> list[tuple[str, str]]:
+def loop_story(report: Report, records: int = 1) -> list[tuple[str, str]]:
     """Label and text of each line; texts may have several lines.
 
     Parameters
     ----------
     report : mapping
         Fields of ``report.json``.
+    records : int
+        Of how many records.
     """
     rows = [
-        ("verdict", f"{report['verdict'].upper()}: {verdict_sentence(report)}"),
+        ("verdict", f"{report['verdict'].upper()}: {verdict_sentence(report, records)}"),
         ("friction before", with_interval(report["friction_before"])),
         ("friction after", with_interval(report["friction_after"])),
         ("dry friction", _dry_friction(report["dry_friction"])),

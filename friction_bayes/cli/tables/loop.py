@@ -31,7 +31,7 @@ def loop_table(title: str, result: Mapping[str, Any], read: Sequence[str]) -> Ta
     table = two_columns(title)
     for text in read:
         table.add_row("read", Text(text))
-    for label, text in loop_story(result):
+    for label, text in loop_story(result, len(read)):
         bold = label in {"verdict", "friction after"}
         table.add_row(label, Text(text, style="bold" if bold else ""))
     for text in result["notes"]:
@@ -39,7 +39,7 @@ def loop_table(title: str, result: Mapping[str, Any], read: Sequence[str]) -> Ta
     return table
 
 
-def loop_digest(title: str, result: Mapping[str, Any]) -> Table:
+def loop_digest(title: str, result: Mapping[str, Any], records: int) -> Table:
     """Lay out the few lines of what closing the loop found that a reader in a hurry needs.
 
     Parameters
@@ -48,9 +48,11 @@ def loop_digest(title: str, result: Mapping[str, Any]) -> Table:
         What the records are.
     result : mapping
         Fields of ``report.json``.
+    records : int
+        How many they are.
     """
     table = two_columns(title)
-    for label, text in loop_story(result):
+    for label, text in loop_story(result, records):
         if label in _DIGEST:
             table.add_row(label, Text(text))
     return table

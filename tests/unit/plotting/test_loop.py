@@ -42,7 +42,7 @@ def test_candidates_that_explain_nothing_are_drawn_without_a_probability(loop_re
         said = texts(figure)
         assert "%" not in said.replace("90 % intervals", "")
         assert "posterior probability" not in said
-        assert "none of which explains the record" in said
+        assert "none of which is an explanation" in said
     assert "what comes closest: unexplained" in said
 
 

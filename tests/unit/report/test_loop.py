@@ -115,7 +115,10 @@ def test_each_record_has_its_figures(loop_report: LoopReport, drawn: Mapping[str
     report = replace(loop_report, traces=(trace, replace(trace, name="another")))
     found = outline(page_of(report, several))
     assert found.tags.count("img") == 8
-    assert "Record another" in " ".join(found.words)
+    said = " ".join(found.words)
+    assert "Record another" in said
+    assert "The records cannot tell" in said
+    assert "what the records cannot decide" in said
 
 
 @pytest.mark.skipif(BROWSER is None, reason=f"none of {', '.join(BROWSERS)} is on the path")
@@ -164,6 +167,19 @@ def test_verdict_in_a_sentence(verdict: str, best: list[str], words: str, loop_r
     first = {"effects": best, "probability": 0.7}
     report = replace(loop_report, verdict=verdict, candidates=[first, *loop_report.candidates[1:]])
     assert words in verdict_sentence(report.to_dict())
+
+
+@pytest.mark.parametrize(
+    ("verdict", "words"),
+    [
+        ("adequate", "alone explains the records: "),
+        ("explained", "explains the records (70.0 %)"),
+        ("ambiguous", "The records cannot tell viscous damping"),
+        ("unexplained", "What is left of the records is neither"),
+    ],
+)
+def test_several_records_are_not_called_one(verdict: str, words: str, loop_report: LoopReport) -> None:
+    assert words in verdict_sentence(replace(loop_report, verdict=verdict).to_dict(), 2)
 
 
 def test_what_tests_see_and_does_not_matter_is_not_called_noise(loop_report: LoopReport) -> None:
