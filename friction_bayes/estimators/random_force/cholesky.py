@@ -14,19 +14,20 @@ _LEAST_PIVOT = 1e-300
 
 
 @njit(cache=True, nogil=True)
-def factor(a: Array, size: int) -> float:
-    """Cholesky in place, lower triangle; returns the log determinant."""
-    log_determinant = 0.0
-    for i in range(size):
+def factor(a: Array, size: int, known: int = 0) -> float:
+    """Cholesky in place, lower triangle; returns the log determinant.
+
+    Its first ``known`` rows are factored already.
+    """
+    for i in range(known, size):
         for j in range(i + 1):
             total = a[i, j]
             for k in range(j):
                 total -= a[i, k] * a[j, k]
-            if i == j:
-                a[i, i] = math.sqrt(max(total, _LEAST_PIVOT))
-                log_determinant += 2.0 * math.log(a[i, i])
-            else:
-                a[i, j] = total / a[j, j]
+            a[i, j] = math.sqrt(max(total, _LEAST_PIVOT)) if i == j else total / a[j, j]
+    log_determinant = 0.0
+    for i in range(size):
+        log_determinant += 2.0 * math.log(a[i, i])
     return log_determinant
 
 

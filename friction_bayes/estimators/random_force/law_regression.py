@@ -81,16 +81,22 @@ class LawRegression:
     @cached_property
     def reference(self) -> Array:
         """A law in units of ``scale``, shape (p,), near the record, so that nothing large is whitened."""
-        block = np.column_stack([self.columns * self.scale, self.target])
         guess = self.motion
-        gram = whiten(block, self.clock, self.row, guess.force_sd / guess.noise, guess.tau).gram
-        return near_least_squares(gram)
+        whitened = self.whitened(np.zeros(self.scale.size), guess.force_sd / guess.noise, guess.tau)
+        return near_least_squares(whitened.gram)
+
+    def _about(self, reference: Array) -> Array:
+        """Scaled columns, and the record less a law in units of ``scale``, shape (n, p + 1)."""
+        scaled = self.columns * self.scale
+        return np.column_stack([scaled, self.target - scaled @ reference])
 
     def whitened(self, reference: Array, ratio: float, tau: float) -> Whitened:
         """Whitened sums of the scaled columns and of the record less a law in units of ``scale``."""
-        scaled = self.columns * self.scale
-        block = np.column_stack([scaled, self.target - scaled @ reference])
-        return whiten(block, self.clock, self.row, ratio, tau)
+        return whiten(self._about(reference), self.clock, self.row, ratio, tau)
+
+    @cached_property
+    def _about_reference(self) -> Array:
+        return self._about(self.reference)
 
     @cached_property
     def _known(self) -> dict[tuple[float, float], Whitened]:
@@ -99,7 +105,7 @@ class LawRegression:
     def whiten_at(self, ratio: float, tau: float) -> Whitened:
         """The same about the reference law, remembered: draws come from the points that were weighed."""
         if (ratio, tau) not in self._known:
-            self._known[ratio, tau] = self.whitened(self.reference, ratio, tau)
+            self._known[ratio, tau] = whiten(self._about_reference, self.clock, self.row, ratio, tau)
         return self._known[ratio, tau]
 
     @property

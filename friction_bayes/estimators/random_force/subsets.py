@@ -227,35 +227,53 @@ def _full_noise(gram: Array, used: int, work: Array, half: Array) -> float:
 
 @njit(cache=True, nogil=True)
 def _penalised(
-    gram: Array, lam: float, reference: Array, columns: Mask, index: Integers, work: Array, rhs: Array
-) -> tuple[int, float]:
-    """Fill the normal equations of a set, about the reference; returns its size and the sum of squares there.
+    gram: Array,
+    lam: float,
+    reference: Array,
+    columns: Mask,
+    index: Integers,
+    work: Array,
+    rhs: Array,
+    back: Array,
+    factored: int,
+) -> tuple[int, int, float]:
+    """Fill the normal equations of a set, about the reference.
 
-    What the reference has and the set lacks goes back into the record.
+    What the reference has and the set lacks goes back into the record, by way of ``back``. ``index`` and
+    ``work`` are those of the set before, whose first ``factored`` rows may be kept.
+
+    Returns
+    -------
+    size : int
+    known : int
+        Rows of ``work`` that the set shares with the one before: those are left.
+    total : float
+        Sum of squares at the reference.
     """
     p = reference.size
-    size = 0
+    back[:] = gram[p]
+    for j in range(p):
+        if not columns[j]:
+            for k in range(p):
+                back[k] += reference[j] * gram[j, k]
+    size = known = 0
     total = gram[p, p]
     for j in range(p):
-        if columns[j]:
-            index[size] = j
-            size += 1
+        if not columns[j]:
+            total += reference[j] * (gram[p, j] + back[j])
             continue
-        total += 2.0 * reference[j] * gram[j, p]
-        for k in range(p):
-            if not columns[k]:
-                total += reference[j] * reference[k] * gram[j, k]
-    for a in range(size):
-        j = index[a]
-        rhs[a] = gram[j, p] - lam * reference[j]
-        for k in range(p):
-            if not columns[k]:
-                rhs[a] += gram[j, k] * reference[k]
+        if known == size and size < factored and index[size] == j:
+            known += 1
+        index[size] = j
+        rhs[size] = back[j] - lam * reference[j]
         total += lam * reference[j] ** 2
+        size += 1
+    for a in range(known, size):
+        j = index[a]
         for b in range(a + 1):
             work[a, b] = gram[j, index[b]]
         work[a, a] += lam
-    return size, total
+    return size, known, total
 
 
 @njit(cache=True, nogil=True)
@@ -271,12 +289,14 @@ def _bound_sets(
     lam: float,
 ) -> tuple[Array, Array]:
     m, p = sets.shape
-    work, half, rhs = np.empty((p, p)), np.empty(p), np.empty(p)
+    work, half, rhs, back = np.empty((p, p)), np.empty(p), np.empty(p), np.empty(p + 1)
     index = np.empty(p, np.int64)
     bound, noise2 = np.empty(m), np.empty(m)
+    size = 0
     for s in range(m):
-        size, total = _penalised(gram, lam, reference, sets[s], index, work, rhs)
-        log_factor = factor(work, size)
+        # of sets in order each shares its first columns, and so the first rows of its factor, with the last
+        size, known, total = _penalised(gram, lam, reference, sets[s], index, work, rhs, back, size)
+        log_factor = factor(work, size, known)
         total = max(total - forward(work, rhs, size, half), _LEAST)
         noise2[s] = max(total / used, least_noise2)
         bound[s] = log_prior[s] - 0.5 * log_determinant
@@ -301,7 +321,7 @@ def _weigh_sets(
 ) -> tuple[Array, Array, Array]:
     """``order`` is that of falling bounds."""
     m, p = sets.shape
-    work, half, rhs = np.empty((p, p)), np.empty(p), np.empty(p)
+    work, half, rhs, back = np.empty((p, p)), np.empty(p), np.empty(p), np.empty(p + 1)
     index = np.empty(p, np.int64)
     log_weight = bound - _LEFT_OUT
     location = np.full((m, p), np.nan)
@@ -310,7 +330,7 @@ def _weigh_sets(
     for s in order:
         if bound[s] < best - _NEGLIGIBLE:
             break
-        size, _ = _penalised(gram, lam, reference, sets[s], index, work, rhs)
+        size, _, _ = _penalised(gram, lam, reference, sets[s], index, work, rhs, back, 0)
         factor(work, size)
         forward(work, rhs, size, half)
         # row a is column a of the inverse of the factor

@@ -44,24 +44,27 @@ def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
     masks, log_prior = [], []
     shapes = {name: law.alternatives(name) for name in effects}
     effects = tuple(name for name in effects if shapes[name])
+    frictions, dry_friction = set(law.frictions), law.dry_friction
+    bends = {name for name in effects if not frictions.isdisjoint(shapes[name][0])}
+    of_friction = np.array([column.of_friction for column in law.columns])
+    always = np.isin(np.arange(of_friction.size), law.always)
     for names in _named_sets(effects):
-        bent = [name for name in names if any(j in law.frictions for j in shapes[name][0])]
+        bent = bends.intersection(names)
         if len(bent) > 1:
             continue
         prior = len(names) * math.log(INCLUSION) + (len(effects) - len(names)) * math.log1p(-INCLUSION)
         choices = list(product(*(shapes[name] for name in names)))
         for choice in choices:
-            mask = np.zeros(len(law.columns), dtype=bool)
-            mask[law.always] = True
+            mask = always.copy()
             for columns in choice:
                 mask[list(columns)] = True
             log_share = prior - math.log(len(choices))
             weighed = [(mask, log_share)]
             if not bent:
                 rubs = mask.copy()
-                rubs[law.dry_friction] = True
+                rubs[dry_friction] = True
                 weighed = [(rubs, log_share)]
-                if not any(law.columns[j].of_friction for j in np.flatnonzero(mask)):
+                if not of_friction[mask].any():
                     weighed = [
                         (rubs, log_share + math.log1p(-_NO_DRY_FRICTION)),
                         (mask, log_share + math.log(_NO_DRY_FRICTION)),

@@ -41,12 +41,23 @@ def uneven_clock(rng: np.random.Generator, zeta: float) -> Clock:
     return Clock.of(phase, variance, zeta)
 
 
+def piecewise_even_clock(rng: np.random.Generator, zeta: float) -> Clock:
+    """Stretches so long that the gains settle; then a sample is not used, the step or the noise another."""
+    del rng
+    phase = np.cumsum(np.repeat([0.3, 0.7, 0.3], (40, 30, 50)))
+    variance = np.repeat([1.0, np.inf, 1.0, 4.0], (20, 2, 68, 30))
+    return Clock.of(phase, variance, zeta)
+
+
+@pytest.mark.parametrize("clock_of", [uneven_clock, piecewise_even_clock])
 @pytest.mark.parametrize("error", [CorrelatedError(), CorrelatedError(2.0, 0.4)])
 @pytest.mark.parametrize("ratio", [0.01, 1.0, 300.0])
 @pytest.mark.parametrize(("zeta", "tau"), [(0.0, 0.05), (0.03, 0.8), (0.0, 20.0)])
 @pytest.mark.parametrize("order", ORDERS)
-def test_whitening_and_smoothing_are_those_of_a_dense_normal(order, zeta, tau, ratio, error, rng) -> None:
-    clock, row = replace(uneven_clock(rng, zeta), error=error), sensor_row(order, zeta)
+def test_whitening_and_smoothing_are_those_of_a_dense_normal(
+    order, zeta, tau, ratio, error, clock_of, rng
+) -> None:
+    clock, row = replace(clock_of(rng, zeta), error=error), sensor_row(order, zeta)
     n = clock.phase.size
     block = rng.standard_normal((n, 4))
     states = np.zeros((n, 4, n, 4))
