@@ -11,7 +11,15 @@ import xarray as xr
 from experiments.tables import Row
 from friction_bayes.core.arrays import Array
 
-__all__ = ["band", "compared", "detail_rows", "sampler_word", "verdict_rows"]
+__all__ = [
+    "band",
+    "checked_records",
+    "compared",
+    "detail_rows",
+    "diagnostics",
+    "sampler_word",
+    "verdict_rows",
+]
 
 
 def _kept(values: xr.DataArray) -> Array:
@@ -72,6 +80,16 @@ def compared(
     )
 
 
+def checked_records(dataset: xr.Dataset) -> xr.Dataset:
+    """Return of one level and one method, over ``replicate``, the records that went through emcee."""
+    return dataset.isel(replicate=np.flatnonzero(np.isfinite(dataset["rhat"].values)))
+
+
+def diagnostics(one: xr.Dataset) -> str:
+    """Return what emcee's draws of one record are worth."""
+    return f"R-hat {float(one['rhat']):.4f}, ESS {float(one['ess_bulk']):.0f}"
+
+
 def sampler_word(dataset: xr.Dataset, unit: str = "N") -> str:
     """Return emcee's mean beside the closed form's on the first checked record, and the worst diagnostics.
 
@@ -82,11 +100,10 @@ def sampler_word(dataset: xr.Dataset, unit: str = "N") -> str:
     unit : str
         What the method's friction is in.
     """
-    checked = np.flatnonzero(np.isfinite(dataset["rhat"].values))
-    if checked.size == 0:
+    mine = checked_records(dataset)
+    if mine.sizes["replicate"] == 0:
         return ""
-    first = dataset.isel(replicate=int(checked[0]))
-    mine = dataset.isel(replicate=checked)
+    first = mine.isel(replicate=0)
     return (
         f"{float(first['reference_mean']):.5g} {unit} for {float(first['friction']):.5g} {unit}; "
         f"R-hat {float(mine['rhat'].max()):.4f}, "
@@ -185,10 +202,9 @@ def _against_sampler(one: xr.Dataset) -> dict[str, str]:
         "verdict",
         "time ratio",
     )
-    checked = np.flatnonzero(np.isfinite(one["rhat"].values))
-    if checked.size == 0:
+    mine = checked_records(one)
+    if mine.sizes["replicate"] == 0:
         return dict.fromkeys(headings, "")
-    mine = one.isel(replicate=checked)
     shift = (mine["reference_mean"] - mine["friction"]) / mine["sd"]
     # not the standard deviation: few amplitudes leave Student's t with little more than two degrees of
     # freedom, whose standard deviation no number of draws tells

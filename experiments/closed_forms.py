@@ -18,7 +18,15 @@ from friction_bayes.decay.friction_samples import peak_amplitudes
 from friction_bayes.mechanics.simulate import signal_to_noise_db
 from friction_bayes.reference.checking import ReferenceRun, check_estimate
 
-__all__ = ["METHODS", "VARIABLES", "beside_truth", "closed_form_seconds", "measure"]
+__all__ = [
+    "BESIDE_TRUTH",
+    "METHODS",
+    "VARIABLES",
+    "beside_truth",
+    "closed_form_seconds",
+    "measure",
+    "posterior_beside_truth",
+]
 
 METHODS = {
     "waveform": ("waveform", "highest"),
@@ -29,7 +37,7 @@ METHODS = {
 }
 """By the label of the tables: method, and how its peaks are picked."""
 
-VARIABLES: dict[str, tuple[str, str]] = {
+BESIDE_TRUTH: dict[str, tuple[str, str]] = {
     "friction": ("N", "posterior mean of the friction"),
     "sd": ("N", "posterior standard deviation of the friction"),
     "low": ("N", "lower end of the equal-tailed 90 % interval"),
@@ -37,6 +45,10 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "error": ("1", "(posterior mean - true friction) / true friction"),
     "covers": ("1", "whether the 90 % interval holds the true friction"),
     "width": ("1", "width of the 90 % interval over the true friction"),
+}
+"""Unit and meaning of what :func:`posterior_beside_truth` tells."""
+
+VARIABLES: dict[str, tuple[str, str]] = BESIDE_TRUTH | {
     "precision": ("", "posterior mean of the method's precision parameter, 1/(unit of its data)^2"),
     "noise_sd": ("", "standard deviation of a sample, unit of the signal; of whole-signal methods"),
     "amplitudes": ("1", "amplitudes used, or in the moving record"),
@@ -162,10 +174,14 @@ def beside_truth(mean: float, sd: float, low: float, high: float, truth: float) 
     }
 
 
-def _figures(estimate: fb.Estimate, friction: float) -> dict[str, float]:
-    posterior = estimate.friction
+def posterior_beside_truth(posterior: Any, truth: float) -> dict[str, float]:
+    """Return :func:`beside_truth` of a frozen distribution of the friction."""
     low, high = (float(posterior.ppf(q)) for q in (0.05, 0.95))
-    return beside_truth(float(posterior.mean()), float(posterior.std()), low, high, friction) | {
+    return beside_truth(float(posterior.mean()), float(posterior.std()), low, high, truth)
+
+
+def _figures(estimate: fb.Estimate, friction: float) -> dict[str, float]:
+    return posterior_beside_truth(estimate.friction, friction) | {
         "precision": math.nan if estimate.precision is None else float(estimate.precision.mean()),
         "noise_sd": estimate.noise_sd,
         "amplitudes": float(estimate.amplitudes),

@@ -12,7 +12,7 @@ import xarray as xr
 from scipy import stats
 
 import friction_bayes as fb
-from experiments.beside_paper import band
+from experiments.beside_paper import band, checked_records, diagnostics
 from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
@@ -153,14 +153,13 @@ def rows(dataset: xr.Dataset) -> list[Row]:
 
 
 def _word(at: xr.Dataset) -> str:
-    checked = at.isel(replicate=np.flatnonzero(np.isfinite(at["rhat"].values)))
+    checked = checked_records(at)
     if checked.sizes["replicate"] == 0:
         return ""
     one = checked.isel(replicate=0)
     return (
         f"{float(one['reference_friction']):.5g} N for {float(one['friction']):.5g} N, "
-        f"{float(one['reference_precision']):.4g} for {float(one['precision']):.4g}; "
-        f"R-hat {float(one['rhat']):.4f}, ESS {float(one['ess_bulk']):.0f}"
+        f"{float(one['reference_precision']):.4g} for {float(one['precision']):.4g}; {diagnostics(one)}"
     )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
-from experiments.beside_paper import band
+from experiments.beside_paper import band, checked_records, diagnostics
 from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
@@ -112,7 +112,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
         n = mine.sizes["replicate"]
         held = int(((mine["low"] <= friction) & (friction <= mine["high"])).sum())
         right = int(((mine["inverted_low"] <= friction) & (friction <= mine["inverted_high"])).sum())
-        checked = mine.isel(replicate=np.flatnonzero(np.isfinite(mine["rhat"].values)))
+        checked = checked_records(mine)
         told = "" if checked.sizes["replicate"] == 0 else _word(checked.isel(replicate=0))
         table.append(
             Row(
@@ -129,10 +129,8 @@ def rows(dataset: xr.Dataset) -> list[Row]:
 
 
 def _word(one: xr.Dataset) -> str:
-    return (
-        f"{float(one['reference_mean']):.5g} for {float(one['estimate']):.5g} 1/N; "
-        f"R-hat {float(one['rhat']):.4f}, ESS {float(one['ess_bulk']):.0f}"
-    )
+    means = f"{float(one['reference_mean']):.5g} for {float(one['estimate']):.5g} 1/N"
+    return f"{means}; {diagnostics(one)}"
 
 
 EXPERIMENT = Experiment(

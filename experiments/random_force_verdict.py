@@ -17,7 +17,7 @@ import xarray as xr
 
 import friction_bayes as fb
 from experiments.blind.ornstein_uhlenbeck import ornstein_uhlenbeck
-from experiments.closed_forms import beside_truth
+from experiments.closed_forms import BESIDE_TRUTH, posterior_beside_truth
 from experiments.method_tables import share_error, size_of_error, with_error
 from experiments.paper_numbers import printed
 from experiments.reduced_data_set import DATA_SETS
@@ -40,14 +40,7 @@ METHODS: dict[str, dict[str, str]] = {
 }
 """Options of the estimate by the label of the tables."""
 
-VARIABLES = {
-    "friction": ("N", "posterior mean of the friction"),
-    "sd": ("N", "posterior standard deviation of the friction"),
-    "low": ("N", "lower end of the equal-tailed 90 % interval"),
-    "high": ("N", "upper end of the equal-tailed 90 % interval"),
-    "error": ("1", "(posterior mean - true friction) / true friction"),
-    "covers": ("1", "whether the 90 % interval holds the true friction"),
-    "width": ("1", "width of the 90 % interval over the true friction"),
+VARIABLES = BESIDE_TRUTH | {
     "precision": ("1/N^2", "posterior mean of the precision; of normal-gamma"),
     "accepted": ("1", "accepted beside a set-up record without the force; of normal-gamma"),
     "probability": ("1", "probability of a random force; of waveform with one"),
@@ -168,9 +161,7 @@ def _figures(
             estimate = fb.estimate(record, system, setup=set_up if of_paper else None, **options)
         except fb.InputError:
             return {}
-    posterior = estimate.friction
-    low, high = (float(posterior.ppf(q)) for q in (0.05, 0.95))
-    found = beside_truth(float(posterior.mean()), float(posterior.std()), low, high, truth)
+    found = posterior_beside_truth(estimate.friction, truth)
     if of_paper:
         return found | {
             "precision": float(estimate.precision.mean()),

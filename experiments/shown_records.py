@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
+from experiments.beside_paper import diagnostics
 from experiments.paper_numbers import printed
 from experiments.reduced_data_set import DATA_SETS, last_begins, last_part
 from experiments.rig import Rig, measured_reference, refined_force, run_rig, system_of
@@ -254,7 +255,7 @@ def _word(one: xr.Dataset) -> str:
         return ""
     return (
         f"{float(one['reference_mean']):.4f} N, {float(one['reference_precision']):.3g} 1/N^2; "
-        f"R-hat {float(one['rhat']):.4f}, ESS {float(one['ess_bulk']):.0f}"
+        f"{diagnostics(one)}"
     )
 
 
