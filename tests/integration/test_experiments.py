@@ -95,22 +95,27 @@ def test_rates_are_cut_from_the_same_record(tmp_path: Path, monkeypatch: pytest.
     assert slow[0]["time"].values[0] != slow[1]["time"].values[0]
 
 
-def test_takes_up_an_interrupted_run_with_the_same_bits(tmp_path: Path) -> None:
-    experiment = tiny("noise_sweep", snr_db=(20.0,))
-    whole = run(experiment, tmp_path / "whole")
-    calls: list[Cell] = []
+def interrupted(experiment: Experiment, calls: list[Cell]) -> Experiment:
+    """An experiment that is interrupted at its fourth cell; those that it has run are added to ``calls``."""
 
-    def breaking_off(config: Any, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
+    def run_three(config: Any, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
         if len(calls) == 3:
             raise KeyboardInterrupt
         calls.append(cell)
         return experiment.run(config, cell, seed)
 
+    return replace(experiment, run=run_three)
+
+
+def test_takes_up_an_interrupted_run_with_the_same_bits(tmp_path: Path) -> None:
+    experiment = tiny("noise_sweep", snr_db=(20.0,))
+    whole = run(experiment, tmp_path / "whole")
+    calls: list[Cell] = []
     with pytest.raises(KeyboardInterrupt):
-        run(replace(experiment, run=breaking_off), tmp_path / "resumed")
+        run(interrupted(experiment, calls), tmp_path / "resumed")
     assert not (tmp_path / "resumed" / "noise_sweep.nc").exists()
     calls.clear()
-    resumed = run(replace(experiment, run=breaking_off), tmp_path / "resumed")
+    resumed = run(interrupted(experiment, calls), tmp_path / "resumed")
     assert len(calls) == whole.sizes["snr_db"] * whole.sizes["replicate"] - 3
     for name in ("friction", "sd", "precision"):
         xr.testing.assert_equal(resumed[name], whole[name])
@@ -132,15 +137,8 @@ def test_an_estimator_that_breaks_between_two_runs_is_not_mixed_with_the_sound_o
     experiment = tiny("noise_sweep", snr_db=(20.0,), methods=PAPER_METHODS[:1])
     sound = run(experiment, tmp_path / "sound")
     calls: list[Cell] = []
-
-    def breaking_off(config: Any, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
-        if len(calls) == 3:
-            raise KeyboardInterrupt
-        calls.append(cell)
-        return experiment.run(config, cell, seed)
-
     with pytest.raises(KeyboardInterrupt):
-        run(replace(experiment, run=breaking_off), tmp_path / "resumed")
+        run(interrupted(experiment, calls), tmp_path / "resumed")
 
     estimator = copy / "friction_bayes" / "conjugate" / "normal_gamma.py"
     estimator.write_text(estimator.read_text() + "# doubled\n")
