@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.special import log_ndtr, logsumexp, ndtr, ndtri, ndtri_exp, stdtr, stdtrit
 
+from friction_bayes.conjugate.frozen import FrozenDistribution
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.checks import probability
 from friction_bayes.core.errors import InputError
 
 __all__ = ["Mixture"]
@@ -22,8 +22,8 @@ _STEPS = 200
 
 
 @dataclass(frozen=True, eq=False)
-class Mixture:
-    """Mixture of distributions, with the methods of a frozen scipy.stats distribution.
+class Mixture(FrozenDistribution):
+    """Mixture of distributions.
 
     Attributes
     ----------
@@ -127,15 +127,6 @@ class Mixture:
         """Upper quantile: the least ``x`` with ``sf(x) <= q``."""
         return self._solve(q, upper=True)
 
-    def median(self) -> float:
-        """Median."""
-        return float(self.ppf(0.5))
-
-    def interval(self, confidence: float) -> tuple[float, float]:
-        """Equal-tailed interval of the given probability."""
-        tail = 0.5 * (1.0 - probability("confidence", confidence))
-        return float(self.ppf(tail)), float(self.isf(tail))
-
     def mean(self) -> float:
         """Mean."""
         return float(self.weight @ self._moments[0])
@@ -146,10 +137,6 @@ class Mixture:
         # about the mean, so that a narrow distribution far from zero loses nothing
         centre = self.mean()
         return float(self.weight @ (variance + (mean - centre) ** 2) + self.atom * centre**2)
-
-    def std(self) -> float:
-        """Standard deviation."""
-        return float(np.sqrt(self.var()))
 
     def support(self) -> tuple[float, float]:
         """Ends of the support."""

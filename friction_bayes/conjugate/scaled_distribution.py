@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.special import expit, logsumexp
 
+from friction_bayes.conjugate.frozen import FrozenDistribution
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.checks import non_negative, positive, probability
+from friction_bayes.core.checks import non_negative, positive
 
 __all__ = ["ScaledDistribution", "kept_positive", "scaled", "scaled_moments", "scaled_quantiles"]
 
@@ -122,14 +123,14 @@ def _factor_is_narrow(distribution: Any, relative_sd: float) -> Any:
     return relative_sd * np.abs(middle) <= 2.0 * (high - low)
 
 
-class ScaledDistribution:
+class ScaledDistribution(FrozenDistribution):
     """Product of a variable and an independent normal factor, the factor kept above zero.
 
-    Has the methods of a frozen scipy.stats distribution. Probabilities are exact up to quadrature: given one
-    of the two variables the other's distribution is merely scaled, and that is averaged over the first by the
-    trapezoidal rule in the logit of its probability, which converges geometrically. It is averaged over the
-    factor, unless the variable is relatively so much narrower that its distribution would not be smooth
-    between the nodes of the factor; errors of ``cdf`` stay below 1e-9.
+    Probabilities are exact up to quadrature: given one of the two variables the other's distribution is
+    merely scaled, and that is averaged over the first by the trapezoidal rule in the logit of its
+    probability, which converges geometrically. It is averaged over the factor, unless the variable is
+    relatively so much narrower that its distribution would not be smooth between the nodes of the factor;
+    errors of ``cdf`` stay below 1e-9.
 
     Parameters
     ----------
@@ -179,15 +180,6 @@ class ScaledDistribution:
         """Upper quantile: ``x`` with ``sf(x) = q``."""
         return self._solve(q, self.sf, upper=True)
 
-    def median(self) -> float:
-        """Median."""
-        return float(self.ppf(0.5))
-
-    def interval(self, confidence: float) -> tuple[float, float]:
-        """Equal-tailed interval of the given probability."""
-        tail = 0.5 * (1.0 - probability("confidence", confidence))
-        return float(self.ppf(tail)), float(self.isf(tail))
-
     def mean(self) -> float:
         """Mean."""
         return float(self.distribution.mean() * self.factor.mean())
@@ -195,10 +187,6 @@ class ScaledDistribution:
     def var(self) -> float:
         """Variance; infinite or nan where that of the variable is."""
         return float(_variance(self.distribution.mean(), self.distribution.var(), self.factor))
-
-    def std(self) -> float:
-        """Standard deviation."""
-        return float(np.sqrt(self.var()))
 
     def support(self) -> tuple[float, float]:
         """Ends of the support."""

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import logsumexp
 
+from friction_bayes.conjugate.frozen import FrozenDistribution
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.checks import probability
 
 __all__ = ["EquallyProbable"]
 
@@ -18,8 +18,8 @@ _STEPS = 200
 """Halvings of a bracket; 60 are enough unless a quantile lies close to zero."""
 
 
-class EquallyProbable:
-    """Mixture of distributions in equal parts, with the methods of a frozen scipy.stats distribution.
+class EquallyProbable(FrozenDistribution):
+    """Mixture of distributions in equal parts.
 
     Parameters
     ----------
@@ -58,15 +58,6 @@ class EquallyProbable:
         """Upper quantile: ``x`` with ``sf(x) = q``."""
         return self._solve(q, "isf", lambda x, q: self.sf(x) <= q)
 
-    def median(self) -> float:
-        """Median."""
-        return float(self.ppf(0.5))
-
-    def interval(self, confidence: float) -> tuple[float, float]:
-        """Equal-tailed interval of the given probability."""
-        tail = 0.5 * (1.0 - probability("confidence", confidence))
-        return float(self.ppf(tail)), float(self.isf(tail))
-
     def mean(self) -> Any:
         """Mean."""
         return self._average(lambda part: part.mean())
@@ -75,10 +66,6 @@ class EquallyProbable:
         """Variance; not finite where that of a part is."""
         centre = self.mean()
         return self._average(lambda part: part.var() + (part.mean() - centre) ** 2)
-
-    def std(self) -> Any:
-        """Standard deviation."""
-        return np.sqrt(self.var())
 
     def support(self) -> tuple[float, float]:
         """Ends of the support."""

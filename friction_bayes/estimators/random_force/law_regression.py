@@ -109,6 +109,11 @@ class LawRegression:
         return self._known[ratio, tau]
 
     @property
+    def log_least_variance(self) -> float:
+        """Logarithm of the least variance of the noise; below every other where there is none."""
+        return 2.0 * math.log(max(self.least_noise, 1e-300))
+
+    @property
     def problem(self) -> Problem:
         """What is integrated over the random force."""
         return Problem(

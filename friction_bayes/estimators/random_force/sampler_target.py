@@ -29,7 +29,7 @@ from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem
 from friction_bayes.estimators.random_force.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.estimators.random_force.subsets import WeighedSets
 
-__all__ = ["force_target", "half_cycle_blocks"]
+__all__ = ["force_target", "half_cycle_blocks", "no_prior_draws"]
 
 _REACH = 6.0
 """Prior standard deviations of ``log q`` within which the posterior is looked for."""
@@ -97,8 +97,6 @@ def force_target(
     """
     problem, scale, reference = regression.problem, regression.scale, regression.reference
     n = _samples(regression)
-    # the logarithm of the least variance: minus infinity where there is none
-    quietest = 2.0 * math.log(max(regression.least_noise, 1e-300))
     axes = _axes(problem, prior, regression.motion.noise)
     sums = InterpolatedSums.over(axes, lambda u, log_tau: regression.whiten_at(*_force(u, log_tau)))
     centre, covariance = _moments(regression, prior, axes, sums)
@@ -107,7 +105,7 @@ def force_target(
         at = _Coordinates.of(theta, scale)
         force = prior.log_density(np.exp(at.log_q), np.exp(at.log_tau))
         law = regression.log_prior_density(at.scaled)
-        return np.where(at.log_variance >= quietest, law + force, -np.inf)
+        return np.where(at.log_variance >= regression.log_least_variance, law + force, -np.inf)
 
     def log_prob(theta: Array) -> Array:
         at = _Coordinates.of(theta, scale)
@@ -145,9 +143,6 @@ def force_target(
             rows.append(signal + unit * (drawn - regression.residual(row[:-3])))
         return np.array(rows)
 
-    def prior_draws(rng: np.random.Generator, count: int) -> Array:
-        raise InputError("prior", "that of the noise is improper", "draw from a proper prior")
-
     return Target(
         names=(*regression.names, "log_variance", "log_force_sd", "log_correlation_time"),
         log_prob=log_prob,
@@ -158,10 +153,15 @@ def force_target(
         log_prior=log_prior,
         pointwise=pointwise,
         predictive=predictive,
-        prior_draws=prior_draws,
+        prior_draws=no_prior_draws,
         observed=signal,
         observed_name="signal",
     )
+
+
+def no_prior_draws(rng: np.random.Generator, count: int) -> Array:
+    """Refuse to draw from a prior under which every size of the noise is as probable as any other."""
+    raise InputError("prior", "that of the noise is improper", "draw from a proper prior")
 
 
 def half_cycle_blocks(phase: Array) -> Integers:

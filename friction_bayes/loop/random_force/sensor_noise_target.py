@@ -16,9 +16,9 @@ import numpy as np
 
 from friction_bayes.conjugate.likelihood import Target, signal_log_likelihood
 from friction_bayes.core.arrays import Array, Integers
-from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.law_regression import LawRegression, near_least_squares
 from friction_bayes.estimators.random_force.replication import drawn_noise
+from friction_bayes.estimators.random_force.sampler_target import no_prior_draws
 
 __all__ = ["sensor_noise_target"]
 
@@ -59,7 +59,7 @@ def sensor_noise_target(
     reference = near_least_squares(regression.whitened(np.zeros(p), 0.0, 1.0).gram)
     whitened = regression.whitened(reference, 0.0, 1.0)
     gram, log_determinant = whitened.gram, whitened.log_determinant
-    quietest = 2.0 * math.log(max(regression.least_noise, 1e-300))
+    quietest = regression.log_least_variance
     noise2 = max(float(gram[p, p]) / max(n - p, 1), regression.least_noise**2)
     precision = gram[:p, :p] + noise2 * np.eye(p)
     middle = reference + np.linalg.solve(precision, gram[:p, p] - noise2 * reference)
@@ -100,9 +100,6 @@ def sensor_noise_target(
         noise = np.exp(0.5 * theta[:, -1:]) * white
         return np.asarray(signal + unit * (noise - rest))
 
-    def prior_draws(rng: np.random.Generator, count: int) -> Array:
-        raise InputError("prior", "that of the noise is improper", "draw from a proper prior")
-
     covariance = np.zeros((p + 1, p + 1))
     covariance[:p, :p] = noise2 * np.linalg.inv(precision) * np.outer(scale, scale)
     covariance[p, p] = 2.0 / n
@@ -121,7 +118,7 @@ def sensor_noise_target(
         log_prior=log_prior,
         pointwise=pointwise,
         predictive=predictive,
-        prior_draws=prior_draws,
+        prior_draws=no_prior_draws,
         observed=signal,
         observed_name="signal",
     )
