@@ -15,11 +15,15 @@ from friction_bayes.loop.noise import NoiseFit, NoiseModel
 from friction_bayes.loop.objective import Curvature, Objective, Point
 from friction_bayes.loop.segment import Segment
 
-__all__ = ["LoopFit", "fit_growing_record", "fit_model"]
+__all__ = ["LoopFit", "fit_growing_record", "fit_model", "settle"]
 
 _ITERATIONS = 25
 _SETTLED = 0.02
 """Change of the deviance that ends a fit; an evidence is wanted to a few hundredths."""
+_PROMISED = 0.25 * _SETTLED
+"""Fall of the deviance that a step has to promise to be tried."""
+_PROMISED_AT_LAST = 0.1 * _PROMISED
+"""The same where an evidence hangs on it: along a flat ridge it changes faster than the deviance."""
 _NEAR = 0.1
 """Squared length of a step, in posterior standard deviations, over which the derivatives stay the same."""
 _STEP_SHARE = 0.2
@@ -146,23 +150,56 @@ def fit_model(
         steps = _difference_steps(curvature.precision)
         curvature = objective.curvature(point, steps, curvature.jacobians if near else None)
     # the last point with the last derivatives
-    jacobians, precision, gradient = objective.curvature(point, steps, curvature.jacobians)
+    return _at(objective, point, objective.curvature(point, steps, curvature.jacobians))
+
+
+def settle(fit: LoopFit) -> LoopFit:
+    """Climb on with derivatives taken at every point, the last one too, until they promise no more.
+
+    A climb ends with the derivatives of a point near its last. Where the posterior is a bent ridge (the
+    excess and the speed of Stribeck friction) these may promise nothing before the top, and the evidence
+    hangs on where they were taken.
+
+    Parameters
+    ----------
+    fit : LoopFit
+        Of whole records.
+    """
+    objective = Objective(fit.model, fit.noise_models, fit.model.segments)
+    point = Point(fit.z, fit.predictions, fit.noises, fit.deviance, fit.objective)
+    curvature = objective.curvature(point, _difference_steps(fit.precision))
+    damping = _LEAST_DAMPING
+    for _ in range(_ITERATIONS):
+        move = _step(curvature.precision, curvature.gradient, point.z, fit.model.bounds)
+        if float(curvature.gradient @ move) < _PROMISED_AT_LAST:
+            break
+        better, _, damping = _improved(objective, point, curvature, damping, _PROMISED_AT_LAST)
+        if better is None:
+            break
+        point = better
+        damping = max(damping / 8.0, _LEAST_DAMPING)
+        curvature = objective.curvature(point, _difference_steps(curvature.precision))
+    return _at(objective, point, curvature)
+
+
+def _at(objective: Objective, point: Point, curvature: Curvature) -> LoopFit:
+    """The fit that ends at a point."""
     return LoopFit(
-        model=model,
+        model=objective.model,
         noise_models=objective.noise_models,
         z=point.z,
         predictions=point.predictions,
         noises=point.noises,
-        jacobians=jacobians,
-        precision=precision,
-        gradient=gradient,
+        jacobians=curvature.jacobians,
+        precision=curvature.precision,
+        gradient=curvature.gradient,
         deviance=point.deviance,
         objective=point.objective,
     )
 
 
 def _improved(
-    objective: Objective, point: Point, curvature: Curvature, damping: float
+    objective: Objective, point: Point, curvature: Curvature, damping: float, promised: float = _PROMISED
 ) -> tuple[Point | None, Array, float]:
     """Damp the step until it improves the objective; None once no step promises to."""
     precision, gradient = curvature.precision, curvature.gradient
@@ -174,7 +211,7 @@ def _improved(
         if trial is not None and trial.objective < point.objective:
             return trial, move, damping
         damping *= 6.0
-        if float(gradient @ move) < 0.25 * _SETTLED:
+        if float(gradient @ move) < promised:
             break
     return None, move, damping
 

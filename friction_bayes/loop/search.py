@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,7 +19,7 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.candidate import MOST_EFFECTS, SENSOR_ZERO, Candidate, EffectSets, set_name
 from friction_bayes.loop.evidence import log_evidence
 from friction_bayes.loop.expansion import Approximation, Expansion, is_identifiable
-from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model
+from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model, settle
 from friction_bayes.loop.model import LoopModel, changes_signal
 from friction_bayes.loop.noise import NoiseModel, has_heavy_tails
 from friction_bayes.loop.parameters import FRICTION
@@ -37,6 +37,8 @@ _CARRIED = 3
 """Best sets of another search to start from."""
 _PROMISING = math.log(300.0)
 """How far below the best a set may be, to second order, and still be fitted."""
+_COUNTS = math.log(100.0)
+"""How far below the best a set may be and still be weighed with derivatives at its mode."""
 _BETTER = 1.0
 """Objective below that of a fit, to second order, that makes it be climbed again."""
 _NEAR = 4.0
@@ -112,6 +114,16 @@ class Search:
                 break
             self._expand(centre)
             expanded[centre.effects] = self.candidates[centre.effects].fit.objective
+        self._settle()
+
+    def _settle(self) -> None:
+        """Weigh what counts at its mode."""
+        least = self.ranked()[0].log_weight - _COUNTS
+        for names, candidate in self.candidates.items():
+            if candidate.log_weight > least:
+                fit = settle(candidate.fit)
+                log_weight = log_evidence(fit) + self.sets.log_prior(names)
+                self.candidates[names] = replace(candidate, fit=fit, log_weight=log_weight)
 
     def start_from(self, other: Search) -> None:
         """Climb from what a search of the same records under other noise reached: the singles and the best.
@@ -227,8 +239,13 @@ class Search:
 
     def _keep(self, names: Names, fit: LoopFit | None) -> None:
         """Keep a fit that is better than what is known of its set."""
-        if fit is None or not is_identifiable(fit) or has_line_of_motion(fit):
+        if fit is None or has_line_of_motion(fit):
             return
+        if not is_identifiable(fit):
+            # short of the mode the samples may seem to say too little of an effect
+            fit = settle(fit)
+            if not is_identifiable(fit):
+                return
         known = self.candidates.get(names)
         if known is not None and known.fit.objective <= fit.objective:
             return

@@ -19,7 +19,7 @@ from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.phase_tracking import nearest_turning_points
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import sampling_interval
-from friction_bayes.records.quantisation import quantisation_step
+from friction_bayes.records.quantisation import ROUNDING, quantisation_step
 from friction_bayes.records.record import validate_record
 
 __all__ = ["Segment", "cut_records"]
@@ -213,7 +213,8 @@ def _spikes(values: Array) -> tuple[Array, Mask]:
     smooth = median_filter(values, _NEIGHBOURS, mode="nearest")
     away = np.abs(values - smooth)
     spread = 1.4826 * float(np.median(away))
-    return smooth, (away > _SPIKE * spread) & (spread > 0.0)
+    # where most samples equal their neighbours but for rounding, the rest are steps of a digitiser
+    return smooth, (away > _SPIKE * spread) & (spread > ROUNDING * np.ptp(values))
 
 
 def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int, Array]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["quantisation_step"]
+__all__ = ["ROUNDING", "quantisation_step"]
 
-_ROUNDING = 1e-9
+ROUNDING = 1e-9
 """Share of the range below which two values are one."""
 _FEWEST = 20
 """Gaps between neighbouring values that it takes to call them a lattice."""
@@ -39,7 +39,7 @@ def quantisation_step(values: ArrayLike) -> float | None:
     """
     levels = np.unique(np.asarray(values, dtype=np.float64))
     gaps = np.diff(levels)
-    gaps = gaps[gaps > _ROUNDING * np.ptp(levels)]
+    gaps = gaps[gaps > ROUNDING * np.ptp(levels)]
     if gaps.size == 0:
         return None
     step = float(np.mean(gaps[gaps < 1.5 * gaps.min()]))

@@ -7,14 +7,16 @@ with the prior ``log rho ~ N(0, 2**2)`` and ``tau_u`` log-uniform from a third o
 period: what is slower is at the motion's own frequency, where nothing but a force tells it apart.
 
 It is found at the mode, together with the random force, and stays there; the two are one question, since what
-the one takes up the other leaves. As in the search, noise that is correlated is as probable beforehand as
-noise that is not, and pays for its two numbers alone.
+the one takes up the other leaves. The density has several modes: ratios and times of all sizes, beside forces
+of several correlation times, are looked at coarsely, and the best is climbed from. As in the search, noise
+that is correlated is as probable beforehand as noise that is not, and pays for its two numbers alone.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import chain, product
 
 import numpy as np
 from scipy.optimize import minimize
@@ -22,7 +24,7 @@ from scipy.optimize import minimize
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.random_force.law_regression import LawRegression
-from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior
+from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, at_resonance
 from friction_bayes.estimators.random_force.subsets import weigh_sets
 from friction_bayes.estimators.random_force.whitening import Clock, CorrelatedError, whiten
 
@@ -33,8 +35,16 @@ Place = tuple[float, float]
 _LOG_RATIO_SD = 2.0
 _LEAST_STEPS = 1.0 / 3.0
 _LONGEST = 0.2 * math.pi
-_STARTS = ((0.5, 0.1), (2.0, 0.5))
-"""Ratios, and places between the bounds of the logarithm of the correlation time."""
+_RATIOS = (0.3, 1.0, 3.0, 9.0)
+_PLACES = (0.1, 0.37, 0.63, 0.9)
+"""Between the bounds of the logarithm of the correlation time."""
+_FORCE_PERIODS = (0.02, 0.08, 0.3)
+"""Correlation times at which a force as strong as the best is looked at too [periods of the motion].
+
+Beside an error that takes up what was quick in it a force is slower than without: a mode of its own.
+"""
+_FIRST_STEP = 0.4
+"""In the logarithms of ratios and times."""
 _STENCIL = 0.2
 _FAR = 1e9
 
@@ -97,12 +107,11 @@ def find_sensor_error(
         return None
     density = _Density(regression, posterior, prior, bounds)
     forces = _forces(posterior)
-    without = max(density(force, None) for force in forces)
-    starts = [(math.log(ratio), bounds[0] + share * (bounds[1] - bounds[0])) for ratio, share in _STARTS]
-    force, error = max(
-        (density.climb(force, start) for force in forces for start in starts),
-        key=lambda place: density(*place),
-    )
+    without = max(density(force, None) for force in chain(*forces))
+    width = bounds[1] - bounds[0]
+    errors = [(math.log(ratio), bounds[0] + place * width) for ratio, place in product(_RATIOS, _PLACES)]
+    starts = [max(product(alike, errors), key=lambda place: density(*place)) for alike in forces]
+    force, error = max((density.climb(*start) for start in starts), key=lambda place: density(*place))
     volume = math.log(2.0 * math.pi) + float(np.sum(density.log_sds(force, error)))
     log_odds = density(force, error) + volume - without
     if log_odds <= 0.0:
@@ -110,11 +119,18 @@ def find_sensor_error(
     return SensorError(math.exp(error[0]), math.exp(error[1]) / w0, density.log_prior(error) + volume)
 
 
-def _forces(posterior: Posterior) -> list[Place | None]:
-    """No force, and the best one that has been looked at."""
+def _forces(posterior: Posterior) -> list[list[Place | None]]:
+    """No force; and the best one that has been looked at, with some as strong at resonance."""
     points = [point for point in posterior.points if point.ratio > 0.0]
-    best = max(points, key=lambda p: float(np.max(p.found.log_weight)) + p.log_volume, default=None)
-    return [None] if best is None else [None, (math.log(best.ratio), math.log(best.tau))]
+    if not points:
+        return [[None]]
+    best = max(points, key=lambda p: float(np.max(p.found.log_weight)) + p.log_volume)
+    strength = best.ratio * at_resonance(best.tau)
+    others = [2.0 * math.pi * periods for periods in _FORCE_PERIODS]
+    alike: list[Place | None] = [
+        (math.log(strength / at_resonance(tau)), math.log(tau)) for tau in (best.tau, *others)
+    ]
+    return [[None], alike]
 
 
 class _Density:
@@ -179,7 +195,7 @@ class _Density:
                 "maxfev": 60 * start.size,
                 "xatol": 0.05,
                 "fatol": 0.05,
-                "initial_simplex": start + np.vstack([np.zeros(start.size), 0.7 * np.eye(start.size)]),
+                "initial_simplex": start + _FIRST_STEP * np.eye(start.size + 1, start.size, -1),
             },
         )
         return place(found.x)

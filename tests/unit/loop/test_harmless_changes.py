@@ -1,0 +1,101 @@
+"""What changes next to nothing of a record changes next to nothing of what is said of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from decays import SYSTEM, slow_decay
+from friction_bayes.estimators.random_force.posterior import integrate
+from friction_bayes.loop.random_force.correlated_error import SensorError
+from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.search import Search
+from friction_bayes.loop.segment import Segment, cut_records
+from friction_bayes.loop.spectral_lines import lines_beside_motion
+from unsteady_decays import ERROR, correlated_record, fitted
+
+LAST_DIGITS = 1e-12
+"""Share of each value."""
+
+
+def with_other_last_digits(record: xr.DataArray, rng: np.random.Generator) -> xr.DataArray:
+    return record.copy(data=record.values * (1.0 + LAST_DIGITS * rng.standard_normal(record.size)))
+
+
+def log_weight(record: xr.DataArray, names: frozenset[str]) -> float:
+    """Of a set of effects, as a search weighs it."""
+    offered = ("stribeck_friction", "viscous_damping", "asymmetric_friction", "friction_drift")
+    search = Search(SYSTEM, cut_records([record], SYSTEM), offered, (np.zeros(0),))
+    search.run()
+    return search.candidates[names].log_weight
+
+
+@pytest.mark.parametrize("seed", [3, 10])
+def test_an_evidence_does_not_hang_on_the_last_digits(seed: int, rng: np.random.Generator) -> None:
+    """Excess and speed of Stribeck friction trade along a bent ridge: climbs had ended 0.4 nats apart.
+
+    Of the second record some had said too little of the effect for it to be weighed at all.
+    """
+    record, names = slow_decay(seed=seed), frozenset({"stribeck_friction"})
+    weights = [log_weight(with_other_last_digits(record, rng), names) for _ in range(4)]
+    assert np.ptp(weights) < 0.15
+
+
+def with_lines(samples: int, rng: np.random.Generator, *lines: float) -> tuple[np.ndarray, Segment]:
+    """White noise with lines [Hz] in samples of a decay of 1.59 Hz."""
+    (segment,) = cut_records([slow_decay(seed=1)], SYSTEM)
+    time = segment.decay.step * np.arange(samples)
+    noise = rng.standard_normal(samples)
+    return noise + sum(np.sin(2.0 * math.pi * f * time + 0.3) for f in lines), segment
+
+
+def test_the_frequency_of_a_line_is_found_between_the_ordinates(rng: np.random.Generator) -> None:
+    """To a fiftieth of an ordinate, however many samples there are."""
+    samples, line = 2400, 23.04
+    signal, segment = with_lines(samples, rng, line)
+    for n in range(samples - 5, samples + 1):
+        (found,) = lines_beside_motion([signal[:n]], segment)
+        assert abs(found - line) * n * segment.decay.step < 0.02
+
+
+def test_the_flank_of_the_motion_is_no_line(rng: np.random.Generator) -> None:
+    """It rises towards the motion's own band, where nothing is looked for."""
+    signal, segment = with_lines(2400, rng)
+    motion = segment.decay.frequency / (2.0 * math.pi)
+    # halfway between two ordinates of the band, so that the next one outside stands out of the noise
+    beside = 1.049 * motion
+    strong = 30.0 * np.sin(2.0 * math.pi * beside * segment.decay.step * np.arange(signal.size))
+    assert lines_beside_motion([signal + strong], segment) == ()
+
+
+def log_density(fit: ForceFit, error: SensorError) -> float:
+    """Log posterior density of an error of the sensor and the best force beside it, up to a constant."""
+    regression = replace(fit.regression, clock=error.of(fit.clock, fit.w0))
+    best = integrate(regression.problem, fit.prior, fit.motion.noise, only_mode=True)
+    return best.log_evidence - 0.125 * math.log(error.ratio) ** 2
+
+
+@pytest.mark.parametrize(("seed", "size"), [(2, ERROR), (4, 3e-5)])
+def test_no_other_error_of_the_sensor_is_more_probable(seed: int, size: float) -> None:
+    """Climbs from two places had ended three to four nats below, beside a force that was too quick."""
+    record = correlated_record(np.random.default_rng(seed), size)
+    names = ("random_force", "viscous_damping", "quadratic_drag", "cubic_stiffness", "sensor_offset")
+    fit, factors = fitted(record, names), np.geomspace(0.4, 2.5, 7)
+    pairs = product(factors * fit.error.ratio, factors * fit.error.correlation_time)
+    others = [log_density(fit, SensorError(ratio, time)) for ratio, time in pairs if time < 0.06]
+    assert max(others) < log_density(fit, fit.error) + 0.5
+
+
+def test_rounding_makes_no_spikes_of_the_steps_of_a_digitiser(rng: np.random.Generator) -> None:
+    """Most samples of a slow signal equal their neighbours; the others are a step off, and belong to it."""
+    record = slow_decay(sampling_rate=2000.0, noise_sd=1e-7, duration=6.0, seed=1)
+    step = 4e-4
+    record = record.copy(data=step * np.round(record.values / step))
+    blocks = {cut_records([r], SYSTEM)[0].block for r in (record, with_other_last_digits(record, rng))}
+    assert len(blocks) == 1
+    assert blocks.pop() > 1
