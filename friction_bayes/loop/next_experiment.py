@@ -345,7 +345,7 @@ def _answers_to_force(clock: Clock, row: Array, tau: float, rng: np.random.Gener
     """What a sensor shows of random forces of unit sd that act on an oscillator at rest, shape (n, k)."""
     transition, covariance = (table[0] for table in transition_table(clock.steps, clock.zeta, tau))
     root = np.linalg.cholesky(covariance)
-    kicks = np.einsum("ab,bnk->ank", root, rng.standard_normal((3, clock.phase.size, _RECORDS)))
+    kicks = np.tensordot(root, rng.standard_normal((3, clock.phase.size, _RECORDS)), 1)
     # the force begins stationary, the oscillator at rest
     kicks[:, 0] = 0.0
     kicks[2, 0] = rng.standard_normal(_RECORDS)

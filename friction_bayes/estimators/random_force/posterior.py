@@ -35,6 +35,10 @@ __all__ = ["ForcePrior", "GridPoint", "Posterior", "Problem", "Weighable", "at_r
 _REACH = (0.003, 30.0)
 """Sizes of the force, over the prior's median, between which its mode is sought."""
 _SCAN_LOG_TAU = (-0.7, 1.2)
+_FIRST_STEPS = np.array([0.6, 0.9])
+"""Of the search for the mode."""
+_NEAR = 1.0 / 3.0
+"""Factor on these where the mode is known roughly."""
 _CELL = 1.2
 """Side of a grid cell in posterior standard deviations."""
 _DEPTH = 3.5
@@ -279,6 +283,12 @@ class Posterior:
         """The point with the most probable set."""
         return self.points[int(np.argmax(self.weight.max(axis=1)))]
 
+    @property
+    def best_force(self) -> GridPoint | None:
+        """The most probable point with a random force; None where none has been looked at."""
+        forced = np.flatnonzero(self.ratio > 0.0)
+        return self.points[forced[np.argmax(self._share[forced])]] if forced.size else None
+
     def best_law(self) -> Array:
         """Mean coefficients, shape (p,), of the best set at the best point; zero where absent."""
         found = self.best.found
@@ -299,7 +309,14 @@ class Posterior:
         return stats.lognorm(max(sd, 1e-9), scale=math.exp(mean))
 
 
-def integrate(problem: Weighable, prior: ForcePrior, noise: float, *, only_mode: bool = False) -> Posterior:
+def integrate(
+    problem: Weighable,
+    prior: ForcePrior,
+    noise: float,
+    *,
+    near: GridPoint | None = None,
+    only_mode: bool = False,
+) -> Posterior:
     """Evaluate the posterior where it is: without a force, and on cells grown outward from the mode with one.
 
     Neighbours of every cell near the best are looked at in turn, so that ridges and edges are followed.
@@ -312,6 +329,8 @@ def integrate(problem: Weighable, prior: ForcePrior, noise: float, *, only_mode:
         Of the random force.
     noise : float
         First guess of the sensor noise sd, natural units.
+    near : GridPoint, optional
+        Where the mode of much the same problem was: a place to climb from, if none is better.
     only_mode : bool
         Whether the mode will do for the part with a force: enough to smooth with, not to average.
     """
@@ -321,7 +340,7 @@ def integrate(problem: Weighable, prior: ForcePrior, noise: float, *, only_mode:
     if prior.none >= 1.0:
         return Posterior(problem, points)
     density = _Density(problem, prior)
-    mode = _mode(density, prior, noise)
+    mode = _mode(density, prior, noise, near)
     if only_mode:
         return Posterior(problem, [*points, density.point(mode, 0.0)])
     axes = _axes(density, mode) * _CELL
@@ -337,9 +356,9 @@ def integrate(problem: Weighable, prior: ForcePrior, noise: float, *, only_mode:
         points.append(density.point(place, log_cell + math.log(share)))
         best = max(best, value)
         if value > best - _DEPTH:
-            near = {(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)} - seen
-            frontier.extend(sorted(near))
-            seen |= near
+            neighbours = {(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)} - seen
+            frontier.extend(sorted(neighbours))
+            seen |= neighbours
     return Posterior(problem, points)
 
 
@@ -368,6 +387,11 @@ class _Density:
             self.known[key] = float(logsumexp(found.log_weight)) + log_prior, log_prior, found
         return self.known[key][0]
 
+    def place(self, force: GridPoint) -> Array:
+        """Place of a force, its correlation time moved within the bounds of the prior."""
+        tau = min(max(force.tau, self.prior.tau_low), self.prior.tau_high)
+        return np.log([force.ratio * at_resonance(tau), tau])
+
     def force(self, place: Array) -> tuple[float, float]:
         tau = math.exp(place[1])
         return math.exp(place[0]) / at_resonance(tau), tau
@@ -379,7 +403,7 @@ class _Density:
         return GridPoint(ratio=ratio, tau=tau, log_volume=log_cell + log_prior, found=found)
 
 
-def _mode(density: _Density, prior: ForcePrior, noise: float) -> Array:
+def _mode(density: _Density, prior: ForcePrior, noise: float, near: GridPoint | None) -> Array:
     """Mode: a scan along the size at two correlation times, then Nelder and Mead."""
     low, high = (math.log(share * prior.centre / noise) for share in _REACH)
     log_sizes = np.linspace(low, high, 7)[1:-1]
@@ -388,7 +412,9 @@ def _mode(density: _Density, prior: ForcePrior, noise: float) -> Array:
         for log_tau in _SCAN_LOG_TAU
         for size in log_sizes
     ]
-    start = max(starts, key=density)
+    start, steps = max(starts, key=density), _FIRST_STEPS
+    if near is not None and density(density.place(near)) > density(start):
+        start, steps = density.place(near), _NEAR * _FIRST_STEPS
 
     def misfit(place: Array) -> float:
         return -density(place)
@@ -401,7 +427,7 @@ def _mode(density: _Density, prior: ForcePrior, noise: float) -> Array:
             "maxfev": 45,
             "xatol": 0.2,
             "fatol": 0.05,
-            "initial_simplex": start + np.array([[0.0, 0.0], [0.6, 0.0], [0.0, 0.9]]),
+            "initial_simplex": start + np.vstack([np.zeros(2), np.diag(steps)]),
         },
     )
     return np.array(max(density.known, key=lambda key: density.known[key][0]))

@@ -18,7 +18,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
-from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, integrate
+from friction_bayes.estimators.random_force.posterior import ForcePrior, GridPoint, Posterior, integrate
 from friction_bayes.estimators.random_force.smoothing import Motion
 from friction_bayes.estimators.random_force.whitening import Clock
 from friction_bayes.loop.friction import friction_of_loss
@@ -221,12 +221,13 @@ def fit_random_force(
     w0 = segment.decay.frequency
     motion = record.first_motion(w0)
     lines: tuple[float, ...] = ()
+    force: GridPoint | None = None
     found = record.along(motion, w0, lines)
     for _ in range(_MOST_ROUNDS - 1):
         if found is None:
             return None
-        guessed = integrate(found.regression.problem, found.prior, motion.noise, only_mode=True)
-        coefficients, best = guessed.best_law(), guessed.best
+        guessed = integrate(found.regression.problem, found.prior, motion.noise, near=force, only_mode=True)
+        coefficients, best, force = guessed.best_law(), guessed.best, guessed.best_force
         white = found.regression.innovations(coefficients, best.ratio, best.tau)
         smoothed = found.regression.smoothed(coefficients, best)
         more: tuple[float, ...] = ()
