@@ -15,7 +15,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.summary import TAILS
-from friction_bayes.loop.draws import DRAWS
+from friction_bayes.loop.draws import DRAWS, shared_out
 from friction_bayes.loop.forecast import Forecast
 from friction_bayes.loop.friction_range import Reading
 from friction_bayes.loop.model import LoopModel
@@ -245,11 +245,11 @@ def mixture_of(
     listed = [i for i in order if probability[i] > _LEAST_PROBABILITY or not everyone[i]]
     place = np.full(logs.size, -1)
     place[listed] = np.arange(len(listed))
-    # no more than one by rounding
-    shares = np.minimum(np.bincount(owner, probability, minlength=len(families)), 1.0)
+    counts = shared_out(DRAWS, np.array([probability[owner == f].sum() for f in range(len(families))]), rng)
     parts = []
-    for f, (family, count) in enumerate(zip(families, rng.multinomial(DRAWS, shares), strict=True)):
-        some = family.draws.at(np.sort(rng.permutation(DRAWS)[:count]))
+    for f, (family, count) in enumerate(zip(families, counts, strict=True)):
+        # as evenly among its candidates, which come one after the other
+        some = family.draws.at(shared_out(count, np.ones(DRAWS), rng) > 0)
         parts.append(vars(some) | {"candidate": place[owner == f][some.candidate]})
     kept = probability[listed]
     draws = FamilyDraws(**{name: np.concatenate([part[name] for part in parts]) for name in parts[0]})

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 from scipy.special import softmax
 
 from friction_bayes.loop.family import FamilyDraws
@@ -22,20 +23,23 @@ __all__ = ["prior_sensitivity"]
 _FACTORS = (0.1, 10.0)
 _LEAST_DRAWS = 50.0
 """Effective number of draws below which nothing is said."""
+_LARGEST_ERROR = 0.1
+"""Monte Carlo error of a shift, in standard deviations of friction, above which nothing is said."""
 
 
 def prior_sensitivity(draws: FamilyDraws) -> dict[str, float | None]:
     """Shift of friction's mean in its own standard deviations, by the factor on the scale of the priors.
 
-    None where too few of the draws would count: the posterior with those priors lies elsewhere. Nuisances too
-    slight to show (:mod:`friction_bayes.loop.slight_effects`) keep their size.
+    None where too few of the draws would count, or a few far ones too much: the posterior with those priors
+    lies elsewhere. Nuisances too slight to show (:mod:`friction_bayes.loop.slight_effects`) keep their size.
     """
     sd = float(draws.friction.std(ddof=1))
     found: dict[str, float | None] = {}
     for factor in _FACTORS:
         log_ratio = -draws.coefficients * math.log(factor) - 0.5 * draws.squares * (factor**-2 - 1.0)
         weight = softmax(log_ratio)
-        told = 1.0 / float(weight @ weight) > _LEAST_DRAWS and sd > 0.0
-        shift = float(weight @ draws.friction - draws.friction.mean())
-        found[f"{factor:g}"] = shift / sd if told else None
+        mean = float(weight @ draws.friction)
+        error = float(np.linalg.norm(weight * (draws.friction - mean)))
+        told = 1.0 / float(weight @ weight) > _LEAST_DRAWS and error < _LARGEST_ERROR * sd
+        found[f"{factor:g}"] = (mean - float(draws.friction.mean())) / sd if told else None
     return found

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from friction_bayes.core.summary import Summary
-from friction_bayes.loop.draws import DRAWS
+from friction_bayes.loop.draws import DRAWS, shared_out
 from friction_bayes.loop.family import FamilyDraws, mixture_of
 
 NAMES = ("viscous_damping", "quadratic_drag", "friction_drift", "sensor_offset")
@@ -68,3 +68,24 @@ def test_every_summary_is_of_one_posterior(
     assert abs(forced_share - p) < 5.0 * np.sqrt(2.0 * p * (1.0 - p) / DRAWS) + 5.0 / DRAWS
     summary = Summary.of_draws(drawn.friction, "N")
     assert summary.interval90[0] <= summary.mean <= summary.interval90[1]
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    weight=st.lists(st.floats(0.0, 1e6), min_size=1, max_size=50).filter(lambda some: sum(some) > 1e-6),
+    draws=st.integers(1, 5000),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_each_part_has_its_share_of_the_draws_within_one(weight: list[float], draws: int, seed: int) -> None:
+    counts = shared_out(draws, np.array(weight), np.random.default_rng(seed))
+    share = draws * np.array(weight) / sum(weight)
+    assert counts.sum() == draws
+    assert np.all(np.abs(counts - share) < 1.0 + 1e-6)
+    assert np.all(counts >= 0)
+
+
+def test_the_shares_are_right_on_the_average(seed: int) -> None:
+    rng, weight = np.random.default_rng(seed), np.array([0.5, 0.3, 0.15, 0.0499, 1e-4])
+    counts = np.mean([shared_out(100, weight, rng) for _ in range(4000)], axis=0)
+    # five standard errors of a number that is one or the other of two neighbours
+    assert np.all(np.abs(counts - 100.0 * weight) < 5.0 * 0.5 / np.sqrt(4000.0))

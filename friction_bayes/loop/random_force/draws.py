@@ -8,6 +8,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.estimators.random_force.subsets import set_posterior
+from friction_bayes.loop.draws import shared_out
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.truncated_normal import truncated_draws
 
@@ -85,7 +86,7 @@ def law_draws(fit: ForceFit, rng: np.random.Generator, draws: int, weight: Array
     posterior = fit.posterior
     weight = posterior.weight if weight is None else weight / weight.sum()
     weight = np.where(weight > LEAST_PROBABILITY, weight, 0.0)
-    counts = rng.multinomial(draws, (weight / weight.sum()).ravel())
+    counts = shared_out(draws, weight.ravel(), rng)
     coefficients = np.zeros((draws, fit.law.scale.size))
     point, chosen = np.zeros(draws, dtype=np.intp), np.zeros(draws, dtype=np.intp)
     noise = np.zeros(draws)

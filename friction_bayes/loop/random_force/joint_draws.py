@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.loop.draws import shared_out
 from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
 from friction_bayes.loop.random_force.draws import LEAST_PROBABILITY, laws_drawn, unit_force
 from friction_bayes.loop.random_force.joint_fit import SPREADS, JointFit
@@ -23,7 +24,7 @@ def joint_draws(
     posterior, problem = fit.posterior, fit.problem
     weight = posterior.weight if weight is None else weight / weight.sum()
     weight = np.where(weight > LEAST_PROBABILITY, weight, 0.0)
-    counts = rng.multinomial(draws, (weight / weight.sum()).ravel())
+    counts = shared_out(draws, weight.ravel(), rng)
     laws = np.zeros((draws, len(fit.records), problem.own.size))
     mean = np.zeros((draws, problem.own.size))
     point, row, noise = np.zeros(draws, np.intp), np.zeros(draws, np.intp), np.zeros(draws)

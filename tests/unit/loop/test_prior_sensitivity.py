@@ -68,3 +68,21 @@ def test_a_report_says_it() -> None:
     shifts = report.prior_sensitivity
     assert set(shifts) == {"0.1", "10"}
     assert any(shift is not None and shift != 0.0 for shift in shifts.values())
+
+
+def test_what_a_few_far_draws_decide_is_not_told() -> None:
+    """One draw in two thousand lies a hundred deviations off, and counts ten times as much."""
+    rng = np.random.default_rng(3)
+    friction, far = rng.standard_normal(4000), np.arange(4000) < 2
+    nothing = np.zeros(4000)
+    some = FamilyDraws(
+        candidate=far.astype(int),
+        friction=np.where(far, 100.0, friction),
+        frequency=nothing + 1.0,
+        random_force=nothing,
+        correlation_time=nothing,
+        coefficients=far.astype(int),
+        squares=nothing,
+    )
+    assert prior_sensitivity(some)["0.1"] is None
+    assert prior_sensitivity(some)["10"] is not None
