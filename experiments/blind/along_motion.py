@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from experiments.blind.disturbed_motion import DisturbedMotion, acceleration_of
+from experiments.blind.draws import TURN_SWING_RAD
+from experiments.blind.laws import turn_waves
 
 __all__ = [
     "FRICTION",
@@ -133,7 +135,15 @@ def nuisance_columns(path: Path) -> list[Array]:
 
 
 def effect_columns(path: Path, swing: float | None) -> Columns:
-    """Columns of every effect, several where a parameter shapes it: each is a way to have the effect."""
+    """Columns of every effect, several where a parameter shapes it: each is a way to have the effect.
+
+    Parameters
+    ----------
+    path : Path
+    swing : float or None
+        Initial amplitude [rad] of an angle. None, or too small a swing, has no column of what repeats with a
+        turn.
+    """
     sign = np.broadcast_to(path.sign, path.x.shape)
     law = path.motion.law
     forces = {
@@ -163,4 +173,7 @@ def effect_columns(path: Path, swing: float | None) -> Columns:
         turned = swing * path.at_samples(path.x)
         waves = [wave(k * turned) for k in (1, 2) for wave in (np.sin, np.cos)]
         columns["encoder_eccentricity"] = [np.column_stack(waves)]
+    if swing is not None and swing >= TURN_SWING_RAD[0]:
+        forces_of_turn = turn_waves(swing * path.x)
+        columns["position_force"] = [np.column_stack([path.response(-force) for force in forces_of_turn])]
     return columns

@@ -11,12 +11,15 @@ from itertools import combinations
 
 import numpy as np
 
+from experiments.blind.laws import HARMONICS, turn_waves
+
 __all__ = [
     "CATALOGUE",
     "CONTACT_AND_SENSOR",
     "EXCLUSIVE",
     "FORCE_EFFECTS",
     "OUTSIDE",
+    "TURN_SWING_RAD",
     "Setting",
     "draw_contact_or_sensor",
     "draw_effect",
@@ -42,8 +45,11 @@ CONTACT_AND_SENSOR = (
     "timing_jitter",
     "encoder_eccentricity",
     "disturbed_release",
+    "position_force",
 )
 """Kinds drawn for the records with a fluctuating force, beside those of the sealed test without one."""
+TURN_SWING_RAD = (0.5 * math.pi, 6.0)
+"""Swings in which a force that repeats with every turn is told from a spring that hardens or softens."""
 OUTSIDE = ("one_sided_spring", "rough_patch", "second_mode", "stick_slip_base")
 
 EXCLUSIVE = (
@@ -187,7 +193,9 @@ def draw_outside(
     raise ValueError(f"unknown effect {name!r}")
 
 
-def draw_contact_or_sensor(name: str, rng: np.random.Generator, at: Setting) -> dict[str, float]:
+def draw_contact_or_sensor(
+    name: str, rng: np.random.Generator, at: Setting
+) -> dict[str, float | tuple[float, ...]]:
     """Draw the parameters of one effect of the contact, the sensor's mechanism or its clock.
 
     Ranges
@@ -204,6 +212,10 @@ def draw_contact_or_sensor(name: str, rng: np.random.Generator, at: Setting) -> 
     disturbed_release
         A hand's force of 2 .. 20 times friction (log-uniform) that swells and fades over the first 0.5 .. 3
         half cycles.
+    position_force
+        Swing log-uniform 0.5 pi .. 6 rad; root mean square of the force along a decay by friction alone
+        log-uniform 0.1 .. 1 of friction; its sines and cosines normal draws times ``n**p``, ``p`` uniform
+        -1 .. 1.
     """
     if name == "presliding":
         return {"presliding": log_uniform(rng, 0.003, 0.05)}
@@ -224,6 +236,21 @@ def draw_contact_or_sensor(name: str, rng: np.random.Generator, at: Setting) -> 
             "hand_force": either_sign(rng) * at.friction * log_uniform(rng, 2.0, 20.0),
             "hand_until": math.pi * rng.uniform(0.5, 3.0),
             "hand_frequency": rng.uniform(0.3, 3.0),
+        }
+    if name == "position_force":
+        swing, over_friction = log_uniform(rng, *TURN_SWING_RAD), log_uniform(rng, 0.1, 1.0)
+        rising = np.arange(1.0, HARMONICS + 1.0) ** rng.uniform(-1.0, 1.0)
+        parts = rng.normal(size=(2, HARMONICS)) * rising
+        # fifty samples a period of the highest harmonic where the widest swing is fastest
+        times = np.arange(0.0, at.duration, 0.005)
+        decay = (1.0 - (1.0 - at.final_amplitude) * times / at.duration) * np.cos(times)
+        force = parts.ravel() @ turn_waves(swing * decay)
+        parts *= over_friction * at.friction / np.sqrt(np.mean(force**2))
+        return {
+            "swing": swing,
+            "position_force_over_friction": over_friction,
+            "turn_sines": tuple(parts[0].tolist()),
+            "turn_cosines": tuple(parts[1].tolist()),
         }
     raise ValueError(f"unknown effect {name!r}")
 

@@ -50,6 +50,7 @@ _MEASURED_BY = {
     "backlash": ("displacement", "angle"),
     "held_counts": ("displacement", "angle"),
     "encoder_eccentricity": ("angle",),
+    "position_force": ("angle",),
 }
 """Where not any quantity will do."""
 _NAMES = {"backlash": "sensor_hysteresis", "held_counts": "sensor_hysteresis"}
@@ -192,6 +193,8 @@ def draw(
     drawn, motion, start, end = attempt
     quantity = str(rng.choice(_MEASURED_BY.get(kind, _QUANTITIES)))
     swing = WIDE_SWING_RAD if kind == "encoder_eccentricity" else AMPLITUDE_RAD
+    if "swing" in drawn:  # the motion was integrated under a force that depends on the angle
+        swing = (drawn["swing"], drawn["swing"])
     system, natural_frequency, amplitude = _draw_system(quantity, drawn["friction"], swing, rng)
 
     times = np.arange(0.0, end, 2.0 * math.pi / spp)

@@ -15,13 +15,29 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-__all__ = ["ABSOLUTE_TOLERANCE", "RELATIVE_TOLERANCE", "Law", "Motion", "integrate"]
+__all__ = [
+    "ABSOLUTE_TOLERANCE",
+    "HARMONICS",
+    "RELATIVE_TOLERANCE",
+    "Law",
+    "Motion",
+    "integrate",
+    "turn_waves",
+]
 
 RELATIVE_TOLERANCE = 1e-10
 ABSOLUTE_TOLERANCE = 1e-12
 """Tolerances of DOP853 per step, in initial amplitudes; noise is never below a hundredth of one."""
 
+HARMONICS = 4
+"""Of a force that repeats with every turn of a rotor."""
+
 _LONGEST_STEP = 0.8  # a quarter of a half cycle: no step may pass over two turning points
+
+
+def turn_waves(angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sines of ``n angle``, ``n`` from 1 to :data:`HARMONICS`, then cosines; shape (8, ...)."""
+    return np.array([wave(n * angle) for wave in (np.sin, np.cos) for n in range(1, HARMONICS + 1)])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +63,11 @@ class Law:
         Friction that depends on position, ``d (1 + tilt x + rise |x|)``: ``d`` is its level in the middle.
     base_slips, base_creep, base_slip : tuple of float, float, float
         The support creeps at ``base_creep`` and jumps back by ``base_slip`` at the given times.
+    swing : float
+        Initial amplitude [rad], where a force repeats with every turn.
+    turn_sines, turn_cosines : tuple of float
+        A force that repeats with every turn, ``sum a_n sin(n swing x) + b_n cos(n swing x)`` beside the
+        spring's ``x``.
     presliding : float
         Displacement over which friction builds up again after a turning point; followed by
         :mod:`experiments.blind.disturbed_motion` alone.
@@ -73,6 +94,9 @@ class Law:
     base_slips: tuple[float, ...] = ()
     base_creep: float = 0.0
     base_slip: float = 0.0
+    swing: float = 0.0
+    turn_sines: tuple[float, ...] = ()
+    turn_cosines: tuple[float, ...] = ()
     presliding: float = 0.0
 
     def base(self, t: float, slips: int) -> float:
@@ -86,6 +110,8 @@ class Law:
         force -= 2.0 * self.damping_ratio * v + self.drag * v * abs(v)
         if x > self.stop_gap:
             force -= self.stop_stiffness * (x - self.stop_gap)
+        for n, (sine, cosine) in enumerate(zip(self.turn_sines, self.turn_cosines, strict=True), 1):
+            force -= sine * math.sin(n * self.swing * x) + cosine * math.cos(n * self.swing * x)
         return force
 
     def level(self, t: float, x: float, v: float, sign: float) -> float:

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from experiments.blind.disturbed_motion import integrate_disturbed
 from experiments.blind.fluctuating import FLUCTUATING_KINDS, RANDOM_FORCE, draw_fluctuating
-from experiments.blind.laws import Law, integrate
+from experiments.blind.laws import Law, integrate, turn_waves
 from experiments.blind.ornstein_uhlenbeck import ornstein_uhlenbeck
 from experiments.blind.sensor_faults import with_sensor
 
@@ -141,6 +141,41 @@ def test_eccentricity_is_locked_to_the_angle() -> None:
     error = with_sensor(x, t, 0.7, 3.0, drawn) - x
     expected = 0.7 * (0.05 * np.sin(3.0 * x + 0.3) + 0.02 * np.sin(6.0 * x + 1.0))
     np.testing.assert_allclose(error, expected, rtol=0, atol=1e-12)
+
+
+def test_a_position_force_keeps_the_energy() -> None:
+    sines, cosines = (0.02, 0.0, -0.01, 0.01), (0.0, -0.03, 0.0, 0.01)
+    law = Law(friction=0.0, swing=4.0, turn_sines=sines, turn_cosines=cosines)
+    motion = integrate_disturbed(law, 1.0, 0.0, 0.01, np.zeros(6001))
+    energy = 0.5 * (motion.v**2 + motion.x**2)
+    for n, (sine, cosine) in enumerate(zip(sines, cosines, strict=True), 1):
+        angle = n * law.swing * motion.x
+        energy += (cosine * np.sin(angle) - sine * np.cos(angle)) / (n * law.swing)
+    np.testing.assert_allclose(energy, energy[0], rtol=0, atol=1e-7)
+    # not so without it
+    assert np.ptp(motion.v**2 + motion.x**2) > 1e-3
+    np.testing.assert_allclose(
+        integrate(law, 1.0, 0.0, 60.0).sample(motion.times)[0], motion.x, rtol=0, atol=1e-6
+    )
+
+
+def test_a_position_force_is_of_the_drawn_size_along_the_motion(seed: int) -> None:
+    sizes = []
+    for shift in range(6):
+        sealed = draw_fluctuating("position_force", seed + shift, with_force=False)
+        truth, drawn = sealed.truth, sealed.truth.parameters
+        amplitude = truth.friction / sealed.system["stiffness"] / drawn["friction"]
+        assert truth.quantity == "angle"
+        assert truth.visible == ("position_force",)
+        assert amplitude == pytest.approx(drawn["swing"])
+        assert 0.5 * math.pi <= drawn["swing"] <= 6.0
+        assert 0.1 <= drawn["position_force_over_friction"] <= 1.0
+        angle = amplitude * sealed.motion.sample(sealed.times[sealed.times < sealed.rest_time])[0]
+        force = np.array([*drawn["turn_sines"], *drawn["turn_cosines"]]) @ turn_waves(angle)
+        over_friction = math.sqrt(np.mean(force**2)) / drawn["friction"]
+        sizes.append(over_friction / drawn["position_force_over_friction"])
+    # it is drawn along the decay without it, whose rest it moves
+    np.testing.assert_allclose(sizes, 1.0, rtol=0, atol=0.05)
 
 
 def test_jitter_widens_the_noise_where_the_signal_is_fast(seed: int) -> None:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from experiments.blind.along_motion import Path, covariance, nuisance_columns
+from experiments.blind.along_motion import FRICTION, Path, covariance, effect_columns, nuisance_columns
 from experiments.blind.disturbed_motion import integrate_disturbed
 from experiments.blind.fluctuating import draw_fluctuating
 from experiments.blind.forward import decay_signal
@@ -45,6 +45,31 @@ def test_the_true_law_along_the_true_motion_is_the_signal(order: int) -> None:
     signal = motion.sample(times)[order // 2]
     start = nuisance_columns(path)[0]
     np.testing.assert_allclose(path.response(path.law()) + start, signal, rtol=0, atol=5e-4)
+
+
+def test_a_position_force_is_eight_columns_of_a_wide_swing() -> None:
+    sines, cosines = (0.002, 0.0, -0.001, 0.001), (0.0, -0.003, 0.0, 0.001)
+    law = Law(friction=0.01, swing=4.0, turn_sines=sines, turn_cosines=cosines)
+    motion = integrate_disturbed(law, 1.0, 0.0, 0.01, np.zeros(6001))
+    path = Path(motion, np.arange(0.0, 59.0, 0.05), 0)
+    (columns,) = effect_columns(path, 4.0)["position_force"]
+    signal = law.friction * nuisance_columns(path)[FRICTION] + columns @ np.array([*sines, *cosines])
+    np.testing.assert_allclose(signal, path.response(path.law()), rtol=0, atol=1e-9)
+    # within less than half a turn it is a bent spring
+    assert "position_force" not in effect_columns(path, 1.5)
+    assert "position_force" not in effect_columns(path, None)
+
+
+def test_a_strong_position_force_of_a_wide_swing_has_no_rival(seed: int) -> None:
+    shift, strong = 0, False
+    while not strong:
+        sealed = draw_fluctuating("position_force", seed + shift, with_force=False)
+        of = sealed.truth.parameters
+        strong = of["swing"] > 3.0 and of["position_force_over_friction"] > 0.5
+        shift += 1
+    judged = judge(sealed)
+    assert judged.loss > 10.0
+    assert 0.0 < judged.friction_sd < 0.1
 
 
 def test_friction_without_a_force_is_as_uncertain_as_the_law_says(seed: int) -> None:
