@@ -1,4 +1,4 @@
-"""Time and accuracy of the estimators, side by side, on the paper's numerical example.
+"""Time and accuracy of the estimators and the loop, side by side, on the paper's numerical example.
 
 Ratios are of two times taken alternately in one run, so that they mean the same on a busy machine.
 """
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from friction_bayes import estimate, estimate_batch, sample_reference
+from friction_bayes import close_loop, estimate, estimate_batch, sample_reference
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem, integrate
 from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
@@ -109,6 +109,37 @@ class RandomForce:
             whiten_at=lambda ratio, tau: whiten(block, self.clock, self.row, ratio, tau),
         )
         return integrate(problem, ForcePrior(centre=1e-3), self.motion.noise)
+
+
+class Loop:
+    """The loop on one record of 10,000 samples, all sets of effects weighed."""
+
+    timeout = 300
+
+    def setup(self):
+        self.record = self.simulate()
+        self.loop()
+
+    def simulate(self):
+        return simulate(
+            PAPER_SYSTEM,
+            friction=PAPER_FRICTION,
+            initial_displacement=PAPER_RELEASE,
+            duration=20.0,
+            sampling_rate=500.0,
+            noise_sd=2e-4,
+            seed=1,
+        )
+
+    def loop(self):
+        return close_loop([self.record], PAPER_SYSTEM, seed=1)
+
+    def time_loop(self):
+        self.loop()
+
+    def track_loop_over_simulation(self):
+        """Time of the loop over that of simulating the record."""
+        return ratio(self.loop, self.simulate)
 
 
 class Batch:

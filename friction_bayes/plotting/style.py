@@ -128,12 +128,17 @@ def figure_files(figure: Figure, formats: tuple[str, ...]) -> dict[str, bytes]:
             for axis in (axes.xaxis, axes.yaxis):
                 if type(axis.get_major_formatter()) is ScalarFormatter:
                     axis.set_major_formatter(_PlainLabels())
+        layout = figure.get_layout_engine()
+        if layout is not None:
+            # Laid out once for all formats, which takes as long as drawing; with any layout left, savefig
+            # draws twice.
+            figure.set_dpi(mpl.rcParams["savefig.dpi"])
+            layout.execute(figure)
+            figure.set_layout_engine(None)
         for kind in formats:
             file = BytesIO()
             figure.savefig(file, format=kind, metadata=dated.get(kind))
             files[kind] = file.getvalue()
-            # Laid out once for all formats, which takes as long as drawing.
-            figure.set_layout_engine("none")
     return files
 
 
