@@ -36,6 +36,7 @@ from friction_bayes.estimators.waveform.averaged import Averaged, averaged
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.records.clipping import SHORTEST_RUN, clipped_fraction
 from friction_bayes.records.clock import is_even, sampling_interval
+from friction_bayes.records.quantisation import ROUNDING
 
 __all__ = ["STATUS", "estimate_batch"]
 
@@ -368,7 +369,7 @@ def _clipped(values: Array, usable: Mask) -> Indices:
 def _flat_extreme(values: Array) -> Mask:
     """Whether as many equal neighbours as raise the question lie at an extreme."""
     low, high = values.min(axis=1, keepdims=True), values.max(axis=1, keepdims=True)
-    rounding = 1e-12 * (high - low)
+    rounding = ROUNDING * (high - low)
     result = np.zeros(len(values), dtype=np.bool_)
     for extreme in (values >= high - rounding, values <= low + rounding):
         run = extreme[:, : values.shape[1] - SHORTEST_RUN + 1].copy()

@@ -182,7 +182,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     if clipped_fraction(values)[1] is not None:
         # the sensor's range may be symmetric or not: an end is clipped where it is held
         for side, end in ((1.0, values.max()), (-1.0, values.min())):
-            held = np.isclose(used, end, rtol=1e-12, atol=1e-12 * float(np.ptp(values)))
+            held = np.abs(used - end) <= ROUNDING * np.ptp(values)
             if np.count_nonzero(held) > 3:
                 sides[held] = side
     ignored = np.zeros(n, dtype=bool)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array, Indices, Mask
+from friction_bayes.records.quantisation import ROUNDING
 
 __all__ = ["clipped_fraction"]
 
@@ -54,7 +55,7 @@ def clipped_fraction(values: ArrayLike) -> tuple[float, float | None]:
 def _clipped_at_top(signal: Array, *, sign: float = 1.0) -> tuple[int, float]:
     """Return how many samples are clipped at the largest value, and that value (times ``sign``)."""
     top, bottom = signal.max(), signal.min()
-    rounding = 1e-12 * (top - bottom)
+    rounding = ROUNDING * (top - bottom)
     starts, lengths = _runs(signal)
     levels = signal[starts]
     at_top = levels >= top - rounding
@@ -76,8 +77,9 @@ def _clipped_at_top(signal: Array, *, sign: float = 1.0) -> tuple[int, float]:
 
 
 def _runs(signal: Array) -> tuple[Indices, Indices]:
-    """Return start and length of each run of equal samples."""
-    starts = np.concatenate(([0], np.flatnonzero(np.diff(signal)) + 1))
+    """Return start and length of each run of samples that are equal but for rounding."""
+    changes = np.abs(np.diff(signal)) > ROUNDING * np.ptp(signal)
+    starts = np.concatenate(([0], np.flatnonzero(changes) + 1))
     return starts, np.diff(np.append(starts, signal.size))
 
 
@@ -95,7 +97,7 @@ def _resolution(
     """
     gaps = np.diff(np.unique(signal))
     span = float(np.ptp(signal))
-    lattice = float(gaps[gaps > 1e-9 * span].min(initial=span))
+    lattice = float(gaps[gaps > ROUNDING * span].min(initial=span))
     # the closest of n values strewn at random lie about span / n**2 apart, on a lattice span / n or more
     if span <= 4.0 * signal.size * lattice:
         return lattice

@@ -99,3 +99,13 @@ def test_rounding_makes_no_spikes_of_the_steps_of_a_digitiser(rng: np.random.Gen
     blocks = {cut_records([r], SYSTEM)[0].block for r in (record, with_other_last_digits(record, rng))}
     assert len(blocks) == 1
     assert blocks.pop() > 1
+
+
+def test_rounding_hides_no_end_of_a_range(rng: np.random.Generator) -> None:
+    record = slow_decay(seed=1)
+    record = record.copy(data=np.clip(record.values, -0.011, 0.013))
+    (cut,) = cut_records([record], SYSTEM)
+    (other,) = cut_records([with_other_last_digits(record, rng)], SYSTEM)
+    assert np.count_nonzero(cut.sides == 1.0) > 50
+    assert np.count_nonzero(cut.sides == -1.0) > 50
+    np.testing.assert_array_equal(other.sides, cut.sides)
