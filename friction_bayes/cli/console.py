@@ -21,7 +21,7 @@ __all__ = ["collected_warnings", "compilation_noted", "note", "output_console", 
 
 # A pipe or a file has no width; tables are then laid out for this one.
 _PAPER_WIDTH = 120
-_COMPILING = "compiling the numerical kernels, once on this machine: about half a minute"
+_COMPILING = "compiling the numerical kernels, once on this machine: up to 40 s, longer where it is busy"
 
 
 class _Paper(io.TextIOBase):
