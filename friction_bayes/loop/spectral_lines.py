@@ -166,8 +166,7 @@ def lines_beside_motion(
         return ()
     window = np.hanning(n)
     frequency = np.fft.rfftfreq(n, segment.decay.step)
-    order = frequency * 2.0 * math.pi / segment.decay.frequency
-    barred = (np.abs(order - np.rint(order)) < _BAND) | (frequency < _LEAST_PERIODS / segment.duration)
+    barred = _in_band(frequency, segment) | (frequency < _LEAST_PERIODS / segment.duration)
     for line in known:
         barred |= np.abs(frequency - line) * segment.duration < _APART
     windowed = [(signal - signal.mean()) * window for signal in signals]
@@ -184,9 +183,17 @@ def lines_beside_motion(
     while len(known) + len(found) < _MOST_LINES and n * math.exp(-float(heights.max())) < _CERTAIN:
         which, ordinate = np.unravel_index(np.argmax(heights), heights.shape)
         line = _top(windowed[which], int(ordinate)) / (n * segment.decay.step)
-        found.append(line)
         heights[:, np.abs(frequency - line) * segment.duration < _APART] = 0.0
+        # its ordinate may lie just outside of the motion's band
+        if not _in_band(line, segment):
+            found.append(line)
     return tuple(found)
+
+
+def _in_band(frequency: ArrayLike, segment: Segment) -> Mask:
+    """Whether lines [Hz] may be made by the motion's own changes about a harmonic."""
+    order = np.asarray(frequency, dtype=np.float64) * 2.0 * math.pi / segment.decay.frequency
+    return np.asarray(np.abs(order - np.rint(order)) < _BAND)
 
 
 def _top(signal: Array, ordinate: int) -> float:

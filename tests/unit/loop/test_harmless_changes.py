@@ -63,14 +63,14 @@ def test_the_frequency_of_a_line_is_found_between_the_ordinates(rng: np.random.G
         assert abs(found - line) * n * segment.decay.step < 0.02
 
 
-def test_the_flank_of_the_motion_is_no_line(rng: np.random.Generator) -> None:
-    """It rises towards the motion's own band, where nothing is looked for."""
-    signal, segment = with_lines(2400, rng)
-    motion = segment.decay.frequency / (2.0 * math.pi)
-    # halfway between two ordinates of the band, so that the next one outside stands out of the noise
-    beside = 1.049 * motion
-    strong = 30.0 * np.sin(2.0 * math.pi * beside * segment.decay.step * np.arange(signal.size))
-    assert lines_beside_motion([signal + strong], segment) == ()
+@pytest.mark.parametrize("samples", range(2300, 2500, 40))
+def test_what_lies_in_the_band_of_the_motion_is_no_line(samples: int, rng: np.random.Generator) -> None:
+    """Wherever the ordinates are, the next one outside of the band among them."""
+    signal, segment = with_lines(samples, rng)
+    angle = segment.decay.frequency * segment.decay.step * np.arange(samples)
+    for harmonic in (1, 3, 15):
+        strong = 30.0 * np.sin((harmonic + 0.045) * angle)
+        assert lines_beside_motion([signal + strong], segment) == ()
 
 
 def log_density(fit: ForceFit, error: SensorError) -> float:
