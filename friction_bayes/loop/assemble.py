@@ -29,7 +29,7 @@ from friction_bayes.loop.friction import (
     friction_scale,
     reported_friction,
 )
-from friction_bayes.loop.friction_range import coulomb_alone, friction_range, pooled
+from friction_bayes.loop.friction_range import Reading, coulomb_alone, friction_range, pooled
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.next_experiment import next_experiment
 from friction_bayes.loop.paper_procedure import paper_procedure
@@ -98,9 +98,14 @@ def assemble_report(
     sensitivity = prior_sensitivity(mixture.draws)
     alone, readings = coulomb_alone(before, rng_before), None
     if word == UNEXPLAINED:
-        readings = [alone, *(family.reading for family in everyone)]
-        if not best.holds_what_is_left:
-            mixture = mixture.with_friction(pooled(readings, rng_pool))
+        by_family = {family: family.reading for family in everyone}
+        readings = [alone, *by_family.values()]
+        in_question = readings
+        if best.holds_what_is_left:
+            # Coulomb friction alone is out of the question then; what the other family says is not
+            own = Reading("the candidates", mixture.draws.friction)
+            in_question = [own, *(reading for family, reading in by_family.items() if family is not best)]
+        mixture = mixture.with_friction(pooled(in_question, rng_pool))
     frictions_before = reported_friction(alone.friction, mixture.draws.frequency, model, rng_before)
     after = reported_friction(mixture.draws.friction, mixture.draws.frequency, model, rng_after)
     residual: dict[str, Any] = {
