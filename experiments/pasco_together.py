@@ -30,7 +30,7 @@ NUMBERS = {
     "reduced_chi_square": "of the frictions that the records have one by one",
     "elapsed": "wall time [s]",
 }
-TEXTS = ("verdict", "candidates", "failed", "unit")
+TEXTS = ("verdict", "candidates", "failed", "unit", "position_force")
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,14 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         "candidates": json.dumps(report.candidates[: config.candidates]),
         "failed": ", ".join(report.residual["after"]["failed"]),
         "unit": report.friction_after["unit"],
+        "position_force": json.dumps(_coefficients(report, "position_force")),
     }
+
+
+def _coefficients(report: fb.LoopReport, name: str) -> dict[str, tuple[float, float]]:
+    """Posterior mean and sd of each parameter of an effect; none where it is not in the final law."""
+    told = next((effect["parameters"] for effect in report.effects if effect["name"] == name), {})
+    return {parameter: (summary["mean"], summary["sd"]) for parameter, summary in told.items()}
 
 
 def _probability(report: fb.LoopReport, names: set[str]) -> float:
@@ -102,7 +109,27 @@ def rows(dataset: xr.Dataset) -> list[Row]:
         f"<= {MOST_SD:g} sd",
         "reached" if sds <= MOST_SD else "missed",
     )
-    return [*table, told]
+    return [*table, told, _the_same_force(without, beside)]
+
+
+def _the_same_force(without: xr.Dataset, beside: xr.Dataset) -> Row:
+    """Whether the force that repeats with every turn, found on either kind alone, is one and the same."""
+    found = [json.loads(case["position_force"].item()) for case in (without, beside)]
+    what = "position force with the magnet against without, coefficient by coefficient"
+    if not all(found):
+        return Row(what, "not in both laws", "", "")
+    (a, a_sd), (b, b_sd) = (np.array([one[name] for name in found[0]]).T for one in found)
+    differs, itself = (
+        np.mean((b - a) ** 2 / (a_sd**2 + b_sd**2)),
+        np.mean(a**2 / a_sd**2 + b**2 / b_sd**2) / 2,
+    )
+    return Row(
+        what,
+        f"correlation {np.corrcoef(a, b)[0, 1]:.2f}; reduced chi-square of the difference {differs:.2g}, "
+        f"of the force {itself:.2g}",
+        "",
+        f"{a.size} coefficients, each with its own sd; the kinds share no release",
+    )
 
 
 def _damping(case: xr.Dataset, words: str, sought: bool) -> Row:

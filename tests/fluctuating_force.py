@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -18,22 +19,26 @@ def fluctuating_decay(
     force_sd: float = 0.0,
     correlation_time: float = 1.0,
     oversampling: int = 4,
+    pull: Callable[[float], float] = lambda x: 0.0,
 ) -> dict[int, np.ndarray]:
     """Motion at ``step`` by order of derivative, until the mass sticks.
 
-    Friction and the force's sd are lengths, over the stiffness; the force is held over each fine step, and
-    the motion there is a rotation about where the sum of forces would hold the mass.
+    Friction, the force's sd and what else pulls at a position are lengths, over the stiffness; these forces
+    are held over each fine step, and the motion there is a rotation about where their sum would hold the
+    mass.
     """
     turn = frequency * step / oversampling
     memory = math.exp(-step / oversampling / correlation_time)
     kicks = rng.standard_normal(samples * oversampling)
     x, v, sign = release, 0.0, -1.0
-    force = force_sd * rng.standard_normal()
+    wandering = force_sd * rng.standard_normal()
     rows = []
     for i in range(samples * oversampling):
         if i % oversampling == 0:
-            rows.append((x, v, force - friction * sign - x))
+            rows.append((x, v, wandering + pull(x) - friction * sign - x))
         left = turn
+        # at the middle of the step, so that holding it takes no energy out
+        force = wandering + pull(x + 0.5 * turn * v)
         while left > 0.0:
             centre = force - friction * sign
             until = math.atan2(v, x - centre)
@@ -47,7 +52,7 @@ def fluctuating_decay(
                 if abs(force - x) <= friction:
                     return _columns(rows, frequency)
                 sign = math.copysign(1.0, force - x)
-        force = memory * force + force_sd * math.sqrt(1.0 - memory**2) * kicks[i]
+        wandering = memory * wandering + force_sd * math.sqrt(1.0 - memory**2) * kicks[i]
     return _columns(rows, frequency)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import xarray as xr
@@ -98,7 +98,30 @@ def eccentric_record(
     release: float = WHEEL_RELEASE,
 ) -> xr.DataArray:
     """Record of a wheel between springs; its encoder errs once a turn and half as much twice a turn."""
-    angle = fluctuating_decay(
+    angle = _turning(rng, release)
+    read = angle + size * (np.sin(angle + phases[0]) + 0.5 * np.sin(2.0 * angle + phases[1]))
+    return _angle_read(rng, read)
+
+
+def unbalanced_record(
+    rng: np.random.Generator,
+    size: float,
+    phases: tuple[float, float] = (0.7, -1.0),
+    *,
+    release: float = WHEEL_RELEASE,
+) -> xr.DataArray:
+    """Record of a wheel pulled by ``size`` of friction once a turn and by half as much three times a turn."""
+
+    def pull(x: float) -> float:
+        return size * release / 100.0 * (math.sin(x + phases[0]) + 0.5 * math.sin(3.0 * x + phases[1]))
+
+    return _angle_read(rng, _turning(rng, release, pull))
+
+
+def _turning(
+    rng: np.random.Generator, release: float, pull: Callable[[float], float] = lambda x: 0.0
+) -> np.ndarray:
+    return fluctuating_decay(
         rng,
         frequency=10.0,
         friction=release / 100.0,
@@ -107,11 +130,13 @@ def eccentric_record(
         samples=1500,
         force_sd=release / 1000.0,
         correlation_time=0.1,
+        pull=pull,
     )[0]
-    read = angle + size * (np.sin(angle + phases[0]) + 0.5 * np.sin(2.0 * angle + phases[1]))
-    return fb.make_record(
-        STEP * np.arange(angle.size), read + WHEEL_NOISE * rng.standard_normal(angle.size), "angle"
-    )
+
+
+def _angle_read(rng: np.random.Generator, angle: np.ndarray) -> xr.DataArray:
+    read = angle + WHEEL_NOISE * rng.standard_normal(angle.size)
+    return fb.make_record(STEP * np.arange(angle.size), read, "angle")
 
 
 def fitted(record: xr.DataArray, effects: Sequence[str], system: fb.Oscillator = SYSTEM) -> ForceFit:

@@ -9,6 +9,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
+from friction_bayes.mechanics.effects.position_force import POSITION_FORCE
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.effects.proportional_noise import PROPORTIONAL_NOISE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
@@ -41,7 +42,13 @@ MOST_EFFECTS = 3
 SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
 """An error of the sensor's zero comes besides: measured records hardly ever have none."""
 LEFT_TO_REGRESSION = frozenset(
-    {RANDOM_FORCE.name, TIMING_JITTER.name, PROPORTIONAL_NOISE.name, ENCODER_ECCENTRICITY.name}
+    {
+        POSITION_FORCE.name,
+        RANDOM_FORCE.name,
+        TIMING_JITTER.name,
+        PROPORTIONAL_NOISE.name,
+        ENCODER_ECCENTRICITY.name,
+    }
 )
 """Effects that the search never tries."""
 ALONG_MOTION_ALONE = LEFT_TO_REGRESSION | {

@@ -138,6 +138,10 @@ def simulate(
             raise InputError(
                 f"effect {effect.name}", f"is none of a sensor of {kind.name}", f"measure {others}"
             )
+        if isinstance(effect, ForceEffect) and effect.rotational and not system.angular:
+            raise InputError(
+                f"effect {effect.name}", "acts on what turns, and this moves along a line", "give an inertia"
+            )
     contaminations = [name for name in values if isinstance(effect_named(name), NoiseEffect)]
     if seed is None and (noise_sd > 0.0 or contaminations or RANDOM_FORCE.name in values):
         raise InputError("seed", "is missing although there is noise", "give an integer")

@@ -29,6 +29,7 @@ from friction_bayes.loop.random_force.effect_columns import (
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
 from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
+from friction_bayes.mechanics.effects.position_force import POSITION_FORCE
 from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
 
 __all__ = ["STIFFNESS_SD", "LawColumns", "law_columns"]
@@ -95,12 +96,12 @@ class LawColumns:
 
     @property
     def resisting(self) -> list[int]:
-        """Columns of forces that are not of a spring."""
-        spring = (CUBIC_STIFFNESS.name, STIFFNESS_DRIFT.name)
-        return [j for j, c in enumerate(self.columns) if j not in self.always and c.effect not in spring]
+        """Columns of forces that do not follow from the position."""
+        restoring = (CUBIC_STIFFNESS.name, STIFFNESS_DRIFT.name, POSITION_FORCE.name)
+        return [j for j, c in enumerate(self.columns) if j not in self.always and c.effect not in restoring]
 
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:
-        """Columns of an effect for each of its shapes; all lines of interference are one."""
+        """Columns of an effect for each of its shapes and lengths; all lines of interference are one."""
         found: dict[tuple[Shape, ...], list[int]] = {}
         for j, column in enumerate(self.columns):
             if column.effect == effect:
@@ -108,7 +109,8 @@ class LawColumns:
         shapes = list(found.values())
         if effect == PERIODIC_INTERFERENCE.name:
             shapes = [list(chain(*shapes))] if shapes else []
-        return [tuple(columns) for columns in shapes]
+        lengths = (EFFECTS[effect].lengths if effect else ()) or (None,)
+        return [tuple(columns[:length]) for columns in shapes for length in lengths]
 
 
 def law_columns(

@@ -59,6 +59,7 @@ class LawDraws:
         found: dict[str, list[Array]] = {}
         held = self.fit.sets.columns[self.chosen]
         own = [j for j, column in enumerate(law.columns) if column.effect == effect]
+        coefficients = {law.columns[j].parameter for j in own if law.columns[j].kind == "effect"}
         for columns in law.alternatives(effect):
             mine = chosen & (held[:, own] == np.isin(own, columns)).all(axis=1)
             # of several lines of interference the strongest, which comes first
@@ -70,6 +71,9 @@ class LawDraws:
                     if column.of_friction:
                         values = values * law.friction / self.friction[mine]
                     found.setdefault(column.parameter, []).append(values)
+            # a series that is cut short has nothing beyond
+            for name in coefficients - {law.columns[j].parameter for j in columns}:
+                found.setdefault(name, []).append(np.zeros(np.count_nonzero(mine)))
             for parameter in shape:
                 # the value taken stands for its part of the prior: each draw has its place in that
                 spread = (_GOLDEN * np.flatnonzero(mine)) % 1.0

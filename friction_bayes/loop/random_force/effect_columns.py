@@ -122,34 +122,43 @@ class ForceEvaluator:
 def force_columns(
     name: str, scales: Scales, evaluator: ForceEvaluator
 ) -> Iterator[tuple[Column, Array, Array]]:
-    """Columns of a force effect at nodes and samples, one for each shape."""
-    first, *others = effect_coordinates(name, scales, 1)
+    """Columns of a force effect at nodes and samples: one for each coefficient, in each of its shapes.
+
+    The first parameter is a coefficient, or bends friction; another is one if it makes a force by itself.
+    """
+    coordinates = effect_coordinates(name, scales, 1)
+    first, *others = coordinates
+
+    def along(
+        which: Coordinate, value: float, score: float = 0.0, *, samples: bool = False, friction: float = 1.0
+    ) -> Array:
+        values = tuple(
+            value if c is which else 0.0 if c in coefficients else float(c.value(c.at_score(score)))
+            for c in coordinates
+        )
+        return evaluator.at({name: values}, samples=samples, friction=friction * evaluator.friction)
+
+    coefficients = [first]
+    coefficients += [c for c in others if along(c, c.prior.scale).any()]
     size = first.prior.scale
-
-    def along(value: float, shape: tuple[float, ...], *, samples: bool, friction: float = 1.0) -> Array:
-        values = {name: (value, *shape)}
-        return evaluator.at(values, samples=samples, friction=friction * evaluator.friction)
-
-    shape = tuple(float(c.value(c.at_score(0.0))) for c in others)
-    base = along(size, shape, samples=False)
-    if not np.allclose(along(2.0 * size, shape, samples=False), 2.0 * base, rtol=1e-6, atol=0.0):
+    base = along(first, size)
+    if not np.allclose(along(first, 2.0 * size), 2.0 * base, rtol=1e-6, atol=0.0):
         yield from _bent_friction(name, first, scales, evaluator)
         return
-    twice = along(size, shape, samples=False, friction=2.0)
-    of_friction = not np.allclose(twice, base, rtol=1e-6, atol=0.0)
-    for score in _SCORES if others else (0.0,):
-        taken = tuple(_shape(c, score, _SCORES) for c in others)
-        shape = tuple(parameter.value for parameter in taken)
-        column = Column(
-            "effect",
-            size,
-            positive=first.prior.low == 0.0,
-            effect=name,
-            parameter=first.name,
-            shape=taken,
-            of_friction=of_friction,
-        )
-        yield column, along(1.0, shape, samples=False), along(1.0, shape, samples=True)
+    of_friction = not np.allclose(along(first, size, friction=2.0), base, rtol=1e-6, atol=0.0)
+    shaping = [c for c in others if c not in coefficients]
+    for score in _SCORES if shaping else (0.0,):
+        for coefficient in coefficients:
+            column = Column(
+                "effect",
+                coefficient.prior.scale,
+                positive=coefficient.prior.low == 0.0,
+                effect=name,
+                parameter=coefficient.name,
+                shape=tuple(_shape(c, score, _SCORES) for c in shaping),
+                of_friction=of_friction,
+            )
+            yield column, along(coefficient, 1.0, score), along(coefficient, 1.0, score, samples=True)
 
 
 def _shape(coordinate: Coordinate, score: float, scores: Sequence[float]) -> Shape:

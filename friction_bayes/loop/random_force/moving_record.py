@@ -22,7 +22,7 @@ from friction_bayes.loop.random_force.columns import LawColumns, law_columns
 from friction_bayes.loop.random_force.correlated_error import NO_ERROR, SensorError
 from friction_bayes.loop.random_force.sets import ColumnSets, column_sets
 from friction_bayes.loop.segment import Segment
-from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales, SensorEffect
+from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales
 from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
@@ -208,8 +208,6 @@ def force_prior(friction: float) -> ForcePrior:
 
 def _may_act(name: str, segment: Segment, scales: Scales) -> bool:
     effect = EFFECTS[name]
-    if not isinstance(effect, SensorEffect):
-        return True
     # how far it swings is unknown in volts
     calibrated = effect.least_swing == 0.0 or segment.decay.unit not in UNCALIBRATED_UNITS
     return calibrated and effect.may_act(scales)

@@ -88,6 +88,10 @@ class Effect:
     per_record : bool
         Whether its parameters differ between records: those of the machine do not; those of what begins
         anew with each release, or of the sensor as it stood then, do.
+    least_swing : float
+        Amplitude of the motion below which it cannot be told from another effect [m or rad].
+    lengths : tuple of int
+        Of a series, how many of its parameters may act, from the first on; empty where all do.
     """
 
     kind: ClassVar[str]
@@ -97,6 +101,12 @@ class Effect:
     summary: str
     excludes: tuple[str, ...] = ()
     per_record: bool = False
+    least_swing: float = 0.0
+    lengths: tuple[int, ...] = ()
+
+    def may_act(self, scales: Scales) -> bool:
+        """Whether a set-up may have it, and its motion tells it from other effects."""
+        return scales.amplitude >= self.least_swing
 
     def priors(self, scales: Scales) -> tuple[Prior, ...]:
         """Return the prior of each parameter."""
@@ -133,11 +143,18 @@ class ForceEffect(Effect):
         ``duration`` is its length, ``p[i:]`` holds the parameters. A term that changes sign with the velocity
         uses ``direction`` (+1 or -1, fixed within a half cycle) so that it stays smooth up to the velocity
         zero. Zero parameters mean no force.
+    rotational : bool
+        Whether it acts on what turns alone.
     """
 
     kind: ClassVar[str] = "force"
 
     force: Callable[..., float]
+    rotational: bool = False
+
+    def may_act(self, scales: Scales) -> bool:
+        """Whether a system may have it, and its motion tells it from other effects."""
+        return super().may_act(scales) and (scales.system.angular or not self.rotational)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,8 +170,6 @@ class SensorEffect(Effect):
         Whether it acts on the noisy signal.
     quantities : tuple of str
         Quantities whose sensors may have it; empty where those of any may.
-    least_swing : float
-        Amplitude of the motion below which it cannot be told from another fault.
     """
 
     kind: ClassVar[str] = "sensor"
@@ -163,11 +178,10 @@ class SensorEffect(Effect):
     per_record: bool = True
     after_noise: bool = False
     quantities: tuple[str, ...] = ()
-    least_swing: float = 0.0
 
     def may_act(self, scales: Scales) -> bool:
         """Whether a sensor may have it, and the motion tells it from other faults."""
-        return self.is_of(scales.quantity.name) and scales.amplitude >= self.least_swing
+        return super().may_act(scales) and self.is_of(scales.quantity.name)
 
     def is_of(self, quantity: str) -> bool:
         """Whether sensors of a quantity may have it."""

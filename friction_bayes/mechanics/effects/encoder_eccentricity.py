@@ -1,11 +1,11 @@
 """An encoder that sits off its axis: it reads an angle wrong by an amount that repeats with every turn.
 
-A disc off centre errs once a turn, a tilted or oval one twice.
+A disc off centre errs once a turn, a tilted or oval one twice; bearing and lines a little more often.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -15,28 +15,31 @@ from friction_bayes.mechanics.effects.prior import Prior, Scales, normal
 
 __all__ = ["ENCODER_ECCENTRICITY"]
 
+_OFTEN = ("once", "twice", "thrice", "four_times")
+_ONCE = 0.003
+"""Prior sd of the error once a turn [rad]: a disc of 10 mm radius off centre by 0.03 mm."""
 
-def _prior(scales: Scales) -> Prior:
-    # a disc of 10 mm radius three hundredths of a millimetre off centre
-    return normal(0.003)
+
+def _prior(times: int) -> Callable[[Scales], Prior]:
+    return lambda scales: normal(_ONCE / times)
 
 
-def _distort(
-    signal: Array, time: Array, once_sine: float, once_cosine: float, twice_sine: float, twice_cosine: float
-) -> Array:
-    once = once_sine * np.sin(signal) + once_cosine * np.cos(signal)
-    return signal + once + twice_sine * np.sin(2.0 * signal) + twice_cosine * np.cos(2.0 * signal)
+def _distort(signal: Array, time: Array, *coefficients: float) -> Array:
+    waves = (wave(n * signal) for n in range(1, len(_OFTEN) + 1) for wave in (np.sin, np.cos))
+    return signal + sum(a * wave for a, wave in zip(coefficients, waves, strict=True))
 
 
 ENCODER_ECCENTRICITY = SensorEffect(
     name="encoder_eccentricity",
-    summary="+ a sin x + b cos x + c sin 2x + d cos 2x",
+    summary="+ sum a_n sin n x + b_n cos n x, n = 1 .. 4",
     parameters=tuple(
-        Parameter(name=name, unit="signal", default=0.0, prior=_prior)
-        for name in ("once_sine", "once_cosine", "twice_sine", "twice_cosine")
+        Parameter(name=f"{often}_{wave}", unit="signal", default=0.0, prior=_prior(times))
+        for times, often in enumerate(_OFTEN, 1)
+        for wave in ("sine", "cosine")
     ),
     distort=_distort,
     quantities=("angle",),
-    # within less than half a turn it is offset, gain and a bent scale, which other laws imitate
-    least_swing=0.5 * math.pi,
+    # within less it is an offset, a gain and hardly a bent scale, which other laws imitate
+    least_swing=0.5,
+    lengths=(4, 8),
 )

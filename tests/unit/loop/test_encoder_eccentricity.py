@@ -23,7 +23,7 @@ def test_it_is_found_and_friction_with_it(rng: np.random.Generator) -> None:
 
 
 def test_a_small_swing_cannot_tell_it_from_offset_and_gain(rng: np.random.Generator) -> None:
-    fit = fitted(eccentric_record(rng, 0.002, release=1.2), OFFERED, WHEEL)
+    fit = fitted(eccentric_record(rng, 0.002, release=0.4), OFFERED, WHEEL)
     assert not any("encoder_eccentricity" in names for names in fit.sets.effects)
 
 

@@ -34,6 +34,9 @@ ANGULAR = Oscillator(inertia=2.0, stiffness=800.0)
 SCALES = Scales(
     system=LINEAR, quantity=QUANTITIES["velocity"], amplitude=0.02, duration=10.0, sampling_rate=500.0
 )
+FOUR_HARMONICS = tuple(
+    f"{often}_{wave}" for often in ("once", "twice", "thrice", "four_times") for wave in ("sine", "cosine")
+)
 CATALOGUE = {
     "viscous_damping": ("force", {"damping_ratio": ("1", "1")}),
     "quadratic_drag": ("force", {"drag_coefficient": ("kg/m", "kg m2")}),
@@ -47,10 +50,8 @@ CATALOGUE = {
     "presliding": ("force", {"displacement": ("m", "rad")}),
     "random_force": ("process", {"sd": ("N", "N m"), "correlation_time": ("s", "s")}),
     "sensor_hysteresis": ("sensor", {"half_width": ("V", "V")}),
-    "encoder_eccentricity": (
-        "sensor",
-        dict.fromkeys(("once_sine", "once_cosine", "twice_sine", "twice_cosine"), ("V", "V")),
-    ),
+    "position_force": ("force", dict.fromkeys(FOUR_HARMONICS, ("N", "N m"))),
+    "encoder_eccentricity": ("sensor", dict.fromkeys(FOUR_HARMONICS, ("V", "V"))),
     "sensor_clipping": ("sensor", {"level": ("V", "V")}),
     "periodic_interference": (
         "sensor",

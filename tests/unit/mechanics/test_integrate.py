@@ -109,6 +109,17 @@ TERMS = {
         lambda t, x, v, s: K * x * (1 + 0.02 * (t / T - 0.5)) + R * s,
     ),
     "cubic_stiffness": ({"cubic_stiffness": 3e5}, lambda t, x, v, s: K * x + R * s + 3e5 * x**3),
+    "position_force": (
+        {"once_sine": 6.0, "twice_cosine": 0.9, "thrice_sine": -2.0, "four_times_cosine": 1.2},
+        lambda t, x, v, s: (
+            K * x
+            + R * s
+            + 6.0 * math.sin(x)
+            + 0.9 * math.cos(2 * x)
+            - 2.0 * math.sin(3 * x)
+            + 1.2 * math.cos(4 * x)
+        ),
+    ),
 }
 
 

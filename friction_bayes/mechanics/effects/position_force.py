@@ -1,0 +1,62 @@
+"""A force that repeats with every turn of a rotor: unbalance, a bent shaft, cogging, a cord on its drum.
+
+It depends on the angle alone: it takes no energy out of the motion, and bends its shape within each cycle. A
+wheel out of balance has it once a turn, the others more often.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import njit
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.mechanics.effects.effect import ForceEffect, Parameter
+from friction_bayes.mechanics.effects.prior import Prior, Scales, normal
+
+__all__ = ["POSITION_FORCE"]
+
+_TIMES_A_TURN = ("once", "twice", "thrice", "four_times")
+
+
+@njit(nogil=True)
+def _force(
+    t: float,
+    x: float,
+    v: float,
+    direction: float,
+    friction: float,
+    duration: float,
+    mass: float,
+    stiffness: float,
+    p: Array,
+    i: int,
+) -> float:
+    once_sine, once_cosine = math.sin(x), math.cos(x)
+    sine, cosine, force = 0.0, 1.0, 0.0
+    for k in range(4):
+        # addition theorem
+        sine, cosine = sine * once_cosine + cosine * once_sine, cosine * once_cosine - sine * once_sine
+        force += p[i + 2 * k] * sine + p[i + 2 * k + 1] * cosine
+    return force
+
+
+def _prior(scales: Scales) -> Prior:
+    # a hundredth of the spring's force at the largest swing
+    return normal(0.01 * scales.system.stiffness * scales.amplitude)
+
+
+POSITION_FORCE = ForceEffect(
+    name="position_force",
+    summary="sum a_n sin n x + b_n cos n x, n = 1 .. 4",
+    parameters=tuple(
+        Parameter(name=f"{times}_{wave}", unit="N", angular_unit="N m", default=0.0, prior=_prior)
+        for times in _TIMES_A_TURN
+        for wave in ("sine", "cosine")
+    ),
+    force=_force,
+    rotational=True,
+    # within less than half a turn it is a spring that hardens or softens
+    least_swing=0.5 * math.pi,
+    lengths=(2, 4, 8),
+)

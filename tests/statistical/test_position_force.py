@@ -1,0 +1,29 @@
+"""A force that repeats with every turn is found where it is and not where it is not.
+
+Wheels of a simulator of their own, with a force that fluctuates.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from unsteady_decays import WHEEL, fitted, probability_of, unbalanced_record
+
+OFFERED = ("viscous_damping", "cubic_stiffness", "sensor_offset", "position_force", "encoder_eccentricity")
+
+
+def probabilities(rng: np.random.Generator, size: float, count: int) -> np.ndarray:
+    found = []
+    for _ in range(count):
+        phases = rng.uniform(-np.pi, np.pi, 2)
+        fit = fitted(unbalanced_record(rng, size, tuple(phases)), OFFERED, WHEEL)
+        found.append(probability_of(fit, "position_force"))
+    return np.array(found)
+
+
+def test_none_is_invented(rng: np.random.Generator) -> None:
+    assert np.sum(probabilities(rng, 0.0, 20) > 0.5) <= 1
+
+
+def test_a_fifth_of_friction_is_found(rng: np.random.Generator) -> None:
+    assert np.sum(probabilities(rng, 0.2, 8) > 0.9) >= 7
