@@ -8,10 +8,11 @@ from matplotlib.figure import Figure
 
 from experiments.figures import figure_parser, load_results
 from experiments.loop_measured import TARGET_RATIO
+from experiments.pasco_together import KINDS
 from experiments.pendulum_forecast import PUBLISHED
 from friction_bayes.plotting.style import ACCENT, FAINT, MODEL, caption, new_figure, save_figure, styled
 
-__all__ = ["draw_forecasts", "draw_gains", "draw_residuals", "draw_story", "main"]
+__all__ = ["draw_forecasts", "draw_gains", "draw_pull", "draw_residuals", "draw_story", "main"]
 
 _COLUMNS = 4
 
@@ -117,13 +118,31 @@ def draw_story(dataset: xr.Dataset) -> Figure:
     return figure
 
 
+def draw_pull(dataset: xr.Dataset) -> Figure:
+    """The force that repeats with every turn, as either kind of releases has it."""
+    figure = new_figure(5.8, 3.4)
+    axes = figure.add_subplot()
+    axes.axhline(0.0, color="#999999", lw=0.6)
+    angle = dataset["angle"].values
+    for (kind, words), color in zip(KINDS.items(), (MODEL, ACCENT), strict=True):
+        case = dataset.sel(kind=kind)
+        mean, sd = case["pull"].values, case["pull_sd"].values
+        axes.plot(angle, mean, color=color, lw=1.6, label=f"ten releases {words}")
+        axes.fill_between(angle, mean - 2.0 * sd, mean + 2.0 * sd, color=color, alpha=0.2, lw=0.0)
+    axes.set_xlabel("angle [rad]")
+    axes.set_ylabel("position force [N m]")
+    caption(axes, "less its best line, which goes with the spring; bands: 2 sd")
+    axes.legend(loc="best", fontsize=8.0)
+    return figure
+
+
 def main() -> None:
-    """Draw from the results of ``loop_measured``, ``pendulum_forecast`` and ``measured_story``."""
+    """Draw from the results of the experiments on measured records."""
     parser = figure_parser("experiments.loop_measured_figures", __doc__, "docs/figures")
     parser.add_argument("--law", default="the catalogue", help="drawn beside the published one (%(default)s)")
     options = parser.parse_args()
-    names = ("loop_measured", "pendulum_forecast", "measured_story")
-    measured, forecasts, story = load_results(parser, options.results, names)
+    names = ("loop_measured", "pendulum_forecast", "measured_story", "pasco_together")
+    measured, forecasts, story, together = load_results(parser, options.results, names)
     options.out.mkdir(parents=True, exist_ok=True)
     with styled():
         drawn = {
@@ -131,6 +150,7 @@ def main() -> None:
             "loop_measured_residuals": draw_residuals(measured),
             "pendulum_forecast": draw_forecasts(forecasts, options.law),
             "measured_story": draw_story(story),
+            "position_force": draw_pull(together),
         }
     for name, figure in drawn.items():
         save_figure(figure, options.out, name, formats=("png",))

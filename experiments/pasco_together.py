@@ -14,8 +14,9 @@ import xarray as xr
 import friction_bayes as fb
 from experiments.runner import Cell, Experiment, Row, main
 from friction_bayes.core.text import percent, set_words
+from friction_bayes.mechanics.effects.position_force import POSITION_FORCE
 
-__all__ = ["EXPERIMENT", "Config"]
+__all__ = ["EXPERIMENT", "KINDS", "Config"]
 
 KINDS = {"no-magnet": "without the magnet", "magnet": "with the magnet"}
 DAMPING = "viscous_damping"
@@ -30,6 +31,9 @@ NUMBERS = {
     "reduced_chi_square": "of the frictions that the records have one by one",
     "elapsed": "wall time [s]",
 }
+ANGLES = np.linspace(-1.6, 1.6, 65)
+"""Passed by all releases [rad]."""
+CURVES = {"pull": "position force less its best line", "pull_sd": "posterior sd of that"}
 TEXTS = ("verdict", "candidates", "failed", "unit", "position_force")
 
 
@@ -72,7 +76,8 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         "candidates": json.dumps(report.candidates[: config.candidates]),
         "failed": ", ".join(report.residual["after"]["failed"]),
         "unit": report.friction_after["unit"],
-        "position_force": json.dumps(_coefficients(report, "position_force")),
+        "position_force": json.dumps(_coefficients(report, POSITION_FORCE.name)),
+        **_pull(report),
     }
 
 
@@ -80,6 +85,19 @@ def _coefficients(report: fb.LoopReport, name: str) -> dict[str, tuple[float, fl
     """Posterior mean and sd of each parameter of an effect; none where it is not in the final law."""
     told = next((effect["parameters"] for effect in report.effects if effect["name"] == name), {})
     return {parameter: (summary["mean"], summary["sd"]) for parameter, summary in told.items()}
+
+
+def _pull(report: fb.LoopReport) -> dict[str, list[float]]:
+    """Force that repeats with every turn, over the angle, less a line, which goes with the spring."""
+    draws = report.posterior["posterior"].to_dataset()
+    names = [f"{POSITION_FORCE.name}.{parameter.name}" for parameter in POSITION_FORCE.parameters]
+    if names[0] not in draws:
+        return {name: [math.nan] * ANGLES.size for name in CURVES}
+    waves = np.array([wave(n * ANGLES) for n in range(1, len(names) // 2 + 1) for wave in (np.sin, np.cos)])
+    curves = np.array([draws[name].values.ravel() for name in names]).T @ waves
+    line = np.vander(ANGLES, 2)
+    curves -= (line @ np.linalg.lstsq(line, curves.T, rcond=None)[0]).T
+    return {"pull": curves.mean(axis=0).tolist(), "pull_sd": curves.std(axis=0, ddof=1).tolist()}
 
 
 def _probability(report: fb.LoopReport, names: set[str]) -> float:
@@ -92,6 +110,10 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
     dataset = xr.Dataset(coords={"kind": [str(cell["kind"]) for cell in cells]})
     for name, meaning in NUMBERS.items():
         dataset[name] = ("kind", [float(result[name]) for result in results], {"long_name": meaning})
+    dataset = dataset.assign_coords(angle=ANGLES)
+    for name, meaning in CURVES.items():
+        values = [result[name] for result in results]
+        dataset[name] = (("kind", "angle"), values, {"long_name": meaning, "units": "N m"})
     for name in TEXTS:
         dataset[name] = ("kind", [str(result[name]) for result in results])
     return dataset

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,7 @@ from friction_bayes.core.text import number, set_words
 from friction_bayes.decay.free_decay import find_free_decay
 from friction_bayes.loop.candidate import ALONG_MOTION_ALONE
 from friction_bayes.mechanics.effects import EFFECTS, force_effects
+from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.integrate import integrate
 
@@ -66,19 +67,25 @@ class Law:
         ``{"NAME.PARAMETER": value}`` of force effects.
     offset : float
         Of the sensor [rad].
+    eccentricity : mapping of str to float
+        Coefficients of its error that repeats with every turn [rad].
     """
 
     system: Oscillator
     friction: float
     effects: Mapping[str, float]
     offset: float
+    eccentricity: Mapping[str, float] = field(default_factory=dict)
 
     def angle(self, state: Sequence[float], time: Array) -> Array:
         """Angle over time from an initial angle and angular velocity [rad]."""
         motion = integrate(
             self.system, self.friction, state[0], state[1], time, dict(self.effects), rtol=1e-9
         )
-        return motion.displacement + self.offset
+        wrong = ENCODER_ECCENTRICITY.distort(
+            motion.displacement, time, *ENCODER_ECCENTRICITY.values(self.eccentricity)
+        )
+        return np.asarray(wrong + self.offset)
 
 
 ALLOWED: dict[str, tuple[str, ...]] = {
@@ -125,6 +132,11 @@ def identified(report: fb.LoopReport, system: Oscillator) -> Law:
         friction=middle["friction"],
         effects={name: value for name, value in middle.items() if name.split(".")[0] in forces},
         offset=float(np.mean(offsets)) if offsets else 0.0,
+        eccentricity={
+            name.split(".")[1]: value
+            for name, value in middle.items()
+            if name.startswith(ENCODER_ECCENTRICITY.name)
+        },
     )
 
 

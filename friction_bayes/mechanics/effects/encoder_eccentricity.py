@@ -39,6 +39,8 @@ ENCODER_ECCENTRICITY = SensorEffect(
     ),
     distort=_distort,
     quantities=("angle",),
+    # of the encoder, whatever the release
+    per_record=False,
     # within less it is an offset, a gain and hardly a bent scale, which other laws imitate
     least_swing=0.5,
     lengths=(4, 8),

@@ -6,9 +6,13 @@ import json
 
 import pytest
 
-from experiments.pasco_together import KINDS, NUMBERS, TEXTS, assemble, rows
+from experiments.pasco_together import ANGLES, CURVES, KINDS, NUMBERS, TEXTS, assemble, rows
 
-TOLD = dict.fromkeys(TEXTS, "") | {"candidates": '[{"effects": [], "probability": 1.0}]', "unit": "N m"}
+TOLD = (
+    dict.fromkeys(TEXTS, "")
+    | dict.fromkeys(CURVES, [0.0] * ANGLES.size)
+    | {"candidates": '[{"effects": [], "probability": 1.0}]', "unit": "N m"}
+)
 
 
 @pytest.mark.parametrize(
@@ -17,11 +21,7 @@ TOLD = dict.fromkeys(TEXTS, "") | {"candidates": '[{"effects": [], "probability"
 def test_the_targets_are_damping_found_and_friction_unmoved(
     viscous: float, friction: float, words: tuple[str, str]
 ) -> None:
-    texts = dict.fromkeys(TEXTS, "") | {
-        "candidates": '[{"effects": [], "probability": 1.0}]',
-        "unit": "N m",
-        "position_force": "{}",
-    }
+    texts = TOLD | {"position_force": "{}"}
     numbers = dict.fromkeys(NUMBERS, 0.1)
     results = [
         numbers | texts | {"viscous": 0.01, "friction": 2.5},
