@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import xarray as xr
@@ -14,11 +14,14 @@ from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
+from friction_bayes.core.text import words
 from friction_bayes.loop.assemble import assemble_report
 from friction_bayes.loop.candidate import ALONG_MOTION_ALONE, LEFT_TO_REGRESSION
 from friction_bayes.loop.family import Family
+from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.force_family import force_family
 from friction_bayes.loop.random_force.joint_family import joint_family
+from friction_bayes.loop.random_force.moving_record import why_not_weighed
 from friction_bayes.loop.reference_force import validate_force
 from friction_bayes.loop.result import LoopReport
 from friction_bayes.loop.search_family import SearchFamily
@@ -150,7 +153,7 @@ def close_loop(
             families += [fluctuating] if fluctuating is not None else []
         if joint is not None and not searched_sets.holds_more:
             before, families = joint.before, [joint]
-    return assemble_report(
+    report = assemble_report(
         before,
         families,
         rng_report,
@@ -161,6 +164,30 @@ def close_loop(
         reference_force=force,
         tolerance=tolerance,
     )
+    along = any(not isinstance(family, SearchFamily) for family in families)
+    asked = allowed if effects is not None else ()
+    return replace(report, notes=report.notes + _not_weighed(asked, segments, system, along=along))
+
+
+def _not_weighed(
+    asked: Sequence[str], segments: tuple[Segment, ...], system: Oscillator, *, along: bool
+) -> tuple[str, ...]:
+    """Note on each effect that was asked for by name, is left to the regression and was not weighed.
+
+    ``along`` says whether the records were weighed along their motions.
+    """
+    scales = scales_of(segments, system)
+    notes = []
+    for name in (name for name in asked if name in LEFT_TO_REGRESSION):
+        reason = why_not_weighed(name, segments[0], scales)
+        if not reason and not along:
+            reason = (
+                "it is weighed along the measured motion, which takes random_force among the effects, "
+                "noise and random_force left at auto, and a record that has noise and does not clip"
+            )
+        if reason:
+            notes.append(f"{words(name)} was asked for and not weighed: {reason}")
+    return tuple(notes)
 
 
 def _clips(segments: Sequence[Segment], allowed: Sequence[str]) -> bool:

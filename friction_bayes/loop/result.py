@@ -154,7 +154,7 @@ class LoopReport:
         ``spread`` given that, ``share_of_friction``, ``reduced_chi_square`` of the frictions that each has by
         itself, and ``records`` with ``name`` and ``friction`` of each.
     notes : tuple of str
-        What was done to the records before any model.
+        What was done to the records before any model, and which effects were asked for and not weighed.
     next_experiment : str or None
     reference_check : dict or None
         Of the sampler, or against a reference friction.

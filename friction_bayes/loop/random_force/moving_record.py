@@ -29,7 +29,7 @@ from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
-__all__ = ["LawAlongMotion", "MovingRecord", "along_motion", "force_prior"]
+__all__ = ["LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "why_not_weighed"]
 
 _SHARE_OF_FRICTION = 0.2
 """Median of the prior of the force's sd, in frictions that alone explain the loss of amplitude."""
@@ -110,7 +110,7 @@ class MovingRecord:
         effects = tuple(
             name
             for name in EFFECTS
-            if name in allowed and along_motion(EFFECTS[name]) and _may_act(name, segment, scales)
+            if name in allowed and along_motion(EFFECTS[name]) and not why_not_weighed(name, segment, scales)
         )
         n = _moving(segment) if samples is None else samples
         variance = np.where(segment.free[:n], 1.0, np.inf)
@@ -206,11 +206,12 @@ def force_prior(friction: float) -> ForcePrior:
     return ForcePrior(centre=_SHARE_OF_FRICTION * friction)
 
 
-def _may_act(name: str, segment: Segment, scales: Scales) -> bool:
+def why_not_weighed(name: str, segment: Segment, scales: Scales) -> str:
+    """Say why an effect is not weighed along the motion of a record; empty where it may be."""
     effect = EFFECTS[name]
-    # how far it swings is unknown in volts
-    calibrated = effect.least_swing == 0.0 or segment.decay.unit not in UNCALIBRATED_UNITS
-    return calibrated and effect.may_act(scales)
+    if effect.least_swing > 0.0 and segment.decay.unit in UNCALIBRATED_UNITS:
+        return "how far it swings is unknown without a calibration of the sensor"
+    return effect.why_not(scales)
 
 
 def _moving(segment: Segment) -> int:

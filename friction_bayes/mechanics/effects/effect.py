@@ -14,6 +14,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
+from friction_bayes.core.text import words
 from friction_bayes.mechanics.effects.prior import Prior, Scales
 
 __all__ = [
@@ -104,9 +105,15 @@ class Effect:
     least_swing: float = 0.0
     lengths: tuple[int, ...] = ()
 
-    def may_act(self, scales: Scales) -> bool:
-        """Whether a set-up may have it, and its motion tells it from other effects."""
-        return scales.amplitude >= self.least_swing
+    def why_not(self, scales: Scales) -> str:
+        """Say why a set-up cannot have it or show it apart from others; empty where it may act."""
+        if scales.amplitude >= self.least_swing:
+            return ""
+        unit = "rad" if scales.system.angular else "m"
+        return (
+            f"a swing of {scales.amplitude:.2g} {unit} does not tell it from other effects, "
+            f"{self.least_swing:.2g} {unit} would"
+        )
 
     def priors(self, scales: Scales) -> tuple[Prior, ...]:
         """Return the prior of each parameter."""
@@ -152,9 +159,11 @@ class ForceEffect(Effect):
     force: Callable[..., float]
     rotational: bool = False
 
-    def may_act(self, scales: Scales) -> bool:
-        """Whether a system may have it, and its motion tells it from other effects."""
-        return super().may_act(scales) and (scales.system.angular or not self.rotational)
+    def why_not(self, scales: Scales) -> str:
+        """Say why a system cannot have it or show it apart from others; empty where it may act."""
+        if self.rotational and not scales.system.angular:
+            return "it acts on what turns, and this moves along a line"
+        return super().why_not(scales)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,9 +188,11 @@ class SensorEffect(Effect):
     after_noise: bool = False
     quantities: tuple[str, ...] = ()
 
-    def may_act(self, scales: Scales) -> bool:
-        """Whether a sensor may have it, and the motion tells it from other faults."""
-        return super().may_act(scales) and self.is_of(scales.quantity.name)
+    def why_not(self, scales: Scales) -> str:
+        """Say why a sensor cannot have it or show it apart from others; empty where it may act."""
+        if not self.is_of(scales.quantity.name):
+            return f"no sensor of {words(scales.quantity.name)} has it"
+        return super().why_not(scales)
 
     def is_of(self, quantity: str) -> bool:
         """Whether sensors of a quantity may have it."""

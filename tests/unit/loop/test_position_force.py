@@ -7,6 +7,7 @@ import pytest
 
 import friction_bayes as fb
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.text import words
 from unsteady_decays import SYSTEM, WHEEL, fitted, probability_of, sensed, unbalanced_record, unsteady_motion
 
 OFFERED = ("viscous_damping", "cubic_stiffness", "sensor_offset", "position_force", "encoder_eccentricity")
@@ -61,3 +62,35 @@ def test_a_simulated_wheel_out_of_balance_is_pulled_aside() -> None:
     )
     # about where the spring holds the wheel against 2 N m
     assert float(record.mean()) == pytest.approx(-0.02, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("system", "quantity", "asked", "reason"),
+    [
+        (SYSTEM, "displacement", ["position_force", "random_force"], "this moves along a line"),
+        (SYSTEM, "displacement", ["encoder_eccentricity", "random_force"], "no sensor of displacement"),
+        (
+            WHEEL,
+            "angle",
+            ["position_force", "random_force"],
+            "does not tell it from other effects, 1.6 rad would",
+        ),
+        (WHEEL, "angle", ["timing_jitter"], "takes random_force among the effects"),
+    ],
+)
+def test_what_was_asked_for_and_is_not_weighed_is_told(
+    system: fb.Oscillator, quantity: str, asked: list[str], reason: str
+) -> None:
+    record = fb.simulate(
+        system,
+        friction=0.005 * system.stiffness,
+        initial_displacement=0.5,
+        duration=8.0,
+        sampling_rate=50.0,
+        quantity=quantity,
+        noise_sd=2e-3,
+        seed=1,
+    )
+    (note,) = fb.close_loop([record], system, seed=1, effects=asked).notes
+    assert note.startswith(words(asked[0]))
+    assert reason in note
