@@ -232,8 +232,12 @@ def _range(readings: Mapping[str, Any]) -> str:
 
 
 def shown_parameters(effect: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
-    """Parameters of an effect by name; with a damping ratio comes the quality factor, ``1 / (2 zeta)``."""
-    parameters = dict(effect["parameters"])
+    """Parameters of an effect by name; with a damping ratio comes the quality factor, ``1 / (2 zeta)``.
+
+    Terms beyond those that a series has are zero without an error, and not shown.
+    """
+    told = effect["parameters"].items()
+    parameters = {name: value for name, value in told if value["mean"] != 0.0 or value["sd"] != 0.0}
     zeta = parameters.get("damping_ratio")
     # to first order in the sd; a ratio that is hardly known apart from zero has no Q
     if zeta is not None and zeta["mean"] and zeta["sd"] and zeta["sd"] < _MOST_SPREAD * zeta["mean"]:

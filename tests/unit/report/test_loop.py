@@ -20,7 +20,7 @@ from friction_bayes.loop.result import LoopReport
 from friction_bayes.plotting import figure_files
 from friction_bayes.plotting.loop import loop_figures
 from friction_bayes.report.loop import loop_page
-from friction_bayes.report.story import loop_story, verdict_sentence
+from friction_bayes.report.story import loop_story, shown_parameters, verdict_sentence
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
@@ -381,3 +381,11 @@ def test_story_of_the_sampler(loop_report: LoopReport) -> None:
     refused = {"sampler": {"converged": False, "agrees": None, "because": "not sampled: too long"}}
     told = dict(loop_story(replace(loop_report, reference_check=refused).to_dict()))
     assert told["emcee"] == "not sampled: too long"
+
+
+def test_terms_beyond_those_of_a_series_are_not_shown() -> None:
+    told = {
+        "once_sine": {"mean": 0.0, "sd": 0.1, "unit": "N m"},
+        "twice_sine": {"mean": 0.0, "sd": 0.0, "unit": "N m"},
+    }
+    assert [*shown_parameters({"parameters": told})] == ["once_sine"]
