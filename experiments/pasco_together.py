@@ -140,11 +140,11 @@ def _the_same_force(without: xr.Dataset, beside: xr.Dataset) -> Row:
     what = "position force with the magnet against without, coefficient by coefficient"
     if not all(found):
         return Row(what, "not in both laws", "", "")
-    (a, a_sd), (b, b_sd) = (np.array([one[name] for name in found[0]]).T for one in found)
-    differs, itself = (
-        np.mean((b - a) ** 2 / (a_sd**2 + b_sd**2)),
-        np.mean(a**2 / a_sd**2 + b**2 / b_sd**2) / 2,
-    )
+    # a series may be cut short: the terms that either kind lacks have no sd
+    names = [name for name in found[0] if all(told[name][1] > 0.0 for told in found)]
+    (a, a_sd), (b, b_sd) = (np.array([told[name] for name in names]).T for told in found)
+    differs = np.mean((b - a) ** 2 / (a_sd**2 + b_sd**2))
+    itself = 0.5 * np.mean((a / a_sd) ** 2 + (b / b_sd) ** 2)
     return Row(
         what,
         f"correlation {np.corrcoef(a, b)[0, 1]:.2f}; reduced chi-square of the difference {differs:.2g}, "
