@@ -36,6 +36,11 @@ __all__ = ["close_loop"]
 NOISES = ("auto", "white", "ar")
 RANDOM_FORCES = ("auto", "none")
 TOLERANCE = 0.2
+_ALONG_MOTION = (
+    "it is weighed along the measured motion, which takes random_force among the effects, "
+    "noise and random_force left at auto, and a record that has noise and does not clip"
+)
+"""Why an effect that the search does not try was not weighed."""
 
 
 def close_loop(
@@ -118,11 +123,13 @@ def close_loop(
     if varying_friction:
         _validate_varying(len(records), noise, check=check)
     allowed = _allowed(effects, exclude)
-    left_out = ALONG_MOTION_ALONE if effects is None else LEFT_TO_REGRESSION
-    searched = tuple(name for name in allowed if name not in left_out)
     segments = cut_records(records, system)
     force = None if reference_force is None else validate_force(segments[0], reference_force)
     system = _calibrated(system, segments)
+    scales = scales_of(segments, system)
+    barred = {name: reason for name in allowed if (reason := why_not_weighed(name, segments[0], scales))}
+    left_out = ALONG_MOTION_ALONE if effects is None else LEFT_TO_REGRESSION
+    searched = tuple(name for name in allowed if name not in left_out and name not in barred)
     rng_search, rng_force, rng_report, rng_joint = np.random.default_rng(seed).spawn(4)
     sought = random_force == "auto" and noise == "auto" and RANDOM_FORCE.name in allowed
     several = len(segments) > 1 and not check and not _clips(segments, allowed)
@@ -165,29 +172,13 @@ def close_loop(
         tolerance=tolerance,
     )
     along = any(not isinstance(family, SearchFamily) for family in families)
-    asked = allowed if effects is not None else ()
-    return replace(report, notes=report.notes + _not_weighed(asked, segments, system, along=along))
-
-
-def _not_weighed(
-    asked: Sequence[str], segments: tuple[Segment, ...], system: Oscillator, *, along: bool
-) -> tuple[str, ...]:
-    """Note on each effect that was asked for by name, is left to the regression and was not weighed.
-
-    ``along`` says whether the records were weighed along their motions.
-    """
-    scales = scales_of(segments, system)
-    notes = []
-    for name in (name for name in asked if name in LEFT_TO_REGRESSION):
-        reason = why_not_weighed(name, segments[0], scales)
-        if not reason and not along:
-            reason = (
-                "it is weighed along the measured motion, which takes random_force among the effects, "
-                "noise and random_force left at auto, and a record that has noise and does not clip"
-            )
-        if reason:
-            notes.append(f"{words(name)} was asked for and not weighed: {reason}")
-    return tuple(notes)
+    if effects is None:
+        return report
+    along = any(not isinstance(family, SearchFamily) for family in families)
+    unweighed = {} if along else dict.fromkeys(LEFT_TO_REGRESSION.intersection(allowed), _ALONG_MOTION)
+    reasons = (unweighed | barred).items()
+    notes = (f"{words(name)} was asked for and not weighed: {reason}" for name, reason in sorted(reasons))
+    return replace(report, notes=(*report.notes, *notes))
 
 
 def _clips(segments: Sequence[Segment], allowed: Sequence[str]) -> bool:

@@ -75,6 +75,7 @@ def test_a_simulated_wheel_out_of_balance_is_pulled_aside() -> None:
             ["position_force", "random_force"],
             "does not tell it from other effects, 1.6 rad would",
         ),
+        (SYSTEM, "acceleration", ["sensor_hysteresis"], "no sensor of acceleration"),
         (WHEEL, "angle", ["timing_jitter"], "takes random_force among the effects"),
     ],
 )
@@ -91,6 +92,8 @@ def test_what_was_asked_for_and_is_not_weighed_is_told(
         noise_sd=2e-3,
         seed=1,
     )
-    (note,) = fb.close_loop([record], system, seed=1, effects=asked).notes
+    report = fb.close_loop([record], system, seed=1, effects=asked)
+    assert not any(asked[0] in candidate["effects"] for candidate in report.candidates)
+    (note,) = report.notes
     assert note.startswith(words(asked[0]))
     assert reason in note
