@@ -3,8 +3,8 @@
 A posterior over candidates none of which is true says how well the record tells them apart, not how far each
 is from the truth. What the Coulomb model alone, the search and the sets along the measured motion say of
 friction are then readings of their own, pooled with equal weights: a linear opinion pool (Stone 1961), whose
-90 % interval reaches into every reading that stands apart. Where a random force takes up what is left, that of
-the Coulomb model alone is not pooled.
+90 % interval reaches into every reading that stands apart. Where a random force takes up what is left, the
+Coulomb model alone is not among them.
 """
 
 from __future__ import annotations
