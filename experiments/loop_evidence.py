@@ -13,7 +13,7 @@ import friction_bayes as fb
 from experiments.bridge import bridged_log_evidence
 from experiments.runner import Cell, Experiment, main
 from experiments.tables import Row
-from friction_bayes.loop.candidate import ALONG_MOTION_ALONE
+from friction_bayes.loop.candidate import searched
 from friction_bayes.loop.evidence import log_evidence
 from friction_bayes.loop.expansion import Expansion
 from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model
@@ -96,8 +96,7 @@ def fit_of_case(name: str, config: Config, seed: int) -> LoopFit:
     moving = frozenset(fitted) - {"sensor_clipping"}
     if base is None:
         raise RuntimeError(f"{name}: no fit of the Coulomb model")
-    searched = [name for name in EFFECTS if name not in ALONG_MOTION_ALONE]
-    for approximation in Expansion(base, searched).approximations(len(moving)):
+    for approximation in Expansion(base, searched(EFFECTS, named=False)).approximations(len(moving)):
         if approximation.effects == moving:
             model = plain.with_effects(tuple(moving))
             fit = fit_model(model, [noise_model], approximation.coordinates(model))

@@ -22,7 +22,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import number, set_words
 from friction_bayes.decay.free_decay import find_free_decay
-from friction_bayes.loop.candidate import ALONG_MOTION_ALONE
+from friction_bayes.loop.candidate import searched
 from friction_bayes.mechanics.effects import EFFECTS, force_effects
 from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
@@ -102,9 +102,7 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     ),
     "the catalogue": (),
     "the catalogue and pre-sliding": tuple(
-        name
-        for name in EFFECTS
-        if name not in (*BOUND_TO_A_RECORD, *ALONG_MOTION_ALONE) or name == PRESLIDING.name
+        name for name in (*searched(EFFECTS, named=False), PRESLIDING.name) if name not in BOUND_TO_A_RECORD
     ),
 }
 """Effects that each law may have; empty for all that do not belong to a record."""

@@ -3,26 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.mechanics.effects import EFFECTS
-from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
-from friction_bayes.mechanics.effects.position_force import POSITION_FORCE
-from friction_bayes.mechanics.effects.presliding import PRESLIDING
-from friction_bayes.mechanics.effects.proportional_noise import PROPORTIONAL_NOISE
-from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
-from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
-from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
-from friction_bayes.mechanics.effects.timing_jitter import TIMING_JITTER
 
 __all__ = [
-    "ALONG_MOTION_ALONE",
     "INCLUSION",
-    "LEFT_TO_REGRESSION",
     "MOST_EFFECTS",
     "PRIOR_LOG_ODDS",
     "SENSOR_ZERO",
@@ -30,6 +21,7 @@ __all__ = [
     "EffectSets",
     "SearchResult",
     "in_catalogue_order",
+    "searched",
     "set_name",
 ]
 
@@ -41,23 +33,6 @@ MOST_EFFECTS = 3
 """Effects at once, those of the sensor's zero and those that are certain not counted."""
 SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
 """An error of the sensor's zero comes besides: measured records hardly ever have none."""
-LEFT_TO_REGRESSION = frozenset(
-    {
-        POSITION_FORCE.name,
-        RANDOM_FORCE.name,
-        TIMING_JITTER.name,
-        PROPORTIONAL_NOISE.name,
-        ENCODER_ECCENTRICITY.name,
-    }
-)
-"""Effects that the search never tries."""
-ALONG_MOTION_ALONE = LEFT_TO_REGRESSION | {
-    STIFFNESS_DRIFT.name,
-    PRESLIDING.name,
-    SENSOR_HYSTERESIS.name,
-}
-"""Effects that are weighed along the measured motion; the search tries the others if named."""
-
 Names = frozenset[str]
 
 
@@ -141,6 +116,12 @@ class EffectSets:
         """Logarithm of the prior probability of a set."""
         others = len(self.allowed) - len(names)
         return len(names - self.certain) * math.log(INCLUSION) + others * math.log1p(-INCLUSION)
+
+
+def searched(names: Iterable[str], *, named: bool) -> tuple[str, ...]:
+    """Effects that the search tries of some, which have been ``named`` or are all that there are."""
+    wanted = ("always", "if named") if named else ("always",)
+    return tuple(name for name in names if EFFECTS[name].search in wanted)
 
 
 def in_catalogue_order(names: Names) -> tuple[str, ...]:

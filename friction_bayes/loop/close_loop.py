@@ -16,7 +16,7 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import words
 from friction_bayes.loop.assemble import assemble_report
-from friction_bayes.loop.candidate import ALONG_MOTION_ALONE, LEFT_TO_REGRESSION
+from friction_bayes.loop.candidate import searched
 from friction_bayes.loop.family import Family
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.force_family import force_family
@@ -128,8 +128,7 @@ def close_loop(
     system = _calibrated(system, segments)
     scales = scales_of(segments, system)
     barred = {name: reason for name in allowed if (reason := why_not_weighed(name, segments[0], scales))}
-    left_out = ALONG_MOTION_ALONE if effects is None else LEFT_TO_REGRESSION
-    searched = tuple(name for name in allowed if name not in left_out and name not in barred)
+    tried = tuple(name for name in searched(allowed, named=effects is not None) if name not in barred)
     rng_search, rng_force, rng_report, rng_joint = np.random.default_rng(seed).spawn(4)
     sought = random_force == "auto" and noise == "auto" and RANDOM_FORCE.name in allowed
     several = len(segments) > 1 and not check and not _clips(segments, allowed)
@@ -137,7 +136,7 @@ def close_loop(
     if varying_friction or (sought and several):
         unwanted = () if random_force == "auto" else (RANDOM_FORCE.name,)
         weighed = tuple(name for name in allowed if name not in unwanted)
-        own = tuple(name for name in weighed if name not in searched)
+        own = tuple(name for name in weighed if name not in tried)
         joint = joint_family(
             segments,
             system,
@@ -152,7 +151,7 @@ def close_loop(
     if joint is not None and (varying_friction or joint.knows_the_noise):
         before, families = joint.before, [joint]
     else:
-        found = search_records(system, segments, searched, noise, progress)
+        found = search_records(system, segments, tried, noise, progress)
         searched_sets = SearchFamily(found, allowed, rng_search)
         before, families = found.before, [searched_sets]
         if sought and len(segments) == 1:
@@ -171,11 +170,11 @@ def close_loop(
         reference_force=force,
         tolerance=tolerance,
     )
-    along = any(not isinstance(family, SearchFamily) for family in families)
     if effects is None:
         return report
     along = any(not isinstance(family, SearchFamily) for family in families)
-    unweighed = {} if along else dict.fromkeys(LEFT_TO_REGRESSION.intersection(allowed), _ALONG_MOTION)
+    left = () if along else (name for name in allowed if name not in searched(allowed, named=True))
+    unweighed = dict.fromkeys(left, _ALONG_MOTION)
     reasons = (unweighed | barred).items()
     notes = (f"{words(name)} was asked for and not weighed: {reason}" for name, reason in sorted(reasons))
     return replace(report, notes=(*report.notes, *notes))

@@ -167,11 +167,13 @@ def _agreement_on_friction(candidates: Sequence[Contender]) -> str:
 
 def proposals(truth: Contender, rival: Contender) -> list[Proposal]:
     """Score the experiments on a pair of candidates."""
-    order = truth.model.segments[0].order
+    order, turns = truth.model.segments[0].order, truth.model.system.angular
     if order == 2:
-        other = Proposal("a record of the displacement", 1.0, 1.0, 0)
+        other = Proposal(f"a record of the {'angle' if turns else 'displacement'}", 1.0, 1.0, 0)
     else:
-        other = Proposal("a record of the acceleration", 1.0, 1.0, 2)
+        other = Proposal(
+            f"a record of the {'angular acceleration' if turns else 'acceleration'}", 1.0, 1.0, 2
+        )
     options = [
         Proposal("a record released from half the amplitude", 0.5, 1.0, order),
         Proposal("a record released from twice the amplitude", 2.0, 1.0, order),

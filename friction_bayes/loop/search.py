@@ -244,7 +244,7 @@ class Search:
         if not is_identifiable(fit):
             # short of the mode the samples may seem to say too little of an effect
             fit = settle(fit)
-            if not is_identifiable(fit):
+            if not is_identifiable(fit) or has_line_of_motion(fit):
                 return
         known = self.candidates.get(names)
         if known is not None and known.fit.objective <= fit.objective:

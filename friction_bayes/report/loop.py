@@ -8,7 +8,14 @@ from typing import Any
 from friction_bayes.core.text import interval90, number
 from friction_bayes.loop.verdict import UNEXPLAINED
 from friction_bayes.report.page import render_page, reproduction
-from friction_bayes.report.story import CHANNELS, loop_story, shown_parameters, the_records, verdict_sentence
+from friction_bayes.report.story import (
+    CHANNELS,
+    loop_story,
+    shown_parameters,
+    summary_of,
+    the_records,
+    verdict_sentence,
+)
 
 __all__ = ["loop_page"]
 
@@ -69,6 +76,7 @@ def loop_page(
         tests=list(dict.fromkeys([*before, *after])),
         channels=CHANNELS,
         shown_parameters=shown_parameters,
+        summary_of=summary_of,
         story=loop_story(report, len(records))[1:],
         most_candidates=_MOST_CANDIDATES,
         made=reproduction(manifest),

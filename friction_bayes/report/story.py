@@ -8,6 +8,7 @@ from typing import Any
 
 from friction_bayes.core.text import duration, listed, number, percent, set_words, with_interval, words
 from friction_bayes.loop.verdict import AMBIGUOUS, UNEXPLAINED, credible_candidates
+from friction_bayes.mechanics.effects import EFFECTS
 
 __all__ = [
     "CHANNELS",
@@ -18,6 +19,7 @@ __all__ = [
     "paper_words",
     "sampler_lines",
     "shown_parameters",
+    "summary_of",
     "the_records",
     "verdict_sentence",
 ]
@@ -244,6 +246,11 @@ def shown_parameters(effect: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
         factor = 0.5 / zeta["mean"]
         parameters["Q"] = {"mean": factor, "sd": factor * zeta["sd"] / zeta["mean"], "unit": "1"}
     return parameters
+
+
+def summary_of(name: str) -> str:
+    """The term of an effect; nothing of one that is not registered here."""
+    return EFFECTS[name].summary if name in EFFECTS else ""
 
 
 def effect_lines(effects: Sequence[Mapping[str, Any]], verdict: str) -> list[str]:

@@ -27,10 +27,7 @@ from friction_bayes.loop.random_force.effect_columns import (
     sensor_columns,
 )
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
-from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
-from friction_bayes.mechanics.effects.position_force import POSITION_FORCE
-from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
 
 __all__ = ["STIFFNESS_SD", "LawColumns", "law_columns"]
 
@@ -96,9 +93,8 @@ class LawColumns:
 
     @property
     def resisting(self) -> list[int]:
-        """Columns of forces that do not follow from the position."""
-        restoring = (CUBIC_STIFFNESS.name, STIFFNESS_DRIFT.name, POSITION_FORCE.name)
-        return [j for j, c in enumerate(self.columns) if j not in self.always and c.effect not in restoring]
+        """Columns of friction and of forces that resist as it does."""
+        return [j for j, c in enumerate(self.columns) if j not in self.always and not _of_a_spring(c.effect)]
 
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:
         """Columns of an effect for each of its shapes and lengths; all lines of interference are one."""
@@ -111,6 +107,11 @@ class LawColumns:
             shapes = [list(chain(*shapes))] if shapes else []
         lengths = (EFFECTS[effect].lengths if effect else ()) or (None,)
         return [tuple(columns[:length]) for columns in shapes for length in lengths]
+
+
+def _of_a_spring(name: str) -> bool:
+    effect = EFFECTS.get(name)
+    return isinstance(effect, ForceEffect) and not effect.resists
 
 
 def law_columns(

@@ -22,30 +22,18 @@ from friction_bayes.loop.random_force.columns import LawColumns, law_columns
 from friction_bayes.loop.random_force.correlated_error import NO_ERROR, SensorError
 from friction_bayes.loop.random_force.sets import ColumnSets, column_sets
 from friction_bayes.loop.segment import Segment
-from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales
-from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
-from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
-from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
-from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
-from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales, SensorEffect
 
 __all__ = ["LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "why_not_weighed"]
 
 _SHARE_OF_FRICTION = 0.2
 """Median of the prior of the force's sd, in frictions that alone explain the loss of amplitude."""
 _LEAST_TURNS = 4
-_LINEAR_FAULTS = (
-    SENSOR_OFFSET.name,
-    SENSOR_DRIFT.name,
-    SENSOR_HYSTERESIS.name,
-    ENCODER_ECCENTRICITY.name,
-    PERIODIC_INTERFERENCE.name,
-)
 
 
 def along_motion(effect: Effect) -> bool:
     """Whether an effect can be evaluated along a measured motion: forces, and linear faults of the sensor."""
-    return isinstance(effect, ForceEffect) or effect.name in _LINEAR_FAULTS
+    return isinstance(effect, ForceEffect) or (isinstance(effect, SensorEffect) and effect.linear)
 
 
 class LawAlongMotion(NamedTuple):

@@ -40,4 +40,5 @@ CUBIC_STIFFNESS = ForceEffect(
         ),
     ),
     force=_force,
+    resists=False,
 )

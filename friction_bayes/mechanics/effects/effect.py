@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -93,6 +93,9 @@ class Effect:
         Amplitude of the motion below which it cannot be told from another effect [m or rad].
     lengths : tuple of int
         Of a series, how many of its parameters may act, from the first on; empty where all do.
+    search : {"always", "if named", "never"}
+        Whether the search, which simulates every set that it tries, tries it; else it is weighed along the
+        measured motion alone.
     """
 
     kind: ClassVar[str]
@@ -104,6 +107,7 @@ class Effect:
     per_record: bool = False
     least_swing: float = 0.0
     lengths: tuple[int, ...] = ()
+    search: Literal["always", "if named", "never"] = "always"
 
     def why_not(self, scales: Scales) -> str:
         """Say why a set-up cannot have it or show it apart from others; empty where it may act."""
@@ -152,12 +156,15 @@ class ForceEffect(Effect):
         zero. Zero parameters mean no force.
     rotational : bool
         Whether it acts on what turns alone.
+    resists : bool
+        Whether it belongs to the friction force that a load cell measures: a spring's does not.
     """
 
     kind: ClassVar[str] = "force"
 
     force: Callable[..., float]
     rotational: bool = False
+    resists: bool = True
 
     def why_not(self, scales: Scales) -> str:
         """Say why a system cannot have it or show it apart from others; empty where it may act."""
@@ -179,6 +186,8 @@ class SensorEffect(Effect):
         Whether it acts on the noisy signal.
     quantities : tuple of str
         Quantities whose sensors may have it; empty where those of any may.
+    linear : bool
+        Whether the distortion is linear in its parameters, those of a line at its frequency.
     """
 
     kind: ClassVar[str] = "sensor"
@@ -187,6 +196,7 @@ class SensorEffect(Effect):
     per_record: bool = True
     after_noise: bool = False
     quantities: tuple[str, ...] = ()
+    linear: bool = False
 
     def why_not(self, scales: Scales) -> str:
         """Say why a sensor cannot have it or show it apart from others; empty where it may act."""

@@ -38,6 +38,8 @@ ENCODER_ECCENTRICITY = SensorEffect(
         for wave in ("sine", "cosine")
     ),
     distort=_distort,
+    linear=True,
+    search="never",
     quantities=("angle",),
     # of the encoder, whatever the release
     per_record=False,

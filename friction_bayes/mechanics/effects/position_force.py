@@ -55,6 +55,8 @@ POSITION_FORCE = ForceEffect(
         for wave in ("sine", "cosine")
     ),
     force=_force,
+    resists=False,
+    search="never",
     rotational=True,
     # within less than half a turn it is a spring that hardens or softens
     least_swing=0.5 * math.pi,

@@ -52,4 +52,5 @@ PRESLIDING = ForceEffect(
         ),
     ),
     force=_force,
+    search="if named",
 )

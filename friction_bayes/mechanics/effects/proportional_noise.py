@@ -24,4 +24,5 @@ PROPORTIONAL_NOISE = GrowingNoiseEffect(
         ),
     ),
     grows_with=lambda signal, rate: signal,
+    search="never",
 )

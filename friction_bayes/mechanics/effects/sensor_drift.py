@@ -26,4 +26,5 @@ SENSOR_DRIFT = SensorEffect(
     ),
     excludes=("sensor_offset",),
     distort=_distort,
+    linear=True,
 )

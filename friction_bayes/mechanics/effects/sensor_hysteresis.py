@@ -27,6 +27,8 @@ SENSOR_HYSTERESIS = SensorEffect(
         ),
     ),
     distort=_distort,
+    linear=True,
+    search="if named",
     # it is the position that is held: an accelerometer has neither counts nor play
     quantities=("displacement", "angle"),
 )

@@ -47,4 +47,6 @@ STIFFNESS_DRIFT = ForceEffect(
     ),
     per_record=True,
     force=_force,
+    resists=False,
+    search="if named",
 )

@@ -25,4 +25,5 @@ TIMING_JITTER = GrowingNoiseEffect(
         ),
     ),
     grows_with=lambda signal, rate: rate,
+    search="never",
 )

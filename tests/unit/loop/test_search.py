@@ -8,7 +8,7 @@ import xarray as xr
 
 import friction_bayes as fb
 from decays import SYSTEM, long_decay
-from friction_bayes.loop.candidate import ALONG_MOTION_ALONE
+from friction_bayes.loop.candidate import searched
 from friction_bayes.loop.evidence import log_evidence, posterior_probabilities
 from friction_bayes.loop.expansion import Expansion
 from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model
@@ -20,7 +20,7 @@ from friction_bayes.loop.starting_point import starting_point
 from friction_bayes.mechanics.effects import EFFECTS
 
 WHITE = (np.zeros(0),)
-SEARCHED = tuple(name for name in EFFECTS if name not in ALONG_MOTION_ALONE)
+SEARCHED = searched(EFFECTS, named=False)
 
 
 def fitted(record: xr.DataArray, *names: str) -> LoopFit:
