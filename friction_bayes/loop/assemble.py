@@ -98,13 +98,13 @@ def assemble_report(
     sensitivity = prior_sensitivity(mixture.draws)
     alone, readings = coulomb_alone(before, rng_before), None
     if word == UNEXPLAINED:
-        by_family = {family: family.reading for family in everyone}
-        readings = [alone, *by_family.values()]
+        read = [family.reading for family in everyone]
+        readings = [alone, *read]
         in_question = readings
         if best.holds_what_is_left:
             # Coulomb friction alone is out of the question then; what the other family says is not
-            own = Reading("the candidates", mixture.draws.friction)
-            in_question = [own, *(reading for family, reading in by_family.items() if family is not best)]
+            others = [r for family, r in zip(everyone, read, strict=True) if family is not best]
+            in_question = [Reading("the candidates", mixture.draws.friction), *others]
         mixture = mixture.with_friction(pooled(in_question, rng_pool))
     frictions_before = reported_friction(alone.friction, mixture.draws.frequency, model, rng_before)
     after = reported_friction(mixture.draws.friction, mixture.draws.frequency, model, rng_after)

@@ -173,7 +173,7 @@ def close_loop(
     if effects is None:
         return report
     along = any(not isinstance(family, SearchFamily) for family in families)
-    left = () if along else (name for name in allowed if name not in searched(allowed, named=True))
+    left = () if along else (name for name in allowed if EFFECTS[name].search == "never")
     unweighed = dict.fromkeys(left, _ALONG_MOTION)
     reasons = (unweighed | barred).items()
     notes = (f"{words(name)} was asked for and not weighed: {reason}" for name, reason in sorted(reasons))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -121,9 +121,10 @@ class Search:
         least = self.ranked()[0].log_weight - _COUNTS
         for names, candidate in self.candidates.items():
             if candidate.log_weight > least:
-                fit = settle(candidate.fit)
-                log_weight = log_evidence(fit) + self.sets.log_prior(names)
-                self.candidates[names] = replace(candidate, fit=fit, log_weight=log_weight)
+                self.candidates[names] = self._weighed(names, settle(candidate.fit))
+
+    def _weighed(self, names: Names, fit: LoopFit) -> Candidate:
+        return Candidate(names, fit, log_evidence(fit) + self.sets.log_prior(names))
 
     def start_from(self, other: Search) -> None:
         """Climb from what a search of the same records under other noise reached: the singles and the best.
@@ -249,4 +250,4 @@ class Search:
         known = self.candidates.get(names)
         if known is not None and known.fit.objective <= fit.objective:
             return
-        self.candidates[names] = Candidate(names, fit, log_evidence(fit) + self.sets.log_prior(names))
+        self.candidates[names] = self._weighed(names, fit)

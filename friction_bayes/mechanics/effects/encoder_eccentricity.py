@@ -10,33 +10,29 @@ from collections.abc import Callable
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.mechanics.effects.effect import Parameter, SensorEffect
+from friction_bayes.mechanics.effects.effect import SensorEffect
 from friction_bayes.mechanics.effects.prior import Prior, Scales, normal
+from friction_bayes.mechanics.effects.turn_series import TERMS, turn_parameters
 
 __all__ = ["ENCODER_ECCENTRICITY"]
 
-_OFTEN = ("once", "twice", "thrice", "four_times")
 _ONCE = 0.003
 """Prior sd of the error once a turn [rad]: a disc of 10 mm radius off centre by 0.03 mm."""
 
 
-def _prior(times: int) -> Callable[[Scales], Prior]:
-    return lambda scales: normal(_ONCE / times)
+def _prior(n: int) -> Callable[[Scales], Prior]:
+    return lambda scales: normal(_ONCE / n)
 
 
 def _distort(signal: Array, time: Array, *coefficients: float) -> Array:
-    waves = (wave(n * signal) for n in range(1, len(_OFTEN) + 1) for wave in (np.sin, np.cos))
+    waves = (wave(n * signal) for n in range(1, TERMS + 1) for wave in (np.sin, np.cos))
     return signal + sum(a * wave for a, wave in zip(coefficients, waves, strict=True))
 
 
 ENCODER_ECCENTRICITY = SensorEffect(
     name="encoder_eccentricity",
     summary="+ sum a_n sin n x + b_n cos n x, n = 1 .. 4",
-    parameters=tuple(
-        Parameter(name=f"{often}_{wave}", unit="signal", default=0.0, prior=_prior(times))
-        for times, often in enumerate(_OFTEN, 1)
-        for wave in ("sine", "cosine")
-    ),
+    parameters=turn_parameters(_prior, "signal"),
     distort=_distort,
     linear=True,
     search="never",

@@ -11,12 +11,11 @@ import math
 from numba import njit
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.mechanics.effects.effect import ForceEffect, Parameter
+from friction_bayes.mechanics.effects.effect import ForceEffect
 from friction_bayes.mechanics.effects.prior import Prior, Scales, normal
+from friction_bayes.mechanics.effects.turn_series import TERMS, turn_parameters
 
 __all__ = ["POSITION_FORCE"]
-
-_TIMES_A_TURN = ("once", "twice", "thrice", "four_times")
 
 
 @njit(nogil=True)
@@ -34,7 +33,7 @@ def _force(
 ) -> float:
     once_sine, once_cosine = math.sin(x), math.cos(x)
     sine, cosine, force = 0.0, 1.0, 0.0
-    for k in range(4):
+    for k in range(TERMS):
         # addition theorem
         sine, cosine = sine * once_cosine + cosine * once_sine, cosine * once_cosine - sine * once_sine
         force += p[i + 2 * k] * sine + p[i + 2 * k + 1] * cosine
@@ -49,11 +48,7 @@ def _prior(scales: Scales) -> Prior:
 POSITION_FORCE = ForceEffect(
     name="position_force",
     summary="sum a_n sin n x + b_n cos n x, n = 1 .. 4",
-    parameters=tuple(
-        Parameter(name=f"{times}_{wave}", unit="N", angular_unit="N m", default=0.0, prior=_prior)
-        for times in _TIMES_A_TURN
-        for wave in ("sine", "cosine")
-    ),
+    parameters=turn_parameters(lambda n: _prior, "N", "N m"),
     force=_force,
     resists=False,
     search="never",
