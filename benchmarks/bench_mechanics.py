@@ -31,7 +31,7 @@ class Solvers:
     def integrated(self, rtol):
         mass, stiffness = PAPER_SYSTEM.moving, PAPER_SYSTEM.stiffness
         return propagate(
-            self.time, PAPER_RELEASE, 0.0, PAPER_FRICTION, mass, stiffness, False, 33.0, self.vector, rtol
+            self.time, PAPER_RELEASE, 0.0, PAPER_FRICTION, mass, stiffness, False, 33.0, self.vector, rtol, 0
         )
 
     def time_integrator(self, rtol, effect):

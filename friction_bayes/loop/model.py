@@ -235,6 +235,8 @@ class LoopModel:
         Prediction or None
             None when the motion does not stay finite.
         """
+        if order is None:
+            order = self.segments[r].order
         values = self.record_parameters(z, r)
         displacement, velocity = (values.displacement, values.velocity) if state is None else state
         mass, stiffness = self.mass_and_stiffness(values.frequency_ratio)
@@ -249,8 +251,9 @@ class LoopModel:
             self.durations[r],
             force_vector(values.effects),
             RTOL,
+            order,
         )
-        clean = (x, v, a)[self.segments[r].order if order is None else order]
+        clean = (x, v, a)[order]
         if status != 0 or not math.isfinite(float(clean.sum())):
             return None
         signal = sensor_output(clean, time, values.effects)

@@ -16,12 +16,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import block_diag
-from scipy.signal import lfilter
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.text import listed
 from friction_bayes.estimators.random_force import whitening
-from friction_bayes.estimators.random_force.transition import transition_table
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
 from friction_bayes.loop.autoregression import variance_gain
 from friction_bayes.loop.fit import LoopFit
@@ -316,7 +314,7 @@ def log_bayes_factor_of_scatter(
     covariance : ndarray, shape (q, q)
         Of these parameters before the record, :math:`C`.
     clock : Clock
-        Of the record, its steps all the same.
+        Of the record.
     row : ndarray, shape (3,)
         Of the sensor.
     truth, rival : tuple of float
@@ -326,9 +324,8 @@ def log_bayes_factor_of_scatter(
         return 0.0
     rng = np.random.default_rng(0)
     root = np.linalg.cholesky(covariance + 1e-12 * np.diag(np.diag(covariance)))
-    records = rng.standard_normal((clock.phase.size, _RECORDS))
+    records = whitening.colour(rng.standard_normal((clock.phase.size, _RECORDS)), clock, row, *truth)
     records += jacobian @ (root @ rng.standard_normal((len(covariance), _RECORDS)))
-    records += truth[0] * _answers_to_force(clock, row, truth[1], rng)
     block, q = np.column_stack([jacobian, records]), len(covariance)
 
     def log_density(force: tuple[float, float]) -> float:
@@ -341,20 +338,3 @@ def log_bayes_factor_of_scatter(
         return -0.5 * (squares + whitened.log_determinant + float(np.linalg.slogdet(inner)[1]))
 
     return max(log_density(truth) - log_density(rival), 0.0)
-
-
-def _answers_to_force(clock: Clock, row: Array, tau: float, rng: np.random.Generator) -> Array:
-    """What a sensor shows of random forces of unit sd that act on an oscillator at rest, shape (n, k)."""
-    transition, covariance = (table[0] for table in transition_table(clock.steps, clock.zeta, tau))
-    root = np.linalg.cholesky(covariance)
-    kicks = np.tensordot(root, rng.standard_normal((3, clock.phase.size, _RECORDS)), 1)
-    # the force begins stationary, the oscillator at rest
-    kicks[:, 0] = 0.0
-    kicks[2, 0] = rng.standard_normal(_RECORDS)
-    force = lfilter([1.0], [1.0, -transition[2, 2]], kicks[2], axis=0)
-    pushed = kicks[:2].copy()
-    pushed[:, 1:] += transition[:2, 2, None, None] * force[:-1]
-    # x + iv turns by the step
-    turn = complex(transition[0, 0], -transition[0, 1])
-    state = lfilter([1.0], [1.0, -turn], pushed[0] + 1j * pushed[1], axis=0)
-    return np.asarray(row[0] * state.real + row[1] * state.imag + row[2] * force)

@@ -88,9 +88,9 @@ _driven_built_in_force = _driven(_built_in_force, sum(len(effect.parameters) for
 
 
 @njit(cache=True, nogil=True)
-def _propagate_driven(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol):  # type: ignore[no-untyped-def]
+def _propagate_driven(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
     return trajectory(
-        _driven_built_in_force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol
+        _driven_built_in_force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order
     )
 
 
@@ -103,7 +103,7 @@ def _built_in_along(time, x, v, direction, friction, duration, mass, stiffness, 
 
 
 @njit(cache=True, nogil=True)
-def propagate(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol):  # type: ignore[no-untyped-def]
+def propagate(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
     """Integrate one free decay under the built-in force effects, without checks, for repeated calls.
 
     Parameters
@@ -124,17 +124,22 @@ def propagate(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol
         Coulomb friction alone.
     rtol : float
         Local error per step over the initial amplitude.
+    order : int
+        Highest derivative wanted: with 2 the acceleration too.
 
     Returns
     -------
     status : int
         0, or 1 when the motion did not stay finite (samples from there on are nan).
     displacement, velocity, acceleration : ndarray, shape (n,)
+        The acceleration is empty where it is not wanted.
     turning_times, turning_points : ndarray
     stop_time : float
         Infinite when it still moves at the end.
     """
-    return trajectory(_built_in_force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol)
+    return trajectory(
+        _built_in_force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order
+    )
 
 
 @lru_cache(maxsize=16)
@@ -142,8 +147,8 @@ def _compiled(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
     force = _total_force(effects)
 
     @njit(nogil=True)
-    def propagate_all(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol):  # type: ignore[no-untyped-def]
-        return trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol)
+    def propagate_all(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
+        return trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order)
 
     return propagate_all
 
@@ -276,6 +281,7 @@ def integrate(
         duration,
         vector,
         rtol,
+        2,
     )
     if status != DONE or not _all_finite(x, v, acceleration):
         raise InputError(

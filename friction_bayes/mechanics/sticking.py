@@ -13,7 +13,7 @@ __all__ = ["Samples", "departure", "rest"]
 
 
 class Samples(NamedTuple):
-    """Sample times, and the motion at them, filled as it goes on."""
+    """Sample times, and the motion at them, filled as it goes on; no accelerations where none are wanted."""
 
     time: Array
     displacement: Array
@@ -71,6 +71,7 @@ def rest(force, law, p, samples, t, x, j):  # type: ignore[no-untyped-def]
             t = due
         samples.displacement[j] = x
         samples.velocity[j] = 0.0
-        samples.acceleration[j] = 0.0
+        if samples.acceleration.size > 0:
+            samples.acceleration[j] = 0.0
         j += 1
     return t, j, 0.0

@@ -160,7 +160,8 @@ def _half_cycle(force, law, p, limits, samples, j, now, direction, h, attempts, 
     while j < time.size and time[j] - origin <= t:
         displacement[j] = x
         velocity[j] = v
-        accelerations[j] = kv[0]
+        if accelerations.size > 0:
+            accelerations[j] = kv[0]
         j += 1
     turned = False
     while j < time.size and not turned:
@@ -192,10 +193,11 @@ def _half_cycle(force, law, p, limits, samples, j, now, direction, h, attempts, 
             dense_coefficients(force, law, p, t, x, v, direction, size, new_x, new_v, kx, kv, fx, fv)
             dense_values(time[first:j], origin + t, size, x, fx, displacement[first:j])
             dense_values(time[first:j], origin + t, size, v, fv, velocity[first:j])
-            for i in range(first, j):
-                accelerations[i] = acceleration(
-                    force, law, p, time[i] - origin, displacement[i], velocity[i], direction
-                )
+            if accelerations.size > 0:
+                for i in range(first, j):
+                    accelerations[i] = acceleration(
+                        force, law, p, time[i] - origin, displacement[i], velocity[i], direction
+                    )
         t, x, v = new_t, new_x, 0.0 if turned else new_v
         kx[0] = kx[STAGES]
         kv[0] = kv[STAGES]
@@ -216,12 +218,14 @@ def _noted(values, count, value):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True)
-def trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol):  # type: ignore[no-untyped-def]
+def trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
     """Integrate one free decay; see :func:`friction_bayes.mechanics.integrate.propagate`."""
     n = time.size
     law = Law(mass, stiffness, pendulum, friction, duration)
     limits = _limits(law, x, v, time[n - 1] - time[0], rtol)
-    samples = Samples(time, np.full(n, np.nan), np.full(n, np.nan), np.full(n, np.nan))
+    # the forces at the samples cost as much as the motion itself
+    accelerations = np.full(n if order == 2 else 0, np.nan)
+    samples = Samples(time, np.full(n, np.nan), np.full(n, np.nan), accelerations)
     slopes = Slopes(np.empty(SLOPES), np.empty(SLOPES), np.empty(DENSE), np.empty(DENSE))
     turning_times, turning_points, turns = np.empty(64), np.empty(64), 0
     stop_time = math.inf

@@ -14,12 +14,9 @@ _LEAST_PIVOT = 1e-300
 
 
 @njit(cache=True, nogil=True)
-def factor(a: Array, size: int, known: int = 0) -> float:
-    """Cholesky in place, lower triangle; returns the log determinant.
-
-    Its first ``known`` rows are factored already.
-    """
-    for i in range(known, size):
+def factor(a: Array, size: int) -> float:
+    """Cholesky in place, lower triangle; returns the log determinant."""
+    for i in range(size):
         for j in range(i + 1):
             total = a[i, j]
             for k in range(j):

@@ -19,8 +19,10 @@ from friction_bayes.estimators.random_force.posterior import GridPoint, Problem
 from friction_bayes.estimators.random_force.smoothing import Motion
 from friction_bayes.estimators.random_force.whitening import Clock, Whitened, smooth, whiten
 
-__all__ = ["LawRegression", "frequency_change", "near_least_squares"]
+__all__ = ["LawRegression", "frequency_change", "likely_columns", "near_least_squares"]
 
+_LIKELY = 0.25
+"""Prior probability of a column from which on the reference law has it."""
 _RIDGE = 1e-10
 """Of the reference law, over each column's own sum of squares: columns may be the same to rounding."""
 
@@ -80,10 +82,14 @@ class LawRegression:
 
     @cached_property
     def reference(self) -> Array:
-        """A law in units of ``scale``, shape (p,), near the record, so that nothing large is whitened."""
+        """A law in units of ``scale``, shape (p,), near the record, so that nothing large is whitened.
+
+        With the columns alone that most sets have. Of all of them least squares makes huge coefficients of
+        near collinear ones, and what a set lacks of these has to be put back with their rounding.
+        """
         guess = self.motion
         whitened = self.whitened(np.zeros(self.scale.size), guess.force_sd / guess.noise, guess.tau)
-        return near_least_squares(whitened.gram)
+        return near_least_squares(whitened.gram, likely_columns(self.sets, self.log_prior))
 
     def _about(self, reference: Array) -> Array:
         """Scaled columns, and the record less a law in units of ``scale``, shape (n, p + 1)."""
@@ -202,11 +208,22 @@ class LawRegression:
         )
 
 
-def near_least_squares(gram: Array) -> Array:
-    """Coefficients near those of least squares, shape (p,), from sums of columns and, last, the record."""
-    own = gram[:-1, :-1]
+def likely_columns(sets: Mask, log_prior: Array) -> Mask:
+    """Columns, shape (p,), that are likely before the record is seen, given sets of them, shape (m, p)."""
+    return np.asarray(np.exp(log_prior) @ sets > _LIKELY)
+
+
+def near_least_squares(gram: Array, columns: Mask | None = None) -> Array:
+    """Coefficients near those of least squares, shape (p,), from sums of columns and, last, the record.
+
+    Of some of the ``columns`` alone, shape (p,), where these are given: the others have none.
+    """
+    law = np.zeros(len(gram) - 1)
+    mine = np.arange(law.size) if columns is None else np.flatnonzero(columns)
+    own = gram[np.ix_(mine, mine)]
     ridge = np.diag(_RIDGE * np.diag(own) + 1e-300)
-    return np.asarray(cho_solve(cho_factor(own + ridge), gram[:-1, -1]))
+    law[mine] = cho_solve(cho_factor(own + ridge), gram[mine, -1])
+    return law
 
 
 def frequency_change(kappa: float) -> float:

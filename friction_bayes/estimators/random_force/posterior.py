@@ -24,10 +24,10 @@ from scipy.optimize import minimize
 from scipy.special import logsumexp
 
 from friction_bayes.conjugate.mixture import Mixture
-from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.positive_orthant import cut_moments
-from friction_bayes.estimators.random_force.subsets import WeighedSets, weigh_sets
+from friction_bayes.estimators.random_force.subsets import WeighedSets, nested_order, weigh_sets
 from friction_bayes.estimators.random_force.whitening import Whitened
 
 __all__ = ["ForcePrior", "GridPoint", "Posterior", "Problem", "Weighable", "at_resonance", "integrate"]
@@ -150,6 +150,10 @@ class Problem:
     whiten_at: Callable[[float, float], Whitened]
     least_noise2: float = 0.0
 
+    @cached_property
+    def _order(self) -> Indices:
+        return nested_order(self.sets)
+
     def weigh(self, ratio: float, tau: float) -> WeighedSets:
         """Weights and marginals of all sets given ``q / sigma`` and ``tau``."""
         whitened = self.whiten_at(ratio, tau)
@@ -160,6 +164,7 @@ class Problem:
             self.sets,
             self.log_prior,
             least_noise2=self.least_noise2,
+            order=self._order,
         )
 
 
@@ -384,7 +389,7 @@ class _Density:
             found = self.problem.weigh(ratio, tau)
             noise = math.sqrt(found.noise2[np.argmax(found.log_weight)])
             log_prior = self.prior.log_density(ratio * noise, tau)
-            self.known[key] = float(logsumexp(found.log_weight)) + log_prior, log_prior, found
+            self.known[key] = float(np.logaddexp.reduce(found.log_weight)) + log_prior, log_prior, found
         return self.known[key][0]
 
     def place(self, force: GridPoint) -> Array:

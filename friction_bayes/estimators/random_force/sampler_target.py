@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import logsumexp
@@ -269,7 +269,7 @@ def _closed_form(problem: Problem, prior: ForcePrior, n: int, theta: Array) -> f
     u, log_tau = at.places[0]
     ratio, tau = _force(u, log_tau)
     whitened = problem.whiten_at(ratio, tau)
-    free = Problem(**{**vars(problem), "positive": np.zeros_like(problem.positive)}).weigh(ratio, tau)
+    free = replace(problem, positive=np.zeros_like(problem.positive)).weigh(ratio, tau)
     lam, rest = free.full_noise2, n * free.noise2[0]
     precision = whitened.gram[:-1, :-1] + lam * np.eye(scaled.size)
     away = scaled - free.location[0]

@@ -26,7 +26,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.transition import distinct_steps, transition_table
 
-__all__ = ["Clock", "CorrelatedError", "Whitened", "sensor_row", "smooth", "whiten"]
+__all__ = ["Clock", "CorrelatedError", "Whitened", "colour", "sensor_row", "smooth", "whiten"]
 
 _VARIANCES = ((0, 0), (0, 4), (0, 7), (0, 9), (4, 4), (4, 7), (4, 9), (7, 7), (7, 9), (9, 9))
 """Places of the two variances that belong to each entry of a covariance's upper triangle, row by row."""
@@ -171,6 +171,20 @@ def whiten(
     variances = np.full(used.size, np.nan)
     variances[used] = gains[used, 4] ** -2.0
     return replace(whitened, columns=white, variances=variances)
+
+
+def colour(white: Array, clock: Clock, row: Array, ratio: float, tau: float) -> Array:
+    """Columns, shape (n, p), that :func:`whiten` turns into these: records from independent normal numbers.
+
+    Parameters
+    ----------
+    white : ndarray, shape (n, p)
+        Innovations, each over its standard deviation.
+    clock, row, ratio, tau
+        As in :func:`whiten`; samples that are not used are what the others predict of them.
+    """
+    transitions, gains = _filter(clock, row, ratio, tau, np.empty((0, 4, 4)))
+    return _coloured(white, clock.index, transitions, clock.error_table()[0], row, gains)
 
 
 def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -> tuple[Array, Array]:
@@ -364,6 +378,34 @@ def _innovations(
             d[j] = dj + k2 * e
             u[j] = uj + k3 * e
     return white
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _coloured(
+    white: Array, index: Indices, transitions: Array, decays: Array, row: Array, gains: Array
+) -> Array:
+    """The samples of every column: what is predicted, and the innovation."""
+    n, p = white.shape
+    columns = np.empty((n, p))
+    x, v, d, u = np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p)
+    row0, row1, row2 = row[0], row[1], row[2]
+    for i in range(n):
+        k = index[max(i - 1, 0)]
+        f, decay = transitions[k], decays[k]
+        f00, f01, f02, f10, f11, f12, f22 = f[0, 0], f[0, 1], f[0, 2], f[1, 0], f[1, 1], f[1, 2], f[2, 2]
+        k0, k1, k2, k3, scale = gains[i, 0], gains[i, 1], gains[i, 2], gains[i, 3], gains[i, 4]
+        sd = 1.0 / scale if scale > 0.0 else 0.0
+        innovation, sample = white[i], columns[i]
+        for j in range(p):
+            xj = f00 * x[j] + f01 * v[j] + f02 * d[j]
+            vj = f10 * x[j] + f11 * v[j] + f12 * d[j]
+            dj, uj, e = f22 * d[j], decay * u[j], innovation[j]
+            sample[j] = row0 * xj + row1 * vj + row2 * dj + uj + sd * e
+            x[j] = xj + k0 * e
+            v[j] = vj + k1 * e
+            d[j] = dj + k2 * e
+            u[j] = uj + k3 * e
+    return columns
 
 
 @njit(cache=True, nogil=True)

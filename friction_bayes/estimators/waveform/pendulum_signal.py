@@ -54,6 +54,7 @@ class PendulumSignal:
             time[-1],
             self.effects,
             _RTOL,
+            self.order,
         )
         if status != 0:
             return np.full(n, np.inf), turns

@@ -18,20 +18,26 @@ none among them, each of which makes every set another one.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.estimators.random_force.law_regression import LawRegression, near_least_squares
+from friction_bayes.estimators.random_force.law_regression import (
+    LawRegression,
+    likely_columns,
+    near_least_squares,
+)
 from friction_bayes.estimators.random_force.posterior import GridPoint
 from friction_bayes.estimators.random_force.subsets import (
     SetBounds,
     WeighedSets,
     bound_sets,
     full_noise2,
+    nested_order,
     set_posterior,
     weigh_bounded,
 )
@@ -129,7 +135,7 @@ class JointProblem:
         positive, reference = self.positive[shared], self.references[0, shared]
         # what all sets can have at most comes first, so that one is weighed only where it may matter
         parts: list[tuple[Integers, Whitened, Mask, SetBounds]] = []
-        for mine in self._parts():
+        for mine in self._parts:
             left = self._eliminated(grams, int(mine[0]), lam)
             whitened = Whitened(left.gram, log_determinant + left.log_determinant, used)
             sets = np.ascontiguousarray(self.sets[np.ix_(mine, shared)])
@@ -201,12 +207,13 @@ class JointProblem:
             float(found.noise2[row]),
         )
 
-    def _parts(self) -> Iterator[Integers]:
-        """Sets with the same own columns, and the same column that differs by the same spread."""
+    @cached_property
+    def _parts(self) -> list[Integers]:
+        """Sets with the same own columns, and the same column that differs by the same spread, nested."""
         same = np.stack([self._own_set, self.spread_number, self._deviating], axis=1)
         _, part = np.unique(same, axis=0, return_inverse=True)
-        for each in range(int(part.max()) + 1):
-            yield np.flatnonzero(part == each)
+        order = nested_order(self.sets)
+        return [order[part[order] == each] for each in range(int(part.max()) + 1)]
 
     def _sums(self, ratio: float, tau: float) -> tuple[Array, float, int]:
         """Sums of each record in units of the common noise, shape (r, p + 1, p + 1); remembered."""
@@ -261,13 +268,15 @@ class JointProblem:
             zero = np.zeros(self.scale.size)
             gram = member.regression.whitened(zero, guess.force_sd / guess.noise, guess.tau).gram
             grams.append(gram / guess.noise**2)
-        none = np.zeros((len(grams), np.count_nonzero(self.own)))
-        mixing = self._mixing(self.own, np.array([-1]), 0.0)
-        left = _eliminate(np.array(grams), mixing, none, 0.0)
-        together = near_least_squares(left.gram)
-        references = np.empty((len(grams), self.scale.size))
+        first = self.members[0].regression
+        likely = likely_columns(first.sets, first.log_prior)
+        own = self.own & likely
+        none = np.zeros((len(grams), np.count_nonzero(own)))
+        left = _eliminate(np.array(grams), self._mixing(own, np.array([-1]), 0.0), none, 0.0)
+        together = near_least_squares(left.gram, likely[~self.own])
+        references = np.zeros((len(grams), self.scale.size))
         references[:, ~self.own] = together
-        references[:, self.own] = left.own(together[None])[:, 0]
+        references[:, own] = left.own(together[None])[:, 0]
         return references
 
 

@@ -20,10 +20,11 @@ from friction_bayes.estimators.random_force.positive_orthant import confine, cut
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem, at_resonance, integrate
 from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
 from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
-from friction_bayes.estimators.random_force.subsets import WeighedSets, all_sets, weigh_sets
+from friction_bayes.estimators.random_force.subsets import WeighedSets, all_sets, nested_order, weigh_sets
 from friction_bayes.estimators.random_force.whitening import (
     Clock,
     CorrelatedError,
+    colour,
     sensor_row,
     smooth,
     whiten,
@@ -85,6 +86,17 @@ def test_whitening_and_smoothing_are_those_of_a_dense_normal(
     left = np.array([left[i, :, i] for i in range(n)])
     np.testing.assert_allclose(covariance, left, atol=1e-7 * np.abs(left).max())
     assert np.all(np.diagonal(covariance, axis1=1, axis2=2) >= 0.0)
+
+
+@pytest.mark.parametrize("order", ORDERS)
+def test_coloured_numbers_are_those_that_whitening_gives_back(order, rng) -> None:
+    clock, row = replace(uneven_clock(rng, 0.03), error=CorrelatedError(2.0, 0.4)), sensor_row(order, 0.03)
+    used = np.isfinite(clock.variance)
+    white = np.where(used[:, None], rng.standard_normal((40, 3)), 0.0)
+    coloured = colour(white, clock, row, 3.0, 0.8)
+    again = whiten(coloured, clock, row, 3.0, 0.8, keep=True).columns
+    assert again is not None
+    np.testing.assert_allclose(again, white, atol=1e-11)
 
 
 @pytest.mark.parametrize("order", ORDERS)
@@ -267,6 +279,30 @@ def test_sets_are_weighed_as_one_by_one(rng) -> None:
     mass = log_normal_mass(float(free.location[k, 3] / np.sqrt(free.scale2[k, 3])))
     assert sets[k].tolist() == [True, False, False, True]
     assert cut.log_weight[k] - free.log_weight[k] == pytest.approx(math.log(2.0) + mass, abs=1e-8)
+
+
+def test_sets_weigh_the_same_in_any_order(rng) -> None:
+    """What begins alike is eliminated once; two sets are the same, and sets lack what the reference has."""
+    columns = rng.standard_normal((100, 9))
+    law = np.where(np.arange(9) < 4, rng.standard_normal(9), 0.0)
+    record = columns @ law + rng.standard_normal(100)
+    reference = np.where(np.arange(9) < 6, law + 0.1, 0.0)
+    block = np.column_stack([columns, record - columns @ reference])
+    whitened = whiten(block, Clock.of(np.arange(100.0)), sensor_row(0), 0.0, 1.0)
+    sets = rng.permutation(all_sets(np.arange(9) < 1))
+    sets[17] = sets[3]
+    order = nested_order(sets)
+    shared = (sets[order][1:] == sets[order][:-1]).cumprod(axis=1).sum(axis=1)
+    assert shared.mean() > 7.0
+    positive, none = np.arange(9) > 6, np.zeros(len(sets))
+    nested = weigh_sets(whitened, reference, positive, sets, none, order=order)
+    for name, expected in weigh_sets(whitened, reference, positive, sets, none)._asdict().items():
+        np.testing.assert_allclose(getattr(nested, name), expected, rtol=1e-9, atol=1e-12)
+    for k in range(0, len(sets), 50):
+        alone = weigh_sets(whitened, reference, positive, sets[[k]], none[:1])
+        assert nested.noise2[k] == pytest.approx(alone.noise2[0], rel=1e-9)
+        if np.isfinite(nested.location[k]).any():
+            assert nested.log_weight[k] == pytest.approx(alone.log_weight[0], abs=1e-8)
 
 
 def test_noise_is_not_taken_below_its_least(rng) -> None:

@@ -14,8 +14,8 @@ from scipy.integrate import solve_ivp
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator, Pendulum
 from friction_bayes.mechanics.coulomb import coulomb_decay
-from friction_bayes.mechanics.effects import force_effects
-from friction_bayes.mechanics.integrate import integrate
+from friction_bayes.mechanics.effects import force_effects, force_vector
+from friction_bayes.mechanics.integrate import integrate, propagate
 
 SYSTEM = Oscillator(mass=2.0, stiffness=800.0)
 PENDULUM = Pendulum(inertia=0.8, stiffness=9.0)
@@ -185,6 +185,17 @@ def test_acceleration_obeys_the_force_law_and_vanishes_at_rest():
     assert rest.any()
     assert np.all(x[rest] == motion.turning_points[-1])
     assert not a[rest].any()
+
+
+def test_a_motion_is_the_same_without_its_acceleration():
+    time = np.linspace(0.0, 3.0, 200)
+    decay = (time, 0.1, 0.5, 4.0, 2.0, 800.0, False, 3.0, force_vector({}), 1e-8)
+    with_it, without = propagate(*decay, 2), propagate(*decay, 0)
+    assert with_it[3].shape == time.shape
+    assert without[3].size == 0
+    assert with_it[6] == without[6] < 3.0
+    for k in (0, 1, 2, 4, 5):
+        np.testing.assert_array_equal(with_it[k], without[k])
 
 
 def test_static_friction_holds_what_kinetic_friction_would_not():
