@@ -169,6 +169,8 @@ def effect_columns(path: Path, swing: float | None) -> Columns:
     ]
     if path.order == 0:
         columns["sensor_hysteresis"] = [-path.at_samples(sign)[:, None]]
+    signal = path.motion.sample(path.times)[0 if path.order == 0 else 1]
+    columns["sensor_nonlinearity"] = [signal[:, None] ** 2]
     if swing is not None:
         turned = swing * path.at_samples(path.x)
         waves = [wave(k * turned) for k in (1, 2) for wave in (np.sin, np.cos)]

@@ -46,6 +46,7 @@ CONTACT_AND_SENSOR = (
     "encoder_eccentricity",
     "disturbed_release",
     "position_force",
+    "sensor_nonlinearity",
 )
 """Kinds drawn for the records with a fluctuating force, beside those of the sealed test without one."""
 TURN_SWING_RAD = (0.5 * math.pi, 6.0)
@@ -216,6 +217,8 @@ def draw_contact_or_sensor(
         Swing log-uniform 0.5 pi .. 6 rad; root mean square of the force along a decay by friction alone
         log-uniform 0.1 .. 1 of friction; its sines and cosines normal draws times ``n**p``, ``p`` uniform
         -1 .. 1.
+    sensor_nonlinearity
+        A scale bent by 0.003 .. 0.05 (log-uniform) of the signal at the initial amplitude, either way.
     """
     if name == "presliding":
         return {"presliding": log_uniform(rng, 0.003, 0.05)}
@@ -252,6 +255,8 @@ def draw_contact_or_sensor(
             "turn_sines": tuple(parts[0].tolist()),
             "turn_cosines": tuple(parts[1].tolist()),
         }
+    if name == "sensor_nonlinearity":
+        return {"curvature": either_sign(rng) * log_uniform(rng, 0.003, 0.05)}
     raise ValueError(f"unknown effect {name!r}")
 
 

@@ -40,6 +40,7 @@ from friction_bayes.mechanics.effects.registry import (
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
+from friction_bayes.mechanics.effects.sensor_nonlinearity import SENSOR_NONLINEARITY
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
 from friction_bayes.mechanics.effects.stribeck_friction import STRIBECK_FRICTION
@@ -78,6 +79,8 @@ BUILT_IN: tuple[Effect, ...] = (
     PRESLIDING,
     POSITION_FORCE,
     RANDOM_FORCE,
+    # bent about the rest, wherever the zero is: before what moves it
+    SENSOR_NONLINEARITY,
     SENSOR_OFFSET,
     SENSOR_DRIFT,
     SENSOR_HYSTERESIS,

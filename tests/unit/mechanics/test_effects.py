@@ -51,6 +51,7 @@ CATALOGUE = {
     "random_force": ("process", {"sd": ("N", "N m"), "correlation_time": ("s", "s")}),
     "sensor_hysteresis": ("sensor", {"half_width": ("V", "V")}),
     "position_force": ("force", dict.fromkeys(FOUR_HARMONICS, ("N", "N m"))),
+    "sensor_nonlinearity": ("sensor", {"curvature": ("1/(V)", "1/(V)")}),
     "encoder_eccentricity": ("sensor", dict.fromkeys(FOUR_HARMONICS, ("V", "V"))),
     "sensor_clipping": ("sensor", {"level": ("V", "V")}),
     "periodic_interference": (

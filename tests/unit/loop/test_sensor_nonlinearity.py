@@ -1,0 +1,54 @@
+"""A bent scale of the sensor, with a force that fluctuates and without."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from unsteady_decays import FRICTION, RELEASE, SYSTEM, bent_record, fitted, probability_of
+
+OFFERED = ("viscous_damping", "cubic_stiffness", "sensor_offset", "sensor_nonlinearity")
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_it_is_found_beside_a_force_and_friction_with_it(rng: np.random.Generator, order: int) -> None:
+    fit = fitted(bent_record(rng, 0.01, order), OFFERED)
+    assert probability_of(fit, "sensor_nonlinearity") > 0.99
+    found = dict(zip([c.parameter for c in fit.law.columns], fit.coefficients, strict=True))
+    assert found["curvature"] * RELEASE * 10.0**order == pytest.approx(0.01, rel=0.1)
+    assert fit.coefficients[fit.law.dry_friction] == pytest.approx(FRICTION, rel=0.06)
+
+
+def test_the_search_finds_it_where_no_force_fluctuates() -> None:
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.02,
+        initial_displacement=0.02,
+        duration=12.0,
+        sampling_rate=100.0,
+        noise_sd=1e-4,
+        seed=5,
+        effects={"sensor_nonlinearity.curvature": 1.0, "sensor_offset.offset": 0.004},
+    )
+    report = fb.close_loop([record], SYSTEM, seed=1, random_force="none")
+    assert report.candidates[0]["effects"] == ["sensor_nonlinearity", "sensor_offset"]
+    (effect,) = [e for e in report.effects if e["name"] == "sensor_nonlinearity"]
+    curvature = effect["parameters"]["curvature"]
+    assert curvature["unit"] == "1/(m)"
+    assert abs(curvature["mean"] - 1.0) < 4.0 * curvature["sd"] < 0.4
+    low, high = report.friction_after["interval90"]
+    assert low < 0.02 < high
+
+
+def test_an_eccentric_encoder_is_bent_already() -> None:
+    wheel = fb.Oscillator(inertia=1.0, stiffness=100.0)
+    t = np.arange(0.0, 10.0, 0.01)
+    fit = fitted(
+        fb.make_record(t, (2.0 - 0.1 * t) * np.cos(10.0 * t), "angle"),
+        ("sensor_nonlinearity", "encoder_eccentricity"),
+        wheel,
+    )
+    both = {"sensor_nonlinearity", "encoder_eccentricity"}
+    assert any(both & names for names in fit.sets.effects)
+    assert not any(both <= names for names in fit.sets.effects)
