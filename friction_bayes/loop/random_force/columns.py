@@ -97,16 +97,22 @@ class LawColumns:
         return [j for j, c in enumerate(self.columns) if j not in self.always and not _of_a_spring(c.effect)]
 
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:
-        """Columns of an effect for each of its shapes and lengths; all lines of interference are one."""
-        found: dict[tuple[Shape, ...], list[int]] = {}
+        """Columns of an effect in each of its shapes and extents; all lines of interference are one."""
+        found: dict[tuple[tuple[Shape, ...], float], list[int]] = {}
         for j, column in enumerate(self.columns):
             if column.effect == effect:
-                found.setdefault(column.shape, []).append(j)
-        shapes = list(found.values())
-        if effect == PERIODIC_INTERFERENCE.name:
-            shapes = [list(chain(*shapes))] if shapes else []
-        lengths = (EFFECTS[effect].lengths if effect else ()) or (None,)
-        return [tuple(columns[:length]) for columns in shapes for length in lengths]
+                found.setdefault((column.shape, column.width), []).append(j)
+        if effect == PERIODIC_INTERFERENCE.name and found:
+            return [tuple(chain(*found.values()))]
+        series = EFFECTS[effect].series if effect else ()
+        if not series:
+            return [tuple(columns) for columns in found.values()]
+        return [
+            tuple(columns[: extent.parameters])
+            for (_, width), columns in found.items()
+            for extent in series
+            if extent.width == width
+        ]
 
 
 def _of_a_spring(name: str) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -58,6 +58,8 @@ class Column:
         the effect that bends it.
     shape : tuple of Shape
         Parameters that shape it.
+    width : float
+        How many times as wide its prior is as the effect states it.
     of_friction : bool
         Whether the coefficient is the parameter times the friction over the one that the column assumes.
     """
@@ -68,6 +70,7 @@ class Column:
     effect: str = ""
     parameter: str = ""
     shape: tuple[Shape, ...] = ()
+    width: float = 1.0
     of_friction: bool = False
 
     @property
@@ -79,6 +82,11 @@ class Column:
         if self.kind == "effect":
             return EFFECTS[self.effect].per_record and not self.positive
         return self.kind in ("displacement", "velocity")
+
+    def in_widths(self) -> Iterator[Column]:
+        """The column in each of the widths of its prior that the effect's series has."""
+        for width in EFFECTS[self.effect].widths:
+            yield replace(self, scale=width * self.scale, width=width)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +166,9 @@ def force_columns(
                 shape=tuple(_shape(c, score, _SCORES) for c in shaping),
                 of_friction=of_friction,
             )
-            yield column, along(coefficient, 1.0, score), along(coefficient, 1.0, score, samples=True)
+            at_nodes, at_samples = (along(coefficient, 1.0, score, samples=s) for s in (False, True))
+            for widened in column.in_widths():
+                yield widened, at_nodes, at_samples
 
 
 def _shape(coordinate: Coordinate, score: float, scores: Sequence[float]) -> Shape:
@@ -206,16 +216,9 @@ def sensor_columns(
         values = [0.0] * len(coordinates)
         values[j] = c.prior.scale
         fault = (effect.distort(clean, time, *values) - clean) / (unit * c.prior.scale)
-        yield (
-            Column(
-                "effect",
-                c.prior.scale,
-                positive=c.prior.low == 0.0,
-                effect=name,
-                parameter=c.name,
-            ),
-            fault,
-        )
+        column = Column("effect", c.prior.scale, positive=c.prior.low == 0.0, effect=name, parameter=c.name)
+        for widened in column.in_widths():
+            yield widened, fault
 
 
 def line_columns(

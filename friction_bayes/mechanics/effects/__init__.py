@@ -10,6 +10,7 @@ from friction_bayes.mechanics.effects.asymmetric_friction import ASYMMETRIC_FRIC
 from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
 from friction_bayes.mechanics.effects.effect import (
     Effect,
+    Extent,
     ForceEffect,
     GrowingNoiseEffect,
     NoiseEffect,
@@ -51,6 +52,7 @@ __all__ = [
     "BUILT_IN",
     "EFFECTS",
     "Effect",
+    "Extent",
     "ForceEffect",
     "GrowingNoiseEffect",
     "NoiseEffect",

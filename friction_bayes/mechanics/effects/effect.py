@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from friction_bayes.mechanics.effects.prior import Prior, Scales
 
 __all__ = [
     "Effect",
+    "Extent",
     "ForceEffect",
     "GrowingNoiseEffect",
     "NoiseEffect",
@@ -74,6 +75,21 @@ class Parameter:
         return number
 
 
+class Extent(NamedTuple):
+    """How far a series reaches.
+
+    Attributes
+    ----------
+    parameters : int
+        How many of its parameters act, from the first on.
+    width : float
+        How many times as wide their priors are then as stated.
+    """
+
+    parameters: int
+    width: float = 1.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class Effect:
     """Something that plain Coulomb friction and white noise do not explain.
@@ -91,8 +107,8 @@ class Effect:
         anew with each release, or of the sensor as it stood then, do.
     least_swing : float
         Amplitude of the motion below which it cannot be told from another effect [m or rad].
-    lengths : tuple of int
-        Of a series, how many of its parameters may act, from the first on; empty where all do.
+    series : tuple of Extent
+        Of a series, how far it may reach, each as probable; empty where all of its parameters act.
     search : {"always", "if named", "never"}
         Whether the search, which simulates every set that it tries, tries it; else it is weighed along the
         measured motion alone.
@@ -106,7 +122,7 @@ class Effect:
     excludes: tuple[str, ...] = ()
     per_record: bool = False
     least_swing: float = 0.0
-    lengths: tuple[int, ...] = ()
+    series: tuple[Extent, ...] = ()
     search: Literal["always", "if named", "never"] = "always"
 
     def why_not(self, scales: Scales) -> str:
@@ -118,6 +134,11 @@ class Effect:
             f"a swing of {scales.amplitude:.2g} {unit} does not tell it from other effects, "
             f"{self.least_swing:.2g} {unit} would"
         )
+
+    @property
+    def widths(self) -> tuple[float, ...]:
+        """How many times as wide the priors of its parameters may be."""
+        return tuple(sorted({extent.width for extent in self.series})) or (1.0,)
 
     def priors(self, scales: Scales) -> tuple[Prior, ...]:
         """Return the prior of each parameter."""

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.mechanics.effects.effect import SensorEffect
+from friction_bayes.mechanics.effects.effect import Extent, SensorEffect
 from friction_bayes.mechanics.effects.prior import Prior, Scales, normal
 from friction_bayes.mechanics.effects.turn_series import TERMS, turn_parameters
 
@@ -18,6 +18,8 @@ __all__ = ["ENCODER_ECCENTRICITY"]
 
 _ONCE = 0.003
 """Prior sd of the error once a turn [rad]: a disc of 10 mm radius off centre by 0.03 mm."""
+_MISPLACED = 10.0
+"""So many times as much where a magnet before a chip, or a disc pushed on by hand, is 0.3 mm off."""
 
 
 def _prior(n: int) -> Callable[[Scales], Prior]:
@@ -41,5 +43,6 @@ ENCODER_ECCENTRICITY = SensorEffect(
     per_record=False,
     # within less it is an offset, a gain and hardly a bent scale, which other laws imitate
     least_swing=0.5,
-    lengths=(4, 8),
+    # what is out of place errs once and twice a turn, not more often
+    series=(Extent(4), Extent(8), Extent(4, _MISPLACED)),
 )

@@ -11,7 +11,7 @@ import math
 from numba import njit
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.mechanics.effects.effect import ForceEffect
+from friction_bayes.mechanics.effects.effect import Extent, ForceEffect
 from friction_bayes.mechanics.effects.prior import Prior, Scales, normal
 from friction_bayes.mechanics.effects.turn_series import TERMS, turn_parameters
 
@@ -55,5 +55,5 @@ POSITION_FORCE = ForceEffect(
     rotational=True,
     # within less than half a turn it is a spring that hardens or softens
     least_swing=0.5 * math.pi,
-    lengths=(2, 4, 8),
+    series=(Extent(2), Extent(4), Extent(8)),
 )

@@ -2,24 +2,52 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+
 import numpy as np
 import pytest
 
 import friction_bayes as fb
 from friction_bayes.core.errors import InputError
+from friction_bayes.loop.random_force.fit import ForceFit
 from unsteady_decays import WHEEL, WHEEL_NOISE, eccentric_record, fitted, probability_of
 
 OFFERED = ("viscous_damping", "cubic_stiffness", "sensor_offset", "encoder_eccentricity")
 
 
+def coefficients(fit: ForceFit) -> dict[str, float]:
+    """Those of eccentricity in the best law, of whatever width its prior is."""
+    found: dict[str, float] = defaultdict(float)
+    for column, value in zip(fit.law.columns, fit.coefficients, strict=True):
+        if column.effect == "encoder_eccentricity":
+            found[column.parameter] += value
+    return found
+
+
 def test_it_is_found_and_friction_with_it(rng: np.random.Generator) -> None:
     fit = fitted(eccentric_record(rng, 0.002), OFFERED, WHEEL)
     assert probability_of(fit, "encoder_eccentricity") > 0.99
-    found = dict(zip([c.parameter for c in fit.law.columns], fit.coefficients, strict=True))
+    found = coefficients(fit)
     assert found["once_cosine"] == pytest.approx(0.002 * np.sin(0.7), rel=0.3)
     assert np.hypot(found["twice_sine"], found["twice_cosine"]) == pytest.approx(0.001, rel=0.3)
     assert fit.posterior.noise_sd == pytest.approx(WHEEL_NOISE, rel=0.1)
     assert fit.coefficients[fit.law.dry_friction] == pytest.approx(0.025, rel=0.05)
+
+
+def test_a_misplaced_magnet_errs_by_an_order_of_magnitude_more(rng: np.random.Generator) -> None:
+    fit = fitted(eccentric_record(rng, 0.08), OFFERED, WHEEL)
+    assert probability_of(fit, "encoder_eccentricity") > 0.99
+    assert coefficients(fit)["once_cosine"] == pytest.approx(0.08 * np.sin(0.7), rel=0.1)
+    assert fit.coefficients[fit.law.dry_friction] == pytest.approx(0.025, rel=0.05)
+
+
+def test_a_series_is_offered_as_its_extents_say(rng: np.random.Generator) -> None:
+    law = fitted(eccentric_record(rng, 0.0), OFFERED, WHEEL).law
+    offered = [
+        (len(columns), {law.columns[j].width for j in columns})
+        for columns in law.alternatives("encoder_eccentricity")
+    ]
+    assert offered == [(4, {1.0}), (8, {1.0}), (4, {10.0})]
 
 
 def test_a_small_swing_cannot_tell_it_from_offset_and_gain(rng: np.random.Generator) -> None:
