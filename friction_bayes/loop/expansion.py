@@ -159,7 +159,8 @@ class Expansion:
         scale = np.ones(len(grams))
         # once more with the noise that the first solution leaves
         for _ in range(2):
-            precision = np.tensordot(scale, grams, 1) + np.diag(prior + _ROUNDING)
+            precision = np.einsum("r,rij->ij", scale, grams)
+            np.einsum("ii->i", precision)[:] += prior + _ROUNDING
             step[index] = _inverse(precision) @ (scale @ gradients - prior * problem.origin[index])
             deviance, scale = self._deviance(step)
         mode = problem.origin + step
@@ -204,7 +205,7 @@ class Expansion:
     def _deviance(self, step: Array) -> tuple[float, Array]:
         """Deviance after a step, and by how much the weights grow with the smaller noise."""
         problem = self._problem
-        change = np.einsum("i,rij,j->r", step, problem.grams, step) - 2.0 * problem.gradients @ step
+        change = (problem.grams @ step - 2.0 * problem.gradients) @ step
         share = np.maximum(1.0 + change / problem.squares, _LEAST_SHARE)
         total = math.fsum(n.deviance for n in self._fit.noises)
         total += float(np.where(self._rescaled, problem.squares * np.log(share), change).sum())
@@ -217,7 +218,8 @@ def _inverse(matrix: Array) -> Array:
     Once scaled, NumPy's inverse is as good as Cholesky's (variances within 1e-9) in under half the time.
     """
     scale = 1.0 / np.sqrt(np.diag(matrix))
-    return np.asarray(np.linalg.inv(matrix * np.outer(scale, scale)) * np.outer(scale, scale))
+    unit = np.outer(scale, scale)
+    return np.asarray(np.linalg.inv(matrix * unit) * unit)
 
 
 def is_identifiable(fit: LoopFit) -> bool:

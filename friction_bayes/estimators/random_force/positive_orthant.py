@@ -93,12 +93,14 @@ def confine(mean: Array, cov: Array, positive: Mask, location: Array, scale2: Ar
             change = max(change, abs(more_tilt) * sigma[i, i])
             tilt[i], shift[i] = new_tilt, new_shift
             gain = (more_shift - more_tilt * mu[i]) / denominator
+            loss = more_tilt / denominator
             for a in range(p):
                 column[a] = sigma[a, i]
             for a in range(p):
                 mu[a] += column[a] * gain
+                share = loss * column[a]
                 for b in range(p):
-                    sigma[a, b] -= more_tilt * column[a] * column[b] / denominator
+                    sigma[a, b] -= share * column[b]
                 sigma[a, a] = max(sigma[a, a], _ROUNDING * cov[a, a])
         if change < _CONVERGED:
             break

@@ -374,12 +374,14 @@ def _weigh_sets(
         factor(work, size)
         forward(work, rhs, size, half)
         # row a is column a of the inverse of the factor
-        root = np.zeros((size, size))
-        unit = np.zeros(size)
+        root = np.empty((size, size))
         for a in range(size):
-            unit[a] = 1.0
-            forward(work, unit, size, root[a])
-            unit[a] = 0.0
+            root[a, a] = 1.0 / work[a, a]
+            for b in range(a + 1, size):
+                total = 0.0
+                for k in range(a, b):
+                    total -= work[b, k] * root[a, k]
+                root[a, b] = total / work[b, b]
         mean, cov = np.empty(size), np.empty((size, size))
         signs = np.empty(size, np.bool_)
         for a in range(size):
