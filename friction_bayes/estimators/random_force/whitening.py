@@ -410,11 +410,11 @@ def _coloured(
 
 @njit(cache=True, nogil=True)
 def _product(left: Array, right: Array, out: Array) -> Array:
-    """Fill ``out = left' right``, which is none of the two, and return it; ``left`` is often symmetric."""
-    for a in range(left.shape[1]):
-        for b in range(right.shape[1]):
+    """Fill ``out = left' right``, which is none of the two, and return it; ``left`` is 4 x 4."""
+    for b in range(right.shape[1]):
+        for a in range(4):
             total = 0.0
-            for c in range(left.shape[0]):
+            for c in range(4):
                 total += left[c, a] * right[c, b]
             out[a, b] = total
     return out
@@ -457,7 +457,8 @@ def _smooth(
     for a in range(3):
         shown[a] = row[a]
     adjoint, shift = np.zeros((4, p)), np.zeros((4, p))
-    information, keep, half = np.zeros((4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
+    information, half = np.zeros((4, 4)), np.zeros((4, 4))
+    told = np.zeros(4)
     covariance = np.zeros((n, 4, 4))
     for i in range(n - 1, -1, -1):
         if i < n - 1:
@@ -469,16 +470,22 @@ def _smooth(
             information = _product(_product(information, f, half), f, information)
         scale = gains[i, 4]
         if scale > 0.0:
+            # what the later samples tell of the state before this one, and this one itself
+            both = scale * scale
+            for a in range(4):
+                told[a] = 0.0
+                for b in range(4):
+                    told[a] += information[a, b] * gains[i, b] * scale
+                both += told[a] * gains[i, a] * scale
             for a in range(4):
                 for b in range(4):
-                    keep[a, b] = (1.0 if a == b else 0.0) - gains[i, a] * scale * shown[b]
-            adjoint, shift = _product(keep, adjoint, shift), adjoint
-            information = _product(_product(information, keep, half), keep, information)
-            for a in range(4):
-                for j in range(p):
-                    adjoint[a, j] += shown[a] * innovations[i, j] * scale
-                for b in range(4):
-                    information[a, b] += shown[a] * shown[b] * scale * scale
+                    information[a, b] += shown[a] * shown[b] * both - told[a] * shown[b] - shown[a] * told[b]
+            for j in range(p):
+                rest = innovations[i, j]
+                for a in range(4):
+                    rest -= gains[i, a] * adjoint[a, j]
+                for a in range(4):
+                    adjoint[a, j] += shown[a] * rest * scale
         _product(predicted[i], adjoint, shift)
         _product(predicted[i], _product(information, predicted[i], half), covariance[i])
         for a in range(4):
