@@ -17,7 +17,7 @@ from friction_bayes import testing
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.positive_orthant import log_normal_mass
 from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
-from friction_bayes.estimators.random_force.subsets import weigh_sets
+from friction_bayes.estimators.random_force.subsets import set_marginals, set_posterior, weigh_sets
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, whiten
 
 RARE = 1e-4
@@ -69,7 +69,12 @@ def calibrated(
         for record, b in zip(data, truth, strict=True):
             whitened = whiten(np.column_stack([columns, record]), clock, row, wrong * ratio, tau)
             found = weigh_sets(whitened, np.zeros(size), confined, np.ones((1, size), np.bool_), np.zeros(1))
-            mean, sd = found.location[0], np.sqrt(found.scale2[0])
+            every = np.ones(size, np.bool_)
+            posterior = set_posterior(
+                whitened.gram, np.zeros(size), every, found.full_noise2, float(found.noise2[0])
+            )
+            mean, scale2 = set_marginals(*posterior, every, confined)
+            sd = np.sqrt(scale2)
             each = stats.norm.cdf((b - mean) / sd)
             if positive:
                 z = mean[FRICTION] / sd[FRICTION]

@@ -27,7 +27,13 @@ from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.positive_orthant import cut_moments
-from friction_bayes.estimators.random_force.subsets import WeighedSets, nested_order, weigh_sets
+from friction_bayes.estimators.random_force.subsets import (
+    WeighedSets,
+    nested_order,
+    set_marginals,
+    set_posterior,
+    weigh_sets,
+)
 from friction_bayes.estimators.random_force.whitening import Whitened
 
 __all__ = ["ForcePrior", "GridPoint", "Posterior", "Problem", "Weighable", "at_resonance", "integrate"]
@@ -113,7 +119,11 @@ class Weighable(Protocol):
     def sets(self) -> Mask: ...
 
     def weigh(self, ratio: float, tau: float) -> WeighedSets:
-        """Weights and marginals of all sets given ``q / sigma`` and ``tau``."""
+        """Weights of all sets given ``q / sigma`` and ``tau``."""
+        ...
+
+    def marginals(self, point: GridPoint, chosen: int) -> tuple[Array, Array]:
+        """Marginals of the coefficients in a set at a point that has been weighed, in units of ``scale``."""
         ...
 
 
@@ -155,7 +165,7 @@ class Problem:
         return nested_order(self.sets)
 
     def weigh(self, ratio: float, tau: float) -> WeighedSets:
-        """Weights and marginals of all sets given ``q / sigma`` and ``tau``."""
+        """Weights of all sets given ``q / sigma`` and ``tau``."""
         whitened = self.whiten_at(ratio, tau)
         return weigh_sets(
             whitened,
@@ -166,6 +176,15 @@ class Problem:
             least_noise2=self.least_noise2,
             order=self._order,
         )
+
+    def marginals(self, point: GridPoint, chosen: int) -> tuple[Array, Array]:
+        """Marginals of the coefficients in a set at a point that has been weighed, in units of ``scale``."""
+        gram, columns = self.whiten_at(point.ratio, point.tau).gram, self.sets[chosen]
+        found = point.found
+        posterior = set_posterior(
+            gram, self.reference, columns, found.full_noise2, float(found.noise2[chosen])
+        )
+        return set_marginals(*posterior, columns, self.positive)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -233,20 +252,21 @@ class Posterior:
         positive = bool(self.problem.positive[j])
         weight = self.weight[self.ratio > 0.0] if given_force else self.weight
         points = [point for point in self.points if point.ratio > 0.0 or not given_force]
-        location = np.array([point.found.location[:, j] for point in points])
-        scale2 = np.array([point.found.scale2[:, j] for point in points])
         weight = weight / weight.sum()
         inside = self.problem.sets[:, j] & np.ones((len(points), 1), np.bool_)
         atom = float(weight[~inside].sum())
-        use = inside & np.isfinite(location) & (weight > _SLIGHT)
+        use = inside & (weight > _SLIGHT)
         kept = weight[use]
+        marginals = [self.problem.marginals(points[g], m) for g, m in np.argwhere(use)]
+        location = np.array([location[j] for location, _ in marginals])
+        scale2 = np.array([scale2[j] for _, scale2 in marginals])
         if kept.size == 0:
             atom = 1.0
         else:
             kept = kept * ((1.0 - atom) / kept.sum())
         scale = self.problem.scale[j]
         return Mixture.of_normals(
-            kept, location[use] * scale, np.sqrt(scale2[use]) * scale, positive=positive, atom=atom
+            kept, location * scale, np.sqrt(scale2) * scale, positive=positive, atom=atom
         )
 
     @cached_property
@@ -296,12 +316,13 @@ class Posterior:
 
     def best_law(self) -> Array:
         """Mean coefficients, shape (p,), of the best set at the best point; zero where absent."""
-        found = self.best.found
-        chosen = int(np.argmax(found.log_weight))
+        best = self.best
+        chosen = int(np.argmax(best.found.log_weight))
+        location, scale2 = self.problem.marginals(best, chosen)
         law = np.zeros(len(self.problem.names))
         for j in np.flatnonzero(self.problem.sets[chosen]):
-            mean, variance = found.location[chosen, j], found.scale2[chosen, j]
-            law[j] = cut_moments(mean, variance)[1] if self.problem.positive[j] else mean
+            positive = self.problem.positive[j]
+            law[j] = cut_moments(location[j], scale2[j])[1] if positive else location[j]
         return law * self.problem.scale
 
     def _log_normal(self, values: Array) -> Any:

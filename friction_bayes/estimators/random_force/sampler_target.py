@@ -27,7 +27,7 @@ from friction_bayes.estimators.random_force.interpolated_sums import Interpolate
 from friction_bayes.estimators.random_force.law_regression import LawRegression
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem, at_resonance
 from friction_bayes.estimators.random_force.replication import drawn_fluctuation, drawn_noise
-from friction_bayes.estimators.random_force.subsets import WeighedSets
+from friction_bayes.estimators.random_force.subsets import WeighedSets, set_posterior
 
 __all__ = ["force_target", "half_cycle_blocks", "no_prior_draws"]
 
@@ -272,7 +272,8 @@ def _closed_form(problem: Problem, prior: ForcePrior, n: int, theta: Array) -> f
     free = replace(problem, positive=np.zeros_like(problem.positive)).weigh(ratio, tau)
     lam, rest = free.full_noise2, n * free.noise2[0]
     precision = whitened.gram[:-1, :-1] + lam * np.eye(scaled.size)
-    away = scaled - free.location[0]
+    mean, _ = set_posterior(whitened.gram, problem.reference, problem.sets[0], lam, float(free.noise2[0]))
+    away = scaled - mean
     log_density = 0.5 * np.linalg.slogdet(precision)[1] - 0.5 * scaled.size * log_v
     log_density -= 0.5 * math.exp(-log_v) * (away @ precision @ away + rest)
     log_density += 0.5 * n * (math.log(0.5 * rest) - log_v)

@@ -36,6 +36,7 @@ __all__ = [
     "bound_sets",
     "full_noise2",
     "nested_order",
+    "set_marginals",
     "set_posterior",
     "weigh_bounded",
     "weigh_sets",
@@ -74,10 +75,6 @@ class WeighedSets(NamedTuple):
     ----------
     log_weight : ndarray, shape (m,)
         Log evidence plus log prior probability; far too low for sets that cannot matter.
-    location, scale2 : ndarray, shape (m, p)
-        Marginals of the coefficients as in
-        :func:`friction_bayes.estimators.random_force.positive_orthant.confine`; nan where a set lacks the
-        column, or cannot matter.
     noise2 : ndarray, shape (m,)
         Noise variance in each set.
     full_noise2 : float
@@ -85,8 +82,6 @@ class WeighedSets(NamedTuple):
     """
 
     log_weight: Array
-    location: Array
-    scale2: Array
     noise2: Array
     full_noise2: float
 
@@ -131,6 +126,29 @@ def set_posterior(
     factor = cho_factor(gram[np.ix_(mine, mine)] + lam * np.eye(mine.size))
     covariance = cho_solve(factor, np.eye(mine.size))
     return reference[mine] + cho_solve(factor, right), noise2 * 0.5 * (covariance + covariance.T)
+
+
+def set_marginals(mean: Array, covariance: Array, columns: Mask, positive: Mask) -> tuple[Array, Array]:
+    """Marginals of a set's coefficients, those that have to be positive before they are cut at zero.
+
+    Parameters
+    ----------
+    mean, covariance : ndarray, shapes (s,), (s, s)
+        From :func:`set_posterior`.
+    columns, positive : ndarray of bool, shape (p,)
+        The set, and which coefficients have to be positive.
+
+    Returns
+    -------
+    location, scale2 : ndarray, shape (p,)
+        As in :func:`friction_bayes.estimators.random_force.positive_orthant.confine`; nan where the set lacks
+        the column.
+    """
+    where, spread = np.empty_like(mean), np.empty_like(mean)
+    confine(mean, covariance, positive[columns], where, spread)
+    location, scale2 = np.full((2, columns.size), np.nan)
+    location[columns], scale2[columns] = where, spread
+    return location, scale2
 
 
 def bound_sets(
@@ -191,7 +209,7 @@ def weigh_sets(
     least_noise2: float = 0.0,
     order: Indices | None = None,
 ) -> WeighedSets:
-    """Weigh all sets, and give the marginals of their coefficients; parameters as of :func:`bound_sets`."""
+    """Weigh all sets; parameters as of :func:`bound_sets`."""
     bounds = bound_sets(
         whitened, reference, positive, sets, log_prior, least_noise2=least_noise2, order=order
     )
@@ -218,8 +236,8 @@ def weigh_bounded(
         Log weight of a set that is not among these, beside which they may not matter.
     """
     order = np.argsort(-bounds.log_weight)
-    log_weight, location, scale2 = _weigh_sets(whitened.gram, reference, positive, sets, *bounds, best, order)
-    return WeighedSets(log_weight, location, scale2, bounds.noise2, bounds.full_noise2)
+    log_weight = _weigh_sets(whitened.gram, reference, positive, sets, *bounds, best, order)
+    return WeighedSets(log_weight, bounds.noise2, bounds.full_noise2)
 
 
 @njit(cache=True, nogil=True)
@@ -358,46 +376,43 @@ def _weigh_sets(
     lam: float,
     best: float,
     order: Indices,
-) -> tuple[Array, Array, Array]:
-    """``order`` is that of falling bounds."""
-    m, p = sets.shape
+) -> Array:
+    """Log weights: bounds and the mass of positive coefficients. ``order`` is that of falling bounds."""
+    p = reference.size
     work, half, rhs, back = np.empty((p, p)), np.empty(p), np.empty(p), np.empty(p + 1)
-    index = np.empty(p, np.int64)
+    index, chosen = np.empty(p, np.int64), np.empty(p, np.int64)
+    root = np.empty((p, p))
     log_weight = bound - _LEFT_OUT
-    location = np.full((m, p), np.nan)
-    scale2 = np.full((m, p), np.nan)
-    # the mass of positive coefficients, which is at most one, where it matters
+    # the mass is at most one: it is computed where it matters
     for s in order:
         if bound[s] < best - _NEGLIGIBLE:
             break
         size = _penalised(gram, lam, reference, sets[s], index, work, rhs, back)
         factor(work, size)
         forward(work, rhs, size, half)
-        # row a is column a of the inverse of the factor
-        root = np.empty((size, size))
+        some = 0
         for a in range(size):
-            root[a, a] = 1.0 / work[a, a]
+            if not positive[index[a]]:
+                continue
+            # column a of the inverse of the factor
+            root[some, a] = 1.0 / work[a, a]
             for b in range(a + 1, size):
                 total = 0.0
                 for k in range(a, b):
-                    total -= work[b, k] * root[a, k]
-                root[a, b] = total / work[b, b]
-        mean, cov = np.empty(size), np.empty((size, size))
-        signs = np.empty(size, np.bool_)
-        for a in range(size):
-            mean[a] = reference[index[a]]
-            for k in range(a, size):
-                mean[a] += root[a, k] * half[k]
-            for b in range(a + 1):
+                    total -= work[b, k] * root[some, k]
+                root[some, b] = total / work[b, b]
+            chosen[some] = a
+            some += 1
+        mean, cov = np.empty(some), np.empty((some, some))
+        for i in range(some):
+            mean[i] = reference[index[chosen[i]]]
+            for k in range(chosen[i], size):
+                mean[i] += root[i, k] * half[k]
+            for j in range(i + 1):
                 total = 0.0
-                for k in range(a, size):
-                    total += root[a, k] * root[b, k]
-                cov[a, b] = cov[b, a] = total * noise2[s]
-            signs[a] = positive[index[a]]
-        where, spread = np.empty(size), np.empty(size)
-        log_weight[s] = bound[s] + confine(mean, cov, signs, where, spread)
+                for k in range(chosen[i], size):
+                    total += root[i, k] * root[j, k]
+                cov[i, j] = cov[j, i] = total * noise2[s]
+        log_weight[s] = bound[s] + confine(mean, cov, np.ones(some, np.bool_), np.empty(some), np.empty(some))
         best = max(best, log_weight[s])
-        for a in range(size):
-            location[s, index[a]] = where[a]
-            scale2[s, index[a]] = spread[a]
-    return log_weight, location, scale2
+    return log_weight

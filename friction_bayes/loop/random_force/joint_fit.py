@@ -265,9 +265,8 @@ def _alone_at(found: LawAlongMotion, member: Member, point: GridPoint, row: int,
     size = len(found.sets.effects)
     log_weight = np.full(size, -np.inf)
     log_weight[chosen] = 0.0
-    nothing = np.full(found.sets.columns.shape, np.nan)
     noise2 = np.full(size, float(point.found.noise2[row]) * member.noise**2)
-    weighed = WeighedSets(log_weight, nothing, nothing, noise2, point.found.full_noise2 * member.noise**2)
+    weighed = WeighedSets(log_weight, noise2, point.found.full_noise2 * member.noise**2)
     ratio = point.ratio * member.force / member.noise
     return Posterior(
         found.regression.problem, [GridPoint(ratio=ratio, tau=point.tau, log_volume=0.0, found=weighed)]

@@ -38,6 +38,7 @@ from friction_bayes.estimators.random_force.subsets import (
     bound_sets,
     full_noise2,
     nested_order,
+    set_marginals,
     set_posterior,
     weigh_bounded,
 )
@@ -128,7 +129,7 @@ class JointProblem:
         self._least_noise2 = max((m.regression.least_noise / m.noise) ** 2 for m in self.members)
 
     def weigh(self, ratio: float, tau: float) -> WeighedSets:
-        """Weights and marginals of all sets given the common ``q / sigma`` and ``tau``."""
+        """Weights of all sets given the common ``q / sigma`` and ``tau``."""
         grams, log_determinant, used = self._sums(ratio, tau)
         lam = self._full_noise2(grams, used)
         shared = np.flatnonzero(~self.own)
@@ -150,14 +151,18 @@ class JointProblem:
             )
             parts.append((mine, whitened, sets, bounds))
         log_weight, noise2 = np.empty(len(self.sets)), np.empty(len(self.sets))
-        location, scale2 = np.full(self.sets.shape, np.nan), np.full(self.sets.shape, np.nan)
         best = -math.inf
         for mine, whitened, sets, bounds in sorted(parts, key=lambda part: -part[-1].log_weight.max()):
             found = weigh_bounded(whitened, reference, positive, sets, bounds, best)
             best = max(best, float(found.log_weight.max()))
             log_weight[mine], noise2[mine] = found.log_weight, found.noise2
-            location[np.ix_(mine, shared)], scale2[np.ix_(mine, shared)] = found.location, found.scale2
-        return WeighedSets(log_weight, location, scale2, noise2, lam)
+        return WeighedSets(log_weight, noise2, lam)
+
+    def marginals(self, point: GridPoint, row: int) -> tuple[Array, Array]:
+        """Marginals of the shared coefficients in a set at a point of the grid, in units of ``scale``."""
+        return set_marginals(
+            *self.shared_posterior(point, row, self.sets[row]), self.sets[row], self.positive
+        )
 
     def conditional(self, point: GridPoint, row: int) -> Conditional:
         """What the records say of all coefficients in one set at a point of the grid."""

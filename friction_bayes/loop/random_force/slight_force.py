@@ -71,7 +71,6 @@ def slight_force(fit: ForceFit) -> SlightForce | None:
         for point in fit.posterior.points
         if point.ratio > 0.0
         and abs(point.found.log_weight[best] - none.found.log_weight[best]) <= _SAYS_LITTLE
-        and np.isfinite(point.found.location[best, j])
     ]
     if not hidden:
         return None
@@ -79,13 +78,14 @@ def slight_force(fit: ForceFit) -> SlightForce | None:
     gain = np.exp([point.found.log_weight[best] - none.found.log_weight[best] for point in hidden])
     bayes_factor = float(volume @ gain)
     share = volume * gain / bayes_factor
-    mean = np.array([point.found.location[best, j] for point in hidden])
-    variance = np.array([point.found.scale2[best, j] for point in hidden])
+    marginals = [fit.posterior.problem.marginals(point, best) for point in (none, *hidden)]
+    location, scale2 = np.array(marginals)[:, :, j].T
+    mean, variance = location[1:], scale2[1:]
     middle = float(share @ mean)
-    added = float(share @ (variance + (mean - middle) ** 2)) - float(none.found.scale2[best, j])
+    added = float(share @ (variance + (mean - middle) ** 2)) - float(scale2[0])
     unit = float(fit.law.scale[j]) * fit.law.unit_force
     return SlightForce(
         probability=bayes_factor / (1.0 + bayes_factor),
-        shift=(middle - float(none.found.location[best, j])) * unit,
+        shift=(middle - float(location[0])) * unit,
         sd=math.sqrt(max(added, 0.0)) * unit,
     )

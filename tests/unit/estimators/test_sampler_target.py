@@ -14,7 +14,7 @@ from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.law_regression import LawRegression
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
-from friction_bayes.estimators.random_force.posterior import ForcePrior, at_resonance
+from friction_bayes.estimators.random_force.posterior import ForcePrior, GridPoint, at_resonance
 from friction_bayes.estimators.random_force.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
 from friction_bayes.estimators.random_force.sampler_target import force_target, half_cycle_blocks
@@ -147,8 +147,10 @@ def test_centre_and_covariance_are_those_of_a_fine_grid(rng) -> None:
         for tau in np.exp(np.linspace(low + 1e-9, high - 1e-9, 40)):
             found = regression.problem.weigh(ratio, tau)
             weight.append(found.log_weight[0] + prior.log_density(ratio * math.sqrt(found.noise2[0]), tau))
-            mean.append(found.location[0, 2] * 6.0)
-            variance.append(found.scale2[0, 2] * 36.0)
+            point = GridPoint(ratio=ratio, tau=tau, log_volume=0.0, found=found)
+            location, scale2 = regression.problem.marginals(point, 0)
+            mean.append(location[2] * 6.0)
+            variance.append(scale2[2] * 36.0)
     share = np.exp(np.array(weight) - max(weight))
     share /= share.sum()
     average = share @ mean

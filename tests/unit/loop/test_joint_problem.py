@@ -8,7 +8,13 @@ import pytest
 from friction_bayes.estimators.random_force.law_regression import LawRegression
 from friction_bayes.estimators.random_force.posterior import GridPoint
 from friction_bayes.estimators.random_force.smoothing import Motion
-from friction_bayes.estimators.random_force.subsets import bound_sets, weigh_bounded
+from friction_bayes.estimators.random_force.subsets import (
+    WeighedSets,
+    bound_sets,
+    set_marginals,
+    set_posterior,
+    weigh_bounded,
+)
 from friction_bayes.estimators.random_force.whitening import Clock, Whitened, sensor_row
 from friction_bayes.loop.random_force.joint_problem import JointProblem, Member, Spread
 
@@ -28,6 +34,10 @@ FRICTION = np.full(4, 2)
 NONE = Spread(columns=FRICTION, sd=np.zeros(1), log_prior=np.zeros(1))
 SOME = Spread(columns=FRICTION, sd=np.array([0.0, 0.03, 0.3]), log_prior=np.log([0.5, 0.3, 0.2]))
 RATIO, TAU = 0.7, 1.3
+
+
+def point(found: WeighedSets) -> GridPoint:
+    return GridPoint(ratio=RATIO, tau=TAU, log_volume=0.0, found=found)
 
 
 def record(rng: np.random.Generator, samples: int, noise: float, friction: float) -> LawRegression:
@@ -105,9 +115,13 @@ def test_own_columns_integrated_out_are_all_columns_at_once(members, sd: float) 
     assert near.sum() >= 2
     np.testing.assert_allclose(found.log_weight[near], expected.log_weight[near], rtol=1e-7)
     np.testing.assert_allclose(found.noise2, expected.noise2, rtol=1e-7)
-    for name in ("location", "scale2"):
-        mine, theirs = getattr(found, name)[:, ~OWN], getattr(expected, name)[:, together]
-        np.testing.assert_allclose(mine[near], theirs[near], rtol=1e-5)
+    for k in np.flatnonzero(near):
+        mine = joint.marginals(point(found), k)
+        noise2 = float(expected.noise2[k])
+        posterior = set_posterior(whitened.gram, weighed[1], sets[k], expected.full_noise2, noise2)
+        theirs = set_marginals(*posterior, sets[k], positive)
+        for my, their in zip(mine, theirs, strict=True):
+            np.testing.assert_allclose(my[~OWN], their[together], rtol=1e-5)
 
 
 def test_the_noise_of_all_columns_counts_each_once(members) -> None:
@@ -123,19 +137,20 @@ def test_the_noise_of_all_columns_counts_each_once(members) -> None:
 
 def test_one_record_is_what_it_is_alone(members) -> None:
     alone = members[0].regression
-    joint = JointProblem([Member(regression=alone)], OWN, NONE).weigh(RATIO, TAU)
-    found = alone.problem.weigh(RATIO, TAU)
+    problem = JointProblem([Member(regression=alone)], OWN, NONE)
+    joint, found = problem.weigh(RATIO, TAU), alone.problem.weigh(RATIO, TAU)
     np.testing.assert_allclose(joint.log_weight, found.log_weight, rtol=1e-9)
-    np.testing.assert_allclose(joint.location[:, ~OWN], found.location[:, ~OWN], rtol=1e-6)
+    for k in range(len(SETS)):
+        together, by_itself = problem.marginals(point(joint), k), alone.problem.marginals(point(found), k)
+        np.testing.assert_allclose(together[0][~OWN], by_itself[0][~OWN], rtol=1e-6)
 
 
 def test_copies_of_a_record_say_the_same_and_are_surer(members) -> None:
     alone = members[0].regression
-    one, four = (
-        JointProblem([Member(regression=alone)] * copies, OWN, NONE).weigh(RATIO, TAU) for copies in (1, 4)
-    )
-    np.testing.assert_allclose(four.location[0, 2], one.location[0, 2], rtol=1e-3)
-    assert four.scale2[0, 2] == pytest.approx(one.scale2[0, 2] / 4.0, rel=0.05)
+    problems = [JointProblem([Member(regression=alone)] * copies, OWN, NONE) for copies in (1, 4)]
+    one, four = (problem.marginals(point(problem.weigh(RATIO, TAU)), 0) for problem in problems)
+    np.testing.assert_allclose(four[0][2], one[0][2], rtol=1e-3)
+    assert four[1][2] == pytest.approx(one[1][2] / 4.0, rel=0.05)
 
 
 def test_records_laws_are_the_coefficients_of_all_columns_at_once(members) -> None:

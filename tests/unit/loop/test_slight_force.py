@@ -19,7 +19,8 @@ def test_noise_hides_more_than_it_makes_of_friction(rng: np.random.Generator) ->
     assert 0.1 < hidden.probability < 0.9
     none = next(point for point in fit.posterior.points if point.ratio == 0.0)
     best, j = int(np.argmax(none.found.log_weight)), fit.law.frictions[0]
-    own = float(np.sqrt(none.found.scale2[best, j])) * fit.law.scale[j] * fit.law.unit_force
+    _, scale2 = fit.posterior.problem.marginals(none, best)
+    own = float(np.sqrt(scale2[j])) * fit.law.scale[j] * fit.law.unit_force
     # the less a law is off by noise, the more a force of the size that this noise hides moves it
     assert own < hidden.sd < 0.2 * SYSTEM.stiffness * FRICTION
 

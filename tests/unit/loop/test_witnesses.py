@@ -38,7 +38,8 @@ def test_both_say_the_same_of_friction_alone(rng: np.random.Generator, order: in
     # together they know no less than friction does in one column
     joint = 1.0 / np.sqrt(1.0 / found.loss.sd**2 + 1.0 / found.shape.sd**2)
     best = fit.posterior.best
-    own = np.sqrt(best.found.scale2[fit.chosen, fit.law.dry_friction]) * fit.law.scale[fit.law.dry_friction]
+    _, scale2 = fit.posterior.problem.marginals(best, fit.chosen)
+    own = np.sqrt(scale2[fit.law.dry_friction]) * fit.law.scale[fit.law.dry_friction]
     assert joint == pytest.approx(own, rel=0.3)
 
 
