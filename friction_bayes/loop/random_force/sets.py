@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import chain, combinations, product
 
 import numpy as np
 
@@ -40,41 +40,40 @@ class ColumnSets:
 
 def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
     """Every set of effects as the search forms them, in each of its shapes, with dry friction and without."""
-    found: list[frozenset[str]] = []
-    masks, log_prior = [], []
     shapes = {name: law.alternatives(name) for name in effects}
     effects = tuple(name for name in effects if shapes[name])
-    frictions, dry_friction = set(law.frictions), law.dry_friction
+    always, frictions, dry_friction = law.always, set(law.frictions), law.dry_friction
     bends = {name for name in effects if not frictions.isdisjoint(shapes[name][0])}
-    of_friction = np.array([column.of_friction for column in law.columns])
-    always = np.isin(np.arange(of_friction.size), law.always)
+    of_friction = {j for j, column in enumerate(law.columns) if column.of_friction}
+    rubs, idles = math.log1p(-_NO_DRY_FRICTION), math.log(_NO_DRY_FRICTION)
+    # thousands of sets, and anew in every round: lists are filled, and all masks at once
+    found: list[frozenset[str]] = []
+    places: list[list[int]] = []
+    log_prior: list[float] = []
     for names in _named_sets(effects):
         bent = bends.intersection(names)
         if len(bent) > 1:
             continue
-        prior = len(names) * math.log(INCLUSION) + (len(effects) - len(names)) * math.log1p(-INCLUSION)
+        together = frozenset(names)
         choices = list(product(*(shapes[name] for name in names)))
+        log_share = len(names) * math.log(INCLUSION) + (len(effects) - len(names)) * math.log1p(-INCLUSION)
+        log_share -= math.log(len(choices))
         for choice in choices:
-            mask = always.copy()
-            for columns in choice:
-                mask[list(columns)] = True
-            log_share = prior - math.log(len(choices))
-            weighed = [(mask, log_share)]
-            if not bent:
-                rubs = mask.copy()
-                rubs[dry_friction] = True
-                weighed = [(rubs, log_share)]
-                if not of_friction[mask].any():
-                    weighed = [
-                        (rubs, log_share + math.log1p(-_NO_DRY_FRICTION)),
-                        (mask, log_share + math.log(_NO_DRY_FRICTION)),
-                    ]
-            for columns_used, log_probability in weighed:
-                found.append(frozenset(names))
-                masks.append(columns_used)
+            columns = [*always, *chain(*choice)]
+            if bent:
+                weighed = [(columns, log_share)]
+            elif of_friction.isdisjoint(columns):
+                weighed = [([*columns, dry_friction], log_share + rubs), (columns, log_share + idles)]
+            else:
+                weighed = [([*columns, dry_friction], log_share)]
+            for used, log_probability in weighed:
+                found.append(together)
+                places.append(used)
                 log_prior.append(log_probability)
+    masks = np.zeros((len(found), len(law.columns)), np.bool_)
+    masks[np.repeat(np.arange(len(found)), [len(used) for used in places]), list(chain(*places))] = True
     logs = np.array(log_prior)
-    return ColumnSets(tuple(found), np.array(masks), logs - float(np.log(np.sum(np.exp(logs)))))
+    return ColumnSets(tuple(found), masks, logs - float(np.log(np.sum(np.exp(logs)))))
 
 
 def _named_sets(effects: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
