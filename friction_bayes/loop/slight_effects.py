@@ -10,8 +10,10 @@ coefficient beside the candidate's parameters,
 
 .. math:: c \sim N(0, (2s)^2)
 
-cut to its support, and no wider than the effect's own prior; friction follows it linearly. Nothing else of a
-candidate changes, nor how probable it is: an effect that a record shows makes a candidate of its own.
+and no wider than the effect's own prior; friction follows it linearly. Damping has both signs: where the gain
+of the sensor rises the amplitude falls by as little less, and a nuisance of one sign would draw friction to
+one side of the truth. Nothing else of a candidate changes, nor how probable it is: an effect that a record
+shows makes a candidate of its own.
 """
 
 from __future__ import annotations
@@ -28,7 +30,6 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.linear_columns import LinearColumns
 from friction_bayes.loop.parameters import FRICTION
-from friction_bayes.loop.truncated_normal import log_interval_probability, truncated_draws
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
@@ -55,9 +56,7 @@ class SlightEffect:
     probability : float
         That it acts, given the candidate.
     mean, sd : float
-        Of the coefficient given that it acts, before it is cut.
-    low, high : float
-        Support of the coefficient.
+        Of the coefficient given that it acts.
     follow : float
         Change of friction a unit of it [N or N m].
     """
@@ -65,8 +64,6 @@ class SlightEffect:
     probability: float
     mean: float
     sd: float
-    low: float
-    high: float
     follow: float
 
     @classmethod
@@ -74,7 +71,6 @@ class SlightEffect:
         cls,
         estimate: float,
         information: float,
-        support: tuple[float, float],
         follow: float,
         beside: Iterable[str],
     ) -> SlightEffect:
@@ -84,23 +80,18 @@ class SlightEffect:
         ----------
         estimate, information : float
             Mean and precision of the likelihood.
-        support : tuple of float
-            Of the coefficient.
         follow : float
             Change of friction a unit of it [N or N m].
         beside : iterable of str
             Effects of the candidate.
         """
-        low, high = support
         scale = min(_REACH / math.sqrt(information), 1.0)
         variance = 1.0 / (information + scale**-2)
         mean, sd = variance * information * estimate, math.sqrt(variance)
-        ends = np.array([[low - mean, high - mean], [low, high]]) / np.array([[sd], [scale]])
-        inside = log_interval_probability(ends[:, 0], ends[:, 1])
-        log_bayes_factor = math.log(sd / scale) + 0.5 * (mean / sd) ** 2 + float(inside[0] - inside[1])
+        log_bayes_factor = math.log(sd / scale) + 0.5 * (mean / sd) ** 2
         bent = any(isinstance(EFFECTS[name], ForceEffect) for name in beside)
         probability = float(expit(logit(_PRESENT_BESIDE if bent else _PRESENT) + log_bayes_factor))
-        return cls(probability, mean, sd, low, high, follow)
+        return cls(probability, mean, sd, follow)
 
 
 def slight_beside(effects: Iterable[str]) -> list[str]:
@@ -133,9 +124,7 @@ def slight_effects(fit: LoopFit, allowed: Sequence[str]) -> tuple[SlightEffect, 
             estimate = float(gradient[j] + follow @ fit.gradient) / information
             friction = fit.model.index(FRICTION)
             change = float(follow[friction]) * fit.model.coordinates[friction].prior.scale
-            found.append(
-                SlightEffect.of_likelihood(estimate, information, one.coordinates[0].support, change, present)
-            )
+            found.append(SlightEffect.of_likelihood(estimate, information, change, present))
     return tuple(found)
 
 
@@ -145,14 +134,7 @@ def with_slight_effects(friction: Array, slight: Iterable[SlightEffect], rng: np
     A draw that it would make negative stays where it is.
     """
     for one in slight:
-        coefficient = truncated_draws(
-            np.array([one.mean]),
-            np.array([[one.sd**2]]),
-            np.array([one.low]),
-            np.array([one.high]),
-            rng,
-            friction.size,
-        )[:, 0]
+        coefficient = one.mean + one.sd * rng.standard_normal(friction.size)
         acts = rng.random(friction.size) < one.probability
         moved = friction + acts * coefficient * one.follow
         friction = np.where(moved >= 0.0, moved, friction)
