@@ -132,6 +132,7 @@ def law_columns(
     friction: float,
     duration: float,
     lines: Sequence[float] = (),
+    block: int = 1,
 ) -> LawColumns:
     """Evaluate the law along a path.
 
@@ -157,6 +158,8 @@ def law_columns(
         Length of the record [s], to which friction drift refers.
     lines : sequence of float
         Frequencies of lines of interference [Hz], the strongest first.
+    block : int
+        Samples of the record that each value is the mean of.
     """
     ratio = w0 / system.natural_frequency
     # the factor from the friction coefficient to force stays that of the declared system
@@ -192,7 +195,7 @@ def law_columns(
     faults = []
     for name in effects:
         if isinstance(EFFECTS[name], SensorEffect) and name != PERIODIC_INTERFERENCE.name:
-            for column, fault in sensor_columns(name, scales, path, row, order, w0):
+            for column, fault in sensor_columns(name, scales, path, row, order, w0, block):
                 columns.append(column)
                 faults.append(fault)
     if PERIODIC_INTERFERENCE.name in effects:

@@ -8,8 +8,10 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.decay.block_means import block_means
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.loop.parameters import FRICTION_SHARE, Coordinate, effect_coordinates
 from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect, force_vector
@@ -203,19 +205,27 @@ def _bent_friction(
 
 
 def sensor_columns(
-    name: str, scales: Scales, path: MeasuredPath, row: Array, order: int, w0: float
+    name: str, scales: Scales, path: MeasuredPath, row: Array, order: int, w0: float, block: int = 1
 ) -> Iterator[tuple[Column, Array]]:
-    """Columns of a fault of the sensor that is linear in its parameters."""
+    """Columns of a fault of the sensor that is linear in its parameters, of means of so many samples."""
     effect = EFFECTS[name]
     assert isinstance(effect, SensorEffect)
-    time = (path.phase - path.phase[0]) / w0
+    phase, x, v = path.phase, path.x, path.v
+    if block > 1:
+        # a fault that jumps within a block shows there with a share of its size
+        within = (np.arange(block) - 0.5 * (block - 1)) / block
+        phase = (phase[:, None] + np.gradient(phase)[:, None] * within).ravel()
+        motion = CubicHermiteSpline(path.phase, path.x, path.v)
+        x, v = motion(phase), motion(phase, 1)
+    time = (phase - phase[0]) / w0
     unit = w0**order
-    clean = unit * (row[0] * path.x + row[1] * path.v)
+    clean = unit * (row[0] * x + row[1] * v)
     coordinates = effect_coordinates(name, scales, 1)
     for j, c in enumerate(coordinates):
         values = [0.0] * len(coordinates)
         values[j] = c.prior.scale
-        fault = (effect.distort(clean, time, *values) - clean) / (unit * c.prior.scale)
+        wrong = (effect.distort(clean, time, *values) - clean) / (unit * c.prior.scale)
+        fault = block_means(wrong, block)
         column = Column("effect", c.prior.scale, positive=c.prior.low == 0.0, effect=name, parameter=c.name)
         for widened in column.in_widths():
             yield widened, fault

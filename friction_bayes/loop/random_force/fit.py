@@ -1,8 +1,10 @@
 """One record under a law and a force that fluctuates: all sets of linear effects weighed exactly.
 
 The motion is smoothed, the effects are evaluated along it, and a regression of the whitened signal on the
-whitened columns weighs every set (see :mod:`friction_bayes.estimators.random_force`). A second round does so
-along the motion smoothed with the law of the first, in units of the frequency found there.
+whitened columns weighs every set (see :mod:`friction_bayes.estimators.random_force`). Further rounds do
+so along the motion smoothed with the law of the round before, in units of the frequency found there, until
+the faults of the sensor stay where they are: one that jumps where the motion turns, such as a lag, is in the
+first motion, and moves its turning points.
 """
 
 from __future__ import annotations
@@ -38,9 +40,11 @@ from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTE
 
 __all__ = ["ForceFit", "fit_random_force", "force_fit"]
 
-_MOST_ROUNDS = 4
+_MOST_ROUNDS = 6
 _SETTLED = 2e-3
 """Correction of the stiffness above which the effects are evaluated once more."""
+_MOVED = 0.2
+"""Share of the noise by which the sensor's faults may change at a sample from round to round."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,8 +257,11 @@ def fit_random_force(
         change = frequency_change(coefficients[found.regression.stiffness])
         w0 *= change
         motion = smoothed.at_frequency(change)
-        found = record.along(motion, w0, lines)
-        if abs(change - 1.0) < _SETTLED and not more and settled and np.array_equal(aside, known):
+        last, found = found, record.along(motion, w0, lines)
+        if found is None or more or not settled or not np.array_equal(aside, known):
+            continue
+        moved = found.faults(coefficients) - last.faults(coefficients)
+        if abs(change - 1.0) < _SETTLED and np.max(np.abs(moved)) < _MOVED * best.noise:
             break
     if found is None:
         return None

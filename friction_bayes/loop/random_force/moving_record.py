@@ -57,6 +57,14 @@ class LawAlongMotion(NamedTuple):
     regression: LawRegression
     prior: ForcePrior
 
+    def faults(self, coefficients: Array) -> Array:
+        """What faults of the sensor add to the samples, natural units, shape (n,).
+
+        They follow the motion: one that jumps where the motion turns moves with the turning points.
+        """
+        of_sensor = [isinstance(EFFECTS.get(c.effect), SensorEffect) for c in self.law.columns]
+        return np.asarray(self.law.sensor[:, of_sensor] @ coefficients[of_sensor])
+
 
 @dataclass(frozen=True, eq=False)
 class MovingRecord:
@@ -168,6 +176,7 @@ class MovingRecord:
             friction=rough,
             duration=self.segment.duration,
             lines=lines,
+            block=self.segment.block,
         )
         sets = column_sets(law, self.effects)
         regression = LawRegression(
