@@ -24,12 +24,13 @@ from scipy.optimize import minimize
 from scipy.special import logsumexp
 
 from friction_bayes.conjugate.mixture import Mixture
-from friction_bayes.core.arrays import Array, Indices, Mask
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.positive_orthant import cut_moments
 from friction_bayes.estimators.random_force.subsets import (
+    NestedSets,
     WeighedSets,
-    nested_order,
+    nest,
     set_marginals,
     set_posterior,
     weigh_sets,
@@ -161,8 +162,8 @@ class Problem:
     least_noise2: float = 0.0
 
     @cached_property
-    def _order(self) -> Indices:
-        return nested_order(self.sets)
+    def _nested(self) -> NestedSets:
+        return nest(self.sets)
 
     def weigh(self, ratio: float, tau: float) -> WeighedSets:
         """Weights of all sets given ``q / sigma`` and ``tau``."""
@@ -174,7 +175,7 @@ class Problem:
             self.sets,
             self.log_prior,
             least_noise2=self.least_noise2,
-            order=self._order,
+            nested=self._nested,
         )
 
     def marginals(self, point: GridPoint, chosen: int) -> tuple[Array, Array]:

@@ -33,11 +33,12 @@ from friction_bayes.estimators.random_force.law_regression import (
 )
 from friction_bayes.estimators.random_force.posterior import GridPoint
 from friction_bayes.estimators.random_force.subsets import (
+    NestedSets,
     SetBounds,
     WeighedSets,
     bound_sets,
     full_noise2,
-    nested_order,
+    nest,
     set_marginals,
     set_posterior,
     weigh_bounded,
@@ -136,10 +137,9 @@ class JointProblem:
         positive, reference = self.positive[shared], self.references[0, shared]
         # what all sets can have at most comes first, so that one is weighed only where it may matter
         parts: list[tuple[Integers, Whitened, Mask, SetBounds]] = []
-        for mine in self._parts:
+        for mine, sets, nested in self._parts:
             left = self._eliminated(grams, int(mine[0]), lam)
             whitened = Whitened(left.gram, log_determinant + left.log_determinant, used)
-            sets = np.ascontiguousarray(self.sets[np.ix_(mine, shared)])
             bounds = bound_sets(
                 whitened,
                 reference,
@@ -148,6 +148,7 @@ class JointProblem:
                 self.log_prior[mine],
                 least_noise2=self._least_noise2,
                 lam=lam,
+                nested=nested,
             )
             parts.append((mine, whitened, sets, bounds))
         log_weight, noise2 = np.empty(len(self.sets)), np.empty(len(self.sets))
@@ -213,12 +214,19 @@ class JointProblem:
         )
 
     @cached_property
-    def _parts(self) -> list[Integers]:
-        """Sets with the same own columns, and the same column that differs by the same spread, nested."""
+    def _parts(self) -> list[tuple[Integers, Mask, NestedSets]]:
+        """Sets with the same own columns, and the same column that differs by the same spread.
+
+        With which they are, and their shared columns.
+        """
         same = np.stack([self._own_set, self.spread_number, self._deviating], axis=1)
         _, part = np.unique(same, axis=0, return_inverse=True)
-        order = nested_order(self.sets)
-        return [order[part[order] == each] for each in range(int(part.max()) + 1)]
+        parts = []
+        for each in range(int(part.max()) + 1):
+            mine = np.flatnonzero(part == each)
+            sets = np.ascontiguousarray(self.sets[np.ix_(mine, ~self.own)])
+            parts.append((mine, sets, nest(sets)))
+        return parts
 
     def _sums(self, ratio: float, tau: float) -> tuple[Array, float, int]:
         """Sums of each record in units of the common noise, shape (r, p + 1, p + 1); remembered."""
