@@ -10,10 +10,10 @@ coefficient beside the candidate's parameters,
 
 .. math:: c \sim N(0, (2s)^2)
 
-and no wider than the effect's own prior; friction follows it linearly. Damping has both signs: where the gain
-of the sensor rises the amplitude falls by as little less, and a nuisance of one sign would draw friction to
-one side of the truth. Nothing else of a candidate changes, nor how probable it is: an effect that a record
-shows makes a candidate of its own.
+cut to its support, and no wider than the effect's own prior; friction follows it linearly. The support of
+damping goes a little below zero: where the gain of the sensor rises within the record the amplitude falls by
+as little less, and a nuisance of one sign would draw friction to one side of the truth. Nothing else of a
+candidate changes, nor how probable it is: an effect that a record shows makes a candidate of its own.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.linear_columns import LinearColumns
 from friction_bayes.loop.parameters import FRICTION
+from friction_bayes.loop.truncated_normal import log_interval_probability, truncated_draws
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
@@ -45,6 +46,8 @@ that was found had brought it nearer; with one tenth, the prior of a candidate's
 hold friction less often where two effects cancel."""
 _REACH = 2.0
 """Prior sd of a coefficient, in standard deviations of its estimate from the samples alone."""
+_GAIN_RISE = 0.05
+"""Share by which a sensor's gain may rise within a record: damping in units of its prior, an e-fold there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +59,9 @@ class SlightEffect:
     probability : float
         That it acts, given the candidate.
     mean, sd : float
-        Of the coefficient given that it acts.
+        Of the coefficient given that it acts, before it is cut.
+    low, high : float
+        Support of the coefficient.
     follow : float
         Change of friction a unit of it [N or N m].
     """
@@ -64,6 +69,8 @@ class SlightEffect:
     probability: float
     mean: float
     sd: float
+    low: float
+    high: float
     follow: float
 
     @classmethod
@@ -71,6 +78,7 @@ class SlightEffect:
         cls,
         estimate: float,
         information: float,
+        support: tuple[float, float],
         follow: float,
         beside: Iterable[str],
     ) -> SlightEffect:
@@ -80,18 +88,23 @@ class SlightEffect:
         ----------
         estimate, information : float
             Mean and precision of the likelihood.
+        support : tuple of float
+            Of the effect's coefficient; that of the nuisance goes below zero.
         follow : float
             Change of friction a unit of it [N or N m].
         beside : iterable of str
             Effects of the candidate.
         """
+        low, high = min(support[0], -_GAIN_RISE), support[1]
         scale = min(_REACH / math.sqrt(information), 1.0)
         variance = 1.0 / (information + scale**-2)
         mean, sd = variance * information * estimate, math.sqrt(variance)
-        log_bayes_factor = math.log(sd / scale) + 0.5 * (mean / sd) ** 2
+        ends = np.array([[low - mean, high - mean], [low, high]]) / np.array([[sd], [scale]])
+        inside = log_interval_probability(ends[:, 0], ends[:, 1])
+        log_bayes_factor = math.log(sd / scale) + 0.5 * (mean / sd) ** 2 + float(inside[0] - inside[1])
         bent = any(isinstance(EFFECTS[name], ForceEffect) for name in beside)
         probability = float(expit(logit(_PRESENT_BESIDE if bent else _PRESENT) + log_bayes_factor))
-        return cls(probability, mean, sd, follow)
+        return cls(probability, mean, sd, low, high, follow)
 
 
 def slight_beside(effects: Iterable[str]) -> list[str]:
@@ -124,7 +137,9 @@ def slight_effects(fit: LoopFit, allowed: Sequence[str]) -> tuple[SlightEffect, 
             estimate = float(gradient[j] + follow @ fit.gradient) / information
             friction = fit.model.index(FRICTION)
             change = float(follow[friction]) * fit.model.coordinates[friction].prior.scale
-            found.append(SlightEffect.of_likelihood(estimate, information, change, present))
+            found.append(
+                SlightEffect.of_likelihood(estimate, information, one.coordinates[0].support, change, present)
+            )
     return tuple(found)
 
 
@@ -134,7 +149,14 @@ def with_slight_effects(friction: Array, slight: Iterable[SlightEffect], rng: np
     A draw that it would make negative stays where it is.
     """
     for one in slight:
-        coefficient = one.mean + one.sd * rng.standard_normal(friction.size)
+        coefficient = truncated_draws(
+            np.array([one.mean]),
+            np.array([[one.sd**2]]),
+            np.array([one.low]),
+            np.array([one.high]),
+            rng,
+            friction.size,
+        )[:, 0]
         acts = rng.random(friction.size) < one.probability
         moved = friction + acts * coefficient * one.follow
         friction = np.where(moved >= 0.0, moved, friction)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator
 from itertools import chain
 
@@ -101,5 +102,6 @@ def _beside(
             information = 1.0 / variance - prior
             if information > 0.0:
                 follow = float(covariance[own, friction]) / variance * law.scale[rubs][0] * law.unit_force
+                support = (0.0 if law.positive[j] else -math.inf, math.inf)
                 estimate = float(mean[own]) / (variance * information)
-                yield SlightEffect.of_likelihood(estimate, information, follow, effects)
+                yield SlightEffect.of_likelihood(estimate, information, support, follow, effects)

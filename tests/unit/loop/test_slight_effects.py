@@ -18,13 +18,16 @@ from friction_bayes.loop.slight_effects import SlightEffect, with_slight_effects
 @given(
     estimate=st.floats(-0.3, 0.5, allow_subnormal=False).filter(lambda x: x == 0.0 or abs(x) > 1e-6),
     information=st.floats(4.0, 1e5),
+    positive=st.booleans(),
 )
-def test_probability_is_that_of_the_integral(estimate: float, information: float) -> None:
+def test_probability_is_that_of_the_integral(estimate: float, information: float, positive: bool) -> None:
     """Against quadrature of likelihood times prior."""
     z = estimate * math.sqrt(information)
     if abs(z) > 8.0:
         return
-    slight = SlightEffect.of_likelihood(estimate, information, 1.0, ())
+    slight = SlightEffect.of_likelihood(
+        estimate, information, (0.0 if positive else -math.inf, math.inf), 1.0, ()
+    )
     scale = min(2.0 / math.sqrt(information), 1.0)
     reach = 12.0 / math.sqrt(information)
 
@@ -32,14 +35,17 @@ def test_probability_is_that_of_the_integral(estimate: float, information: float
         likelihood = math.exp(-0.5 * information * (c - estimate) ** 2 + 0.5 * information * estimate**2)
         return float(likelihood * stats.norm.pdf(c, scale=scale))
 
-    ends = min(estimate, 0.0) - reach, max(estimate, 0.0) + reach
-    bayes_factor, _ = integrate.quad(joint, *ends, points=[0.0, estimate])
+    # a gain that rises by a twentieth is the most that passes for damping below zero
+    low = -0.05 if positive else min(estimate, 0.0) - reach
+    inside = stats.norm.sf(low, scale=scale)
+    mass, _ = integrate.quad(joint, low, max(estimate, 0.0) + reach, points=[max(estimate, low), 0.0])
+    bayes_factor = mass / inside
     assert slight.probability == pytest.approx(bayes_factor / (1.0 + bayes_factor), rel=1e-3)
 
 
 def test_it_is_less_probable_beside_another_force() -> None:
     alone, offset, drag = (
-        SlightEffect.of_likelihood(0.0, 100.0, 1.0, beside)
+        SlightEffect.of_likelihood(0.0, 100.0, (0.0, math.inf), 1.0, beside)
         for beside in ((), ("sensor_offset",), ("quadratic_drag",))
     )
     assert alone.probability == offset.probability
@@ -50,12 +56,12 @@ def test_it_is_less_probable_beside_another_force() -> None:
 def test_friction_follows_and_is_never_negative() -> None:
     rng = np.random.default_rng(1)
     friction = np.abs(rng.normal(0.07, 0.03, 4000))
-    certain = SlightEffect(probability=1.0, mean=0.01, sd=0.002, follow=-2.0)
+    certain = SlightEffect(probability=1.0, mean=0.01, sd=0.002, low=0.0, high=math.inf, follow=-2.0)
     moved = with_slight_effects(friction, [certain], rng)
     assert np.all(moved >= 0.0)
     free = friction > 0.05
     assert np.mean(moved[free] - friction[free]) == pytest.approx(-0.02, rel=0.02)
-    absent = SlightEffect(probability=0.0, mean=0.01, sd=0.002, follow=-2.0)
+    absent = SlightEffect(probability=0.0, mean=0.01, sd=0.002, low=0.0, high=math.inf, follow=-2.0)
     np.testing.assert_array_equal(with_slight_effects(friction, [absent], rng), friction)
 
 
