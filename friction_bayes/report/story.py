@@ -127,7 +127,7 @@ def _verdict(report: Report, records: int) -> str:
             f"the closest candidate is {name}, which is not an explanation."
         )
     return (
-        f"What is left of {what} is neither noise nor an effect of the catalogue{tests}; "
+        f"What is left of {what} is neither noise nor an effect that was weighed{tests}; "
         f"the closest candidate is {name}, which is not an explanation."
     )
 

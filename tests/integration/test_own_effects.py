@@ -21,15 +21,15 @@ from friction_bayes.mechanics.effects import Parameter, SensorEffect
 from friction_bayes.mechanics.effects.prior import normal
 
 
-def bend(signal, time, curvature):
-    return signal + curvature * signal**2
+def saturate(signal, time, saturation):
+    return signal - saturation * signal**3
 
 
-BEND = SensorEffect(
-    name="sensor_curvature",
-    summary="+ c y^2",
-    parameters=(Parameter(name="curvature", unit="1/signal", prior=lambda scales: normal(0.1)),),
-    distort=bend,
+SATURATION = SensorEffect(
+    name="sensor_saturation",
+    summary="- s x^3",
+    parameters=(Parameter(name="saturation", unit="1/(signal)2", prior=lambda scales: normal(0.1)),),
+    distort=saturate,
 )
 """
 ESTIMATOR = """
@@ -57,25 +57,25 @@ MOTION = (
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The current folder, with a module of an effect and one that cannot be imported."""
-    (tmp_path / "bent_sensor.py").write_text(MODULE)
+    (tmp_path / "own_sensor.py").write_text(MODULE)
     (tmp_path / "own_estimator.py").write_text(ESTIMATOR)
     (tmp_path / "broken_sensor.py").write_text("1 / 0\n")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))
     yield tmp_path
-    EFFECTS.pop("sensor_curvature", None)
+    EFFECTS.pop("sensor_saturation", None)
     ESTIMATORS.pop("own-envelope", None)
-    for name in ("bent_sensor", "own_estimator"):
+    for name in ("own_sensor", "own_estimator"):
         sys.modules.pop(name, None)
 
 
 def test_an_effect_of_ones_own_acts_like_one_of_the_catalogue(folder: Path) -> None:
-    own = ("--register", "bent_sensor:BEND", "--effect", "sensor_curvature.curvature=3")
+    own = ("--register", "own_sensor:SATURATION", "--effect", "sensor_saturation.saturation=300")
     assert main(["simulate", *MOTION, "--out", "plain.csv"]) == 0
-    for name in ("bent.csv", "again.csv"):  # registered a second time it is the same
+    for name in ("saturated.csv", "again.csv"):  # registered a second time it is the same
         assert main(["simulate", *MOTION, *own, "--out", name]) == 0
-    plain, bent = (fb.read_record(folder / name).values for name in ("plain.csv", "bent.csv"))
-    np.testing.assert_allclose(bent, plain + 3.0 * plain**2, atol=1e-8)
+    plain, saturated = (fb.read_record(folder / name).values for name in ("plain.csv", "saturated.csv"))
+    np.testing.assert_allclose(saturated, plain - 300.0 * plain**3, atol=1e-8)
 
 
 def test_an_estimator_of_ones_own_is_a_method(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -107,22 +107,25 @@ def test_effects_that_come_with_the_package_are_asked_for(
 
 def test_where_an_effect_plays_no_part_it_is_said(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["simulate", *MOTION, "--out", "plain.csv"]) == 0
-    own = ("--register", "bent_sensor:BEND", "--method", "envelope")
+    own = ("--register", "own_sensor:SATURATION", "--method", "envelope")
     assert main(["estimate", "plain.csv", *MOTION[:4], *own]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert (
-        "warning sensor_curvature plays no part: estimate fits dry friction alone; close-loop weighs" in said
+        "warning sensor_saturation plays no part: estimate fits dry friction alone; close-loop weighs" in said
     )
 
 
 @pytest.mark.parametrize(
     ("entry", "words"),
     [
-        ("bent_sensor", "'bent_sensor' is not MODULE:EFFECT; write it like"),
-        ("nowhere:BEND", "nowhere cannot be imported (ModuleNotFoundError"),
-        ("broken_sensor:BEND", "broken_sensor cannot be imported (ZeroDivisionError: division by zero)"),
-        ("bent_sensor:bend", "bend of bent_sensor is no effect"),
-        ("bent_sensor:LOST", "LOST of bent_sensor is no effect"),
+        ("own_sensor", "'own_sensor' is not MODULE:EFFECT; write it like"),
+        ("nowhere:SATURATION", "nowhere cannot be imported (ModuleNotFoundError"),
+        (
+            "broken_sensor:SATURATION",
+            "broken_sensor cannot be imported (ZeroDivisionError: division by zero)",
+        ),
+        ("own_sensor:saturate", "saturate of own_sensor is no effect"),
+        ("own_sensor:LOST", "LOST of own_sensor is no effect"),
     ],
 )
 def test_what_is_no_effect_is_refused(
@@ -136,4 +139,4 @@ def test_what_is_no_effect_is_refused(
         said = capsys.readouterr().err
         assert f"friction-bayes: --register: {words}" in said
         assert said.count("\n") == 1
-    assert "sensor_curvature" not in EFFECTS
+    assert "sensor_saturation" not in EFFECTS

@@ -37,7 +37,8 @@ class Parameter:
     ----------
     name : str
     unit : str
-        For linear systems; the word ``signal`` in it stands for the unit of the signal.
+        For linear systems; the word ``signal`` in it stands for the unit of the signal, ``(signal)`` for that
+        with the parentheses that a quotient needs: 1/m, but 1/(m/s).
     angular_unit : str or None
         For rotational systems, where it differs.
     prior : callable, Scales -> Prior
@@ -62,7 +63,8 @@ class Parameter:
     def unit_in(self, system: Oscillator, signal_unit: str) -> str:
         """Return the unit for a system and a signal."""
         unit = self.angular_unit if system.angular and self.angular_unit is not None else self.unit
-        return unit.replace("signal", signal_unit)
+        divisor = f"({signal_unit})" if "/" in signal_unit else signal_unit
+        return unit.replace("(signal)", divisor).replace("signal", signal_unit)
 
     def check(self, place: str, value: float) -> float:
         """Return ``value`` as a float, refusing what lies outside the support."""

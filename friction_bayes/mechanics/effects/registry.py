@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -33,10 +34,20 @@ def register(effect: Effect) -> Effect:
     Raises
     ------
     InputError
-        If the name is taken.
+        If the name is taken, or its series reaches over none of its parameters, more than it has, or priors
+        of no width.
     """
     if effect.name in EFFECTS:
         raise InputError(f"effect {effect.name}", "is already registered", "give it another name")
+    count = len(effect.parameters)
+    for extent in effect.series:
+        if not (1 <= extent.parameters <= count and 0.0 < extent.width < math.inf):
+            raise InputError(
+                f"effect {effect.name}",
+                f"its series cannot reach over {extent.parameters} of its {count} parameters with priors "
+                f"{extent.width:g} times as wide",
+                f"let it reach over 1 to {count}, with priors of a width above zero",
+            )
     EFFECTS[effect.name] = effect
     return effect
 

@@ -35,7 +35,7 @@ def test_the_search_finds_it_where_no_force_fluctuates() -> None:
     assert report.candidates[0]["effects"] == ["sensor_nonlinearity", "sensor_offset"]
     (effect,) = [e for e in report.effects if e["name"] == "sensor_nonlinearity"]
     curvature = effect["parameters"]["curvature"]
-    assert curvature["unit"] == "1/(m)"
+    assert curvature["unit"] == "1/m"
     assert abs(curvature["mean"] - 1.0) < 4.0 * curvature["sd"] < 0.4
     low, high = report.friction_after["interval90"]
     assert low < 0.02 < high

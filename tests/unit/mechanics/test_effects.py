@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.effects import (
     BUILT_IN,
     EFFECTS,
+    Extent,
     ForceEffect,
     Scales,
     SensorEffect,
@@ -51,7 +53,7 @@ CATALOGUE = {
     "random_force": ("process", {"sd": ("N", "N m"), "correlation_time": ("s", "s")}),
     "sensor_hysteresis": ("sensor", {"half_width": ("V", "V")}),
     "position_force": ("force", dict.fromkeys(FOUR_HARMONICS, ("N", "N m"))),
-    "sensor_nonlinearity": ("sensor", {"curvature": ("1/(V)", "1/(V)")}),
+    "sensor_nonlinearity": ("sensor", {"curvature": ("1/V", "1/V")}),
     "encoder_eccentricity": ("sensor", dict.fromkeys(FOUR_HARMONICS, ("V", "V"))),
     "sensor_clipping": ("sensor", {"level": ("V", "V")}),
     "periodic_interference": (
@@ -201,3 +203,19 @@ def test_bad_effects_are_refused_with_a_remedy(settings, words):
 def test_a_name_is_registered_once():
     with pytest.raises(InputError, match="already registered"):
         register(EFFECTS["outliers"])
+
+
+@pytest.mark.parametrize("extent", [Extent(0), Extent(9), Extent(4, 0.0), Extent(4, math.inf)])
+def test_a_series_reaches_over_parameters_that_it_has(extent):
+    series = replace(EFFECTS["encoder_eccentricity"], name="own_series", series=(Extent(8), extent))
+    with pytest.raises(InputError, match="own_series: its series cannot reach over"):
+        register(series)
+    assert "own_series" not in EFFECTS
+
+
+@pytest.mark.parametrize(
+    ("signal_unit", "unit"), [("m", "1/m"), ("m/s", "1/(m/s)"), ("rad/s2", "1/(rad/s2)")]
+)
+def test_a_unit_over_that_of_the_signal_has_parentheses_where_it_needs_them(signal_unit, unit):
+    (curvature,) = EFFECTS["sensor_nonlinearity"].parameters
+    assert curvature.unit_in(LINEAR, signal_unit) == unit
