@@ -61,8 +61,9 @@ NUMBERS = {
     "half_cycles": "half cycles between fitted turning points",
 }
 TEXTS = ("record", "method", "unit", "signal_unit", "quantity", "refused", "because")
-RESAMPLED_ENCODERS = {"map-single-pendulum": 2.0 * math.pi / 40000.0}
-"""Steps [rad] of encoders whose records were resampled, so that they show none."""
+INTERPOLATED_ENCODERS = {"map-single-pendulum": 2.0 * math.pi / 40000.0}
+"""Steps [rad] of encoders whose readings their hardware interpolates between counts by its clock, so that
+the records show none."""
 UNSAMPLED = (("video-pendulum/1", "waveform"),)
 """A large swing over six minutes, whose likelihood takes the sampler hours."""
 LARGEST_CHI_SQUARE = 2.0
@@ -132,7 +133,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
 def _step(name: str, record: xr.DataArray) -> float:
     """Step of the sensor, unit of the signal; nan where there is none."""
     found = quantisation_step(record.values)
-    return RESAMPLED_ENCODERS.get(name.split("/")[0], math.nan) if found is None else found
+    return INTERPOLATED_ENCODERS.get(name.split("/")[0], math.nan) if found is None else found
 
 
 def _friction(estimate: fb.Estimate) -> dict[str, float]:

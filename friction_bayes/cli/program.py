@@ -19,8 +19,9 @@ __all__ = ["build_parser", "command", "main"]
 
 _DEBUG = "FRICTION_BAYES_DEBUG"
 _COLLECTED_AFTER = 200_000
-"""New objects after which Python looks for cycles of dead ones. A command loads hundreds of thousands that
-live as long as it does; with Python's own 700 it spends a tenth of its time on looking through them."""
+"""New objects after which Python looks for dead ones that refer to each other; all others it frees at once.
+A command loads hundreds of thousands of objects that live as long as it does: with Python's own threshold of
+one or two thousand it spends a tenth of its time on looking through them."""
 _EPILOG = """examples:
   friction-bayes demo
   friction-bayes simulate --mass 10 --stiffness 1000 --friction 0.07 --out decay.csv

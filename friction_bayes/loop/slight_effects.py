@@ -11,8 +11,8 @@ coefficient beside the candidate's parameters,
 .. math:: c \sim N(0, (2s)^2)
 
 cut to its support, and no wider than the effect's own prior; friction follows it linearly. The support of
-damping goes a little below zero: where the gain of the sensor rises within the record the amplitude falls by
-as little less, and a nuisance of one sign would draw friction to one side of the truth. Nothing else of a
+damping goes a little below zero: a gain of the sensor that rises within the record looks like damping that
+drives the motion, and a nuisance of one sign would draw friction to one side of the truth. Nothing else of a
 candidate changes, nor how probable it is: an effect that a record shows makes a candidate of its own.
 """
 

@@ -51,7 +51,6 @@ _STYLE: dict[Any, Any] = {
     "axes.axisbelow": True,
     "axes.formatter.useoffset": False,
     "axes.formatter.limits": (-3, 4),
-    "axes.formatter.use_mathtext": True,
     "xtick.color": "#444444",
     "ytick.color": "#444444",
     "xtick.labelsize": 9.0,

@@ -215,9 +215,9 @@ class JointProblem:
 
     @cached_property
     def _parts(self) -> list[tuple[Integers, Mask, NestedSets]]:
-        """Sets with the same own columns, and the same column that differs by the same spread.
+        """The sets in parts: those of the same own columns, and the same column that differs by one spread.
 
-        With which they are, and their shared columns.
+        Of each part the places of its sets, their shared columns, and these nested.
         """
         same = np.stack([self._own_set, self.spread_number, self._deviating], axis=1)
         _, part = np.unique(same, axis=0, return_inverse=True)
