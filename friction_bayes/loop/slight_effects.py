@@ -46,7 +46,7 @@ that was found had brought it nearer; with one tenth, the prior of a candidate's
 hold friction less often where two effects cancel."""
 _REACH = 2.0
 """Prior sd of a coefficient, in standard deviations of its estimate from the samples alone."""
-_GAIN_RISE = 0.05
+_GAIN_RISE = 0.2
 """Share by which a sensor's gain may rise within a record: damping in units of its prior, an e-fold there."""
 
 

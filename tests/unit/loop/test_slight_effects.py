@@ -35,8 +35,8 @@ def test_probability_is_that_of_the_integral(estimate: float, information: float
         likelihood = math.exp(-0.5 * information * (c - estimate) ** 2 + 0.5 * information * estimate**2)
         return float(likelihood * stats.norm.pdf(c, scale=scale))
 
-    # a gain that rises by a twentieth is the most that passes for damping below zero
-    low = -0.05 if positive else min(estimate, 0.0) - reach
+    # a gain that rises by a fifth is the most that passes for damping below zero
+    low = -0.2 if positive else min(estimate, 0.0) - reach
     inside = stats.norm.sf(low, scale=scale)
     mass, _ = integrate.quad(joint, low, max(estimate, 0.0) + reach, points=[max(estimate, low), 0.0])
     bayes_factor = mass / inside
