@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from io import BytesIO
@@ -114,8 +115,8 @@ class _PlainLabels(ScalarFormatter):
         super().__init__(useMathText=False)
 
     def get_offset(self) -> str:
-        power = str(self.orderOfMagnitude).translate(_SUPERSCRIPT)
-        return f"×10{power}" if self.orderOfMagnitude else ""
+        shared = str(super().get_offset()).replace("\N{MINUS SIGN}", "-")
+        return re.sub("^1e(-?[0-9]+)", lambda power: "×10" + power[1].translate(_SUPERSCRIPT), shared)
 
 
 def figure_files(figure: Figure, formats: tuple[str, ...]) -> dict[str, bytes]:
