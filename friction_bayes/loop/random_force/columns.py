@@ -24,6 +24,7 @@ from friction_bayes.loop.random_force.effect_columns import (
     Shape,
     force_columns,
     line_columns,
+    sampled,
     sensor_columns,
 )
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
@@ -192,10 +193,10 @@ def law_columns(
     forces = np.column_stack([np.zeros((path.phase.size, 2)), direct[:, :-1]])
     sensor = at_sensor(states, row, forces)
     known = at_sensor(answered[:, :, -1:], row, direct[:, -1:])[:, 0]
-    faults = []
+    faults, read = [], sampled(path, block)
     for name in effects:
         if isinstance(EFFECTS[name], SensorEffect) and name != PERIODIC_INTERFERENCE.name:
-            for column, fault in sensor_columns(name, scales, path, row, order, w0, block):
+            for column, fault in sensor_columns(name, scales, read, row, order, w0):
                 columns.append(column)
                 faults.append(fault)
     if PERIODIC_INTERFERENCE.name in effects:

@@ -18,7 +18,16 @@ from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect, forc
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.integrate import force_along
 
-__all__ = ["Column", "ForceEvaluator", "Shape", "force_columns", "line_columns", "sensor_columns"]
+__all__ = [
+    "Column",
+    "ForceEvaluator",
+    "Sampled",
+    "Shape",
+    "force_columns",
+    "line_columns",
+    "sampled",
+    "sensor_columns",
+]
 
 _SCORES = (-1.2, 0.0, 1.2)
 """Where a parameter that shapes a term is taken, as normal scores of its prior."""
@@ -204,28 +213,48 @@ def _bent_friction(
         yield column, at_nodes, at_samples
 
 
+class Sampled(NamedTuple):
+    """The motion along a path as a sensor reads it.
+
+    Attributes
+    ----------
+    phase, x, v : ndarray, shape (n block,)
+    block : int
+        Readings that each value of the record is the mean of.
+    """
+
+    phase: Array
+    x: Array
+    v: Array
+    block: int
+
+
+def sampled(path: MeasuredPath, block: int) -> Sampled:
+    """The readings within the blocks of a path."""
+    if block == 1:
+        return Sampled(path.phase, path.x, path.v, block)
+    # a fault that jumps within a block shows there with a share of its size
+    within = (np.arange(block) - 0.5 * (block - 1)) / block
+    phase = (path.phase[:, None] + np.gradient(path.phase)[:, None] * within).ravel()
+    motion = CubicHermiteSpline(path.phase, path.x, path.v)
+    return Sampled(phase, motion(phase), motion(phase, 1), block)
+
+
 def sensor_columns(
-    name: str, scales: Scales, path: MeasuredPath, row: Array, order: int, w0: float, block: int = 1
+    name: str, scales: Scales, read: Sampled, row: Array, order: int, w0: float
 ) -> Iterator[tuple[Column, Array]]:
-    """Columns of a fault of the sensor that is linear in its parameters, of means of so many samples."""
+    """Columns of a fault of the sensor that is linear in its parameters."""
     effect = EFFECTS[name]
     assert isinstance(effect, SensorEffect)
-    phase, x, v = path.phase, path.x, path.v
-    if block > 1:
-        # a fault that jumps within a block shows there with a share of its size
-        within = (np.arange(block) - 0.5 * (block - 1)) / block
-        phase = (phase[:, None] + np.gradient(phase)[:, None] * within).ravel()
-        motion = CubicHermiteSpline(path.phase, path.x, path.v)
-        x, v = motion(phase), motion(phase, 1)
-    time = (phase - phase[0]) / w0
+    time = (read.phase - read.phase[0]) / w0
     unit = w0**order
-    clean = unit * (row[0] * x + row[1] * v)
+    clean = unit * (row[0] * read.x + row[1] * read.v)
     coordinates = effect_coordinates(name, scales, 1)
     for j, c in enumerate(coordinates):
         values = [0.0] * len(coordinates)
         values[j] = c.prior.scale
         wrong = (effect.distort(clean, time, *values) - clean) / (unit * c.prior.scale)
-        fault = block_means(wrong, block)
+        fault = block_means(wrong, read.block)
         column = Column("effect", c.prior.scale, positive=c.prior.low == 0.0, effect=name, parameter=c.name)
         for widened in column.in_widths():
             yield widened, fault

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
+from decays import short_decay
 from unsteady_decays import FRICTION, RELEASE, SYSTEM, bent_record, fitted, probability_of
 
 OFFERED = ("viscous_damping", "cubic_stiffness", "sensor_offset", "sensor_nonlinearity")
@@ -21,16 +22,8 @@ def test_it_is_found_beside_a_force_and_friction_with_it(rng: np.random.Generato
 
 
 def test_the_search_finds_it_where_no_force_fluctuates() -> None:
-    record = fb.simulate(
-        SYSTEM,
-        friction=0.02,
-        initial_displacement=0.02,
-        duration=12.0,
-        sampling_rate=100.0,
-        noise_sd=1e-4,
-        seed=5,
-        effects={"sensor_nonlinearity.curvature": 1.0, "sensor_offset.offset": 0.004},
-    )
+    bent = {"sensor_nonlinearity.curvature": 1.0, "sensor_offset.offset": 0.004}
+    record = short_decay(SYSTEM, friction=0.02, duration=12.0, seed=5, effects=bent)
     report = fb.close_loop([record], SYSTEM, seed=1, random_force="none")
     assert report.candidates[0]["effects"] == ["sensor_nonlinearity", "sensor_offset"]
     (effect,) = [e for e in report.effects if e["name"] == "sensor_nonlinearity"]
