@@ -20,12 +20,13 @@ def fluctuating_decay(
     correlation_time: float = 1.0,
     oversampling: int = 4,
     pull: Callable[[float], float] = lambda x: 0.0,
+    rub: Callable[[float], float] = lambda x: 1.0,
 ) -> dict[int, np.ndarray]:
     """Motion at ``step`` by order of derivative, until the mass sticks.
 
-    Friction, the force's sd and what else pulls at a position are lengths, over the stiffness; these forces
-    are held over each fine step, and the motion there is a rotation about where their sum would hold the
-    mass.
+    Friction, the force's sd and what else pulls at a position are lengths, over the stiffness; friction is
+    ``rub`` times as large at a position. These forces are held over each fine step, and the motion there is a
+    rotation about where their sum would hold the mass.
     """
     turn = frequency * step / oversampling
     memory = math.exp(-step / oversampling / correlation_time)
@@ -35,12 +36,13 @@ def fluctuating_decay(
     rows = []
     for i in range(samples * oversampling):
         if i % oversampling == 0:
-            rows.append((x, v, wandering + pull(x) - friction * sign - x))
+            rows.append((x, v, wandering + pull(x) - friction * rub(x) * sign - x))
         left = turn
         # at the middle of the step, so that holding it takes no energy out
-        force = wandering + pull(x + 0.5 * turn * v)
+        middle = x + 0.5 * turn * v
+        force, level = wandering + pull(middle), friction * rub(middle)
         while left > 0.0:
-            centre = force - friction * sign
+            centre = force - level * sign
             until = math.atan2(v, x - centre)
             until = until % math.pi if abs(v) > 1e-12 * release else math.pi
             part = min(left, until)
@@ -49,7 +51,7 @@ def fluctuating_decay(
             left -= part
             if part == until:
                 v = 0.0
-                if abs(force - x) <= friction:
+                if abs(force - x) <= level:
                     return _columns(rows, frequency)
                 sign = math.copysign(1.0, force - x)
         wandering = memory * wandering + force_sd * math.sqrt(1.0 - memory**2) * kicks[i]

@@ -27,7 +27,11 @@ QUANTITIES = ("displacement", "velocity", "acceleration")
 
 
 def unsteady_motion(
-    rng: np.random.Generator, force: float = 0.2, *, samples: int = 1500
+    rng: np.random.Generator,
+    force: float = 0.2,
+    *,
+    samples: int = 1500,
+    rub: Callable[[float], float] = lambda x: 1.0,
 ) -> dict[int, np.ndarray]:
     """Motion by order of derivative; the force is a share of friction and correlated over 0.1 s."""
     return fluctuating_decay(
@@ -39,6 +43,7 @@ def unsteady_motion(
         samples=samples,
         force_sd=force * FRICTION,
         correlation_time=0.1,
+        rub=rub,
     )
 
 
@@ -123,6 +128,12 @@ def bent_record(rng: np.random.Generator, curvature: float, order: int = 0) -> x
     motion = unsteady_motion(rng)[order] / (RELEASE * 10.0**order)
     read = motion + curvature * motion**2 + WHITE / RELEASE * rng.standard_normal(motion.size)
     return sensed(RELEASE * 10.0**order * read, order)
+
+
+def rubbed_record(rng: np.random.Generator, slope: float, curvature: float) -> xr.DataArray:
+    """Record of a decay under a friction of ``1 + slope z + curvature z^2``, ``z`` over the release."""
+    motion = unsteady_motion(rng, rub=lambda x: 1.0 + (slope + curvature * x / RELEASE) * x / RELEASE)[0]
+    return sensed(motion + WHITE * rng.standard_normal(motion.size))
 
 
 def _turning(

@@ -160,6 +160,9 @@ def effect_columns(path: Path, swing: float | None) -> Columns:
         ],
     }
     columns = {name: [path.response(f)[:, None] for f in shapes] for name, shapes in forces.items()}
+    columns["position_friction"] = [
+        np.column_stack([path.response(-sign * path.x), path.response(-sign * path.x**2)])
+    ]
     one = np.ones(path.times.size)
     columns["sensor_offset"] = [one[:, None]]
     columns["sensor_drift"] = [np.column_stack([one, path.times / law.duration])]

@@ -47,6 +47,7 @@ CONTACT_AND_SENSOR = (
     "disturbed_release",
     "position_force",
     "sensor_nonlinearity",
+    "position_friction",
 )
 """Kinds drawn for the records with a fluctuating force, beside those of the sealed test without one."""
 TURN_SWING_RAD = (0.5 * math.pi, 6.0)
@@ -219,6 +220,9 @@ def draw_contact_or_sensor(
         -1 .. 1.
     sensor_nonlinearity
         A scale bent by 0.003 .. 0.05 (log-uniform) of the signal at the initial amplitude, either way.
+    position_friction
+        Slope and curvature take 0.3 .. 0.9 of friction (log-uniform) at the initial amplitude between them,
+        shared out uniformly, each either way.
     """
     if name == "presliding":
         return {"presliding": log_uniform(rng, 0.003, 0.05)}
@@ -257,6 +261,12 @@ def draw_contact_or_sensor(
         }
     if name == "sensor_nonlinearity":
         return {"curvature": either_sign(rng) * log_uniform(rng, 0.003, 0.05)}
+    if name == "position_friction":
+        size, share = log_uniform(rng, 0.3, 0.9), rng.uniform(0.0, 1.0)
+        return {
+            "friction_tilt": either_sign(rng) * size * share,
+            "friction_bend": either_sign(rng) * size * (1.0 - share),
+        }
     raise ValueError(f"unknown effect {name!r}")
 
 

@@ -59,8 +59,9 @@ class Law:
         Friction higher around one position, ``d (1 + boost exp(-((x - centre)/width)**2))``.
     stiffness_change, quadratic_stiffness : float
         ``(1 + e (t/duration - 1/2)) x`` and ``x + quadratic_stiffness x |x|``.
-    friction_tilt, friction_rise : float
-        Friction that depends on position, ``d (1 + tilt x + rise |x|)``: ``d`` is its level in the middle.
+    friction_tilt, friction_rise, friction_bend : float
+        Friction that depends on position, ``d (1 + tilt x + rise |x| + bend x**2)``: ``d`` is its level in
+        the middle.
     base_slips, base_creep, base_slip : tuple of float, float, float
         The support creeps at ``base_creep`` and jumps back by ``base_slip`` at the given times.
     swing : float
@@ -91,6 +92,7 @@ class Law:
     quadratic_stiffness: float = 0.0
     friction_tilt: float = 0.0
     friction_rise: float = 0.0
+    friction_bend: float = 0.0
     base_slips: tuple[float, ...] = ()
     base_creep: float = 0.0
     base_slip: float = 0.0
@@ -123,7 +125,7 @@ class Law:
             level *= 1.0 + self.relative_change * (t / self.duration - 0.5)
         if self.patch_boost:
             level *= 1.0 + self.patch_boost * math.exp(-(((x - self.patch_centre) / self.patch_width) ** 2))
-        level *= 1.0 + self.friction_tilt * x + self.friction_rise * abs(x)
+        level *= 1.0 + self.friction_tilt * x + self.friction_rise * abs(x) + self.friction_bend * x * x
         return level
 
     def acceleration(self, t: float, x: float, v: float, sign: float, slips: int) -> float:

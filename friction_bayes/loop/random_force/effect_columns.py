@@ -29,10 +29,10 @@ __all__ = [
     "sensor_columns",
 ]
 
-_SCORES = (-1.2, 0.0, 1.2)
+_SCORES = (-1.6, -0.8, 0.0, 0.8, 1.6)
 """Where a parameter that shapes a term is taken, as normal scores of its prior."""
-_SMALL_SCORES = (-2.4, -1.6, -0.8, 0.0, 0.8, 1.6)
-"""The same of one whose prior begins at zero, out to where the largest of twenty draws of it lies."""
+_SMALL_SCORES = tuple(0.6 * k for k in range(-4, 5))
+"""The same of one whose prior begins at zero; at twice as many friction comes out the same."""
 
 
 class Shape(NamedTuple):
@@ -44,12 +44,15 @@ class Shape(NamedTuple):
     value : float
     low, high : float
         Ends of its part of the prior, halfway to its neighbours.
+    weight : float
+        Of that part, over what the others of the parameter weigh.
     """
 
     name: str
     value: float
     low: float
     high: float
+    weight: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -188,7 +191,7 @@ def _shape(coordinate: Coordinate, score: float, scores: Sequence[float]) -> Sha
     low, value, high = (
         float(coordinate.value(coordinate.at_score(each))) for each in (score - half, score, score + half)
     )
-    return Shape(coordinate.name, value, low, high)
+    return Shape(coordinate.name, value, low, high, math.exp(-0.5 * score**2))
 
 
 def _bent_friction(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, combinations, product
 
@@ -29,8 +29,8 @@ class ColumnSets:
     effects : tuple of frozenset of str, length m
     columns : ndarray of bool, shape (m, p)
     log_prior : ndarray, shape (m,)
-        Logarithm of the prior probability; the shapes of an effect share its probability, and so do a set
-        with dry friction and without.
+        Logarithm of the prior probability; the shapes of an effect share its probability as the prior of
+        their parameter has it, and so do a set with dry friction and without.
     """
 
     effects: tuple[frozenset[str], ...]
@@ -42,6 +42,7 @@ def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
     """Every set of effects as the search forms them, in each of its shapes, with dry friction and without."""
     shapes = {name: law.alternatives(name) for name in effects}
     effects = tuple(name for name in effects if shapes[name])
+    log_shares = {name: _log_shares(law, shapes[name]) for name in effects}
     always, frictions, dry_friction = law.always, set(law.frictions), law.dry_friction
     bends = {name for name in effects if not frictions.isdisjoint(shapes[name][0])}
     of_friction = {j for j, column in enumerate(law.columns) if column.of_friction}
@@ -55,11 +56,10 @@ def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
         if len(bent) > 1:
             continue
         together = frozenset(names)
-        choices = list(product(*(shapes[name] for name in names)))
-        log_share = len(names) * math.log(INCLUSION) + (len(effects) - len(names)) * math.log1p(-INCLUSION)
-        log_share -= math.log(len(choices))
-        for choice in choices:
-            columns = [*always, *chain(*choice)]
+        log_act = len(names) * math.log(INCLUSION) + (len(effects) - len(names)) * math.log1p(-INCLUSION)
+        shares = product(*(log_shares[name] for name in names))
+        for choice, share in zip(product(*(shapes[name] for name in names)), shares, strict=True):
+            columns, log_share = [*always, *chain(*choice)], log_act + sum(share)
             if bent:
                 weighed = [(columns, log_share)]
             elif of_friction.isdisjoint(columns):
@@ -74,6 +74,15 @@ def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
     masks[np.repeat(np.arange(len(found)), [len(used) for used in places]), list(chain(*places))] = True
     logs = np.array(log_prior)
     return ColumnSets(tuple(found), masks, logs - float(np.log(np.sum(np.exp(logs)))))
+
+
+def _log_shares(law: LawColumns, shapes: Sequence[tuple[int, ...]]) -> list[float]:
+    """Logarithm of the share of an effect's probability that each of its shapes has."""
+    weights = np.array(
+        [math.prod(shape.weight for shape in law.columns[columns[0]].shape) for columns in shapes]
+    )
+    shares: list[float] = np.log(weights / weights.sum()).tolist()
+    return shares
 
 
 def _named_sets(effects: tuple[str, ...]) -> Iterator[tuple[str, ...]]:

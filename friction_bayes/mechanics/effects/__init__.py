@@ -23,6 +23,7 @@ from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.position_force import POSITION_FORCE
+from friction_bayes.mechanics.effects.position_friction import POSITION_FRICTION
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.effects.prior import Prior, Scales
 from friction_bayes.mechanics.effects.proportional_noise import PROPORTIONAL_NOISE
@@ -79,6 +80,7 @@ BUILT_IN: tuple[Effect, ...] = (
     CUBIC_STIFFNESS,
     STIFFNESS_DRIFT,
     PRESLIDING,
+    POSITION_FRICTION,
     POSITION_FORCE,
     RANDOM_FORCE,
     # bent about the rest, wherever the zero is: before what moves it

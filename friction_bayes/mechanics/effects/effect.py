@@ -181,6 +181,9 @@ class ForceEffect(Effect):
         Whether it acts on what turns alone.
     resists : bool
         Whether it belongs to the friction force that a load cell measures: a spring's does not.
+    largest_swing : float
+        Amplitude [rad] above which nothing that turns has it: what depends on the angle repeats with every
+        turn.
     """
 
     kind: ClassVar[str] = "force"
@@ -188,11 +191,14 @@ class ForceEffect(Effect):
     force: Callable[..., float]
     rotational: bool = False
     resists: bool = True
+    largest_swing: float = math.inf
 
     def why_not(self, scales: Scales) -> str:
         """Say why a system cannot have it or show it apart from others; empty where it may act."""
         if self.rotational and not scales.system.angular:
             return "it acts on what turns, and this moves along a line"
+        if scales.system.angular and scales.amplitude > self.largest_swing:
+            return f"it does not repeat with every turn, and this swings {scales.amplitude:.2g} rad"
         return super().why_not(scales)
 
 

@@ -78,6 +78,7 @@ def test_what_is_called_seen_is_seen_and_a_hundredth_of_it_is_not(kind: str, see
     [
         ({"stiffness_change": 0.3}, lambda t, x, s: x * (1.0 + 0.3 * (t / 140.0 - 0.5)) + DISSIPATION * s),
         ({"quadratic_stiffness": 0.1}, lambda t, x, s: x + 0.1 * x * abs(x) + DISSIPATION * s),
+        ({"friction_bend": 0.5}, lambda t, x, s: x + DISSIPATION * s * (1.0 + 0.5 * x * x)),
         ({"friction_tilt": 0.5}, lambda t, x, s: x + DISSIPATION * s * (1.0 + 0.5 * x)),
         ({"friction_rise": -0.5}, lambda t, x, s: x + DISSIPATION * s * (1.0 - 0.5 * abs(x))),
     ],

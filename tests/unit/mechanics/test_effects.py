@@ -50,6 +50,7 @@ CATALOGUE = {
     "sensor_offset": ("sensor", {"offset": ("V", "V")}),
     "sensor_drift": ("sensor", {"offset": ("V", "V"), "rate": ("V/s", "V/s")}),
     "presliding": ("force", {"displacement": ("m", "rad")}),
+    "position_friction": ("force", {"slope": ("1/m", "1/rad"), "curvature": ("1/m2", "1/rad2")}),
     "random_force": ("process", {"sd": ("N", "N m"), "correlation_time": ("s", "s")}),
     "sensor_hysteresis": ("sensor", {"half_width": ("V", "V")}),
     "position_force": ("force", dict.fromkeys(FOUR_HARMONICS, ("N", "N m"))),

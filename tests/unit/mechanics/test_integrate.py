@@ -109,6 +109,10 @@ TERMS = {
         lambda t, x, v, s: K * x * (1 + 0.02 * (t / T - 0.5)) + R * s,
     ),
     "cubic_stiffness": ({"cubic_stiffness": 3e5}, lambda t, x, v, s: K * x + R * s + 3e5 * x**3),
+    "position_friction": (
+        {"slope": 8.0, "curvature": -1200.0},
+        lambda t, x, v, s: K * x + R * s * (1 + 8.0 * x - 1200.0 * x * x),
+    ),
     "position_force": (
         {"once_sine": 6.0, "twice_cosine": 0.9, "thrice_sine": -2.0, "four_times_cosine": 1.2},
         lambda t, x, v, s: (
