@@ -23,6 +23,8 @@ WHEEL_NOISE, WHEEL_RELEASE = 3e-4, 2.5
 """In rad."""
 WHITE, ERROR, ERROR_TIME = 2e-5, 8e-5, 0.02
 """Noise of a sensor, four times as much that neighbouring samples share [m], and for how long [s]."""
+RINGING = 4.3
+"""Of a second mode [Hz]."""
 QUANTITIES = ("displacement", "velocity", "acceleration")
 
 
@@ -127,6 +129,18 @@ def bent_record(rng: np.random.Generator, curvature: float, order: int = 0) -> x
     """Record of a decay by a sensor whose scale is bent by ``curvature`` of the signal at the release."""
     motion = unsteady_motion(rng)[order] / (RELEASE * 10.0**order)
     read = motion + curvature * motion**2 + WHITE / RELEASE * rng.standard_normal(motion.size)
+    return sensed(RELEASE * 10.0**order * read, order)
+
+
+def ringing_record(rng: np.random.Generator, size: float, decay_time: float, order: int = 0) -> xr.DataArray:
+    """Record of a decay and of a line of 4.3 Hz beside it; ``size`` is a share of the release.
+
+    The line is as large at the beginning, and steady if its decay time [s] is infinite.
+    """
+    motion = unsteady_motion(rng)[order] / (RELEASE * 10.0**order)
+    time = STEP * np.arange(motion.size)
+    ringing = size * np.exp(-time / decay_time) * np.sin(2.0 * np.pi * RINGING * time + 0.4)
+    read = motion + ringing + WHITE / RELEASE * rng.standard_normal(motion.size)
     return sensed(RELEASE * 10.0**order * read, order)
 
 

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.ndimage import maximum_filter1d, median_filter
-from scipy.optimize import minimize_scalar
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.fit import LoopFit
@@ -22,27 +20,12 @@ __all__ = [
     "SpectralLine",
     "follows_motion",
     "has_line_of_motion",
-    "lines_beside_motion",
     "strongest_lines",
 ]
 
 _LINES = 2
-_MOST_LINES = 8
-"""Lines of one record along the measured motion: a second mode, its products, the mains."""
-_BAND = 0.05
-"""Distance from the harmonics, over the motion's frequency, within which its own changes make lines."""
-_NEIGHBOURS = 61
-"""Ordinates of a spectrum that show what a line stands out of."""
-_LEAST_SAMPLES = 500
-"""The spectrum of fewer has no surroundings to speak of."""
-_APART = 4.0
-"""Distance between two lines times the length of the record: those of a windowed record are four wide."""
-_CLOSE = 1e-3
-"""Ordinates to within which the frequency of a line is sought: a hundredth of a radian at the end."""
 _LEAST_PERIODS = 2
 """Periods of a line within the record; with fewer it is a drift."""
-_CERTAIN = 1e-4
-"""Lines as large as the largest that noise is expected to have, below which it may be interference."""
 _HARMONICS = 3
 """Multiples of the motion's frequency, itself the first, at which a line is the motion's."""
 _WIDTH = 8
@@ -146,70 +129,6 @@ def has_line_of_motion(fit: LoopFit) -> bool:
         follows_motion(model.value(fit.z, "frequency", effect=PERIODIC_INTERFERENCE.name, record=r), segment)
         for r, segment in enumerate(model.segments)
     )
-
-
-def lines_beside_motion(
-    signals: Sequence[Array], segment: Segment, known: Sequence[float] = ()
-) -> tuple[float, ...]:
-    """Frequencies of lines [Hz] that stand out of their surroundings in a spectrum, none the motion's.
-
-    Parameters
-    ----------
-    signals : sequence of ndarray, shape (n,)
-        What is searched: innovations, and the random force, which hides what the oscillator answers to.
-    segment : Segment
-    known : sequence of float
-        Lines that have been found [Hz]: another one lies apart from them.
-    """
-    n = signals[0].size
-    if n < _LEAST_SAMPLES:
-        return ()
-    window = np.hanning(n)
-    frequency = np.fft.rfftfreq(n, segment.decay.step)
-    barred = _in_band(frequency, segment) | (frequency < _LEAST_PERIODS / segment.duration)
-    for line in known:
-        barred |= np.abs(frequency - line) * segment.duration < _APART
-    windowed = [(signal - signal.mean()) * window for signal in signals]
-    heights = np.zeros((len(windowed), frequency.size))
-    for height, signal in zip(heights, windowed, strict=True):
-        power = np.abs(np.fft.rfft(signal)) ** 2
-        # the median of exponential ordinates is ln 2 of their mean
-        around = median_filter(power, _NEIGHBOURS, mode="nearest") / math.log(2.0)
-        # what rises towards a neighbour is the flank of another line, or of the motion's own band
-        top = power >= maximum_filter1d(power, 3)
-        height[top] = power[top] / np.maximum(around[top], 1e-300)
-    heights[:, barred] = 0.0
-    found: list[float] = []
-    while len(known) + len(found) < _MOST_LINES and n * math.exp(-float(heights.max())) < _CERTAIN:
-        which, ordinate = np.unravel_index(np.argmax(heights), heights.shape)
-        line = _top(windowed[which], int(ordinate)) / (n * segment.decay.step)
-        heights[:, np.abs(frequency - line) * segment.duration < _APART] = 0.0
-        # its ordinate may lie just outside of the motion's band
-        if not _in_band(line, segment):
-            found.append(line)
-    return tuple(found)
-
-
-def _in_band(frequency: ArrayLike, segment: Segment) -> Mask:
-    """Whether lines [Hz] may be made by the motion's own changes about a harmonic."""
-    order = np.asarray(frequency, dtype=np.float64) * 2.0 * math.pi / segment.decay.frequency
-    return np.asarray(np.abs(order - np.rint(order)) < _BAND)
-
-
-def _top(signal: Array, ordinate: int) -> float:
-    """Where a spectrum is highest within half an ordinate of its highest one, in ordinates.
-
-    A line held at the ordinate may slip by a quarter of a turn over either half of the record. It would leave
-    up to a third of its power to the other effects, more or less with every sample that the record has.
-    """
-    angle = 2.0 * math.pi / signal.size * np.arange(signal.size)
-
-    def minus_power(place: float) -> float:
-        return -float(np.abs(signal @ np.exp(-1j * place * angle)) ** 2)
-
-    bounds = (ordinate - 0.5, ordinate + 0.5)
-    found = minimize_scalar(minus_power, bounds=bounds, method="bounded", options={"xatol": _CLOSE})
-    return float(found.x)
 
 
 def strongest_lines(fit: LoopFit) -> Iterator[SpectralLine]:

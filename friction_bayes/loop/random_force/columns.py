@@ -27,8 +27,8 @@ from friction_bayes.loop.random_force.effect_columns import (
     sampled,
     sensor_columns,
 )
+from friction_bayes.loop.random_force.lines import OF_LINES, Line
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
-from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 
 __all__ = ["STIFFNESS_SD", "LawColumns", "law_columns"]
 
@@ -98,12 +98,12 @@ class LawColumns:
         return [j for j, c in enumerate(self.columns) if j not in self.always and not _of_a_spring(c.effect)]
 
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:
-        """Columns of an effect in each of its shapes and extents; all lines of interference are one."""
+        """Columns of an effect in each of its shapes and extents; all of its lines are one."""
         found: dict[tuple[tuple[Shape, ...], float], list[int]] = {}
         for j, column in enumerate(self.columns):
             if column.effect == effect:
                 found.setdefault((column.shape, column.width), []).append(j)
-        if effect == PERIODIC_INTERFERENCE.name and found:
+        if effect in OF_LINES and found:
             return [tuple(chain(*found.values()))]
         series = EFFECTS[effect].series if effect else ()
         if not series:
@@ -132,7 +132,7 @@ def law_columns(
     w0: float,
     friction: float,
     duration: float,
-    lines: Sequence[float] = (),
+    lines: Sequence[Line] = (),
     block: int = 1,
 ) -> LawColumns:
     """Evaluate the law along a path.
@@ -157,8 +157,8 @@ def law_columns(
         Rough friction in natural units.
     duration : float
         Length of the record [s], to which friction drift refers.
-    lines : sequence of float
-        Frequencies of lines of interference [Hz], the strongest first.
+    lines : sequence of Line
+        Those of each effect, the strongest first.
     block : int
         Samples of the record that each value is the mean of.
     """
@@ -195,15 +195,14 @@ def law_columns(
     known = at_sensor(answered[:, :, -1:], row, direct[:, -1:])[:, 0]
     faults, read = [], sampled(path, block)
     for name in effects:
-        if isinstance(EFFECTS[name], SensorEffect) and name != PERIODIC_INTERFERENCE.name:
+        if isinstance(EFFECTS[name], SensorEffect) and name not in OF_LINES:
             for column, fault in sensor_columns(name, scales, read, row, order, w0):
                 columns.append(column)
                 faults.append(fault)
-    if PERIODIC_INTERFERENCE.name in effects:
-        for line in lines:
-            for column, fault in line_columns(line, scales, path, order, w0):
-                columns.append(column)
-                faults.append(fault)
+    for line in lines:
+        for column, fault in line_columns(line, scales, path, order, w0):
+            columns.append(column)
+            faults.append(fault)
     if faults:
         sensor = np.column_stack([sensor, *faults])
         states = np.concatenate([states, np.zeros((path.phase.size, 2, len(faults)))], axis=2)

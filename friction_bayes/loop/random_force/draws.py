@@ -62,7 +62,7 @@ class LawDraws:
         coefficients = {law.columns[j].parameter for j in own if law.columns[j].kind == "effect"}
         for columns in law.alternatives(effect):
             mine = chosen & (held[:, own] == np.isin(own, columns)).all(axis=1)
-            # of several lines of interference the strongest, which comes first
+            # of several lines the strongest, which comes first
             shape = law.columns[columns[0]].shape
             for j in columns:
                 column = law.columns[j]

@@ -14,8 +14,8 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.loop.parameters import FRICTION_SHARE, Coordinate, effect_coordinates
+from friction_bayes.loop.random_force.lines import Line
 from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect, force_vector
-from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.integrate import force_along
 
 __all__ = [
@@ -76,6 +76,8 @@ class Column:
         How many times as wide its prior is as the effect states it.
     of_friction : bool
         Whether the coefficient is the parameter times the friction over the one that the column assumes.
+    line : Line or None
+        That it is the sine or cosine of, as ``parameter`` says; None of any other effect.
     """
 
     kind: str
@@ -86,6 +88,7 @@ class Column:
     shape: tuple[Shape, ...] = ()
     width: float = 1.0
     of_friction: bool = False
+    line: Line | None = None
 
     @property
     def own(self) -> bool:
@@ -264,20 +267,26 @@ def sensor_columns(
 
 
 def line_columns(
-    frequency: float, scales: Scales, path: MeasuredPath, order: int, w0: float
+    line: Line, scales: Scales, path: MeasuredPath, order: int, w0: float
 ) -> Iterator[tuple[Column, Array]]:
-    """Sine and cosine of a line of interference."""
-    scale = effect_coordinates(PERIODIC_INTERFERENCE.name, scales, 1)[0].prior.scale
-    angle = 2.0 * math.pi * frequency * (path.phase - path.phase[0]) / w0
-    # a line further off by a quarter of a turn over the record would be another one
-    quarter = 0.25 * w0 / float(path.phase[-1] - path.phase[0])
-    taken = Shape("frequency", frequency, frequency - quarter, frequency + quarter)
-    for part, wave in (("sine", np.sin(angle)), ("cosine", np.cos(angle))):
-        column = Column(
-            "effect",
-            scale,
-            effect=PERIODIC_INTERFERENCE.name,
-            parameter=part,
-            shape=(taken,),
-        )
+    """Sine and cosine of a line."""
+    scale = effect_coordinates(line.effect, scales, 1)[0].prior.scale
+    time = (path.phase - path.phase[0]) / w0
+    shape = _shape_of_line(line, float(time[-1]))
+    for part, wave in line.waves(time).items():
+        column = Column("effect", scale, effect=line.effect, parameter=part, shape=shape, line=line)
         yield column, wave / w0**order
+
+
+def _shape_of_line(line: Line, duration: float) -> tuple[Shape, ...]:
+    f, t = line.frequency, line.decay_time
+    if line.steady:
+        # a line further off by a quarter of a turn over the record would be another one
+        return (Shape("frequency", f, f - 0.25 / duration, f + 0.25 / duration),)
+    # uniform of the same standard deviation; that of the frequency is the same share of its half width
+    reach = math.sqrt(3.0) * line.scatter
+    apart = reach * line.half_width
+    return (
+        Shape("frequency", f, f - apart, f + apart),
+        Shape("decay_time", t, t * math.exp(-reach), t * math.exp(reach)),
+    )

@@ -27,16 +27,16 @@ from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.columns import LawColumns
 from friction_bayes.loop.random_force.correlated_error import SensorError, find_sensor_error
+from friction_bayes.loop.random_force.finer_lines import finer_lines
 from friction_bayes.loop.random_force.growing_noise import NoiseGrowth
+from friction_bayes.loop.random_force.lines import Line, lines_beside_motion
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.random_force.sensor_noise import SensorNoise, weigh_sensor_noise
 from friction_bayes.loop.random_force.set_aside import LeftOut, come_anywhere, outlying
 from friction_bayes.loop.random_force.sets import ColumnSets
 from friction_bayes.loop.segment import Segment
-from friction_bayes.loop.spectral_lines import lines_beside_motion
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
-from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 
 __all__ = ["ForceFit", "fit_random_force", "force_fit"]
 
@@ -148,10 +148,9 @@ class ForceFit:
         return float(self.w0**self.segment.order)
 
     @property
-    def lines(self) -> tuple[float, ...]:
-        """Frequencies of the lines of interference that may be there [Hz], the strongest first."""
-        sines = [c for c in self.law.columns if c.parameter == "sine"]
-        return tuple(column.shape[0].value for column in sines)
+    def lines(self) -> tuple[Line, ...]:
+        """Those that may be there, of each effect the strongest first."""
+        return tuple(dict.fromkeys(c.line for c in self.law.columns if c.line is not None))
 
     def comparable_friction(self, friction: Array) -> float:
         """Friction that a force is compared with, natural units: the median of draws [N or N m].
@@ -224,7 +223,7 @@ def fit_random_force(
     record = whole
     w0 = segment.decay.frequency
     motion = record.first_motion(w0)
-    lines: tuple[float, ...] = ()
+    lines: tuple[Line, ...] = ()
     force: GridPoint | None = None
     found = record.along(motion, w0, lines)
     for _ in range(_MOST_ROUNDS - 1):
@@ -234,9 +233,8 @@ def fit_random_force(
         coefficients, best, force = guessed.best_law(), guessed.best, guessed.best_force
         white = found.regression.innovations(coefficients, best.ratio, best.tau)
         smoothed = found.regression.smoothed(coefficients, best)
-        more: tuple[float, ...] = ()
-        if PERIODIC_INTERFERENCE.name in record.effects:
-            more = lines_beside_motion((white, smoothed.states[:, 2]), segment, lines)
+        more = lines_beside_motion(white / best.noise, smoothed.states[:, 2], segment, lines, record.effects)
+        lines = finer_lines(lines, found, coefficients, best)
         lines = (*lines, *more)
         error = find_sensor_error(found.regression, guessed, found.prior, found.w0)
         settled = error is None or error == whole.error

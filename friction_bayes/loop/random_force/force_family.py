@@ -95,11 +95,11 @@ class ForceFamily(MotionFamily):
         ranked = sorted(self.cells.probabilities.items(), key=lambda pair: -pair[1])
         self.sets = tuple(names for names, _ in ranked)
         self.log_weights = np.array([math.log(p) + shift for _, p in ranked])
-        lines = ", ".join(f"{line:.4g}" for line in fit.lines)
+        lines = ", ".join(map(str, fit.lines))
         self.trail = (
             f"along the measured motion: {len(fit.sets.effects)} sets of effects weighed with and without "
             f"a random force, log evidence {fit.log_gain:+.1f} with it"
-            + (f"; lines of interference that may be there: {lines} Hz" if lines else ""),
+            + (f"; lines that may be there: {lines}" if lines else ""),
             *too_large(fit.share_of_loss),
             *left_out,
         )

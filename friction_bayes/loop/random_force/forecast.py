@@ -15,8 +15,8 @@ from friction_bayes.loop.model import LoopModel, changes_signal
 from friction_bayes.loop.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.random_force.draws import LawDraws, law_draws
 from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
+from friction_bayes.loop.random_force.lines import OF_LINES
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
-from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
 
 __all__ = ["forecast"]
@@ -86,7 +86,7 @@ def _last_states(draws: LawDraws, points: Integers, which: Integers) -> tuple[Ar
 def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | None:
     """Signal of one draw's law from a state on."""
     fit = draws.fit
-    names = fit.sets.effects[draws.chosen[k]] - {PERIODIC_INTERFERENCE.name}
+    names = fit.sets.effects[draws.chosen[k]] - set(OF_LINES)
     only = np.zeros(draws.friction.size, dtype=bool)
     only[k] = True
     values = {
@@ -118,13 +118,12 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
 
 
 def _lines(draws: LawDraws, k: int, time: Array) -> Array:
-    """Interference in one draw, shape (n,)."""
+    """Lines in one draw, shape (n,)."""
     fit = draws.fit
     signal = np.zeros(time.size)
     for column, value in zip(fit.law.columns, draws.coefficients[k], strict=True):
-        if column.effect == PERIODIC_INTERFERENCE.name and value:
-            angle = 2.0 * math.pi * column.shape[0].value * (time - fit.segment.time[0])
-            signal += value * (np.sin(angle) if column.parameter == "sine" else np.cos(angle))
+        if column.line is not None and value:
+            signal += value * column.line.waves(time - fit.segment.time[0])[column.parameter]
     return signal
 
 

@@ -24,6 +24,7 @@ from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force, force_fit
 from friction_bayes.loop.random_force.joint_problem import JointProblem, Member, Spread
+from friction_bayes.loop.random_force.lines import OF_LINES, Line
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord, force_prior
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
@@ -242,11 +243,14 @@ def _friction_of_loss(records: Sequence[ForceFit | LawAlongMotion]) -> float:
     return float(np.median([friction_of_loss(record.path.turning_x) for record in records]))
 
 
-def _lines(alone: Sequence[ForceFit]) -> list[tuple[float, ...]]:
-    """The strongest line of interference of each record; one that has none is tried at another's."""
-    own = [fit.lines[:1] for fit in alone]
-    other = next((lines for lines in own if lines), ())
-    return [lines or other for lines in own]
+def _lines(alone: Sequence[ForceFit]) -> list[tuple[Line, ...]]:
+    """The strongest line of each effect in each record; one that has none is tried at another's."""
+    lines: list[tuple[Line, ...]] = [()] * len(alone)
+    for effect in OF_LINES:
+        own = [[line for line in fit.lines if line.effect == effect][:1] for fit in alone]
+        other = next((strongest for strongest in own if strongest), [])
+        lines = [(*before, *(strongest or other)) for before, strongest in zip(lines, own, strict=True)]
+    return lines
 
 
 def _members(alone: Sequence[ForceFit], along: Sequence[LawAlongMotion]) -> list[Member]:

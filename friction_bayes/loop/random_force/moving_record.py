@@ -20,6 +20,7 @@ from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
 from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.random_force.columns import LawColumns, law_columns
 from friction_bayes.loop.random_force.correlated_error import NO_ERROR, SensorError
+from friction_bayes.loop.random_force.lines import Line
 from friction_bayes.loop.random_force.sets import ColumnSets, column_sets
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales, SensorEffect
@@ -145,7 +146,7 @@ class MovingRecord:
         return first_motion(about_rest, self._clock(w0, variance), sensor_row(order))
 
     def along(
-        self, motion: Motion, w0: float, lines: Sequence[float], friction: float | None = None
+        self, motion: Motion, w0: float, lines: Sequence[Line], friction: float | None = None
     ) -> LawAlongMotion | None:
         """The law along a motion; None where that holds too few turning points.
 
@@ -154,8 +155,8 @@ class MovingRecord:
         motion : Motion
         w0 : float
             Frequency of the natural units [rad/s].
-        lines : sequence of float
-            Frequencies of lines of interference [Hz], the strongest first.
+        lines : sequence of Line
+            Those of each effect, the strongest first.
         friction : float, optional
             Rough friction, natural units; what explains the loss of amplitude where left out.
         """

@@ -12,6 +12,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.candidate import INCLUSION, MOST_EFFECTS, SENSOR_ZERO
 from friction_bayes.loop.random_force.columns import LawColumns
+from friction_bayes.loop.random_force.lines import OF_LINES
 from friction_bayes.mechanics.effects import EFFECTS
 
 __all__ = ["ColumnSets", "column_sets"]
@@ -86,11 +87,14 @@ def _log_shares(law: LawColumns, shapes: Sequence[tuple[int, ...]]) -> list[floa
 
 
 def _named_sets(effects: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-    counted = [name for name in effects if name not in SENSOR_ZERO]
+    """Those of as many effects as may act at once: lines of a spectrum, steady or not, count as one."""
+    of_lines = tuple(name for name in effects if name in OF_LINES)
+    others = [name for name in effects if name not in SENSOR_ZERO and name not in OF_LINES]
     zeros = [(), *((name,) for name in effects if name in SENSOR_ZERO)]
-    for size in range(min(MOST_EFFECTS, len(counted)) + 1):
-        for names in combinations(counted, size):
-            for zero in zeros:
-                together = (*names, *zero)
+    spectra = [some for size in range(len(of_lines) + 1) for some in combinations(of_lines, size)]
+    for lines, zero in product(spectra, zeros):
+        for size in range(min(MOST_EFFECTS - bool(lines), len(others)) + 1):
+            for names in combinations(others, size):
+                together = (*names, *lines, *zero)
                 if not any(other in together for name in together for other in EFFECTS[name].excludes):
                     yield together

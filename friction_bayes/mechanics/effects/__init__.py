@@ -39,6 +39,7 @@ from friction_bayes.mechanics.effects.registry import (
     parse_effects,
     register,
 )
+from friction_bayes.mechanics.effects.second_mode import SECOND_MODE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_hysteresis import SENSOR_HYSTERESIS
@@ -91,6 +92,7 @@ BUILT_IN: tuple[Effect, ...] = (
     ENCODER_ECCENTRICITY,
     SENSOR_CLIPPING,
     PERIODIC_INTERFERENCE,
+    SECOND_MODE,
     TIMING_JITTER,
     PROPORTIONAL_NOISE,
     OUTLIERS,

@@ -14,9 +14,9 @@ from decays import SYSTEM, slow_decay
 from friction_bayes.estimators.random_force.posterior import integrate
 from friction_bayes.loop.random_force.correlated_error import SensorError
 from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.random_force.lines import steady_lines
 from friction_bayes.loop.search import Search
 from friction_bayes.loop.segment import Segment, cut_records
-from friction_bayes.loop.spectral_lines import lines_beside_motion
 from unsteady_decays import ERROR, correlated_record, fitted
 
 LAST_DIGITS = 1e-12
@@ -68,8 +68,8 @@ def test_the_frequency_of_a_line_is_found_between_the_ordinates(rng: np.random.G
     samples, line = 2400, 23.04
     signal, segment = with_lines(samples, rng, line)
     for n in range(samples - 5, samples + 1):
-        (found,) = lines_beside_motion([signal[:n]], segment)
-        assert abs(found - line) * n * segment.decay.step < 0.02
+        (found,) = steady_lines([signal[:n]], segment)
+        assert abs(found.frequency - line) * n * segment.decay.step < 0.02
 
 
 @pytest.mark.parametrize("samples", range(2300, 2500, 40))
@@ -79,7 +79,7 @@ def test_what_lies_in_the_band_of_the_motion_is_no_line(samples: int, rng: np.ra
     angle = segment.decay.frequency * segment.decay.step * np.arange(samples)
     for harmonic in (1, 3, 15):
         strong = 30.0 * np.sin((harmonic + 0.045) * angle)
-        assert lines_beside_motion([signal + strong], segment) == ()
+        assert steady_lines([signal + strong], segment) == ()
 
 
 def log_density(fit: ForceFit, error: SensorError) -> float:

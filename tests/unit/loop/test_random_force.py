@@ -21,9 +21,9 @@ from friction_bayes.loop.random_force.cells import LEAST_COUNTED
 from friction_bayes.loop.random_force.columns import law_columns
 from friction_bayes.loop.random_force.evidence import log_evidence_without_force
 from friction_bayes.loop.random_force.fit import fit_random_force
+from friction_bayes.loop.random_force.lines import steady_lines
 from friction_bayes.loop.search import Search
 from friction_bayes.loop.segment import cut_records
-from friction_bayes.loop.spectral_lines import lines_beside_motion
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.integrate import integrate
 
@@ -352,11 +352,11 @@ def test_all_lines_of_interference_are_found(rng: np.random.Generator) -> None:
     coloured = np.convolve(rng.standard_normal(n + 20), np.ones(20) / 20.0, mode="valid")[:n]
     lines = (0.9, 2.6, 23.0)
     signal = coloured + sum(0.3 * np.sin(2.0 * np.pi * f * segment.time[:n]) for f in lines)
-    found = lines_beside_motion([signal], segment)
-    assert sorted(found) == pytest.approx(sorted(lines), abs=0.05)
-    assert lines_beside_motion([signal], segment, known=found) == ()
-    assert lines_beside_motion([coloured], segment) == ()
-    assert lines_beside_motion([signal[:400]], segment) == ()
+    found = steady_lines([signal], segment)
+    assert sorted(line.frequency for line in found) == pytest.approx(sorted(lines), abs=0.05)
+    assert steady_lines([signal], segment, known=found) == ()
+    assert steady_lines([coloured], segment) == ()
+    assert steady_lines([signal[:400]], segment) == ()
 
 
 def test_the_next_experiment_is_named_under_a_random_force() -> None:

@@ -57,6 +57,10 @@ CATALOGUE = {
     "sensor_nonlinearity": ("sensor", {"curvature": ("1/V", "1/V")}),
     "encoder_eccentricity": ("sensor", dict.fromkeys(FOUR_HARMONICS, ("V", "V"))),
     "sensor_clipping": ("sensor", {"level": ("V", "V")}),
+    "second_mode": (
+        "sensor",
+        {"sine": ("V", "V"), "cosine": ("V", "V"), "frequency": ("Hz", "Hz"), "decay_time": ("s", "s")},
+    ),
     "periodic_interference": (
         "sensor",
         {"amplitude": ("V", "V"), "frequency": ("Hz", "Hz"), "phase": ("rad", "rad")},

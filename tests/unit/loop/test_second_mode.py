@@ -1,0 +1,124 @@
+"""A second mode that dies out beside the motion, with a force that fluctuates and without."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from friction_bayes.loop.random_force.joint_fit import fit_together
+from friction_bayes.loop.random_force.lines import decaying_lines, steady_lines
+from friction_bayes.loop.segment import Segment, cut_records
+from unsteady_decays import FRICTION, RELEASE, RINGING, STEP, SYSTEM, fitted, probability_of, ringing_record
+
+OFFERED = ("viscous_damping", "sensor_offset", "periodic_interference", "second_mode")
+LINES = {"periodic_interference", "second_mode"}
+
+
+@pytest.fixture
+def segment(rng: np.random.Generator) -> Segment:
+    return cut_records([ringing_record(rng, 0.0, 1.0)], SYSTEM)[0]
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_it_is_found_beside_a_force_and_friction_with_it(rng: np.random.Generator, order: int) -> None:
+    fit = fitted(ringing_record(rng, 0.01, 1.5, order), OFFERED)
+    assert probability_of(fit, "second_mode") > 0.99
+    assert probability_of(fit, "periodic_interference") < 0.1
+    (line,) = (line for line in fit.lines if not line.steady)
+    assert line.frequency == pytest.approx(RINGING, abs=3.0 * line.scatter / (2.0 * math.pi * 1.5))
+    assert abs(math.log(line.decay_time / 1.5)) < 3.0 * line.scatter < 0.5
+    found = {c.parameter: x for c, x in zip(fit.law.columns, fit.coefficients, strict=True) if c.line == line}
+    size = RELEASE * 10.0**order
+    assert math.hypot(found["sine"], found["cosine"]) == pytest.approx(0.01 * size, rel=0.1)
+    assert fit.coefficients[fit.law.dry_friction] == pytest.approx(FRICTION, rel=0.08)
+
+
+def test_a_line_that_lasts_is_interference(rng: np.random.Generator) -> None:
+    fit = fitted(ringing_record(rng, 0.01, math.inf), OFFERED)
+    assert probability_of(fit, "periodic_interference") > 0.99
+    assert probability_of(fit, "second_mode") < 0.1
+
+
+def test_it_is_found_where_no_force_fluctuates() -> None:
+    """The search does not try it: a law along the measured motion has it, and forecasts with it."""
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.02,
+        initial_displacement=0.02,
+        duration=12.0,
+        sampling_rate=100.0,
+        noise_sd=1e-4,
+        seed=5,
+        effects={
+            "second_mode.sine": 4e-4,
+            "second_mode.cosine": -3e-4,
+            "second_mode.frequency": RINGING,
+            "second_mode.decay_time": 2.0,
+        },
+    )
+    report = fb.close_loop([record], SYSTEM, seed=1, check=False)
+    assert report.candidates[0]["effects"] == ["second_mode"]
+    assert report.residual["after"]["failed"] == []
+    (effect,) = [e for e in report.effects if e["name"] == "second_mode"]
+    found = effect["parameters"]
+    for name, true in {"frequency": RINGING, "decay_time": 2.0, "sine": 4e-4, "cosine": -3e-4}.items():
+        assert abs(found[name]["mean"] - true) < 4.0 * found[name]["sd"] < 0.6 * abs(true)
+    assert any("4.30" in line and "dies out" in line for line in report.trail)
+    low, high = report.friction_after["interval90"]
+    assert low < 0.02 < high
+    assert report.held_out_error["after"] < 1.2e-4
+
+
+def test_records_may_ring_each_in_its_own_way(rng: np.random.Generator) -> None:
+    segments = cut_records([ringing_record(rng, size, 1.5) for size in (0.01, 0.02)], SYSTEM)
+    joint = fit_together(segments, SYSTEM, OFFERED, varying=False)
+    assert joint is not None
+    rings = ["second_mode" in names for names in joint.along[0].sets.effects]
+    assert joint.weight[:, rings].sum() > 0.99
+
+
+def test_lines_that_die_out_are_found_under_their_envelopes(
+    rng: np.random.Generator, segment: Segment
+) -> None:
+    time = STEP * np.arange(segment.moving)
+    noise = rng.standard_normal(time.size)
+    modes = {4.0: 0.8, 11.9: 2.0, 23.0: 5.0}
+    ringing = sum(3.0 * np.exp(-time / t) * np.sin(2.0 * np.pi * f * time + f) for f, t in modes.items())
+    found = sorted(decaying_lines(noise + ringing, segment))
+    assert [line.frequency for line in found] == pytest.approx(sorted(modes), abs=0.1)
+    for line, true in zip(found, modes.values(), strict=True):
+        assert abs(math.log(line.decay_time / true)) < 3.5 * line.scatter
+    assert decaying_lines(noise + ringing, segment, known=found) == ()
+    assert decaying_lines(noise, segment) == ()
+    assert decaying_lines((noise + ringing)[:400], segment) == ()
+
+
+def test_neither_a_line_that_lasts_nor_a_harmonic_is_a_mode(
+    rng: np.random.Generator, segment: Segment
+) -> None:
+    time = STEP * np.arange(segment.moving)
+    noise = rng.standard_normal(time.size)
+    lasting = noise + np.sin(2.0 * np.pi * RINGING * time)
+    assert decaying_lines(lasting, segment) == ()
+    assert len(steady_lines([lasting], segment)) == 1
+    for harmonic in (1.0, 2.0, 3.0):
+        decaying = 5.0 * np.exp(-time / 3.0) * np.sin(harmonic * segment.decay.frequency * time)
+        assert decaying_lines(noise + decaying, segment) == ()
+
+
+def test_lines_count_as_one_effect(rng: np.random.Generator) -> None:
+    """Beside two others there may be both kinds of line, and beside three none."""
+    record = ringing_record(rng, 0.01, 1.5)
+    steady = 0.01 * RELEASE * np.sin(2.0 * np.pi * 7.0 * record["time"].values)
+    fit = fitted(record + steady, (*OFFERED, "quadratic_drag", "cubic_stiffness"))
+    assert {line.effect for line in fit.lines} == LINES
+    assert any(len(names - LINES - {"sensor_offset"}) == 2 and names >= LINES for names in fit.sets.effects)
+    assert not any(
+        len(names - LINES) == 3 and names & LINES and "sensor_offset" not in names
+        for names in fit.sets.effects
+    )
+    assert probability_of(fit, "second_mode") > 0.99
+    assert probability_of(fit, "periodic_interference") > 0.99
