@@ -48,11 +48,12 @@ CONTACT_AND_SENSOR = (
     "position_force",
     "sensor_nonlinearity",
     "position_friction",
+    "second_mode",
 )
 """Kinds drawn for the records with a fluctuating force, beside those of the sealed test without one."""
 TURN_SWING_RAD = (0.5 * math.pi, 6.0)
 """Swings in which a force that repeats with every turn is told from a spring that hardens or softens."""
-OUTSIDE = ("one_sided_spring", "rough_patch", "second_mode", "stick_slip_base")
+OUTSIDE = ("one_sided_spring", "rough_patch", "stick_slip_base")
 
 EXCLUSIVE = (
     frozenset({"sensor_offset", "sensor_drift"}),
@@ -162,9 +163,6 @@ def draw_outside(
         Gap uniform 0.3 .. 0.8 of the initial amplitude, stiffness log-uniform 0.02 .. 0.5 of the spring's.
     rough_patch
         Friction higher by 0.5 .. 3 times, over a half width of 0.05 .. 0.2 centred 0.2 .. 0.6 off the middle.
-    second_mode
-        Amplitude log-uniform 0.03 .. 0.15 of the motion's RMS, frequency 1.7 .. 6 natural frequencies,
-        decaying by e within 0.05 .. 0.3 of the record.
     stick_slip_base
         The support creeps and slips back by 1 .. 5 friction displacements ``d`` every 2 .. 8 periods.
     """
@@ -175,13 +173,6 @@ def draw_outside(
             "patch_centre": either_sign(rng) * rng.uniform(0.2, 0.6),
             "patch_width": rng.uniform(0.05, 0.2),
             "patch_boost": strength * rng.uniform(0.5, 3.0),
-        }
-    if name == "second_mode":
-        return {
-            "mode_amplitude": strength * log_uniform(rng, 0.03, 0.15),
-            "mode_frequency": rng.uniform(1.7, 6.0),
-            "mode_decay": 1.0 / (rng.uniform(0.05, 0.3) * at.duration),
-            "mode_phase": rng.uniform(0.0, 2.0 * math.pi),
         }
     if name == "stick_slip_base":
         slip = strength * at.friction * rng.uniform(1.0, 5.0)
@@ -223,6 +214,9 @@ def draw_contact_or_sensor(
     position_friction
         Slope and curvature take 0.3 .. 0.9 of friction (log-uniform) at the initial amplitude between them,
         shared out uniformly, each either way.
+    second_mode
+        Amplitude log-uniform 0.03 .. 0.15 of the motion's RMS, frequency 1.7 .. 6 natural frequencies,
+        decaying by e within 0.05 .. 0.3 of the record.
     """
     if name == "presliding":
         return {"presliding": log_uniform(rng, 0.003, 0.05)}
@@ -266,6 +260,13 @@ def draw_contact_or_sensor(
         return {
             "friction_tilt": either_sign(rng) * size * share,
             "friction_bend": either_sign(rng) * size * (1.0 - share),
+        }
+    if name == "second_mode":
+        return {
+            "mode_amplitude": log_uniform(rng, 0.03, 0.15),
+            "mode_frequency": rng.uniform(1.7, 6.0),
+            "mode_decay": 1.0 / (rng.uniform(0.05, 0.3) * at.duration),
+            "mode_phase": rng.uniform(0.0, 2.0 * math.pi),
         }
     raise ValueError(f"unknown effect {name!r}")
 

@@ -197,7 +197,7 @@ def test_strong_effects_are_identifiable_and_a_plain_record_has_no_rival(seed: i
 
 
 def test_outside_the_catalogue_is_drawn_until_no_pair_explains_it(seed: int) -> None:
-    sealed, loss, _ = sealed_record("second_mode", seed)
+    sealed, loss, _ = sealed_record("stick_slip_base", seed)
     assert loss >= 200.0
     assert sealed.truth.outside
 
