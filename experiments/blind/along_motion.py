@@ -134,7 +134,7 @@ def nuisance_columns(path: Path) -> list[Array]:
     ]
 
 
-def effect_columns(path: Path, swing: float | None) -> Columns:
+def effect_columns(path: Path, swing: float | None, mode: tuple[float, float] | None = None) -> Columns:
     """Columns of every effect, several where a parameter shapes it: each is a way to have the effect.
 
     Parameters
@@ -143,6 +143,8 @@ def effect_columns(path: Path, swing: float | None) -> Columns:
     swing : float or None
         Initial amplitude [rad] of an angle. None, or too small a swing, has no column of what repeats with a
         turn.
+    mode : tuple of float or None
+        Frequency of the second mode and its decay rate; None has no column of one.
     """
     sign = np.broadcast_to(path.sign, path.x.shape)
     law = path.motion.law
@@ -174,6 +176,9 @@ def effect_columns(path: Path, swing: float | None) -> Columns:
         columns["sensor_hysteresis"] = [-path.at_samples(sign)[:, None]]
     signal = path.motion.sample(path.times)[0 if path.order == 0 else 1]
     columns["sensor_nonlinearity"] = [signal[:, None] ** 2]
+    if mode is not None:
+        envelope, angle = np.exp(-mode[1] * path.times), mode[0] * path.times
+        columns["second_mode"] = [np.column_stack([envelope * np.sin(angle), envelope * np.cos(angle)])]
     if swing is not None:
         turned = swing * path.at_samples(path.x)
         waves = [wave(k * turned) for k in (1, 2) for wave in (np.sin, np.cos)]

@@ -240,7 +240,11 @@ def judge(sealed: SealedRecord) -> Judgement:
     if truth.quantity == "angle":
         swing = truth.friction / sealed.system["stiffness"] / motion.law.friction
     mean = (path.response(path.law()) + clean - signal)[used]
-    columns = {name: [c[used] for c in variants] for name, variants in effect_columns(path, swing).items()}
+    mode = None
+    if "mode_frequency" in parameters:
+        mode = (parameters["mode_frequency"], parameters["mode_decay"])
+    offered = effect_columns(path, swing, mode)
+    columns = {name: [c[used] for c in variants] for name, variants in offered.items()}
     nuisance = [column[used] for column in nuisance_columns(path)]
 
     others = frozenset(truth.visible) - {RANDOM_FORCE}

@@ -105,3 +105,10 @@ def test_the_same_signal_is_no_other_explanation(seed: int) -> None:
 def test_a_plain_record_has_no_rival_and_flat_samples_are_seen(seed: int) -> None:
     assert judge(draw_fluctuating("plain_coulomb", seed)).loss == math.inf
     assert judge(draw_fluctuating("sensor_clipping", seed)).loss == math.inf
+
+
+def test_a_judge_who_knows_the_second_mode_knows_friction_beside_it(seed: int) -> None:
+    judged = judge(draw_fluctuating("second_mode", seed))
+    assert 0.0 < judged.friction_sd < 1.0
+    assert judged.loss > 0.0
+    assert "second_mode" not in judged.rival
