@@ -8,7 +8,9 @@ search takes the noise at its best instead of integrating it: with :math:`n` sam
           = \tfrac n2\log\frac2S + \log\Gamma(\tfrac n2)
           \quad\text{against}\quad -\tfrac n2\log\frac{2\pi S}{n} - \tfrac n2;
 
-its prior of the frequency is about the declared one, and it has the samples at rest besides.
+its prior of the frequency is about the declared one, and it has the samples at rest besides. Those say
+nothing about the law: they are worth the same to both, what the search's best candidate says of them. White
+noise that stands for a wrong law is far too large for them.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ from friction_bayes.loop.random_force.set_aside import LeftOut
 __all__ = ["log_evidence_without_force", "log_scale"]
 
 
-def log_scale(fit: ForceFit, white: LoopFit) -> float:
+def log_scale(fit: ForceFit, white: LoopFit, best: LoopFit) -> float:
     """Logarithm of the factor from weights along the measured motion to evidences under white noise alone.
 
     Where the regression has more evidence than the search for one law without a force, the approximations
@@ -44,8 +46,10 @@ def log_scale(fit: ForceFit, white: LoopFit) -> float:
     fit : ForceFit
     white : LoopFit
         The most probable of the search under white noise.
+    best : LoopFit
+        The most probable of the search, under whichever noise it has.
     """
-    scale = _log_convention(fit, white) + fit.sensor_noise.log_scale
+    scale = _log_convention(fit, white, best) + fit.sensor_noise.log_scale
     effects = frozenset(white.model.effects)
     same_noise = white.noise_models[0].outliers == fit.sensor_noise.contaminated and fit.error == NO_ERROR
     if not same_noise or effects not in fit.sets.effects:
@@ -67,7 +71,7 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
         return -math.inf
     (point,) = alone.posterior.points
     weight, prior = logsumexp(point.found.log_weight), logsumexp(fit.sets.log_prior[mine])
-    noise, value = fit.sensor_noise, _log_convention(fit, white)
+    noise, value = fit.sensor_noise, _log_convention(fit, white, white)
     used = np.isfinite(fit.clock.variance)
     left = LeftOut.under(fit.segment, fit.scales, fit.regression, fit.w0, alone.coefficients, point)
     value += left.log_factor(used, outliers=noise.contaminated)
@@ -76,11 +80,12 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
     return float(weight - prior) + value
 
 
-def _log_convention(fit: ForceFit, white: LoopFit) -> float:
-    """What the conventions make: the search's fit says what rest is worth, and its prior of the frequency."""
+def _log_convention(fit: ForceFit, white: LoopFit, at_rest: LoopFit) -> float:
+    """What the conventions make: a fit says what rest is worth, the white one its prior of the frequency."""
     n = int(np.count_nonzero(np.isfinite(fit.clock.variance)))
     # the stiffness is corrected about what the record shows, in units of half as much frequency
     score = float(white.z[white.model.index(LOG_FREQUENCY_RATIO)])
     value = log_convention(n, fit.unit) + math.log(0.5 * STIFFNESS_SD / FREQUENCY_SD) - 0.5 * score**2
-    densities = log_densities(white.residuals[0], fit.segment.sides, white.noise_models[0], white.noises[0])
+    model, noise = at_rest.noise_models[0], at_rest.noises[0]
+    densities = log_densities(at_rest.residuals[0], fit.segment.sides, model, noise)
     return value + float(densities[fit.samples :].sum())

@@ -110,7 +110,8 @@ class ForceFamily(MotionFamily):
         # the regression normalises the prior over its own sets
         none = logsumexp(fit.sets.log_prior[[not names for names in fit.sets.effects]])
         uncertain = set(allowed) - _certain(fit) - {RANDOM_FORCE.name}
-        scale = log_scale(fit, self.found.white) + len(uncertain) * math.log1p(-INCLUSION) - float(none)
+        scale = log_scale(fit, self.found.white, self.found.fits[0]) - float(none)
+        scale += len(uncertain) * math.log1p(-INCLUSION)
         # the weights are shared out to the kinds of noise, while the scale is that of white noise alone
         return fit.posterior.log_evidence + scale + fit.sensor_noise.log_total
 

@@ -11,6 +11,7 @@ import pytest
 
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, short_decay, slow_decay
+from fluctuating_force import fluctuating_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.decay.block_means import block_means
@@ -174,6 +175,33 @@ def test_a_record_without_one_hardly_notices(seed: int) -> None:
         alone.friction_after["mean"], abs=alone.friction_after["sd"]
     )
     assert averaged.friction_after["sd"] < 1.3 * alone.friction_after["sd"]
+
+
+def test_how_long_a_record_rests_does_not_speak_against_a_force() -> None:
+    """Noise that stands for a force is large while it moves; what rests is worth the same to both."""
+    friction, step, noise = 1.5e-3, 0.003, 1e-6
+    rng = np.random.default_rng(3)
+    moving = fluctuating_decay(
+        rng,
+        frequency=10.0,
+        friction=friction,
+        release=RELEASE,
+        step=step,
+        samples=4000,
+        force_sd=0.5 * friction,
+        correlation_time=0.1,
+    )[0]
+    signal = np.pad(moving, (0, moving.size), mode="edge")
+    signal += noise * rng.standard_normal(signal.size)
+    record = fb.make_record(step * np.arange(signal.size), signal, "displacement")
+    system = fb.Oscillator(mass=1.0, stiffness=100.0)
+    report = fb.close_loop([record], system, seed=1, effects=["viscous_damping", "random_force"])
+    assert any("autoregressive" in line for line in report.trail)
+    assert report.verdict == "explained"
+    assert report.random_force is not None
+    assert report.random_force["probability"] > 0.95
+    low, high = report.friction_after["interval90"]
+    assert low < friction * system.stiffness < high
 
 
 def test_a_fault_that_jumps_within_a_block_shows_with_its_share_there() -> None:
