@@ -45,6 +45,8 @@ _SETTLED = 2e-3
 """Correction of the stiffness above which the effects are evaluated once more."""
 _MOVED = 0.2
 """Share of the noise by which the sensor's faults may change at a sample from round to round."""
+_UNLIKE = 3.0
+"""How many times as far or as little as what was measured a law may move."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,7 +217,7 @@ def fit_random_force(
     Returns
     -------
     ForceFit or None
-        None where the record holds too few turning points.
+        None where the record holds too few turning points, or faults of its sensor stand for its motion.
     """
     whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
     ceiling = segment.sides[: whole.samples] != 0.0
@@ -267,7 +269,18 @@ def fit_random_force(
         whole.setting_aside(ceiling), found, outliers, allowed
     )
     found = found._replace(regression=regression)
-    return force_fit(record, found, posterior, posterior.best_law(), sensor_noise)
+    fit = force_fit(record, found, posterior, posterior.best_law(), sensor_noise)
+    return None if _is_read_as_fault(fit) else fit
+
+
+def _is_read_as_fault(fit: ForceFit) -> bool:
+    """Whether the sensor's faults have taken the place of the motion, or hide most of it.
+
+    Evaluated along what was measured, a fault that follows the motion is the signal itself: it follows every
+    wander of it, which no motion under a law does.
+    """
+    moved, measured = (float(np.ptp(x)) for x in (fit.motion.states[:, 0], fit.path.x))
+    return not measured / _UNLIKE < moved < measured * _UNLIKE
 
 
 def force_fit(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 
 import numpy as np
@@ -9,7 +10,8 @@ import pytest
 
 import friction_bayes as fb
 from friction_bayes.core.errors import InputError
-from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
+from friction_bayes.loop.segment import cut_records
 from unsteady_decays import WHEEL, WHEEL_NOISE, eccentric_record, fitted, probability_of
 
 OFFERED = ("viscous_damping", "cubic_stiffness", "sensor_offset", "encoder_eccentricity")
@@ -65,3 +67,15 @@ def test_a_sensor_of_displacement_has_no_turns() -> None:
             sampling_rate=100.0,
             effects={"encoder_eccentricity.once_sine": 0.001},
         )
+
+
+@pytest.mark.parametrize(("wander", "is_law"), [(0.1, True), (0.45, False)])
+def test_an_error_that_takes_the_place_of_the_motion_is_no_law(wander: float, is_law: bool) -> None:
+    # an error of the angle, evaluated along the angle as it was read, follows every wander of it
+    t = np.arange(0.0, 15.0, 0.01)
+    envelope = 1.0 + wander * np.sin(0.6 * math.pi * t) * np.sin(1.6 * math.pi * t + 1.0)
+    angle = 1.2 * (1.0 - 0.04 * t) * envelope * np.cos(10.0 * t + wander * np.sin(math.pi * t))
+    read = angle + 1e-3 * np.sin(1234.5 * np.arange(t.size) ** 2)
+    (segment,) = cut_records([fb.make_record(t, read, "angle")], WHEEL)
+    fit = fit_random_force(segment, WHEEL, ("viscous_damping", "encoder_eccentricity"))
+    assert (fit is not None) == is_law
