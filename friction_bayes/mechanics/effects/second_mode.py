@@ -34,13 +34,8 @@ SECOND_MODE = SensorEffect(
     name="second_mode",
     summary="+ exp(-t/T) (a sin 2 pi f t + b cos 2 pi f t)",
     parameters=(
-        Parameter(name="sine", unit="signal", prior=lambda scales: normal(_AT_FULL_SWING * scales.signal)),
-        Parameter(
-            name="cosine",
-            unit="signal",
-            default=0.0,
-            prior=lambda scales: normal(_AT_FULL_SWING * scales.signal),
-        ),
+        Parameter(name="sine", unit="signal", prior=_of_amplitude),
+        Parameter(name="cosine", unit="signal", default=0.0, prior=_of_amplitude),
         Parameter(
             name="frequency",
             unit="Hz",
