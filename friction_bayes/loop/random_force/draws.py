@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections import defaultdict
 from dataclasses import dataclass
+from itertools import cycle
 
 import numpy as np
 
@@ -17,8 +20,9 @@ __all__ = ["LEAST_PROBABILITY", "LawDraws", "law_draws", "laws_drawn", "unit_for
 LEAST_PROBABILITY = 1e-4
 """Of a set at a point of the grid, below which nothing is drawn from it."""
 
-_GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
-"""Its multiples, less their whole parts, fill the unit interval evenly from any of them on."""
+_STEPS = (0.5 * (math.sqrt(5.0) - 1.0), math.sqrt(2.0) - 1.0)
+"""Multiples of each, less their whole parts, fill the unit interval evenly from any of them on, and those of
+both together the unit square."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,14 +58,16 @@ class LawDraws:
     noise_growth: Array
 
     def parameters(self, effect: str, chosen: Mask) -> dict[str, Array]:
-        """Parameters of an effect in those of the ``chosen`` draws, of shape (k,), that have it."""
+        """Parameters of an effect in those of the ``chosen`` draws, of shape (k,), that have it, in order."""
         law = self.fit.law
-        found: dict[str, list[Array]] = {}
+        # a series that is cut short has nothing beyond
+        found: defaultdict[str, Array] = defaultdict(lambda: np.zeros(chosen.size))
+        having = np.zeros(chosen.size, np.bool_)
         held = self.fit.sets.columns[self.chosen]
         own = [j for j, column in enumerate(law.columns) if column.effect == effect]
-        coefficients = {law.columns[j].parameter for j in own if law.columns[j].kind == "effect"}
         for columns in law.alternatives(effect):
             mine = chosen & (held[:, own] == np.isin(own, columns)).all(axis=1)
+            having |= mine
             # of several lines the strongest, which comes first
             shape = law.columns[columns[0]].shape
             for j in columns:
@@ -70,16 +76,12 @@ class LawDraws:
                     values = self.coefficients[mine, j]
                     if column.of_friction:
                         values = values * law.friction / self.friction[mine]
-                    found.setdefault(column.parameter, []).append(values)
-            # a series that is cut short has nothing beyond
-            for name in coefficients - {law.columns[j].parameter for j in columns}:
-                found.setdefault(name, []).append(np.zeros(np.count_nonzero(mine)))
-            for parameter in shape:
+                    found[column.parameter][mine] = values
+            for parameter, step in zip(shape, cycle(_STEPS), strict=False):
                 # the value taken stands for its part of the prior: each draw has its place in that
-                spread = (_GOLDEN * np.flatnonzero(mine)) % 1.0
-                values = parameter.low + (parameter.high - parameter.low) * spread
-                found.setdefault(parameter.name, []).append(values)
-        return {name: np.concatenate(values) for name, values in found.items()}
+                spread = (step * np.flatnonzero(mine)) % 1.0
+                found[parameter.name][mine] = parameter.low + (parameter.high - parameter.low) * spread
+        return {name: values[having] for name, values in found.items()}
 
 
 def law_draws(fit: ForceFit, rng: np.random.Generator, draws: int, weight: Array | None = None) -> LawDraws:
