@@ -69,7 +69,7 @@ class LawDraws:
             mine = chosen & (held[:, own] == np.isin(own, columns)).all(axis=1)
             having |= mine
             # of several lines the strongest, which comes first
-            shape = law.columns[columns[0]].shape
+            shape, line = law.columns[columns[0]].shape, law.columns[columns[0]].line
             for j in columns:
                 column = law.columns[j]
                 if column.kind == "effect" and column.shape == shape:
@@ -81,6 +81,10 @@ class LawDraws:
                 # the value taken stands for its part of the prior: each draw has its place in that
                 spread = (step * np.flatnonzero(mine)) % 1.0
                 found[parameter.name][mine] = parameter.low + (parameter.high - parameter.low) * spread
+            if line is not None and not line.steady:
+                drawn = {name: values[mine] for name, values in found.items()}
+                for name, values in line.moved(**drawn).items():
+                    found[name][mine] = values
         return {name: values[having] for name, values in found.items()}
 
 

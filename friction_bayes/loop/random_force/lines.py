@@ -90,6 +90,18 @@ class Line(NamedTuple):
         angle, envelope = 2.0 * math.pi * self.frequency * time, np.exp(-time / self.decay_time)
         return {"sine": envelope * np.sin(angle), "cosine": envelope * np.cos(angle)}
 
+    def moved(self, sine: Array, cosine: Array, frequency: Array, decay_time: Array) -> dict[str, Array]:
+        """Sines and cosines, drawn of this line, of lines near it that look like it where it shows.
+
+        That is half a decay time on, which is how long a line lasts on average over its power. How large it
+        began, and with which phase, is known as its decay time and its frequency are.
+        """
+        shows = 0.5 * self.decay_time
+        larger = shows * (1.0 / decay_time - 1.0 / self.decay_time)
+        turned = 2.0 * math.pi * shows * (self.frequency - frequency)
+        began = (sine + 1j * cosine) * np.exp(larger + 1j * turned)
+        return {"sine": began.real, "cosine": began.imag}
+
 
 @dataclass(frozen=True, eq=False)
 class _Spectrum:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from friction_bayes.loop.random_force.draws import law_draws
-from unsteady_decays import bent_record, fitted
+from unsteady_decays import bent_record, fitted, ringing_record
 
 
 def test_a_parameter_is_drawn_with_the_law_that_it_shapes(rng: np.random.Generator) -> None:
@@ -25,3 +25,20 @@ def test_a_parameter_is_drawn_with_the_law_that_it_shapes(rng: np.random.Generat
         assert drawn.size == len(shapes)
         low, high = np.array([(shape.low, shape.high) for shape in shapes]).T
         assert np.all((low <= drawn) & (drawn <= high))
+
+
+def test_how_a_second_mode_began_is_known_as_its_frequency_and_decay_time_are(
+    rng: np.random.Generator,
+) -> None:
+    """Its size with its decay time, its phase with its frequency; these two not with each other."""
+    fit = fitted(ringing_record(rng, 0.01, 1.5), ("second_mode",))
+    draws = law_draws(fit, rng, 4000)
+    drawn = draws.parameters("second_mode", np.ones(4000, np.bool_))
+    (line,) = fit.lines
+    began = np.log(drawn["sine"] + 1j * drawn["cosine"])
+    rate = np.log(drawn["decay_time"]), 2.0 * np.pi * line.decay_time * drawn["frequency"]
+    assert abs(np.corrcoef(rate)[0, 1]) < 0.05
+    for part, of_rate in zip((began.real, np.unwrap(began.imag)), rate, strict=True):
+        # of the variance half is that of the rate, and half would be left were that known
+        assert abs(np.corrcoef(part, of_rate)[0, 1] + np.sqrt(0.5)) < 0.05
+        assert abs(np.std(part) / np.std(of_rate) - np.sqrt(0.5)) < 0.05
