@@ -8,17 +8,31 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.noise import NoiseFit
 from friction_bayes.loop.segment import Segment
-from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, ProcessEffect
 
 __all__ = ["clipping_parameters", "outlier_parameters", "parameter_summary", "parameter_units"]
 
 
+_WITHOUT_SIZE = ("1", "s", "Hz")
+"""Units of what is the same however far it moves."""
+
+
 def parameter_units(name: str, segment: Segment, system: Oscillator) -> dict[str, str]:
-    """Unit of each parameter of an effect, by name."""
-    return {p.name: p.unit_in(system, segment.decay.unit) for p in EFFECTS[name].parameters}
+    """Unit of each parameter of an effect, by name.
+
+    Of a signal that is not calibrated those of a force are what they would be were its unit that of the
+    quantity, and say so.
+    """
+    decay, effect = segment.decay, EFFECTS[name]
+    units = {p.name: p.unit_in(system, decay.unit) for p in effect.parameters}
+    if decay.unit not in UNCALIBRATED_UNITS or not isinstance(effect, ForceEffect | ProcessEffect):
+        return units
+    taken = f" (1 {decay.unit} as 1 {decay.quantity.unit})"
+    return {p: unit if unit in _WITHOUT_SIZE else unit + taken for p, unit in units.items()}
 
 
 def parameter_summary(draws: Array, unit: str) -> dict[str, Any]:

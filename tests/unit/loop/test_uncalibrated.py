@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from decays import written_decay
+from decays import long_decay, written_decay
 from friction_bayes.loop import close_loop
 
 FRICTION, STIFFNESS, GAIN = 0.5, 1000.0, 40.0
@@ -28,3 +28,16 @@ def test_friction_in_the_unit_of_the_signal(kind: type[fb.Oscillator], rng: np.r
     assert report.frequency["from_mass"] is None
     # 6 sd: a false alarm in 1e8
     assert abs(report.friction_after["mean"] - GAIN * shift) < 6.0 * report.friction_after["sd"]
+
+
+def test_parameters_of_forces_say_what_a_volt_was_taken_for() -> None:
+    bent = {"cubic_stiffness.cubic_stiffness": 8e4, "viscous_damping.damping_ratio": 0.004}
+    calibrated = long_decay(effects=bent, seed=1)
+    volts = fb.make_record(calibrated["time"].values, GAIN * calibrated.values, "displacement", unit="V")
+    system = fb.Oscillator(mass=10.0, stiffness=STIFFNESS)
+    report = close_loop([volts], system, seed=1, effects=tuple(name.partition(".")[0] for name in bent))
+    found = {effect["name"]: effect["parameters"] for effect in report.effects}
+    stiffness = found["cubic_stiffness"]["cubic_stiffness"]
+    assert stiffness["unit"] == "N/m3 (1 V as 1 m)"
+    assert stiffness["mean"] * GAIN**2 == pytest.approx(8e4, rel=0.1)
+    assert found["viscous_damping"]["damping_ratio"]["unit"] == "1"
