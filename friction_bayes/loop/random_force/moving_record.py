@@ -207,7 +207,10 @@ def force_prior(friction: float) -> ForcePrior:
 def why_not_weighed(name: str, segment: Segment, scales: Scales) -> str:
     """Say why an effect is not weighed along the motion of a record; empty where it may be."""
     effect = EFFECTS[name]
-    if effect.least_swing > 0.0 and segment.decay.unit in UNCALIBRATED_UNITS:
+    by_swing = effect.least_swing > 0.0
+    if isinstance(effect, ForceEffect) and scales.system.angular:
+        by_swing |= math.isfinite(effect.largest_swing)
+    if by_swing and segment.decay.unit in UNCALIBRATED_UNITS:
         return "how far it swings is unknown without a calibration of the sensor"
     return effect.why_not(scales)
 

@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from unsteady_decays import FRICTION, RELEASE, WHEEL, fitted, probability_of, rubbed_record
+from friction_bayes.loop.parameters import scales_of
+from friction_bayes.loop.random_force.moving_record import why_not_weighed
+from friction_bayes.loop.segment import cut_records
+from unsteady_decays import FRICTION, RELEASE, SYSTEM, WHEEL, fitted, probability_of, rubbed_record
 
 OFFERED = ("viscous_damping", "quadratic_drag", "cubic_stiffness", "sensor_offset", "position_friction")
 
@@ -29,3 +32,19 @@ def test_what_turns_half_a_turn_repeats_it_and_has_none(release: float, offered:
     record = fb.make_record(t, release * (1.0 - 0.05 * t) * np.cos(10.0 * t), "angle")
     fit = fitted(record, ("viscous_damping", "position_friction"), WHEEL)
     assert any("position_friction" in names for names in fit.sets.effects) == offered
+
+
+@pytest.mark.parametrize(
+    ("system", "quantity", "said"),
+    [
+        (WHEEL, "angular_velocity", "how far it swings is unknown without a calibration of the sensor"),
+        (SYSTEM, "velocity", ""),
+    ],
+)
+def test_of_what_turns_it_asks_for_a_calibrated_sensor(
+    system: fb.Oscillator, quantity: str, said: str
+) -> None:
+    t = np.arange(0.0, 10.0, 0.01)
+    record = fb.make_record(t, 0.2 * (1.0 - 0.05 * t) * np.cos(10.0 * t), quantity, unit="V")
+    (segment,) = cut_records([record], system)
+    assert why_not_weighed("position_friction", segment, scales_of((segment,), system)) == said
