@@ -145,7 +145,8 @@ def fit_together(
     Returns
     -------
     JointFit or None
-        None where a record holds too few turning points.
+        None where a record by itself cannot be analysed (see
+        :func:`friction_bayes.loop.random_force.fit.fit_random_force`).
     """
     # records with outliers are left to the search: here no sample is taken for one
     allowed = [name for name in allowed if name != OUTLIERS.name]

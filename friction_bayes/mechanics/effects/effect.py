@@ -14,7 +14,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
-from friction_bayes.core.text import words
+from friction_bayes.core.text import listed, words
 from friction_bayes.mechanics.effects.prior import Prior, Scales
 
 __all__ = [
@@ -152,14 +152,16 @@ class Effect:
         for name in given:
             if name not in known:
                 raise InputError(
-                    f"effect {self.name}", f"unknown parameter {name!r}", f"give {' and '.join(known)}"
+                    f"effect {self.name}", f"unknown parameter {name!r}", f"give {listed(known, 'or')}"
                 )
         values = []
         for parameter in self.parameters:
             value = given.get(parameter.name, parameter.default)
             place = f"{self.name}.{parameter.name}"
             if value is None:
-                raise InputError(place, "is missing", f"give {' and '.join(known)} together")
+                needed = [parameter.name for parameter in self.parameters if parameter.default is None]
+                together = " together" if len(needed) > 1 else ""
+                raise InputError(place, "is missing", f"give {listed(needed)}{together}")
             values.append(parameter.check(place, value))
         return tuple(values)
 

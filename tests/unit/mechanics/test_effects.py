@@ -120,6 +120,13 @@ def test_drag_and_cubic_priors_scale_with_the_declared_system():
     assert SCALES.signal == pytest.approx(SCALES.velocity)
 
 
+def test_what_has_a_default_is_not_asked_for():
+    with pytest.raises(InputError, match="is missing; give sine, frequency and decay_time together"):
+        EFFECTS["second_mode"].values({"sine": 1e-3})
+    with pytest.raises(InputError, match="is missing; give damping_ratio$"):
+        EFFECTS["viscous_damping"].values({})
+
+
 def test_force_vector_lays_effects_out_by_the_registry_and_zero_is_neutral():
     offsets = force_offsets()
     vector = force_vector(
