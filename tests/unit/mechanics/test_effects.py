@@ -123,7 +123,7 @@ def test_drag_and_cubic_priors_scale_with_the_declared_system():
 def test_what_has_a_default_is_not_asked_for():
     with pytest.raises(InputError, match="is missing; give sine, frequency and decay_time together"):
         EFFECTS["second_mode"].values({"sine": 1e-3})
-    with pytest.raises(InputError, match="is missing; give damping_ratio$"):
+    with pytest.raises(InputError, match=r"is missing; give damping_ratio$"):
         EFFECTS["viscous_damping"].values({})
 
 
