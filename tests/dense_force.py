@@ -8,15 +8,15 @@ import numpy as np
 from scipy.linalg import expm
 
 
-def dense_covariance(phase: np.ndarray, zeta: float, tau: float) -> np.ndarray:
+def dense_covariance(phase: np.ndarray, stiffness: np.ndarray, tau: float) -> np.ndarray:
     """Covariance (3 n, 3 n) of all states for unit sd, every step by quadrature of matrix exponentials."""
-    drift = np.array([[0.0, 1.0, 0.0], [-1.0, -2.0 * zeta, 1.0], [0.0, 0.0, -1.0 / tau]])
     nodes, weights = np.polynomial.legendre.leggauss(12)
     n = phase.size
     own = np.zeros((n, 3, 3))
     own[0, 2, 2] = 1.0
     transitions = []
     for i, h in enumerate(np.diff(phase), start=1):
+        drift = np.array([[0.0, 1.0, 0.0], [-stiffness[i - 1], 0.0, 1.0], [0.0, 0.0, -1.0 / tau]])
         pieces = math.ceil(h / min(tau, 0.5))
         u = (0.5 * (nodes + 1.0) + np.arange(pieces)[:, None]).ravel() * h / pieces
         weight = np.tile(0.5 * weights, pieces) * h / pieces

@@ -53,7 +53,9 @@ def calibrated(
     phase, columns = design(order)
     row, clock, size = sensor_row(order), Clock.of(phase), columns.shape[1]
     read = np.kron(np.eye(SAMPLES), row)
-    covariance = ratio**2 * read @ dense_covariance(phase, 0.0, tau) @ read.T + np.eye(SAMPLES)
+    covariance = ratio**2 * read @ dense_covariance(phase, np.ones(phase.size - 1), tau) @ read.T + np.eye(
+        SAMPLES
+    )
     root = np.linalg.cholesky(covariance)
     confined = (np.arange(size) == FRICTION) & positive
 

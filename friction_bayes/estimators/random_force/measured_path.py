@@ -7,7 +7,16 @@ one measured state to the next,
 
 an interpolation that is exact for the free oscillation at any sampling rate; what it approximates is the
 small force alone. Where the velocity changes sign the interval is split at the crossing, so that every piece
-has one direction of motion. Units are those of :mod:`friction_bayes.estimators.random_force.transition`.
+has one direction of motion.
+
+A pendulum's restoring force ``sin x`` is taken along the measured motion ``xm``, and beside it by its slope,
+
+.. math:: \sin x \approx \kappa x + (\sin x_m - \kappa x_m), \quad \kappa \approx \cos x_m:
+
+with the slope left at one, an error of ``xm`` would pass for a force of ``1 - cos xm`` of its size. ``kappa``
+is constant over an interval and rounded, so that few transitions are distinct; what that leaves out is of the
+second order, as the same ``kappa`` is in the known force. Units are those of
+:mod:`friction_bayes.estimators.random_force.transition`.
 """
 
 from __future__ import annotations
@@ -21,10 +30,15 @@ from scipy.special import erf
 
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
+from friction_bayes.estimators.random_force.transition import free_motion
 
-__all__ = ["MeasuredPath"]
+__all__ = ["MeasuredPath", "stiffness_along"]
 
 _ABSCISSAE, _WEIGHTS = (0.5 * each for each in np.polynomial.legendre.leggauss(3))
+_STIFFNESS_STEP = 0.005
+"""To which the slope of a pendulum's restoring force is rounded."""
+_LEEWAY = 4.0
+"""How many times as far as the swing alone would carry it an error may go."""
 _LONGEST_PIECE = 0.15
 """Phase over which three Gauss nodes integrate a force to rounding in practice."""
 
@@ -39,6 +53,8 @@ class MeasuredPath:
         Samples.
     v_sd : ndarray, shape (n,)
         Standard deviation of the smoothed velocity.
+    stiffness : ndarray, shape (n - 1,)
+        Slope of the restoring force over each interval.
     interval : ndarray of int, shape (m,)
         Interval of every node, ascending.
     node_phase, node_x, node_v, direction : ndarray, shape (m,)
@@ -54,6 +70,7 @@ class MeasuredPath:
     x: Array
     v: Array
     v_sd: Array
+    stiffness: Array
     interval: Indices
     node_phase: Array
     node_x: Array
@@ -64,8 +81,10 @@ class MeasuredPath:
     turning_x: Array
 
     @classmethod
-    def through(cls, phase: Array, x: Array, v: Array, v_sd: Array | None = None) -> MeasuredPath:
-        """Lay the path through states at ``phase``, all of shape (n,).
+    def through(
+        cls, phase: Array, x: Array, v: Array, v_sd: Array | None = None, *, pendulum: bool = False
+    ) -> MeasuredPath:
+        """Lay the path through states at ``phase``, all of shape (n,), of an oscillator or a pendulum.
 
         Raises
         ------
@@ -85,6 +104,7 @@ class MeasuredPath:
             x,
             v,
             np.zeros_like(v) if v_sd is None else v_sd,
+            stiffness_along(phase, x, v) if pendulum else np.ones(x.size - 1),
             nodes[0].astype(np.intp),
             *nodes[1:],
             *turning,
@@ -96,6 +116,39 @@ class MeasuredPath:
         known = self.v_sd == 0.0
         smeared = erf(self.v / (math.sqrt(2.0) * np.where(known, 1.0, self.v_sd)))
         return np.where(known, np.sign(self.v), smeared)
+
+
+def stiffness_along(phase: Array, x: Array, v: Array) -> Array:
+    """Slope of a pendulum's restoring force over each interval, shape (n - 1,).
+
+    One throughout where the motion is not one of the pendulum: an error of its start, which grows with time
+    as a larger swing takes longer, would then grow exponentially, as it does where the stiffness of an
+    oscillator goes with twice its frequency.
+
+    Parameters
+    ----------
+    phase, x, v : ndarray, shape (n,)
+        Time, angle and its rate.
+    """
+    step, cosine, rate = np.diff(phase), np.cos(x), -np.sin(x) * v
+    mean = 0.5 * (cosine[:-1] + cosine[1:]) + step / 12.0 * (rate[:-1] - rate[1:])
+    stiffness = np.round(np.clip(mean, -1.0, 1.0) / _STIFFNESS_STEP) * _STIFFNESS_STEP
+    # the frequency falls by an eighth of the square of the swing, relative to the change of the swing
+    grown = 1.0 + 0.125 * float(np.max(x * x)) * float(phase[-1] - phase[0])
+    return stiffness if _furthest(step, stiffness) < _LEEWAY * grown else np.ones_like(step)
+
+
+@njit(cache=True, nogil=True)
+def _furthest(step: Array, stiffness: Array) -> float:
+    """Largest displacement or velocity that a unit of either at the first sample leads to."""
+    x, v, y, w = 1.0, 0.0, 0.0, 1.0
+    furthest = 1.0
+    for i in range(step.size):
+        cosine, sine = free_motion(step[i], stiffness[i])
+        x, v = cosine * x + sine * v, -stiffness[i] * sine * x + cosine * v
+        y, w = cosine * y + sine * w, -stiffness[i] * sine * y + cosine * w
+        furthest = max(furthest, abs(x), abs(v), abs(y), abs(w))
+    return furthest
 
 
 @njit(cache=True, nogil=True)

@@ -168,9 +168,8 @@ def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
     least_noise = max(rounding, LEAST_NOISE * decay.amplitude) / math.sqrt(block)
 
     def along(motion: Motion, frequency: float) -> LawRegression:
-        clock = Clock.of(frequency * phase[:n])
         unit = frequency**decay.order
-        regression = _regression(averaged[:n] / unit, clock, row, motion, friction, decay)
+        regression = _regression(averaged[:n] / unit, frequency * phase[:n], row, motion, friction, decay)
         return replace(regression, least_noise=least_noise / unit)
 
     first = along(motion, frequency)
@@ -197,20 +196,22 @@ def _surely_sliding(motion: Motion, friction: float, step: float) -> int:
 
 
 def _regression(
-    signal: Array, clock: Clock, row: Array, motion: Motion, friction: float, decay: PlainDecay
+    signal: Array, phase: Array, row: Array, motion: Motion, friction: float, decay: PlainDecay
 ) -> LawRegression:
     n = signal.size
     x, v = motion.states[:n, 0].copy(), motion.states[:n, 1].copy()
-    path = MeasuredPath.through(clock.phase, x, v, motion.velocity_sd[:n])
+    # an accelerometer reads the restoring force itself, with one slope throughout
+    bends = decay.pendulum and decay.order < 2
+    path = MeasuredPath.through(phase, x, v, motion.velocity_sd[:n], pendulum=bends)
 
-    def forces(x: Array, direction: Array) -> Array:
-        """Friction, stiffness and what a pendulum's restoring force lacks of ``x``, in columns."""
+    def forces(x: Array, direction: Array, stiffness: Array | float) -> Array:
+        """Friction, stiffness and what the restoring force lacks of ``stiffness x``, in columns."""
         restoring = np.sin(x) if decay.pendulum else x
-        return np.stack([-direction, -restoring, x - restoring], axis=1)
+        return np.stack([-direction, -restoring, stiffness * x - restoring], axis=1)
 
-    states = force_response(path, forces(path.node_x, path.direction))
-    answered = at_sensor(states, row, forces(x, path.expected_direction))
-    start = initial_response(clock.phase)
+    states = force_response(path, forces(path.node_x, path.direction, path.stiffness[path.interval]))
+    answered = at_sensor(states, row, forces(x, path.expected_direction, 1.0))
+    start = initial_response(phase, path.stiffness)
     columns = np.column_stack([at_sensor(start, row), answered[:, :2]])
     known = states[:, :, 2]
     states = np.concatenate([start, states[:, :, :2]], axis=2)
@@ -223,7 +224,7 @@ def _regression(
         names, scale = (*names, "rest"), np.append(scale, 0.1 * amplitude)
     size = len(names)
     return LawRegression(
-        clock=clock,
+        clock=Clock.of(phase, stiffness=path.stiffness),
         row=row,
         names=names,
         columns=columns,

@@ -25,7 +25,7 @@ def drawn_fluctuation(clock: Clock, tau: float, rng: np.random.Generator) -> Arr
         Correlation time of the force, a phase.
     rng : numpy.random.Generator
     """
-    transitions, covariances = transition_table(clock.steps, clock.zeta, tau)
+    transitions, covariances = transition_table(clock.steps, clock.stiffness, tau)
     return _run(clock.index, transitions, covariances, rng.standard_normal((clock.phase.size, 3)))
 
 

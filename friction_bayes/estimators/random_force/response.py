@@ -4,40 +4,41 @@ Over an interval ``h`` the state ``z = (x, v)`` takes
 
 .. math:: z(h) = F(h) z(0) + \int_0^h F(h-s)\,(0, \phi(s))'\,ds
 
-with the free motion ``F`` of the damped oscillator, and the integral is the quadrature of
-:mod:`friction_bayes.estimators.random_force.measured_path`. A sensor of displacement or velocity reads the
-state; an accelerometer reads ``-x - 2 zeta v + phi``.
+with the free motion ``F`` of the oscillator, and the integral is the quadrature of
+:mod:`friction_bayes.estimators.random_force.measured_path`, which also says how stiff the oscillator is over
+each interval. A sensor of displacement or velocity reads the state; an accelerometer reads ``-x + phi``.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.estimators.random_force.transition import free_motion
 
 __all__ = ["at_sensor", "force_response", "initial_response"]
 
 
-def force_response(path: MeasuredPath, forces: Array, zeta: float = 0.0) -> Array:
+def force_response(path: MeasuredPath, forces: Array) -> Array:
     """Displacement and velocity, shape (n, 2, p), answered to forces at a path's nodes, shape (m, p)."""
     forces = np.ascontiguousarray(forces, dtype=np.float64)
-    return _accumulate(path.phase, path.interval, path.node_phase, path.node_weight, forces, zeta)
+    states = np.zeros((path.phase.size, 2, forces.shape[1]))
+    _accumulate(path.phase, path.stiffness, path.interval, path.node_phase, path.node_weight, forces, states)
+    return states
 
 
-def initial_response(phase: Array, zeta: float = 0.0) -> Array:
-    """Displacement and velocity, shape (n, 2, 2), that follow from a unit of each at the first sample."""
-    s = phase - phase[0]
-    omega = math.sqrt(1.0 - zeta * zeta)
-    decay, cosine, sine = np.exp(-zeta * s), np.cos(omega * s), np.sin(omega * s) / omega
-    states = np.empty((phase.size, 2, 2))
-    states[:, 0, 0] = decay * (cosine + zeta * sine)
-    states[:, 1, 0] = -decay * sine
-    states[:, 0, 1] = decay * sine
-    states[:, 1, 1] = decay * (cosine - zeta * sine)
+def initial_response(phase: Array, stiffness: Array | None = None) -> Array:
+    """Displacement and velocity, shape (n, 2, 2), that follow from a unit of each at the first sample.
+
+    The oscillator has the ``stiffness``, shape (n - 1,), over each interval, or one throughout.
+    """
+    stiffness = np.ones(phase.size - 1) if stiffness is None else stiffness
+    states = np.zeros((phase.size, 2, 2))
+    states[0] = np.eye(2)
+    none = np.empty(0)
+    _accumulate(phase, stiffness, none.astype(np.intp), none, none, np.empty((0, 2)), states)
     return states
 
 
@@ -60,26 +61,26 @@ def at_sensor(states: Array, row: Array, forces: Array | None = None) -> Array:
 
 @njit(cache=True, nogil=True)
 def _accumulate(
-    phase: Array, interval: Indices, node_phase: Array, weight: Array, forces: Array, zeta: float
-) -> Array:
-    n, (m, p) = phase.size, forces.shape
-    states = np.zeros((n, 2, p))
-    omega = math.sqrt(1.0 - zeta * zeta)
+    phase: Array,
+    stiffness: Array,
+    interval: Indices,
+    node_phase: Array,
+    weight: Array,
+    forces: Array,
+    states: Array,
+) -> None:
+    """Fill the states, shape (n, 2, p), from the first on."""
+    m, p = forces.shape
     k = 0
-    for i in range(n - 1):
-        h = phase[i + 1] - phase[i]
-        decay, cosine, sine = math.exp(-zeta * h), math.cos(omega * h), math.sin(omega * h) / omega
-        xx, xv, vv = decay * (cosine + zeta * sine), decay * sine, decay * (cosine - zeta * sine)
+    for i in range(phase.size - 1):
+        cosine, sine = free_motion(phase[i + 1] - phase[i], stiffness[i])
+        back = -stiffness[i] * sine
         for j in range(p):
-            states[i + 1, 0, j] = xx * states[i, 0, j] + xv * states[i, 1, j]
-            states[i + 1, 1, j] = -xv * states[i, 0, j] + vv * states[i, 1, j]
+            states[i + 1, 0, j] = cosine * states[i, 0, j] + sine * states[i, 1, j]
+            states[i + 1, 1, j] = back * states[i, 0, j] + cosine * states[i, 1, j]
         while k < m and interval[k] == i:
-            left = phase[i + 1] - node_phase[k]
-            decay = weight[k] * math.exp(-zeta * left)
-            sine = math.sin(omega * left) / omega
-            to_x, to_v = decay * sine, decay * (math.cos(omega * left) - zeta * sine)
+            to_v, to_x = free_motion(phase[i + 1] - node_phase[k], stiffness[i])
             for j in range(p):
-                states[i + 1, 0, j] += to_x * forces[k, j]
-                states[i + 1, 1, j] += to_v * forces[k, j]
+                states[i + 1, 0, j] += weight[k] * to_x * forces[k, j]
+                states[i + 1, 1, j] += weight[k] * to_v * forces[k, j]
             k += 1
-    return states

@@ -75,7 +75,7 @@ def first_motion(signal: Array, clock: Clock, row: Array) -> Motion:
     row : ndarray, shape (3,)
         From :func:`friction_bayes.estimators.random_force.whitening.sensor_row`.
     """
-    free = initial_response(clock.phase, clock.zeta)
+    free = initial_response(clock.phase)
     columns = np.column_stack([at_sensor(free, row), np.ones(signal.size)])
     block = np.column_stack([columns, signal])
 

@@ -5,13 +5,16 @@ Natural units throughout: time is the phase ``w0 t``, velocity is divided by ``w
 friction coefficient is ``r/k``. With the state ``s = (x, v, d)``
 
 .. math:: ds = A s\,dt + e_3 \sqrt{2/\tau}\,q\,dW, \quad
-          A = \begin{pmatrix}0&1&0\\-1&-2\zeta&1\\0&0&-1/\tau\end{pmatrix}
+          A = \begin{pmatrix}0&1&0\\-\kappa&0&1\\0&0&-1/\tau\end{pmatrix}
 
-a step ``h`` gives ``s' = F s + w`` with ``F = exp(A h)`` and, for ``q = 1``,
-``cov w = (2/tau) int_0^h exp(A u) e3 e3' exp(A' u) du``.
+with the stiffness ``kappa`` one, but for a pendulum that swings far (see
+:mod:`friction_bayes.estimators.random_force.measured_path`), a step ``h`` gives ``s' = F s + w`` with
+``F = exp(A h)`` and, for ``q = 1``, ``cov w = (2/tau) int_0^h exp(A u) e3 e3' exp(A' u) du``.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numba import njit
@@ -19,7 +22,7 @@ from numba import njit
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 
-__all__ = ["discretise", "distinct_steps", "transition_table"]
+__all__ = ["discretise", "distinct_steps", "free_motion", "transition_table"]
 
 _TAYLOR_TERMS = 14
 _LARGEST_NORM = 0.125
@@ -29,7 +32,7 @@ _SAME_STEP = 1e-7
 
 
 @njit(cache=True, nogil=True)
-def discretise(step: float, zeta: float, tau: float, transition: Array, covariance: Array) -> None:
+def discretise(step: float, stiffness: float, tau: float, transition: Array, covariance: Array) -> None:
     """Fill transition and covariance, both of shape (3, 3), of one step of a force of unit sd.
 
     Both series are summed at a step so short that they converge at once, and doubled from there:
@@ -38,18 +41,18 @@ def discretise(step: float, zeta: float, tau: float, transition: Array, covarian
     """
     doublings = 0
     short = step
-    norm = max(2.0 + 2.0 * abs(zeta), 1.0 / tau)
+    norm = max(1.0 + max(abs(stiffness), 1.0), 1.0 / tau)
     while short * norm > _LARGEST_NORM:
         short *= 0.5
         doublings += 1
-    damping, rate = 2.0 * zeta, 1.0 / tau
+    rate = 1.0 / tau
     # rows of exp(A h): (a, b, p), (c, e, r), (0, 0, s); t.. are the terms of its series
     a, b, p, c, e, r, s = 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0
     ta, tb, tp, tc, te, tr, ts = a, b, p, c, e, r, s
     for order in range(1, _TAYLOR_TERMS):
         h = short / order
-        ta, tb, tp = -tb * h, (ta - damping * tb) * h, (tb - rate * tp) * h
-        tc, te, tr = -te * h, (tc - damping * te) * h, (te - rate * tr) * h
+        ta, tb, tp = -stiffness * tb * h, ta * h, (tb - rate * tp) * h
+        tc, te, tr = -stiffness * te * h, tc * h, (te - rate * tr) * h
         ts = -rate * ts * h
         a, b, p, c, e, r, s = a + ta, b + tb, p + tp, c + tc, e + te, r + tr, s + ts
     # the six entries of the covariance and, as k.., the terms of their series
@@ -58,10 +61,10 @@ def discretise(step: float, zeta: float, tau: float, transition: Array, covarian
     for order in range(2, _TAYLOR_TERMS):
         h = short / order
         nxx = 2.0 * kxv
-        nxv = kvv - kxx - damping * kxv + kxd
+        nxv = kvv - stiffness * kxx + kxd
         nxd = kvd - rate * kxd
-        nvv = 2.0 * (kvd - kxv - damping * kvv)
-        nvd = kdd - kxd - (damping + rate) * kvd
+        nvv = 2.0 * (kvd - stiffness * kxv)
+        nvd = kdd - stiffness * kxd - rate * kvd
         ndd = -2.0 * rate * kdd
         kxx, kxv, kxd, kvv, kvd, kdd = nxx * h, nxv * h, nxd * h, nvv * h, nvd * h, ndd * h
         xx, xv, xd, vv, vd, dd = xx + kxx, xv + kxv, xd + kxd, vv + kvv, vd + kvd, dd + kdd
@@ -92,27 +95,43 @@ def discretise(step: float, zeta: float, tau: float, transition: Array, covarian
 
 
 @njit(cache=True, nogil=True)
-def transition_table(steps: Array, zeta: float, tau: float) -> tuple[Array, Array]:
-    """Transitions and covariances for unit sd, both of shape (m, 3, 3), of ``steps``, shape (m,)."""
+def free_motion(h: float, stiffness: float) -> tuple[float, float]:
+    """What is left of a unit displacement, and what a unit velocity leads to, after a phase ``h``."""
+    if stiffness > 0.0:
+        omega = math.sqrt(stiffness)
+        return math.cos(omega * h), math.sin(omega * h) / omega
+    if stiffness < 0.0:
+        rate = math.sqrt(-stiffness)
+        return math.cosh(rate * h), math.sinh(rate * h) / rate
+    return 1.0, h
+
+
+@njit(cache=True, nogil=True)
+def transition_table(steps: Array, stiffness: Array, tau: float) -> tuple[Array, Array]:
+    """Transitions and covariances for unit sd, both of shape (m, 3, 3), of steps and stiffnesses, (m,)."""
     transitions = np.empty((steps.size, 3, 3))
     covariances = np.empty((steps.size, 3, 3))
     for i in range(steps.size):
-        discretise(steps[i], zeta, tau, transitions[i], covariances[i])
+        discretise(steps[i], stiffness[i], tau, transitions[i], covariances[i])
     return transitions, covariances
 
 
-def distinct_steps(phase: Array) -> tuple[Array, Indices]:
+def distinct_steps(phase: Array, stiffness: Array | None = None) -> tuple[Array, Array, Indices]:
     """Distinct steps of a clock, and which of them each interval takes.
 
     Parameters
     ----------
     phase : ndarray, shape (n,)
         ``w0 t``, ascending.
+    stiffness : ndarray, optional, shape (n - 1,)
+        Of the oscillator over each interval; one where left out.
 
     Returns
     -------
     steps : ndarray, shape (m,)
         Mean of the steps that count as one.
+    stiffness : ndarray, shape (m,)
+        Over each of them.
     index : ndarray of int, shape (n - 1,)
         Which of them each interval takes.
 
@@ -125,5 +144,7 @@ def distinct_steps(phase: Array) -> tuple[Array, Indices]:
     if steps.size == 0 or not np.all(steps > 0.0):
         raise InputError("time", "the time stamps do not ascend", "sort the samples and drop doubled ones")
     unit = _SAME_STEP * float(np.median(steps))
-    _, index = np.unique(np.round(steps / unit), return_inverse=True)
-    return np.bincount(index, weights=steps) / np.bincount(index), index
+    levels, level = np.unique(np.ones(1) if stiffness is None else stiffness, return_inverse=True)
+    kinds, index = np.unique(np.round(steps / unit) * levels.size + level, return_inverse=True)
+    of_kind = levels[np.mod(kinds, levels.size).astype(np.intp)]
+    return np.bincount(index, weights=steps) / np.bincount(index), of_kind, index

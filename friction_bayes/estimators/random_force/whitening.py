@@ -33,18 +33,16 @@ _VARIANCES = ((0, 0), (0, 4), (0, 7), (0, 9), (4, 4), (4, 7), (4, 9), (7, 7), (7
 _ROUNDING = 4e-15
 
 
-def sensor_row(order: int, zeta: float = 0.0) -> Array:
+def sensor_row(order: int) -> Array:
     """Row ``h``, shape (3,), with which a sensor reads displacement, velocity and random force.
 
     Parameters
     ----------
     order : int
         Order of the derivative measured: 0 displacement or angle, 1 velocity, 2 acceleration, which is
-        ``-x - 2 zeta v + d``.
-    zeta : float
-        Damping ratio of the reference oscillator.
+        ``-x + d``.
     """
-    return np.array(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, -2.0 * zeta, 1.0))[order])
+    return np.array(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 1.0))[order])
 
 
 @dataclass(frozen=True)
@@ -71,28 +69,28 @@ class Clock:
     ----------
     phase : ndarray, shape (n,)
         ``w0 t``.
-    steps : ndarray, shape (m,)
-        Distinct steps.
+    steps, stiffness : ndarray, shape (m,)
+        Distinct steps, and the stiffness of the oscillator over each.
     index : ndarray of int, shape (n - 1,)
         Which of them each interval takes.
     variance : ndarray, shape (n,)
         Noise variances relative to each other; infinite for samples that are not to be used.
-    zeta : float
-        Damping ratio of the reference oscillator.
     error : CorrelatedError
         Of the sensor.
     """
 
     phase: Array
     steps: Array
+    stiffness: Array
     index: Indices
     variance: Array
-    zeta: float = 0.0
     error: CorrelatedError = CorrelatedError()
 
     @classmethod
-    def of(cls, phase: Array, variance: Array | None = None, zeta: float = 0.0) -> Clock:
+    def of(cls, phase: Array, variance: Array | None = None, stiffness: Array | None = None) -> Clock:
         """Prepare ``phase``, shape (n,), with relative variances, shape (n,), one where not given.
+
+        The stiffness over each interval, shape (n - 1,), is one where it is not given.
 
         Raises
         ------
@@ -107,7 +105,7 @@ class Clock:
                 f"shape {variance.shape}, least {np.min(variance, initial=np.inf):g}",
                 "give a positive number for every sample",
             )
-        return cls(phase, *distinct_steps(phase), variance, zeta)
+        return cls(phase, *distinct_steps(phase, stiffness), variance)
 
     def error_table(self) -> tuple[Array, Array]:
         """Decay of the sensor's error over each distinct step and the variance added, both of shape (m,)."""
@@ -214,7 +212,7 @@ def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -
 
 def _filter(clock: Clock, row: Array, ratio: float, tau: float, predicted: Array) -> tuple[Array, Array]:
     """Transitions of the distinct steps, and the gains of the filter; ``predicted`` as in :func:`_gains`."""
-    transitions, covariances = transition_table(clock.steps, clock.zeta, tau)
+    transitions, covariances = transition_table(clock.steps, clock.stiffness, tau)
     gains = _gains(
         clock.index,
         transitions,

@@ -223,8 +223,7 @@ def fit_random_force(
     ceiling = segment.sides[: whole.samples] != 0.0
     outliers = np.zeros(whole.samples, np.bool_)
     record = whole
-    w0 = segment.decay.frequency
-    motion = record.first_motion(w0)
+    w0, motion = record.first_motion()
     lines: tuple[Line, ...] = ()
     force: GridPoint | None = None
     found = record.along(motion, w0, lines)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.estimators.random_force.law_regression import frequency_change
+from friction_bayes.estimators.random_force.measured_path import stiffness_along
 from friction_bayes.estimators.random_force.transition import distinct_steps, transition_table
 from friction_bayes.estimators.random_force.whitening import smooth
 from friction_bayes.loop.forecast import FITTED_SHARE, Forecast
@@ -42,12 +44,14 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     draws = law_draws(first, rng, _DRAWS)
     points, which = np.unique(draws.point, return_inverse=True)
     states, spreads = _last_states(draws, points, which)
-    shifts, variances = _fluctuation(first, points, states[:, 2], which, spreads, time)
     signals = [_simulated(draws, k, states[k, :2], time) for k in range(_DRAWS)]
     finite = np.array([signal is not None for signal in signals])
     if not finite.any():
         return None
-    laws = np.array([signal for signal in signals if signal is not None]) + shifts[finite]
+    laws = np.array([signal for signal in signals if signal is not None])
+    stiffness = _stiffness(first, laws.mean(axis=0), float(states[:, 0].mean()), time)
+    shifts, variances = _fluctuation(first, points, states[:, 2], which, spreads, time, stiffness)
+    laws += shifts[finite]
     middle = laws.mean(axis=0)
     noise = np.full(middle.size, first.noise_sd)
     if first.growth is not None and first.growth.found:
@@ -127,8 +131,26 @@ def _lines(draws: LawDraws, k: int, time: Array) -> Array:
     return signal
 
 
+def _stiffness(fit: ForceFit, signal: Array, start: float, time: Array) -> Array | None:
+    """Slope of a pendulum's restoring force along a forecast from an angle, shape (n - 1,), if it has one."""
+    if not fit.system.pendulum or fit.segment.order == 2:
+        return None
+    phase = fit.w0 * time
+    if fit.segment.order == 1:
+        velocity = signal / fit.w0
+        return stiffness_along(phase, start + cumulative_trapezoid(velocity, phase, initial=0), velocity)
+    angle = signal - fit.segment.decay.rest_position
+    return stiffness_along(phase, angle, np.gradient(angle, phase))
+
+
 def _fluctuation(
-    fit: ForceFit, points: Integers, forces: Array, which: Integers, spreads: Array, time: Array
+    fit: ForceFit,
+    points: Integers,
+    forces: Array,
+    which: Integers,
+    spreads: Array,
+    time: Array,
+    stiffness: Array | None,
 ) -> tuple[Array, Array]:
     """What the random force adds to the signal from the last state on.
 
@@ -144,17 +166,19 @@ def _fluctuation(
     spreads : ndarray, shape (g, 3, 3)
         Covariance of the last state.
     time : ndarray, shape (n,)
+    stiffness : ndarray or None, shape (n - 1,)
+        Of the oscillator over each interval; None where it is one throughout.
 
     Returns
     -------
     means : ndarray, shape (k, n)
     variances : ndarray, shape (g, n)
     """
-    steps, index = distinct_steps(time * fit.w0)
+    steps, stiffness, index = distinct_steps(time * fit.w0, stiffness)
     transitions, added = np.empty((2, steps.size, points.size, 3, 3))
     for g, at in enumerate(points):
         point = fit.posterior.points[at]
-        transitions[:, g], added[:, g] = transition_table(steps, 0.0, point.tau)
+        transitions[:, g], added[:, g] = transition_table(steps, stiffness, point.tau)
         added[:, g] *= (point.ratio * point.noise) ** 2
     unit_force = np.tile([0.0, 0.0, 1.0], (points.size, 1))
     answers, variances = np.empty((points.size, time.size)), np.empty((points.size, time.size))

@@ -24,6 +24,7 @@ from friction_bayes.loop.random_force.lines import Line
 from friction_bayes.loop.random_force.sets import ColumnSets, column_sets
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales, SensorEffect
+from friction_bayes.mechanics.pendulum import frequency_ratio
 
 __all__ = ["LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "why_not_weighed"]
 
@@ -126,24 +127,32 @@ class MovingRecord:
         """Of the sensor's rounding, and at least what the interpolated motion is known to, its unit."""
         return max(self.segment.least_noise, LEAST_NOISE * self.scales.signal)
 
-    def clock(self, w0: float) -> Clock:
-        """Their time stamps."""
-        return self._clock(w0, self.variance)
-
-    def _clock(self, w0: float, variance: Array) -> Clock:
+    def phase(self, w0: float) -> Array:
+        """Their time stamps in natural units of a frequency, shape (n,)."""
         time = self.segment.time[: self.samples]
-        return self.error.of(Clock.of(w0 * (time - time[0]), variance), w0)
+        return np.asarray(w0 * (time - time[0]))
 
-    def first_motion(self, w0: float) -> Motion:
-        """The motion before any law is known.
+    def clock_along(self, path: MeasuredPath, w0: float) -> Clock:
+        """Their time stamps and noise, and the oscillator's stiffness along a motion."""
+        return self.error.of(Clock.of(path.phase, self.variance, path.stiffness), w0)
+
+    def first_motion(self) -> tuple[float, Motion]:
+        """The frequency of small swings [rad/s] and the motion, in its units, before any law is known.
 
         With the values beside the jumps of an acceleration: without a law, what would pass for a gap there
         leaves the velocity free to wander, and later rounds hold to the turning points of the first.
         """
-        order = self.segment.order
+        order, w0 = self.segment.order, self.segment.decay.frequency
         about_rest = self.signal(w0) - self.segment.decay.rest_position / w0**order
         variance = np.where(self.segment.ignored[: self.samples], 1.0, self.variance)
-        return first_motion(about_rest, self._clock(w0, variance), sensor_row(order))
+        clock = self.error.of(Clock.of(self.phase(w0), variance), w0)
+        motion = first_motion(about_rest, clock, sensor_row(order))
+        if not self.system.pendulum:
+            return w0, motion
+        # each half cycle of a large swing takes longer
+        turning = MeasuredPath.through(clock.phase, motion.states[:, 0], motion.states[:, 1]).turning_x
+        change = float(np.mean([1.0 / frequency_ratio(x, 0) for x in turning])) if turning.size else 1.0
+        return w0 * change, motion.at_frequency(change)
 
     def along(
         self, motion: Motion, w0: float, lines: Sequence[Line], friction: float | None = None
@@ -160,16 +169,20 @@ class MovingRecord:
         friction : float, optional
             Rough friction, natural units; what explains the loss of amplitude where left out.
         """
-        row, clock = sensor_row(self.segment.order), self.clock(w0)
+        order = self.segment.order
+        row = sensor_row(order)
         x, v = motion.states[:, :2].T.copy()
-        path = MeasuredPath.through(clock.phase, x, v, motion.velocity_sd)
+        # an accelerometer reads the restoring force itself, with one slope throughout
+        bends = self.system.pendulum and order < 2
+        path = MeasuredPath.through(self.phase(w0), x, v, motion.velocity_sd, pendulum=bends)
+        clock = self.clock_along(path, w0)
         if path.turning.size < _LEAST_TURNS:
             return None
         rough = friction_of_loss(path.turning_x) if friction is None else friction
         law = law_columns(
             path,
             row,
-            self.segment.order,
+            order,
             system=self.system,
             scales=self.scales,
             effects=self.effects,
@@ -194,7 +207,7 @@ class MovingRecord:
             log_prior=sets.log_prior,
             stiffness=law.always[2],
             motion=motion,
-            least_noise=self._least_noise / w0**self.segment.order,
+            least_noise=self._least_noise / w0**order,
         )
         return LawAlongMotion(w0, path, law, sets, regression, force_prior(rough))
 

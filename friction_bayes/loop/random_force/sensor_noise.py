@@ -167,7 +167,8 @@ def _given_samples(
     record: MovingRecord, along: LawAlongMotion, allowed: Sequence[str], *, contaminated: bool
 ) -> list[_Weighed]:
     """Noise of one size and noise that grows on the samples that a record uses."""
-    along = along._replace(regression=replace(along.regression, clock=record.clock(along.w0)))
+    clock = record.clock_along(along.path, along.w0)
+    along = along._replace(regression=replace(along.regression, clock=clock))
     regression = along.regression
     posterior = integrate(regression.problem, along.prior, regression.motion.noise)
     left = LeftOut.under(

@@ -15,7 +15,7 @@ from dense_force import dense_covariance
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
-from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.estimators.random_force.measured_path import MeasuredPath, stiffness_along
 from friction_bayes.estimators.random_force.positive_orthant import confine, cut_moments, log_normal_mass
 from friction_bayes.estimators.random_force.posterior import (
     ForcePrior,
@@ -47,36 +47,44 @@ from friction_bayes.estimators.random_force.whitening import (
 ORDERS = (0, 1, 2)
 
 
-def uneven_clock(rng: np.random.Generator, zeta: float) -> Clock:
+def stiffnesses(intervals: int, bent: bool) -> Array:
+    """Of an oscillator, or one that changes from step to step, rounded as a path's is."""
+    along = np.round(0.8 + 0.2 * np.cos(np.arange(intervals) ** 2), 1)
+    return along if bent else np.ones(intervals)
+
+
+def uneven_clock(rng: np.random.Generator, bent: bool) -> Clock:
     """Forty uneven steps with a gap, uneven variances and samples that are not used."""
     phase = np.cumsum(rng.uniform(0.02, 0.3, 40))
     phase[25:] += 4.0
     variance = rng.uniform(0.5, 2.0, 40)
     variance[[0, 7, 30]] = np.inf
-    return Clock.of(phase, variance, zeta)
+    return Clock.of(phase, variance, stiffnesses(39, bent))
 
 
-def piecewise_even_clock(rng: np.random.Generator, zeta: float) -> Clock:
+def piecewise_even_clock(rng: np.random.Generator, bent: bool) -> Clock:
     """Stretches so long that the gains settle; then a sample is not used, the step or the noise another."""
     del rng
     phase = np.cumsum(np.repeat([0.3, 0.7, 0.3], (40, 30, 50)))
     variance = np.repeat([1.0, np.inf, 1.0, 4.0], (20, 2, 68, 30))
-    return Clock.of(phase, variance, zeta)
+    return Clock.of(phase, variance, stiffnesses(119, bent))
 
 
 @pytest.mark.parametrize("clock_of", [uneven_clock, piecewise_even_clock])
 @pytest.mark.parametrize("error", [CorrelatedError(), CorrelatedError(2.0, 0.4)])
 @pytest.mark.parametrize("ratio", [0.01, 1.0, 300.0])
-@pytest.mark.parametrize(("zeta", "tau"), [(0.0, 0.05), (0.03, 0.8), (0.0, 20.0)])
+@pytest.mark.parametrize(("bent", "tau"), [(False, 0.05), (True, 0.8), (False, 20.0)])
 @pytest.mark.parametrize("order", ORDERS)
 def test_whitening_and_smoothing_are_those_of_a_dense_normal(
-    order, zeta, tau, ratio, error, clock_of, rng
+    order, bent, tau, ratio, error, clock_of, rng
 ) -> None:
-    clock, row = replace(clock_of(rng, zeta), error=error), sensor_row(order, zeta)
+    clock, row = replace(clock_of(rng, bent), error=error), sensor_row(order)
     n = clock.phase.size
     block = rng.standard_normal((n, 4))
     states = np.zeros((n, 4, n, 4))
-    states[:, :3, :, :3] = ratio**2 * dense_covariance(clock.phase, zeta, tau).reshape(n, 3, n, 3)
+    states[:, :3, :, :3] = ratio**2 * dense_covariance(
+        clock.phase, clock.stiffness[clock.index], tau
+    ).reshape(n, 3, n, 3)
     apart = np.abs(np.subtract.outer(clock.phase, clock.phase))
     states[:, 3, :, 3] = error.ratio**2 * np.exp(-apart / error.tau)
     states = states.reshape(4 * n, 4 * n)
@@ -104,7 +112,7 @@ def test_whitening_and_smoothing_are_those_of_a_dense_normal(
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_coloured_numbers_are_those_that_whitening_gives_back(order, rng) -> None:
-    clock, row = replace(uneven_clock(rng, 0.03), error=CorrelatedError(2.0, 0.4)), sensor_row(order, 0.03)
+    clock, row = replace(uneven_clock(rng, True), error=CorrelatedError(2.0, 0.4)), sensor_row(order)
     used = np.isfinite(clock.variance)
     white = np.where(used[:, None], rng.standard_normal((40, 3)), 0.0)
     coloured = colour(white, clock, row, 3.0, 0.8)
@@ -115,7 +123,7 @@ def test_coloured_numbers_are_those_that_whitening_gives_back(order, rng) -> Non
 
 @pytest.mark.parametrize("order", ORDERS)
 def test_no_force_is_least_squares(order, rng) -> None:
-    clock = uneven_clock(rng, 0.0)
+    clock = uneven_clock(rng, False)
     block = rng.standard_normal((clock.phase.size, 3))
     whitened = whiten(block, clock, sensor_row(order), 0.0, 1.0)
     used = np.isfinite(clock.variance)
@@ -177,13 +185,47 @@ def test_answers_to_forces_are_those_of_an_ode_solver(samples_per_period, smooth
     np.testing.assert_allclose(at_sensor(states, sensor_row(2), direct), direct - states[:, 0])
 
 
-@pytest.mark.parametrize("zeta", [0.0, 0.05])
-def test_the_free_response_is_the_matrix_exponential(zeta) -> None:
-    phase = np.array([0.3, 0.9, 4.0])
-    drift = np.array([[0.0, 1.0], [-1.0, -2.0 * zeta]])
-    np.testing.assert_allclose(
-        initial_response(phase, zeta), expm(drift * (phase - 0.3)[:, None, None]), atol=1e-14
+@pytest.mark.parametrize("stiffness", [None, (0.6, 1.0, -0.4, 0.0)])
+def test_the_free_response_is_the_matrix_exponential(stiffness) -> None:
+    phase = np.array([0.3, 0.9, 4.0, 4.2, 5.0])
+    expected = [np.eye(2)]
+    for step, k in zip(np.diff(phase), (1.0,) * 4 if stiffness is None else stiffness, strict=True):
+        expected.append(expm(np.array([[0.0, 1.0], [-k, 0.0]]) * step) @ expected[-1])
+    found = initial_response(phase, None if stiffness is None else np.array(stiffness))
+    np.testing.assert_allclose(found, expected, atol=1e-14)
+
+
+@pytest.mark.parametrize(("samples_per_period", "error"), [(25, 0.4), (100, 0.1)])
+def test_a_pendulum_is_as_stiff_as_its_restoring_force_is_steep(samples_per_period, error) -> None:
+    """A change of the start, which grows with time, is carried the better the shorter the steps are."""
+    phase = np.arange(0.0, 60.0, 2.0 * math.pi / samples_per_period)
+    swing = solve_ivp(
+        lambda t, z: [z[1], -math.sin(z[0])],
+        (0.0, phase[-1]),
+        [1.4, 0.0],
+        t_eval=phase,
+        rtol=1e-10,
+        atol=1e-10,
+        dense_output=True,
     )
+    middle = swing.sol(0.5 * (phase[1:] + phase[:-1]))[0]
+    ends = np.cos(swing.y[0])
+    mean = (ends[:-1] + 4.0 * np.cos(middle) + ends[1:]) / 6.0
+    np.testing.assert_allclose(stiffness_along(phase, *swing.y), mean, atol=0.01)
+    # a longer period than the pendulum's: its oscillation would grow without end
+    assert np.all(stiffness_along(1.3 * phase, swing.y[0], swing.y[1] / 1.3) == 1.0)
+    path = MeasuredPath.through(phase, *swing.y, pendulum=True)
+    near = solve_ivp(
+        lambda t, z: [z[1], -math.sin(z[0])],
+        (0.0, phase[-1]),
+        [1.4 + 1e-4, 0.0],
+        t_eval=phase,
+        rtol=1e-11,
+        atol=1e-11,
+    )
+    moved = 1e4 * (near.y - swing.y)
+    answer = initial_response(phase, path.stiffness)[:, :, 0].T
+    np.testing.assert_allclose(answer, moved, atol=error * np.abs(moved).max())
 
 
 def test_a_gap_of_half_a_period_and_unsorted_stamps_are_refused() -> None:

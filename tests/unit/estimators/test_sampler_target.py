@@ -94,7 +94,9 @@ def test_likelihood_is_that_of_a_dense_normal(order, rng) -> None:
     assert len(theta) >= 6
     read = np.kron(np.eye(80), regression.row)
     for row in theta:
-        states = dense_covariance(regression.clock.phase, 0.0, math.exp(row[-1]))
+        states = dense_covariance(
+            regression.clock.phase, np.ones(regression.clock.phase.size - 1), math.exp(row[-1])
+        )
         covariance = math.exp(2.0 * row[-2]) * read @ states @ read.T + math.exp(row[-3]) * np.eye(80)
         dense = multivariate_normal(regression.columns @ row[:-3], covariance).logpdf(regression.target)
         likelihood = target.log_prob(row[None])[0] - target.log_prior(row[None])[0]
@@ -192,7 +194,7 @@ def test_prior_of_the_force_broadcasts() -> None:
 def test_drawn_fluctuations_have_the_dense_covariance(tau, rng) -> None:
     phase = np.cumsum(rng.uniform(0.05, 0.4, 12))
     draws = np.array([drawn_fluctuation(Clock.of(phase), tau, rng).ravel() for _ in range(20_000)])
-    dense = dense_covariance(phase, 0.0, tau)
+    dense = dense_covariance(phase, np.ones(phase.size - 1), tau)
     sd = np.sqrt(np.diag(dense) + 1e-12)
     # errors of correlations: one over the root of the number of draws
     np.testing.assert_allclose(np.cov(draws.T) / np.outer(sd, sd), dense / np.outer(sd, sd), atol=0.05)

@@ -139,7 +139,9 @@ def test_scatter_is_told_apart_as_dense_covariances_say(
     law = np.eye(phase.size) + jacobian @ covariance @ jacobian.T
 
     def record(force: tuple[float, float]) -> np.ndarray:
-        states = dense_covariance(phase, 0.0, force[1]).reshape(phase.size, 3, phase.size, 3)
+        states = dense_covariance(phase, np.ones(phase.size - 1), force[1]).reshape(
+            phase.size, 3, phase.size, 3
+        )
         return np.asarray(law + force[0] ** 2 * np.einsum("a,iajb,b->ij", row, states, row))
 
     first, second = (record(force) for force in forces)

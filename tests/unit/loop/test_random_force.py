@@ -398,3 +398,28 @@ def test_the_next_experiment_is_named_under_a_random_force() -> None:
     assert sentence is not None
     assert "tell viscous damping + random force from quadratic drag + random force" in sentence
     assert re.search(r"a Bayes factor of (\d|more than \d)", sentence)
+
+
+@pytest.mark.parametrize(("release", "duration", "rate"), [(1.36, 375.0, 12.0), (1.3, 100.0, 20.0)])
+def test_noise_of_a_pendulum_that_swings_far_is_no_force(
+    release: float, duration: float, rate: float
+) -> None:
+    """Its restoring force is evaluated along the smoothed angle, errors and all."""
+    pendulum = fb.Pendulum(inertia=1.0, stiffness=9.24)
+    for seed in range(3):
+        record = fb.simulate(
+            pendulum,
+            friction=0.011,
+            initial_displacement=release,
+            duration=duration,
+            sampling_rate=rate,
+            quantity="angle",
+            noise_sd=0.01 * release,
+            effects={"quadratic_drag.drag_coefficient": 0.003},
+            seed=seed,
+        )
+        (segment,) = cut_records([record], pendulum)
+        fit = fit_random_force(segment, pendulum, ["quadratic_drag"])
+        assert fit is not None
+        assert fit.log_gain < 0.0
+        assert fit.w0 == pytest.approx(pendulum.natural_frequency, rel=1e-3)
