@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.friction import friction_scale
 from friction_bayes.loop.random_force.draws import LawDraws
@@ -28,14 +29,17 @@ def motion_trace(fit: ForceFit, before: LoopFit, r: int, draws: LawDraws, *, flu
         Whether that candidate has a random force.
     """
     segment, decay, n = fit.segment, fit.segment.decay, fit.samples
-    coulomb, turns = before.predictions[r], fit.path.turning / fit.w0
+    coulomb = before.predictions[r]
+    # of the law that was found: the path that it was weighed along follows another and its fluctuation
+    path = MeasuredPath.through(fit.clock.phase, *fit.motion.states[:, :2].T.copy())
+    turns = path.turning / fit.w0
     factor, unit = friction_scale(before.model)
     scale = factor * fit.law.unit_force
     fluctuation = FluctuationTrace(
         force=scale * fit.fluctuation,
         sd=scale * fit.fluctuation_sd,
-        displacement=fit.path.x,
-        velocity=fit.path.v * fit.w0,
+        displacement=path.x,
+        velocity=path.v * fit.w0,
         friction=factor * float(np.median(draws.friction)),
         unit=unit,
     )
@@ -52,6 +56,6 @@ def motion_trace(fit: ForceFit, before: LoopFit, r: int, draws: LawDraws, *, flu
         turning_times_before=decay.start_time + coulomb.turning_times,
         turning_points_before=coulomb.turning_points,
         turning_times=decay.start_time + turns,
-        turning_points=fit.path.turning_x,
+        turning_points=path.turning_x,
         fluctuation=fluctuation if fluctuates else None,
     )
