@@ -365,11 +365,10 @@ def _sensitivity(shifts: Mapping[str, float | None]) -> str:
         if shift is not None
     ]
     unknown = " or as ".join(width for width, shift in widths.items() if shift is None)
-    elsewhere = f"with priors of effects ten times as {unknown} the posterior would lie elsewhere"
     if not told:
-        return elsewhere
+        return f"the draws do not tell how far friction moves with priors of effects ten times as {unknown}"
     text = f"friction would move by {' and by '.join(told)} (the priors of effects)"
-    return f"{text}; {elsewhere}" if unknown else text
+    return f"{text}; the draws do not tell how far were they ten times as {unknown}" if unknown else text
 
 
 def _dry_friction(dry: Mapping[str, Any]) -> str:

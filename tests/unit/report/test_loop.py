@@ -231,13 +231,14 @@ def test_story_has_every_line(loop_report: LoopReport) -> None:
         (
             None,
             0.13,
-            "friction would move by 0.13 sd were they ten times as wide (the priors of effects); with priors "
-            "of effects ten times as narrow the posterior would lie elsewhere",
+            "friction would move by 0.13 sd were they ten times as wide (the priors of effects); the draws "
+            "do not tell how far were they ten times as narrow",
         ),
         (
             None,
             None,
-            "with priors of effects ten times as narrow or as wide the posterior would lie elsewhere",
+            "the draws do not tell how far friction moves with priors of effects ten times as narrow or as "
+            "wide",
         ),
     ],
 )
