@@ -1,6 +1,7 @@
-"""Lines of a second mode, taken more finely once a law has them.
+"""Lines once a law has them: those that show, and those of a second mode taken more finely.
 
-Where they were found first they were not known, and the random force stood for a part of them.
+Where they were found first they were not known: the random force stood for a part of a second mode, and a
+steady line for another.
 """
 
 from __future__ import annotations
@@ -16,10 +17,42 @@ from friction_bayes.estimators.random_force.whitening import whiten
 from friction_bayes.loop.random_force.lines import Line
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion
 
-__all__ = ["finer_lines"]
+__all__ = ["finer_lines", "lines_that_show"]
 
 _LONGEST_STEP = 0.5
 """Of the logarithm of the decay time, and of the frequency in half widths of the line."""
+
+
+def lines_that_show(
+    lines: Sequence[Line], found: LawAlongMotion, law: Array, point: GridPoint
+) -> tuple[Line, ...]:
+    """Leave out those that came out no larger than noise alone is expected to have one.
+
+    A line that dies out stands out of the spectrum of the whole record too, as one that lasts, until the law
+    has it. Lines of an effect that the law lacks stay.
+
+    Parameters
+    ----------
+    lines : sequence of Line
+    found : LawAlongMotion
+        The law that may have them.
+    law : ndarray, shape (p,)
+        Its coefficients.
+    point : GridPoint
+        The random force beside it.
+    """
+    regression = found.regression
+    showing = []
+    for line in lines:
+        own = [j for j, column in enumerate(found.law.columns) if column.line == line]
+        if law[own].any():
+            waves = found.law.sensor[:, own]
+            gram = whiten(waves, regression.clock, regression.row, point.ratio, point.tau).gram
+            power = 0.5 * float(law[own] @ gram @ law[own]) / point.noise**2
+            if len(waves) * math.exp(-power) > 1.0:
+                continue
+        showing.append(line)
+    return tuple(showing)
 
 
 def finer_lines(

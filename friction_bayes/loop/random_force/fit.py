@@ -27,7 +27,7 @@ from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.columns import LawColumns
 from friction_bayes.loop.random_force.correlated_error import SensorError, find_sensor_error
-from friction_bayes.loop.random_force.finer_lines import finer_lines
+from friction_bayes.loop.random_force.finer_lines import finer_lines, lines_that_show
 from friction_bayes.loop.random_force.growing_noise import NoiseGrowth
 from friction_bayes.loop.random_force.lines import Line, lines_beside_motion
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord
@@ -235,8 +235,9 @@ def fit_random_force(
         white = found.regression.innovations(coefficients, best.ratio, best.tau)
         smoothed = found.regression.smoothed(coefficients, best)
         more = lines_beside_motion(white / best.noise, smoothed.states[:, 2], segment, lines, record.effects)
-        lines = finer_lines(lines, found, coefficients, best)
-        lines = (*lines, *more)
+        showing = lines_that_show(lines, found, coefficients, best)
+        other_lines = more or len(showing) < len(lines)
+        lines = (*finer_lines(showing, found, coefficients, best), *more)
         error = find_sensor_error(found.regression, guessed, found.prior, found.w0)
         settled = error is None or error == whole.error
         if error is not None:
@@ -257,7 +258,7 @@ def fit_random_force(
         w0 *= change
         motion = smoothed.at_frequency(change)
         last, found = found, record.along(motion, w0, lines)
-        if found is None or more or not settled or not np.array_equal(aside, known):
+        if found is None or other_lines or not settled or not np.array_equal(aside, known):
             continue
         moved = found.faults(coefficients) - last.faults(coefficients)
         if abs(change - 1.0) < _SETTLED and np.max(np.abs(moved)) < _MOVED * best.noise:

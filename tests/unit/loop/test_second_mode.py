@@ -72,6 +72,15 @@ def test_it_is_found_where_no_force_fluctuates() -> None:
     assert report.held_out_error["after"] < 1.2e-4
 
 
+def test_a_steady_line_that_stood_for_one_that_dies_out_goes(rng: np.random.Generator) -> None:
+    """Of the whole record's spectrum it is the first to be found, and interference is there besides."""
+    record = ringing_record(rng, 0.02, 1.5)
+    steady = 0.01 * RELEASE * np.sin(2.0 * np.pi * 7.0 * record["time"].values)
+    fit = fitted(record + steady, OFFERED)
+    assert [line.frequency for line in fit.lines if line.steady] == pytest.approx([7.0], abs=0.01)
+    assert [line.frequency for line in fit.lines if not line.steady] == pytest.approx([RINGING], abs=0.05)
+
+
 def test_records_may_ring_each_in_its_own_way(rng: np.random.Generator) -> None:
     segments = cut_records([ringing_record(rng, size, 1.5) for size in (0.01, 0.02)], SYSTEM)
     joint = fit_together(segments, SYSTEM, OFFERED, varying=False)
