@@ -129,7 +129,12 @@ def assemble_report(
     return LoopReport(
         verdict=word,
         effects=[
-            {"name": name, "probability": mixture.probability(name), "parameters": best.parameters(name)}
+            {
+                "name": name,
+                "probability": mixture.probability(name),
+                "parameters": best.parameters(name),
+                "lines": best.lines(name),
+            }
             for name in effects
         ],
         candidates=[

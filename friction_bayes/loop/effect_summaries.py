@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,13 @@ from friction_bayes.loop.noise import NoiseFit
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, ProcessEffect
 
-__all__ = ["clipping_parameters", "outlier_parameters", "parameter_summary", "parameter_units"]
+__all__ = [
+    "clipping_parameters",
+    "line_summary",
+    "outlier_parameters",
+    "parameter_summary",
+    "parameter_units",
+]
 
 
 _WITHOUT_SIZE = ("1", "s", "Hz")
@@ -41,6 +48,28 @@ def parameter_summary(draws: Array, unit: str) -> dict[str, Any]:
         "mean": float(draws.mean()) if draws.size else math.nan,
         "sd": float(draws.std(ddof=1)) if draws.size > 1 else math.nan,
         "unit": unit,
+    }
+
+
+def line_summary(record: int, drawn: Mapping[str, Array], unit: str) -> dict[str, Any]:
+    """A line in the spectrum of one record: frequency, decay time (None where it lasts) and amplitude.
+
+    Parameters
+    ----------
+    record : int
+        Which of the records.
+    drawn : mapping of str to ndarray
+        Draws of its ``frequency``, of its ``sine`` and ``cosine`` and, of one that dies out, its
+        ``decay_time``.
+    unit : str
+        Of the signal.
+    """
+    decay_time = drawn.get("decay_time")
+    return {
+        "record": record,
+        "frequency": parameter_summary(drawn["frequency"], "Hz"),
+        "decay_time": None if decay_time is None else parameter_summary(decay_time, "s"),
+        "amplitude": parameter_summary(np.hypot(drawn["sine"], drawn["cosine"]), unit),
     }
 
 

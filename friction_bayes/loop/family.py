@@ -128,6 +128,13 @@ class Family(Protocol):
         """Mean, sd and unit of the parameters of an effect of the most probable candidate."""
         ...
 
+    def lines(self, name: str) -> list[dict[str, Any]]:
+        """Every line of an effect of the most probable candidate, by record; empty where it is none.
+
+        Each as :func:`friction_bayes.loop.effect_summaries.line_summary` has it.
+        """
+        ...
+
     def variables(self) -> dict[str, Array]:
         """Draws of every parameter of the most probable candidate by name, shape (k,) each."""
         ...

@@ -116,7 +116,9 @@ class LoopReport:
     verdict : str
         ``adequate``, ``explained``, ``ambiguous`` or ``unexplained``.
     effects : list of dict
-        Of the most probable candidate: name, probability, parameters.
+        Of the most probable candidate: ``name``, ``probability``, ``parameters``, and ``lines``: of what is
+        lines in the spectrum each with the number of its ``record``, ``frequency``, ``decay_time`` (None of
+        one that lasts) and ``amplitude`` at the start, where ``parameters`` are the strongest's; else empty.
     candidates : list of dict
         Effects and probability, most probable first.
     friction_before, friction_after : dict

@@ -14,6 +14,7 @@ from friction_bayes.loop.candidate import INCLUSION, SearchResult
 from friction_bayes.loop.draws import candidate_draws
 from friction_bayes.loop.effect_summaries import (
     clipping_parameters,
+    line_summary,
     outlier_parameters,
     parameter_summary,
     parameter_units,
@@ -32,6 +33,7 @@ from friction_bayes.loop.result import RecordTrace
 from friction_bayes.loop.sampler_check import sampler_check
 from friction_bayes.loop.slight_effects import slight_effects, with_slight_effects
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
 __all__ = ["SearchFamily"]
@@ -140,6 +142,22 @@ class SearchFamily:
         if name == OUTLIERS.name:
             return outlier_parameters(segment.values.size, self.best.noises[0], units)
         return found or clipping_parameters(segment, units)
+
+    def lines(self, name: str) -> list[dict[str, Any]]:
+        """Of interference one in each record."""
+        if name != PERIODIC_INTERFERENCE.name:
+            return []
+        model, found = self.best.model, []
+        for r, segment in enumerate(model.segments):
+            drawn = {
+                c.name: np.asarray(c.value(self._coordinates[0][:, j]))
+                for j, c in enumerate(model.coordinates)
+                if c.effect == name and c.record == r
+            }
+            drawn["sine"] = drawn["amplitude"] * np.cos(drawn["phase"])
+            drawn["cosine"] = drawn["amplitude"] * np.sin(drawn["phase"])
+            found.append(line_summary(r, drawn, segment.decay.unit))
+        return found
 
     def variables(self) -> dict[str, Array]:
         model, draws = self.best.model, self._coordinates[0]

@@ -11,6 +11,7 @@ from friction_bayes.report.page import render_page, reproduction
 from friction_bayes.report.story import (
     CHANNELS,
     loop_story,
+    shown_lines,
     shown_parameters,
     summary_of,
     the_records,
@@ -75,6 +76,7 @@ def loop_page(
         tiles=_tiles(report),
         tests=list(dict.fromkeys([*before, *after])),
         channels=CHANNELS,
+        shown_lines=shown_lines,
         shown_parameters=shown_parameters,
         summary_of=summary_of,
         story=loop_story(report, len(records))[1:],

@@ -18,6 +18,7 @@ __all__ = [
     "loop_story",
     "paper_words",
     "sampler_lines",
+    "shown_lines",
     "shown_parameters",
     "summary_of",
     "the_records",
@@ -253,17 +254,35 @@ def summary_of(name: str) -> str:
     return EFFECTS[name].summary if name in EFFECTS else ""
 
 
+def shown_lines(effect: Mapping[str, Any]) -> list[str]:
+    """Each line in the spectrum that an effect is; none where its parameters say all of them."""
+    lines = effect["lines"]
+    return [_line(line) for line in lines] if len(lines) > len({line["record"] for line in lines}) else []
+
+
+def _line(line: Mapping[str, Any]) -> str:
+    """A line in the spectrum: frequency, decay time where it dies out, and amplitude."""
+    frequency, decay_time, amplitude = (line[name] for name in ("frequency", "decay_time", "amplitude"))
+    dies_out = "" if decay_time is None else f", dies out in {_with_sd(decay_time)}"
+    return f"{_with_sd(frequency)}{dies_out}, amplitude {_with_sd(amplitude)}"
+
+
+def _with_sd(told: Mapping[str, Any]) -> str:
+    unit = "" if told["unit"] == "1" else f" {told['unit']}"
+    return f"{number(told['mean'])} ± {number(told['sd'], 2)}{unit}"
+
+
 def effect_lines(effects: Sequence[Mapping[str, Any]], verdict: str) -> list[str]:
-    """One line an effect: its probability, unless the record is unexplained, and its parameters."""
+    """A text of each effect: its probability, unless the record is unexplained, and its parameters.
+
+    What is several lines in the spectrum has a text of each besides.
+    """
     lines = []
     for effect in effects:
-        parameters = [
-            f"{words(name)} {number(p['mean'])} ± {number(p['sd'], 2)}"
-            + ("" if p["unit"] == "1" else f" {p['unit']}")
-            for name, p in shown_parameters(effect).items()
-        ]
+        parameters = [f"{words(name)} {_with_sd(p)}" for name, p in shown_parameters(effect).items()]
         probable = "" if verdict == UNEXPLAINED else f"{percent(effect['probability'])}   "
         lines.append(f"{words(effect['name'])}   {probable}{', '.join(parameters)}")
+        lines += [f"  line at {line}" for line in shown_lines(effect)]
     return lines
 
 

@@ -74,6 +74,7 @@ def loop_report(rng: np.random.Generator) -> LoopReport:
                 "name": "viscous_damping",
                 "probability": 0.71,
                 "parameters": {"damping_ratio": {"mean": 0.002, "sd": 5e-5, "unit": "1"}},
+                "lines": [],
             }
         ],
         candidates=[

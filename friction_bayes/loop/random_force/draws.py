@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import cycle
 
@@ -13,6 +14,7 @@ from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.estimators.random_force.subsets import set_posterior
 from friction_bayes.loop.draws import shared_out
 from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.random_force.lines import Line
 from friction_bayes.loop.truncated_normal import truncated_draws
 
 __all__ = ["LEAST_PROBABILITY", "LawDraws", "law_draws", "laws_drawn", "unit_force"]
@@ -69,23 +71,41 @@ class LawDraws:
             mine = chosen & (held[:, own] == np.isin(own, columns)).all(axis=1)
             having |= mine
             # of several lines the strongest, which comes first
-            shape, line = law.columns[columns[0]].shape, law.columns[columns[0]].line
-            for j in columns:
-                column = law.columns[j]
-                if column.kind == "effect" and column.shape == shape:
-                    values = self.coefficients[mine, j]
-                    if column.of_friction:
-                        values = values * law.friction / self.friction[mine]
-                    found[column.parameter][mine] = values
-            for parameter, step in zip(shape, cycle(_STEPS), strict=False):
-                # the value taken stands for its part of the prior: each draw has its place in that
-                spread = (step * np.flatnonzero(mine)) % 1.0
-                found[parameter.name][mine] = parameter.low + (parameter.high - parameter.low) * spread
-            if line is not None and not line.steady:
-                drawn = {name: values[mine] for name, values in found.items()}
-                for name, values in line.moved(**drawn).items():
-                    found[name][mine] = values
+            shape = law.columns[columns[0]].shape
+            first = [j for j in columns if law.columns[j].shape == shape]
+            for name, values in self._drawn(first, mine).items():
+                found[name][mine] = values
         return {name: values[having] for name, values in found.items()}
+
+    def lines(self, effect: str, chosen: Mask) -> list[dict[str, Array]]:
+        """Parameters of each line of an effect, as :meth:`parameters` has those of the strongest."""
+        law = self.fit.law
+        held = self.fit.sets.columns[self.chosen]
+        found: dict[Line, list[int]] = {}
+        for j, column in enumerate(law.columns):
+            if column.line is not None and column.effect == effect:
+                found.setdefault(column.line, []).append(j)
+        return [self._drawn(waves, chosen & held[:, waves].all(axis=1)) for waves in found.values()]
+
+    def _drawn(self, columns: Sequence[int], mine: Mask) -> dict[str, Array]:
+        """Coefficients of columns of one shape, and what shapes them, in draws that have these."""
+        law = self.fit.law
+        found: dict[str, Array] = {}
+        shape, line = law.columns[columns[0]].shape, law.columns[columns[0]].line
+        for j in columns:
+            column = law.columns[j]
+            if column.kind == "effect":
+                values = self.coefficients[mine, j]
+                if column.of_friction:
+                    values = values * law.friction / self.friction[mine]
+                found[column.parameter] = values
+        for parameter, step in zip(shape, cycle(_STEPS), strict=False):
+            # the value taken stands for its part of the prior: each draw has its place in that
+            spread = (step * np.flatnonzero(mine)) % 1.0
+            found[parameter.name] = np.asarray(parameter.low + (parameter.high - parameter.low) * spread)
+        if line is not None and not line.steady:
+            found |= line.moved(**found)
+        return found
 
 
 def law_draws(fit: ForceFit, rng: np.random.Generator, draws: int, weight: Array | None = None) -> LawDraws:

@@ -14,6 +14,7 @@ from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.effect_summaries import (
     clipping_parameters,
+    line_summary,
     outlier_parameters,
     parameter_summary,
     parameter_units,
@@ -165,6 +166,14 @@ class MotionFamily(ABC):
             key: parameter_summary(values, units[key.partition("[")[0]])
             for key, values in self.laws.parameters(name, self._of_best).items()
         }
+
+    def lines(self, name: str) -> list[dict[str, Any]]:
+        unit = self.best[0].segment.decay.unit
+        return [
+            line_summary(r, line, unit)
+            for r, draws in enumerate(self.laws.records)
+            for line in draws.lines(name, self._of_best)
+        ]
 
     def variables(self) -> dict[str, Array]:
         fit, best = self.best[0], self._of_best

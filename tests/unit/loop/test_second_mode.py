@@ -81,6 +81,36 @@ def test_a_steady_line_that_stood_for_one_that_dies_out_goes(rng: np.random.Gene
     assert [line.frequency for line in fit.lines if not line.steady] == pytest.approx([RINGING], abs=0.05)
 
 
+def test_every_line_of_an_effect_is_reported(rng: np.random.Generator) -> None:
+    """All of them are one effect, whose parameters are those of the strongest."""
+    record = ringing_record(rng, 0.02, 1.5)
+    time = record["time"].values
+    size, modes, mains = 0.01 * RELEASE, {RINGING: (2.0, 1.5), 9.7: (1.5, 2.5)}, {13.0: 0.3, 21.0: 0.6}
+    amplitude, decay_time = modes[9.7]
+    more = amplitude * np.exp(-time / decay_time) * np.sin(2.0 * np.pi * 9.7 * time)
+    for frequency, steady in mains.items():
+        more += steady * np.sin(2.0 * np.pi * frequency * time + 1.0)
+    report = fb.close_loop([record + size * more], SYSTEM, seed=1, effects=[*OFFERED, "random_force"])
+    lines = {effect["name"]: effect["lines"] for effect in report.to_dict()["effects"]}
+    assert lines.pop("random_force") == []
+    assert lines.keys() == LINES
+    dying, lasting = (
+        sorted(lines[name], key=lambda line: line["frequency"]["mean"])
+        for name in ("second_mode", "periodic_interference")
+    )
+    for line, (frequency, (amplitude, decay_time)) in zip(dying, modes.items(), strict=True):
+        for name, true in {"frequency": frequency, "decay_time": decay_time}.items():
+            assert abs(line[name]["mean"] - true) < 4.0 * line[name]["sd"] < 0.5 * true
+        assert abs(line["amplitude"]["mean"] - amplitude * size) < 4.0 * line["amplitude"]["sd"]
+        assert line["amplitude"]["sd"] < 0.15 * amplitude * size
+    for line, (frequency, amplitude) in zip(lasting, mains.items(), strict=True):
+        assert abs(line["frequency"]["mean"] - frequency) < 4.0 * line["frequency"]["sd"] < 0.1
+        assert abs(line["amplitude"]["mean"] - amplitude * size) < 4.0 * line["amplitude"]["sd"]
+        assert line["decay_time"] is None
+    told = next(effect["parameters"] for effect in report.effects if effect["name"] == "second_mode")
+    assert told["decay_time"] in [line["decay_time"] for line in dying]
+
+
 def test_records_may_ring_each_in_its_own_way(rng: np.random.Generator) -> None:
     segments = cut_records([ringing_record(rng, size, 1.5) for size in (0.01, 0.02)], SYSTEM)
     joint = fit_together(segments, SYSTEM, OFFERED, varying=False)

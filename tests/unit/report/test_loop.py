@@ -327,6 +327,32 @@ def test_a_damping_ratio_comes_with_its_quality_factor(
     assert "Q" not in dict(loop_story(replace(loop_report, effects=effects).to_dict()))["effects"]
 
 
+def test_each_of_several_lines_is_told(loop_report: LoopReport, drawn: dict[str, bytes]) -> None:
+    def line(frequency: float, decay_time: float | None, record: int = 0) -> dict[str, Any]:
+        dies_out = None if decay_time is None else {"mean": decay_time, "sd": 0.28, "unit": "s"}
+        return {
+            "record": record,
+            "frequency": {"mean": frequency, "sd": 0.009, "unit": "Hz"},
+            "decay_time": dies_out,
+            "amplitude": {"mean": 0.003, "sd": 2e-4, "unit": "m"},
+        }
+
+    def told(lines: list[dict[str, Any]]) -> LoopReport:
+        return replace(loop_report, effects=[loop_report.effects[0] | {"lines": lines}])
+
+    both = told([line(14.3, 2.29), line(26.9, None)])
+    texts = [
+        "line at 14.3 ± 0.009 Hz, dies out in 2.29 ± 0.28 s, amplitude 0.003 ± 0.0002 m",
+        "line at 26.9 ± 0.009 Hz, amplitude 0.003 ± 0.0002 m",
+    ]
+    assert [text.strip() for text in dict(loop_story(both.to_dict()))["effects"].split("\n")[1:]] == texts
+    assert all(f">{text}</td>" in page_of(both, drawn) for text in texts)
+    # one in each record is what the parameters say
+    one_each = told([line(14.3, 2.29), line(14.2, 2.1, record=1)])
+    assert "line at" not in dict(loop_story(one_each.to_dict()))["effects"]
+    assert "line at" not in page_of(one_each, drawn)
+
+
 def test_story_of_what_could_not_be_had(loop_report: LoopReport) -> None:
     report = replace(
         loop_report,
