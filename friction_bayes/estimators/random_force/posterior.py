@@ -317,9 +317,11 @@ class Posterior:
 
     def best_law(self) -> Array:
         """Mean coefficients, shape (p,), of the best set at the best point; zero where absent."""
-        best = self.best
-        chosen = int(np.argmax(best.found.log_weight))
-        location, scale2 = self.problem.marginals(best, chosen)
+        return self.mean_law(self.best, int(np.argmax(self.best.found.log_weight)))
+
+    def mean_law(self, point: GridPoint, chosen: int) -> Array:
+        """Mean coefficients, shape (p,), of a set at a point; zero where absent."""
+        location, scale2 = self.problem.marginals(point, chosen)
         law = np.zeros(len(self.problem.names))
         for j in np.flatnonzero(self.problem.sets[chosen]):
             positive = self.problem.positive[j]

@@ -10,18 +10,20 @@ from typing import Any
 import numpy as np
 from scipy.special import logsumexp
 
-from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.text import percent
 from friction_bayes.loop.candidate import INCLUSION
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.friction import friction_scale
 from friction_bayes.loop.friction_range import Reading
 from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.random_force.cells import Cells
+from friction_bayes.loop.random_force.cells import LEAST_COUNTED, Cells
 from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
 from friction_bayes.loop.random_force.draws import law_draws
 from friction_bayes.loop.random_force.evidence import log_scale
 from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
 from friction_bayes.loop.random_force.motion_family import MotionFamily, too_large
+from friction_bayes.loop.random_force.pushing import pushing
 from friction_bayes.loop.random_force.sampler_check import check_random_force
 from friction_bayes.loop.random_force.slight_beside_law import beside_set
 from friction_bayes.loop.random_force.slight_force import slight_force
@@ -101,6 +103,7 @@ class ForceFamily(MotionFamily):
             f"a random force, log evidence {fit.log_gain:+.1f} with it"
             + (f"; lines that may be there: {lines}" if lines else ""),
             *too_large(fit.share_of_loss),
+            *self._left_out_as_pushing(),
             *left_out,
         )
 
@@ -115,11 +118,21 @@ class ForceFamily(MotionFamily):
         # the weights are shared out to the kinds of noise, while the scale is that of white noise alone
         return fit.posterior.log_evidence + scale + fit.sensor_noise.log_total
 
+    @cached_property
+    def _pushing(self) -> Mask:
+        return pushing(self.fit)
+
+    def _left_out_as_pushing(self) -> tuple[str, ...]:
+        share = float(self.fit.posterior.weight[:, self._pushing].sum())
+        if share < LEAST_COUNTED:
+            return ()
+        return (f"sets whose dry friction would drive the motion, {percent(share)} likely, are left out",)
+
     def _weighed_here(self) -> Cells:
         """All but what the search has, of which the samples say something, under each kind of noise."""
         fit, tried, nothing = self.fit, set(self.found.allowed), unknowable(self.fit)
         forced = fit.posterior.ratio > 0.0
-        known = np.array([not names & nothing for names in fit.sets.effects])
+        known = np.array([not names & nothing for names in fit.sets.effects]) & ~self._pushing
         if too_large(fit.share_of_loss):
             known = known & ~forced[:, None]
         weights = []
