@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numba.extending import register_jitable
+from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array
@@ -24,11 +25,16 @@ __all__ = ["DEFAULT_RTOL", "force_along", "integrate", "propagate", "propagator"
 DEFAULT_RTOL = 1e-11
 """Local error per step over the initial amplitude; keeps a hundred half cycles within 1e-9."""
 
+_as_tuple: Callable[..., Any] = to_fixed_tuple
+"""Takes an array and the number of its values; numba hands in what else its type says it needs."""
+
 
 def _total_force(effects: Sequence[ForceEffect]) -> Callable[..., float]:
-    """Compile the sum of the effects' forces, each reading its own stretch of the parameter vector.
+    """Compile the sum of the effects' forces, each reading its own stretch of the parameters, a tuple.
 
-    Written into one function: calls, eight deep, took two thirds of the time of an integration.
+    Written into one function: calls, eight deep, took two thirds of the time of an integration. What has no
+    parameter but zeros is left out as it runs: most effects are absent from most motions, and every stage of
+    a step waits for the sum. Of an array numba would count the references at each of these branches.
     """
 
     @njit(nogil=True, inline="always")
@@ -38,8 +44,9 @@ def _total_force(effects: Sequence[ForceEffect]) -> Callable[..., float]:
     total: Callable[..., float] = none
     offset = 0
     for effect in effects:
-        total = _plus(total, effect.force, offset)
-        offset += len(effect.parameters)
+        end = offset + len(effect.parameters)
+        total = _plus(total, effect.force, offset, end)
+        offset = end
 
     # what is handed to kernels that are kept on disk must be a plain function
     @register_jitable
@@ -49,46 +56,55 @@ def _total_force(effects: Sequence[ForceEffect]) -> Callable[..., float]:
     return force
 
 
-def _plus(first: Callable[..., float], force: Callable[..., float], offset: int) -> Callable[..., float]:
+def _plus(
+    first: Callable[..., float], force: Callable[..., float], offset: int, end: int
+) -> Callable[..., float]:
     # an effect's force is compiled by whoever wrote it: written into a sum, it is taken from its source
     second = njit(nogil=True, inline="always")(getattr(force, "py_func", force))
 
     @njit(nogil=True, inline="always")
     def both(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
-        return first(t, x, v, direction, friction, duration, mass, stiffness, p) + second(
-            t, x, v, direction, friction, duration, mass, stiffness, p, offset
-        )
+        total = first(t, x, v, direction, friction, duration, mass, stiffness, p)
+        acts = False
+        for k in range(offset, end):
+            acts |= p[k] != 0.0
+        if acts:
+            total += second(t, x, v, direction, friction, duration, mass, stiffness, p, offset)
+        return total
 
     return both
 
 
 _BUILT_IN_FORCES = tuple(effect for effect in BUILT_IN if isinstance(effect, ForceEffect))
+_BUILT_IN_PARAMETERS = sum(len(effect.parameters) for effect in _BUILT_IN_FORCES)
 _built_in_force = _total_force(_BUILT_IN_FORCES)
 
 
-def _driven(force: Callable[..., float], start: int) -> Callable[..., float]:
+def _driven(force: Callable[..., float]) -> Callable[..., float]:
     """Compile a force and one over time that drives the motion.
 
-    From place ``start`` on the parameter vector holds the spacing of its values [s] and the values, linear in
-    between; it acts with the motion, not against it as forces of the catalogue do.
+    Beside the parameters stand the spacing of its values [s] and the values, linear in between; it acts with
+    the motion, not against it as forces of the catalogue do.
     """
 
     @register_jitable
     def both(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
-        place = t / p[start]
-        k = min(int(place), p.size - start - 3)
-        low, high = p[start + 1 + k], p[start + 2 + k]
-        law = force(t, x, v, direction, friction, duration, mass, stiffness, p)
+        parameters, spacing, values = p
+        place = t / spacing
+        k = min(int(place), values.size - 2)
+        low, high = values[k], values[k + 1]
+        law = force(t, x, v, direction, friction, duration, mass, stiffness, parameters)
         return law - low - (place - k) * (high - low)
 
     return both
 
 
-_driven_built_in_force = _driven(_built_in_force, sum(len(effect.parameters) for effect in _BUILT_IN_FORCES))
+_driven_built_in_force = _driven(_built_in_force)
 
 
 @njit(cache=True, nogil=True)
 def _propagate_driven(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
+    p = _as_tuple(p[0], _BUILT_IN_PARAMETERS), p[1], p[2]
     return trajectory(
         _driven_built_in_force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order
     )
@@ -97,6 +113,7 @@ def _propagate_driven(time, x, v, friction, mass, stiffness, pendulum, duration,
 @njit(cache=True, nogil=True)
 def _built_in_along(time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
     out = np.empty(time.size)
+    p = _as_tuple(p, _BUILT_IN_PARAMETERS)
     for i in range(time.size):
         out[i] = _built_in_force(time[i], x[i], v[i], direction[i], friction, duration, mass, stiffness, p)
     return out
@@ -137,6 +154,7 @@ def propagate(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol
     stop_time : float
         Infinite when it still moves at the end.
     """
+    p = _as_tuple(p, _BUILT_IN_PARAMETERS)
     return trajectory(
         _built_in_force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order
     )
@@ -144,10 +162,11 @@ def propagate(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol
 
 @lru_cache(maxsize=16)
 def _compiled(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
-    force = _total_force(effects)
+    force, parameters = _total_force(effects), sum(len(effect.parameters) for effect in effects)
 
     @njit(nogil=True)
     def propagate_all(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
+        p = _as_tuple(p, parameters)
         return trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order)
 
     return propagate_all
@@ -187,11 +206,12 @@ def _all_built_in(names: Sequence[str]) -> bool:
 
 @lru_cache(maxsize=16)
 def _compiled_along(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
-    force = _total_force(effects)
+    force, parameters = _total_force(effects), sum(len(effect.parameters) for effect in effects)
 
     @njit(nogil=True)
     def along(time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
         out = np.empty(time.size)
+        p = _as_tuple(p, parameters)
         for i in range(time.size):
             out[i] = force(time[i], x[i], v[i], direction[i], friction, duration, mass, stiffness, p)
         return out
@@ -263,13 +283,13 @@ def integrate(
             raise InputError(
                 f"effect {name}", "is not a force", f"give force effects alone: {', '.join(forces)}"
             )
-    propagate_forces, vector = propagator(tuple(values)), force_vector(values)
+    propagate_forces = propagator(tuple(values))
+    parameters: Any = force_vector(values)
     if driving is not None:
         if not _all_built_in(tuple(values)):
             raise InputError("driving", "acts beside effects from outside", "leave one of them out")
-        built_in = sum(len(effect.parameters) for effect in _BUILT_IN_FORCES)
         propagate_forces = _propagate_driven
-        vector = np.concatenate([vector[:built_in], [driving[0]], driving[1]])
+        parameters = (parameters, *driving)
     status, x, v, acceleration, turning_times, turning_points, stop_time = propagate_forces(
         times,
         x0,
@@ -279,7 +299,7 @@ def integrate(
         float(system.stiffness),
         system.pendulum,
         duration,
-        vector,
+        parameters,
         rtol,
         2,
     )

@@ -176,9 +176,9 @@ class ForceEffect(Effect):
         Compiled with numba: ``force(t, x, v, direction, friction, duration, mass, stiffness, p, i)``
         returns the force [N or N m] on the side of the restoring force,
         ``m x'' = -restoring - friction*direction - force``. ``t`` counts from the start of the record,
-        ``duration`` is its length, ``p[i:]`` holds the parameters. A term that changes sign with the velocity
-        uses ``direction`` (+1 or -1, fixed within a half cycle) so that it stays smooth up to the velocity
-        zero. Zero parameters mean no force.
+        ``duration`` is its length, ``p[i], p[i + 1], ..`` are the parameters. A term that changes sign with
+        the velocity uses ``direction`` (+1 or -1, fixed within a half cycle) so that it stays smooth up to
+        the velocity zero. Zero parameters mean no force, and it is then not evaluated at all.
     rotational : bool
         Whether it acts on what turns alone.
     resists : bool

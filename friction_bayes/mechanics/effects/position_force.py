@@ -31,12 +31,6 @@ def _force(
     p: Array,
     i: int,
 ) -> float:
-    acts = False
-    for k in range(2 * TERMS):
-        acts |= p[i + k] != 0.0
-    # sine and cosine cost as much as all other forces together
-    if not acts:
-        return 0.0
     once_sine, once_cosine = math.sin(x), math.cos(x)
     sine, cosine, force = 0.0, 1.0, 0.0
     for k in range(TERMS):
