@@ -38,7 +38,8 @@ RANDOM_FORCES = ("auto", "none")
 TOLERANCE = 0.2
 _ALONG_MOTION = (
     "it is weighed along the measured motion, which takes random_force among the effects, "
-    "noise and random_force left at auto, and a record that has noise and does not clip"
+    "noise and random_force left at auto, and a record that has noise and four turning points, does not clip "
+    "and whose motion no error of the sensor stands for"
 )
 """Why an effect that the search does not try was not weighed."""
 

@@ -7,6 +7,7 @@ from collections import defaultdict
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import friction_bayes as fb
 from friction_bayes.core.errors import InputError
@@ -69,13 +70,25 @@ def test_a_sensor_of_displacement_has_no_turns() -> None:
         )
 
 
-@pytest.mark.parametrize(("wander", "is_law"), [(0.1, True), (0.45, False)])
-def test_an_error_that_takes_the_place_of_the_motion_is_no_law(wander: float, is_law: bool) -> None:
-    # an error of the angle, evaluated along the angle as it was read, follows every wander of it
+def wandering_record(wander: float) -> xr.DataArray:
+    """Record of an angle whose amplitude and phase wander as those of no law do."""
     t = np.arange(0.0, 15.0, 0.01)
     envelope = 1.0 + wander * np.sin(0.6 * math.pi * t) * np.sin(1.6 * math.pi * t + 1.0)
     angle = 1.2 * (1.0 - 0.04 * t) * envelope * np.cos(10.0 * t + wander * np.sin(math.pi * t))
-    read = angle + 1e-3 * np.sin(1234.5 * np.arange(t.size) ** 2)
-    (segment,) = cut_records([fb.make_record(t, read, "angle")], WHEEL)
+    return fb.make_record(t, angle + 1e-3 * np.sin(1234.5 * np.arange(t.size) ** 2), "angle")
+
+
+@pytest.mark.parametrize(("wander", "is_law"), [(0.1, True), (0.45, False)])
+def test_an_error_that_takes_the_place_of_the_motion_is_no_law(wander: float, is_law: bool) -> None:
+    # an error of the angle, evaluated along the angle as it was read, follows every wander of it
+    (segment,) = cut_records([wandering_record(wander)], WHEEL)
     fit = fit_random_force(segment, WHEEL, ("viscous_damping", "encoder_eccentricity"))
     assert (fit is not None) == is_law
+
+
+def test_what_was_not_weighed_for_that_is_said() -> None:
+    named = ["viscous_damping", "encoder_eccentricity", "random_force"]
+    report = fb.close_loop([wandering_record(0.45)], WHEEL, seed=1, check=False, effects=named)
+    told = [note for note in report.notes if note.startswith("encoder eccentricity was asked for and not")]
+    assert len(told) == 1
+    assert told[0].endswith("whose motion no error of the sensor stands for")
