@@ -1,0 +1,46 @@
+"""Pendulums that swing far, in noise alone: no random force is told, and friction's interval covers.
+
+While the likelihood of the force took the pendulum for an oscillator beside its measured path, it told a force
+of most such records (median probability 0.93), and the interval was eight times as wide. By chance each
+assertion fails in less than one run of 10,000.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import binom
+
+import friction_bayes as fb
+
+RECORDS = 30
+RARE = 1e-4
+
+
+def far_swing(rng: np.random.Generator) -> tuple[fb.Estimate, float]:
+    """Estimate of a random pendulum released at 0.8 to 1.5 rad, and the friction that is true."""
+    release, periods, frequency = rng.uniform(0.8, 1.5), rng.uniform(15.0, 40.0), rng.uniform(2.0, 8.0)
+    pendulum = fb.Pendulum(inertia=0.5, stiffness=0.5 * frequency**2)
+    friction = pendulum.stiffness * release * rng.uniform(0.5, 0.8) / (4.0 * periods)
+    record = fb.simulate(
+        pendulum,
+        friction=friction,
+        initial_displacement=release,
+        duration=periods * 2.0 * np.pi / frequency,
+        sampling_rate=rng.uniform(25.0, 60.0) * frequency / (2.0 * np.pi),
+        quantity="angle",
+        noise_sd=0.005 * release,
+        seed=int(rng.integers(2**32)),
+    )
+    return fb.estimate(record, pendulum), friction
+
+
+def test_noise_of_far_swings_is_no_force_and_intervals_cover(rng: np.random.Generator) -> None:
+    told, covered = 0, 0
+    for _ in range(RECORDS):
+        found, friction = far_swing(rng)
+        told += found.to_dict()["random_force"]["probability"] > 0.5
+        low, high = found.to_dict()["friction"]["interval90"]
+        covered += low <= friction <= high
+    # even odds are exceeded without a force in at most a tenth of the records, its prior probability
+    assert told <= binom.isf(RARE, RECORDS, 0.1)
+    assert covered >= binom.ppf(RARE, RECORDS, 0.9)
