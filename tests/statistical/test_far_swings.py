@@ -1,6 +1,6 @@
 """Pendulums that swing far, in noise alone: no random force is told, and friction's interval covers.
 
-While the likelihood of the force took the pendulum for an oscillator beside its measured path, it told a force
+While the likelihood of a force took the pendulum for an oscillator beside its measured path, it told one
 of most such records (median probability 0.93), and the interval was eight times as wide. By chance each
 assertion fails in less than one run of 10,000.
 """
