@@ -111,6 +111,33 @@ def test_every_line_of_an_effect_is_reported(rng: np.random.Generator) -> None:
     assert told["decay_time"] in [line["decay_time"] for line in dying]
 
 
+@pytest.mark.parametrize("random_force", ["none", "auto"])
+def test_each_record_has_its_own_line_of_interference(random_force: str) -> None:
+    sizes = (3e-4, 6e-4)
+    records = [
+        fb.simulate(
+            SYSTEM,
+            friction=0.02,
+            initial_displacement=0.02,
+            duration=10.0,
+            sampling_rate=100.0,
+            noise_sd=1e-4,
+            seed=seed,
+            effects={"periodic_interference.amplitude": size, "periodic_interference.frequency": 7.3},
+        )
+        for seed, size in enumerate(sizes)
+    ]
+    offered = ["periodic_interference", "random_force"]
+    report = fb.close_loop(records, SYSTEM, seed=1, random_force=random_force, effects=offered)
+    (effect,) = report.effects
+    assert [line["record"] for line in effect["lines"]] == [0, 1]
+    for r, (line, size) in enumerate(zip(effect["lines"], sizes, strict=True)):
+        assert line["frequency"]["mean"] == pytest.approx(7.3, abs=0.01)
+        assert line["amplitude"]["mean"] == pytest.approx(size, rel=0.1)
+        assert line["amplitude"] == pytest.approx(effect["parameters"][f"amplitude[{r}]"])
+        assert line["decay_time"] is None
+
+
 def test_records_may_ring_each_in_its_own_way(rng: np.random.Generator) -> None:
     segments = cut_records([ringing_record(rng, size, 1.5) for size in (0.01, 0.02)], SYSTEM)
     joint = fit_together(segments, SYSTEM, OFFERED, varying=False)
