@@ -129,8 +129,9 @@ class FreeDecay:
         notes = []
         if self.disturbed:
             notes.append(
-                f"{self.name}: the release was still disturbed, as by a hand: the first {self.disturbed} "
-                f"half cycles are left out, up to the turning point at {self.start_time:.4g} s"
+                f"{self.name}: the release was still disturbed, as by a hand or another mode that dies out: "
+                f"the first {self.disturbed} half cycles are left out, up to the turning point at "
+                f"{self.start_time:.4g} s"
             )
         if self.other_share > 0.0:
             notes.append(
