@@ -131,8 +131,9 @@ class _Spectrum:
     def of(cls, values: Array, window: Array, decay_time: float, segment: Segment) -> _Spectrum:
         signal = values - values.mean()
         power: Array = np.abs(np.fft.rfft(signal[: window.size] * window)) ** 2
-        # the median of exponential ordinates is ln 2 of their mean
-        around = median_filter(power, _NEIGHBOURS, mode="nearest") / math.log(2.0)
+        # the median of exponential ordinates is ln 2 of their mean; at an end they are reflected: of copies
+        # of the last one most of its surroundings would be made
+        around = median_filter(power, _NEIGHBOURS, mode="reflect") / math.log(2.0)
         # what rises towards a neighbour is the flank of another line, or of the motion's own band
         top = power >= maximum_filter1d(power, 3)
         height = np.zeros_like(power)

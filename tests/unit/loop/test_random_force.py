@@ -387,6 +387,14 @@ def test_all_lines_of_interference_are_found(rng: np.random.Generator) -> None:
     assert steady_lines([signal[:400]], segment) == ()
 
 
+def test_noise_has_no_line_at_an_end_of_its_spectrum(rng: np.random.Generator) -> None:
+    """It had one in a quarter of all draws, as surroundings there were copies of the last ordinate."""
+    segment = cut_records([fluctuating()], SYSTEM)[0]
+    found = [steady_lines([rng.standard_normal(segment.moving)], segment) for _ in range(60)]
+    # one in 400, so that a false alarm is one in 2000
+    assert sum(map(bool, found)) <= 2
+
+
 def test_the_next_experiment_is_named_under_a_random_force() -> None:
     """Half a minute would tell two drags apart; twelve seconds do not, and what would is named."""
     effects = fluctuating_friction() | {"viscous_damping.damping_ratio": 0.004}
