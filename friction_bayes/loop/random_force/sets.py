@@ -87,13 +87,13 @@ def _log_shares(law: LawColumns, shapes: Sequence[tuple[int, ...]]) -> list[floa
 
 
 def _named_sets(effects: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-    """Those of as many effects as may act at once: lines of a spectrum, steady or not, count as one."""
+    """Those of as many effects as may act at once, lines of a spectrum and the sensor's zero not counted."""
     of_lines = tuple(name for name in effects if name in OF_LINES)
     others = [name for name in effects if name not in SENSOR_ZERO and name not in OF_LINES]
     zeros = [(), *((name,) for name in effects if name in SENSOR_ZERO)]
     spectra = [some for size in range(len(of_lines) + 1) for some in combinations(of_lines, size)]
     for lines, zero in product(spectra, zeros):
-        for size in range(min(MOST_EFFECTS - bool(lines), len(others)) + 1):
+        for size in range(min(MOST_EFFECTS, len(others)) + 1):
             for names in combinations(others, size):
                 together = (*names, *lines, *zero)
                 if not any(other in together for name in together for other in EFFECTS[name].excludes):
