@@ -125,10 +125,13 @@ def unbalanced_record(
     return _angle_read(rng, _turning(rng, release, pull))
 
 
-def bent_record(rng: np.random.Generator, curvature: float, order: int = 0) -> xr.DataArray:
-    """Record of a decay by a sensor whose scale is bent by ``curvature`` of the signal at the release."""
+def bent_record(
+    rng: np.random.Generator, curvature: float, order: int = 0, *, cubic: float = 0.0
+) -> xr.DataArray:
+    """Record of a decay by a sensor whose scale is bent: by shares of the signal at the release."""
     motion = unsteady_motion(rng)[order] / (RELEASE * 10.0**order)
-    read = motion + curvature * motion**2 + WHITE / RELEASE * rng.standard_normal(motion.size)
+    bent = motion + curvature * motion**2 + cubic * motion**3
+    read = bent + WHITE / RELEASE * rng.standard_normal(motion.size)
     return sensed(RELEASE * 10.0**order * read, order)
 
 

@@ -175,7 +175,7 @@ def effect_columns(path: Path, swing: float | None, mode: tuple[float, float] | 
     if path.order == 0:
         columns["sensor_hysteresis"] = [-path.at_samples(sign)[:, None]]
     signal = path.motion.sample(path.times)[0 if path.order == 0 else 1]
-    columns["sensor_nonlinearity"] = [signal[:, None] ** 2]
+    columns["sensor_nonlinearity"] = [np.column_stack([signal**2, signal**3])]
     if mode is not None:
         envelope, angle = np.exp(-mode[1] * path.times), mode[0] * path.times
         columns["second_mode"] = [np.column_stack([envelope * np.sin(angle), envelope * np.cos(angle)])]

@@ -210,7 +210,8 @@ def draw_contact_or_sensor(
         log-uniform 0.1 .. 1 of friction; its sines and cosines normal draws times ``n**p``, ``p`` uniform
         -1 .. 1.
     sensor_nonlinearity
-        A scale bent by 0.003 .. 0.05 (log-uniform) of the signal at the initial amplitude, either way.
+        A scale bent by 0.003 .. 0.05 (log-uniform) of the signal at the initial amplitude, its square and its
+        cube sharing that uniformly, each either way.
     position_friction
         Slope and curvature take 0.3 .. 0.9 of friction (log-uniform) at the initial amplitude between them,
         shared out uniformly, each either way.
@@ -254,7 +255,11 @@ def draw_contact_or_sensor(
             "turn_cosines": tuple(parts[1].tolist()),
         }
     if name == "sensor_nonlinearity":
-        return {"curvature": either_sign(rng) * log_uniform(rng, 0.003, 0.05)}
+        size, share = log_uniform(rng, 0.003, 0.05), rng.uniform(0.0, 1.0)
+        return {
+            "scale_square": either_sign(rng) * size * share,
+            "scale_cube": either_sign(rng) * size * (1.0 - share),
+        }
     if name == "position_friction":
         size, share = log_uniform(rng, 0.3, 0.9), rng.uniform(0.0, 1.0)
         return {

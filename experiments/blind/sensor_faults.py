@@ -60,8 +60,8 @@ def with_sensor(
         out = _play(out, drawn["backlash"])
     if "held_counts" in drawn:
         out = _last_line(out, 2.0 * drawn["held_counts"])
-    if "curvature" in drawn:
-        out = out + drawn["curvature"] * out**2
+    if "scale_square" in drawn:
+        out = out + drawn["scale_square"] * out**2 + drawn["scale_cube"] * out**3
     if "once_a_turn" in drawn:
         turned = amplitude * signal
         error = drawn["once_a_turn"] * np.sin(turned + drawn["once_phase"])

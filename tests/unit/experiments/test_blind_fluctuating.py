@@ -136,9 +136,11 @@ def test_backlash_and_held_counts_lag_behind_by_their_half_width() -> None:
 
 def test_a_bent_scale_reads_one_side_too_long_and_the_other_too_short() -> None:
     t = np.linspace(0.0, 20.0, 2001)
-    error = with_sensor(np.cos(t), t, 0.7, 1.0, {"curvature": -0.02}) - np.cos(t)
-    # half of it moves the centre, the other half is a second harmonic
-    np.testing.assert_allclose(error, -0.01 - 0.01 * np.cos(2.0 * t), rtol=0, atol=1e-12)
+    bent = {"scale_square": -0.02, "scale_cube": 0.04}
+    error = with_sensor(np.cos(t), t, 0.7, 1.0, bent) - np.cos(t)
+    # half of the square moves the centre, three quarters of the cube make the scale longer
+    expected = -0.01 - 0.01 * np.cos(2.0 * t) + 0.03 * np.cos(t) + 0.01 * np.cos(3.0 * t)
+    np.testing.assert_allclose(error, expected, rtol=0, atol=1e-12)
 
 
 def test_eccentricity_is_locked_to_the_angle() -> None:

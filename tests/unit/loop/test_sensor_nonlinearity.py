@@ -21,6 +21,15 @@ def test_it_is_found_beside_a_force_and_friction_with_it(rng: np.random.Generato
     assert fit.coefficients[fit.law.dry_friction] == pytest.approx(FRICTION, rel=0.06)
 
 
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_scale_bent_on_both_sides_is_told_from_a_spring(rng: np.random.Generator, order: int) -> None:
+    fit = fitted(bent_record(rng, 0.0, order, cubic=-0.02), OFFERED)
+    assert probability_of(fit, "sensor_nonlinearity") > 0.99
+    found = dict(zip([c.parameter for c in fit.law.columns], fit.coefficients, strict=True))
+    assert found["cubic"] * (RELEASE * 10.0**order) ** 2 == pytest.approx(-0.02, rel=0.1)
+    assert fit.coefficients[fit.law.dry_friction] == pytest.approx(FRICTION, rel=0.06)
+
+
 def test_the_search_finds_it_where_no_force_fluctuates() -> None:
     bent = {"sensor_nonlinearity.curvature": 1.0, "sensor_offset.offset": 0.004}
     record = short_decay(SYSTEM, friction=0.02, duration=12.0, seed=5, effects=bent)

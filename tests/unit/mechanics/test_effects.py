@@ -54,7 +54,7 @@ CATALOGUE = {
     "random_force": ("process", {"sd": ("N", "N m"), "correlation_time": ("s", "s")}),
     "sensor_hysteresis": ("sensor", {"half_width": ("V", "V")}),
     "position_force": ("force", dict.fromkeys(FOUR_HARMONICS, ("N", "N m"))),
-    "sensor_nonlinearity": ("sensor", {"curvature": ("1/V", "1/V")}),
+    "sensor_nonlinearity": ("sensor", {"curvature": ("1/V", "1/V"), "cubic": ("1/V2", "1/V2")}),
     "encoder_eccentricity": ("sensor", dict.fromkeys(FOUR_HARMONICS, ("V", "V"))),
     "sensor_clipping": ("sensor", {"level": ("V", "V")}),
     "second_mode": (
@@ -229,5 +229,6 @@ def test_a_series_reaches_over_parameters_that_it_has(extent):
     ("signal_unit", "unit"), [("m", "1/m"), ("m/s", "1/(m/s)"), ("rad/s2", "1/(rad/s2)")]
 )
 def test_a_unit_over_that_of_the_signal_has_parentheses_where_it_needs_them(signal_unit, unit):
-    (curvature,) = EFFECTS["sensor_nonlinearity"].parameters
+    curvature, cubic = EFFECTS["sensor_nonlinearity"].parameters
     assert curvature.unit_in(LINEAR, signal_unit) == unit
+    assert cubic.unit_in(LINEAR, signal_unit) == f"{unit}2"
