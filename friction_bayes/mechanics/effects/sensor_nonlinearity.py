@@ -1,9 +1,9 @@
 """A sensor whose scale is bent, ``x + c x^2 + e x^3``.
 
-By ``c`` one side of the rest reads too long and the other too short, by ``e`` both sides alike: perspective of a
-camera, or a transducer off the middle of its range, or near the ends of it. A spring that is stiffer on one
-side leaves another trace than ``c``: for the same second harmonic the centre moves three times as far, and the
-other way. With ``e`` the scale changes with the swing, and a third harmonic comes with that.
+By ``c`` one side of the rest reads too long and the other too short, by ``e`` both sides alike: perspective
+of a camera, or a transducer off the middle of its range, or near the ends of it. A spring that is stiffer
+on one side leaves another trace than ``c``: for the same second harmonic the centre moves three times as
+far, and the other way. With ``e`` the scale changes with the swing, and a third harmonic comes with that.
 """
 
 from __future__ import annotations
