@@ -46,7 +46,7 @@ _SETTLED = 2e-3
 _MOVED = 0.2
 """Share of the noise by which the sensor's faults may change at a sample from round to round."""
 _UNLIKE = 3.0
-"""How many times as far or as little as what was measured a law may move."""
+"""How many times as far or as little a law may move as the motion along which its terms were evaluated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,11 +276,11 @@ def fit_random_force(
 def _is_read_as_fault(fit: ForceFit) -> bool:
     """Whether the sensor's faults have taken the place of the motion, or hide most of it.
 
-    Evaluated along what was measured, a fault that follows the motion is the signal itself: it follows every
-    wander of it, which no motion under a law does.
+    Evaluated along the smoothed signal, a fault that follows the motion is the signal itself: it follows
+    every wander of it, which no motion under a law does. The motion then differs from round to round.
     """
-    moved, measured = (float(np.ptp(x)) for x in (fit.motion.states[:, 0], fit.path.x))
-    return not measured / _UNLIKE < moved < measured * _UNLIKE
+    moved, along = (float(np.ptp(x)) for x in (fit.motion.states[:, 0], fit.path.x))
+    return not along / _UNLIKE < moved < along * _UNLIKE
 
 
 def force_fit(
