@@ -158,7 +158,9 @@ class ForceFamily(MotionFamily):
 
     @cached_property
     def best(self) -> tuple[ForceFit, ...]:
-        return (self.fit.among((self.cells.places(self.sets[:1]) == 0).any(axis=0)),)
+        # a candidate has sets of columns that are left out too, where another shape of it pushes
+        own = (self.cells.places(self.sets[:1]) == 0) & (self.cells.weight > 0.0)
+        return (self.fit.among(own.any(axis=0)),)
 
     @cached_property
     def reading(self) -> Reading:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import friction_bayes as fb
-from decays import SYSTEM
+from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.random_force.fit import fit_random_force
+from friction_bayes.loop.random_force.force_family import force_family
 from friction_bayes.loop.random_force.pushing import pushing
+from friction_bayes.loop.search_family import SearchFamily
+from friction_bayes.loop.searched import search_records
 from friction_bayes.loop.segment import cut_records
 
 RELEASE = 0.02
@@ -36,3 +41,22 @@ def test_friction_that_changes_sign_along_the_way_is_no_candidate(slope: float, 
     # what has no friction, or friction of one kind alone, cannot push
     alone = np.array([not names & {"position_friction", "asymmetric_friction"} for names in fit.sets.effects])
     assert not found[alone].any()
+
+
+def test_the_best_law_is_none_that_is_left_out() -> None:
+    """Another set of columns of the same effects may push, and be the more probable one."""
+    fluctuating = fluctuating_friction(0.3)
+    record = slow_decay(duration=10.0, sampling_rate=50.0, noise_sd=1e-5, seed=3, effects=fluctuating)
+    names = ("viscous_damping", "random_force")
+    searched = search_records(SYSTEM, cut_records([record], SYSTEM), names[:1], "auto", None)
+    family = force_family(
+        SearchFamily(searched, names, np.random.default_rng(1)), names, 0.2, np.random.default_rng(2)
+    )
+    assert family is not None
+    effects, likely = family.fit.sets.effects, family.fit.among(family.cells.total > 0.0).chosen
+    same = np.array([each == effects[likely] for each in effects])
+    same[likely] = False
+    assert same.any()
+    # that one is left out, and the others of the same effects count
+    family.cells = replace(family.cells, weight=np.where(same, 1.0, 0.0 * family.cells.weight))
+    assert same[family.best[0].chosen]
