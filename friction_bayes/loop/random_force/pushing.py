@@ -26,15 +26,13 @@ def pushing(fit: ForceFit) -> Mask:
     rubs = np.array([column.kind == "friction" or column.of_friction for column in law.columns])
     # one column of friction alone resists
     may_push = (fit.sets.columns & rubs).sum(axis=1) > 1
-    work = -fit.path.expected_direction[:, None] * law.forces * np.abs(fit.path.v)[:, None]
+    work = (-fit.path.expected_direction * np.abs(fit.path.v))[:, None] * law.forces[:, rubs]
     pushes = np.zeros(len(fit.sets.columns), np.bool_)
     total, left = weight.sum(axis=0), float(weight.sum())
     for k in np.argsort(-total):
         if may_push[k]:
             point = fit.posterior.points[int(np.argmax(weight[:, k]))]
-            pushes[k] = (
-                _share_pushed(work @ np.where(rubs, fit.posterior.mean_law(point, k), 0.0)) > _MOST_PUSHING
-            )
+            pushes[k] = _share_pushed(work @ fit.posterior.mean_law(point, k)[rubs]) > _MOST_PUSHING
         left -= float(total[k])
         if left < _NEGLIGIBLE * float(total[~pushes].sum()):
             break
