@@ -18,8 +18,8 @@ from friction_bayes.core.text import words
 from friction_bayes.loop.assemble import assemble_report
 from friction_bayes.loop.candidate import searched
 from friction_bayes.loop.family import Family
+from friction_bayes.loop.one_record import families_of_one
 from friction_bayes.loop.parameters import scales_of
-from friction_bayes.loop.random_force.force_family import force_family
 from friction_bayes.loop.random_force.joint_family import joint_family
 from friction_bayes.loop.random_force.moving_record import why_not_weighed
 from friction_bayes.loop.reference_force import validate_force
@@ -151,13 +151,16 @@ def close_loop(
     families: list[Family]
     if joint is not None and (varying_friction or joint.knows_the_noise):
         before, families = joint.before, [joint]
+    elif sought and len(segments) == 1:
+        rngs = rng_search, rng_force
+        of_search, beside_force = families_of_one(
+            system, segments[0], allowed, tried, tolerance, rngs, progress
+        )
+        before, families = of_search.found.before, [f for f in (of_search, beside_force) if f is not None]
     else:
         found = search_records(system, segments, tried, noise, progress)
         searched_sets = SearchFamily(found, allowed, rng_search)
         before, families = found.before, [searched_sets]
-        if sought and len(segments) == 1:
-            fluctuating = force_family(searched_sets, allowed, tolerance, rng_force)
-            families += [fluctuating] if fluctuating is not None else []
         if joint is not None and not searched_sets.holds_more:
             before, families = joint.before, [joint]
     report = assemble_report(

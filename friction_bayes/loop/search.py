@@ -9,7 +9,7 @@ promised, and single forces also from the first periods on, so that no wrong sta
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -116,8 +116,17 @@ class Search:
             expanded[centre.effects] = self.candidates[centre.effects].fit.objective
         self._settle()
 
+    def fit_only(self, sets: Iterable[Names]) -> None:
+        """Fit these sets and look for no others."""
+        for names in dict.fromkeys(names | self.sets.certain for names in sets):
+            if names not in self.candidates:
+                self._fit_from_first_periods(names)
+        self._settle()
+
     def _settle(self) -> None:
         """Weigh what counts at its mode."""
+        if not self.candidates:
+            return
         least = self.ranked()[0].log_weight - _COUNTS
         for names, candidate in self.candidates.items():
             if candidate.log_weight > least:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -49,6 +50,9 @@ class SearchFamily:
         All effects that any family may have: those that the search does not try are absent from its sets.
     rng : numpy.random.Generator
         Of the draws.
+    search : callable, optional
+        Searches on where ``found`` is not all that a search would find, for what the reading of an
+        unexplained record needs.
     """
 
     holds_what_is_left = False
@@ -59,12 +63,13 @@ class SearchFamily:
         found: SearchResult,
         allowed: tuple[str, ...],
         rng: np.random.Generator,
+        search: Callable[[], SearchResult] | None = None,
     ) -> None:
         self.found = found
         self.sets, self.trail = found.sets, found.trail
         absent = len(allowed) - len(found.allowed)
         self.log_weights = found.log_weights + absent * math.log1p(-INCLUSION) + _of_autoregression(found)
-        self._rng = rng
+        self._allowed, self._rng, self._search = allowed, rng, search
 
     @property
     def best(self) -> LoopFit:
@@ -126,7 +131,8 @@ class SearchFamily:
 
     @property
     def reading(self) -> Reading:
-        return Reading("the closest candidates under noise of the sensor alone", self.draws.friction)
+        whole = self if self._search is None else SearchFamily(self._search(), self._allowed, self._rng)
+        return Reading("the closest candidates under noise of the sensor alone", whole.draws.friction)
 
     def parameters(self, name: str) -> dict[str, dict[str, Any]]:
         model = self.best.model

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 import numpy as np
 
@@ -31,6 +31,7 @@ def search_records(
     allowed: tuple[str, ...],
     noise: str,
     progress: Callable[[str], None] | None,
+    only: Collection[frozenset[str]] = (),
 ) -> SearchResult:
     """Search with white noise, and again with autoregressive noise where that is chosen.
 
@@ -43,6 +44,8 @@ def search_records(
     noise : {"auto", "white", "ar"}
     progress : callable, optional
         Called with the name of each set of effects that is fitted.
+    only : collection of frozenset of str
+        The sets to fit; left out, those that promise to matter are looked for.
 
     Raises
     ------
@@ -51,7 +54,7 @@ def search_records(
     """
     ar = tuple(np.zeros(0) for _ in segments)
     search = Search(system, segments, allowed, ar, progress)
-    _run(search)
+    _run(search, only)
     trail = search.trail
     first = search.ranked()[0].fit
     residuals = first.residuals
@@ -62,13 +65,16 @@ def search_records(
         kept = tuple(name for name in allowed if name != OUTLIERS.name)
         white, search = search, Search(system, segments, kept, ar, progress)
         search.start_from(white)
-        _run(search)
+        _run(search, [names & set(kept) for names in only])
         trail = [*trail, f"noise is autoregressive of order {order}: searched again", *search.trail]
     return _result(search, tuple(trail), first)
 
 
-def _run(search: Search) -> None:
-    search.run()
+def _run(search: Search, only: Collection[frozenset[str]]) -> None:
+    if only:
+        search.fit_only(only)
+    else:
+        search.run()
     if not search.candidates:
         names = ", ".join(s.decay.name for s in search.segments)
         raise InputError(names, "no Coulomb decay fits", "check the record, the stiffness and the mass")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from functools import cached_property
 from typing import Any
 
@@ -21,7 +21,7 @@ from friction_bayes.loop.random_force.cells import LEAST_COUNTED, Cells
 from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
 from friction_bayes.loop.random_force.draws import law_draws
 from friction_bayes.loop.random_force.evidence import log_scale
-from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
+from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.motion_family import MotionFamily, too_large
 from friction_bayes.loop.random_force.pushing import pushing
 from friction_bayes.loop.random_force.sampler_check import check_random_force
@@ -34,28 +34,7 @@ from friction_bayes.loop.slight_effects import SlightEffect
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
-__all__ = ["ForceFamily", "force_family"]
-
-
-def force_family(
-    search: SearchFamily, allowed: tuple[str, ...], tolerance: float, rng: np.random.Generator
-) -> ForceFamily | None:
-    """Weigh sets of effects beside a random force.
-
-    Returns
-    -------
-    ForceFamily or None
-        None where that cannot be done.
-    """
-    white = search.found.white
-    (segment,) = white.model.segments
-    # samples at an end of the range are known to lie beyond it, if the sensor may clip
-    if search.is_silent or segment.clipped != (SENSOR_CLIPPING.name in search.sets[0]):
-        return None
-    fit = fit_random_force(segment, white.model.system, allowed)
-    if fit is None:
-        return None
-    return ForceFamily(search, fit, allowed, tolerance, rng)
+__all__ = ["ForceFamily", "log_share_of_search"]
 
 
 class ForceFamily(MotionFamily):
@@ -128,16 +107,29 @@ class ForceFamily(MotionFamily):
             return ()
         return (f"sets whose dry friction would drive the motion, {percent(share)} likely, are left out",)
 
+    @property
+    def lead(self) -> float:
+        """Log of how many times as probable its candidates are as what noise of the sensor alone explains.
+
+        That is the candidates of the search, and the same sets along the measured motion. None where most of
+        what the regression believes is left out here: what the search finds stands for that then.
+        """
+        mine = float(self.cells.total.sum())
+        if mine < 0.5:
+            return -math.inf
+        along = math.log(mine) - log_share_of_search(self.fit, self.found.allowed)
+        return min(along, float(logsumexp(self.log_weights) - logsumexp(self.found.log_weights)))
+
     def _weighed_here(self) -> Cells:
         """All but what the search has, of which the samples say something, under each kind of noise."""
-        fit, tried, nothing = self.fit, set(self.found.allowed), unknowable(self.fit)
+        fit, nothing = self.fit, unknowable(self.fit)
         forced = fit.posterior.ratio > 0.0
         known = np.array([not names & nothing for names in fit.sets.effects]) & ~self._pushing
         if too_large(fit.share_of_loss):
             known = known & ~forced[:, None]
         weights = []
         for noise, probability in fit.sensor_noise.probabilities.items():
-            own = forced[:, None] | np.array([not (names | noise) <= tried for names in fit.sets.effects])
+            own = ~_known_to_search(fit, self.found.allowed, noise)
             weights.append(probability * (own & known) * fit.posterior.weight)
         kinds = [noise | _certain(fit) for noise in fit.sensor_noise.probabilities]
         return Cells(np.array(weights), forced, fit.sets.effects, kinds)
@@ -205,6 +197,21 @@ class ForceFamily(MotionFamily):
 
     def between_records(self) -> None:
         """It has one."""
+
+
+def log_share_of_search(fit: ForceFit, tried: Collection[str]) -> float:
+    """Log probability, along the measured motion, of the sets that a search of some effects has too."""
+    share = sum(
+        float(probability * fit.posterior.weight[_known_to_search(fit, tried, noise)].sum())
+        for noise, probability in fit.sensor_noise.probabilities.items()
+    )
+    return math.log(share) if share > 0.0 else -math.inf
+
+
+def _known_to_search(fit: ForceFit, tried: Collection[str], noise: frozenset[str]) -> Mask:
+    """Points and sets that it has, under one kind of noise, shape (g, m)."""
+    has = np.array([(names | noise).issubset(tried) for names in fit.sets.effects])
+    return np.asarray((fit.posterior.ratio == 0.0)[:, None] & has)
 
 
 def _certain(fit: ForceFit) -> frozenset[str]:

@@ -13,7 +13,8 @@ from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.family import Family, mixture_of
 from friction_bayes.loop.random_force.cells import LEAST_COUNTED, Cells
 from friction_bayes.loop.random_force.contender import drawn_contender
-from friction_bayes.loop.random_force.force_family import ForceFamily, force_family
+from friction_bayes.loop.random_force.fit import fit_random_force
+from friction_bayes.loop.random_force.force_family import ForceFamily
 from friction_bayes.loop.random_force.joint_family import JointFamily, joint_family
 from friction_bayes.loop.search_family import SearchFamily
 from friction_bayes.loop.searched import search_records
@@ -46,9 +47,9 @@ def searched() -> SearchFamily:
 
 
 def forced() -> ForceFamily:
-    family = force_family(searched(), ALLOWED, 0.2, np.random.default_rng(2))
-    assert family is not None
-    return family
+    fit = fit_random_force(releases(1)[0], SYSTEM, ALLOWED)
+    assert fit is not None
+    return ForceFamily(searched(), fit, ALLOWED, 0.2, np.random.default_rng(2))
 
 
 def together(share: float = 0.3) -> JointFamily:

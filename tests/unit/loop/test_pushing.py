@@ -10,7 +10,7 @@ import pytest
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.random_force.fit import fit_random_force
-from friction_bayes.loop.random_force.force_family import force_family
+from friction_bayes.loop.random_force.force_family import ForceFamily
 from friction_bayes.loop.random_force.pushing import pushing
 from friction_bayes.loop.search_family import SearchFamily
 from friction_bayes.loop.searched import search_records
@@ -48,11 +48,12 @@ def test_the_best_law_is_none_that_is_left_out() -> None:
     fluctuating = fluctuating_friction(0.3)
     record = slow_decay(duration=10.0, sampling_rate=50.0, noise_sd=1e-5, seed=3, effects=fluctuating)
     names = ("viscous_damping", "random_force")
-    searched = search_records(SYSTEM, cut_records([record], SYSTEM), names[:1], "auto", None)
-    family = force_family(
-        SearchFamily(searched, names, np.random.default_rng(1)), names, 0.2, np.random.default_rng(2)
-    )
-    assert family is not None
+    segments = cut_records([record], SYSTEM)
+    searched = search_records(SYSTEM, segments, names[:1], "auto", None)
+    fit = fit_random_force(segments[0], SYSTEM, names)
+    assert fit is not None
+    search = SearchFamily(searched, names, np.random.default_rng(1))
+    family = ForceFamily(search, fit, names, 0.2, np.random.default_rng(2))
     effects, likely = family.fit.sets.effects, family.fit.among(family.cells.total > 0.0).chosen
     same = np.array([each == effects[likely] for each in effects])
     same[likely] = False
