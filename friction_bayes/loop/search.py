@@ -122,6 +122,8 @@ class Search:
             if names not in self.candidates:
                 self._fit_from_first_periods(names)
         self._settle()
+        fitted = ", ".join(set_name(candidate.effects) for candidate in self.ranked())
+        self.trail.append(f"no sets looked for besides {fitted}")
 
     def _settle(self) -> None:
         """Weigh what counts at its mode."""

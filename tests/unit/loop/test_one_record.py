@@ -48,6 +48,7 @@ def test_where_only_a_random_force_explains_the_search_fits_the_law_found_alone(
     search, force = forced
     assert len(search.sets) <= MOST_SPARED
     assert force.sets[0] - {"random_force"} in search.sets
+    assert search.trail[-1].startswith("no sets looked for besides viscous_damping")
 
 
 def test_what_is_spared_would_not_be_weighed(forced: tuple[SearchFamily, ForceFamily]) -> None:
