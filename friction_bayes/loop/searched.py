@@ -15,7 +15,7 @@ from friction_bayes.loop.candidate import SearchResult
 from friction_bayes.loop.evidence import posterior_probabilities
 from friction_bayes.loop.fit import LoopFit, fit_growing_record
 from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.noise import NoiseModel
+from friction_bayes.loop.noise import LEAST_NOISE, NoiseModel
 from friction_bayes.loop.search import Search
 from friction_bayes.loop.segment import Segment
 from friction_bayes.loop.starting_point import starting_point
@@ -58,7 +58,9 @@ def search_records(
     trail = search.trail
     first = search.ranked()[0].fit
     residuals = first.residuals
-    if noise == "ar" or (noise == "auto" and _any_coloured(segments, residuals)):
+    # what is left of a record without noise is rounding, which no autoregression describes
+    audible = any(each.sd > LEAST_NOISE * first.model.scales.signal for each in first.noises)
+    if audible and (noise == "ar" or (noise == "auto" and _any_coloured(segments, residuals))):
         ar = _shared_autoregression(segments, residuals)
         order = max(a.size for a in ar)
         # an outlier spoils as many innovations as the order, which a contaminated normal does not describe
