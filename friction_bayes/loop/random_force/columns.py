@@ -7,9 +7,10 @@ only shapes a term is taken at a few values of its prior, one column each.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
+from types import MappingProxyType
 
 import numpy as np
 
@@ -97,6 +98,15 @@ class LawColumns:
         """Columns of friction and of forces that resist as it does."""
         return [j for j, c in enumerate(self.columns) if j not in self.always and not _of_a_spring(c.effect)]
 
+    def fault_sizes(self, coefficients: Array) -> dict[str, float]:
+        """Size of each fault of the sensor in a law whose size shapes it, by effect."""
+        sizes: dict[str, float] = {}
+        for column, size in zip(self.columns, coefficients.tolist(), strict=True):
+            effect = EFFECTS.get(column.effect)
+            if isinstance(effect, SensorEffect) and effect.shapes is not None and size != 0.0:
+                sizes[column.effect] = size
+        return sizes
+
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:
         """Columns of an effect in each of its shapes and extents; all of its lines are one."""
         found: dict[tuple[tuple[Shape, ...], float], list[int]] = {}
@@ -133,6 +143,7 @@ def law_columns(
     friction: float,
     duration: float,
     lines: Sequence[Line] = (),
+    sizes: Mapping[str, float] = MappingProxyType({}),
     block: int = 1,
 ) -> LawColumns:
     """Evaluate the law along a path.
@@ -159,6 +170,8 @@ def law_columns(
         Length of the record [s], to which friction drift refers.
     lines : sequence of Line
         Those of each effect, the strongest first.
+    sizes : mapping
+        About how large the faults of the sensor are whose size shapes them, by effect.
     block : int
         Samples of the record that each value is the mean of.
     """
@@ -197,7 +210,7 @@ def law_columns(
     faults, read = [], sampled(path, block)
     for name in effects:
         if isinstance(EFFECTS[name], SensorEffect) and name not in OF_LINES:
-            for column, fault in sensor_columns(name, scales, read, row, order, w0):
+            for column, fault in sensor_columns(name, scales, read, row, order, w0, sizes.get(name)):
                 columns.append(column)
                 faults.append(fault)
     for line in lines:

@@ -247,23 +247,42 @@ def sampled(path: MeasuredPath, block: int) -> Sampled:
 
 
 def sensor_columns(
-    name: str, scales: Scales, read: Sampled, row: Array, order: int, w0: float
+    name: str, scales: Scales, read: Sampled, row: Array, order: int, w0: float, size: float | None = None
 ) -> Iterator[tuple[Column, Array]]:
-    """Columns of a fault of the sensor that is linear in its parameters."""
+    """Columns of a fault of the sensor that is linear in its parameters, or in the first about its ``size``.
+
+    That is the scale of its prior where none has been found yet.
+    """
     effect = EFFECTS[name]
     assert isinstance(effect, SensorEffect)
     time = (read.phase - read.phase[0]) / w0
     unit = w0**order
     clean = unit * (row[0] * read.x + row[1] * read.v)
     coordinates = effect_coordinates(name, scales, 1)
-    for j, c in enumerate(coordinates):
-        values = [0.0] * len(coordinates)
-        values[j] = c.prior.scale
-        wrong = (effect.distort(clean, time, *values) - clean) / (unit * c.prior.scale)
-        fault = block_means(wrong, read.block)
-        column = Column("effect", c.prior.scale, positive=c.prior.low == 0.0, effect=name, parameter=c.name)
-        for widened in column.in_widths():
-            yield widened, fault
+    shapes: tuple[tuple[float, ...], ...] = ((),)
+    if effect.shapes is not None:
+        shapes = effect.shapes(coordinates[0].prior.scale if size is None else size)
+    sizes = coordinates[: len(coordinates) - len(shapes[0])]
+    for taken in shapes:
+        shape = tuple(
+            Shape(c.name, value, value, value)
+            for c, value in zip(coordinates[len(sizes) :], taken, strict=True)
+        )
+        for j, c in enumerate(sizes):
+            values = [0.0] * len(sizes)
+            values[j] = c.prior.scale
+            wrong = (effect.distort(clean, time, *values, *taken) - clean) / (unit * c.prior.scale)
+            fault = block_means(wrong, read.block)
+            column = Column(
+                "effect",
+                c.prior.scale,
+                positive=c.prior.low == 0.0,
+                effect=name,
+                parameter=c.name,
+                shape=shape,
+            )
+            for widened in column.in_widths():
+                yield widened, fault
 
 
 def line_columns(

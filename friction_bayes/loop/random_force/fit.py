@@ -242,6 +242,7 @@ def fit_random_force(
         settled = error is None or error == whole.error
         if error is not None:
             whole = replace(whole, error=error)
+        whole = replace(whole, sizes=whole.sizes | found.law.fault_sizes(coefficients))
         left = LeftOut.under(segment, record.scales, found.regression, found.w0, coefficients, best)
         known = ceiling | outliers
         shown = np.isfinite(whole.variance) & ~ceiling

@@ -162,11 +162,13 @@ def fit_together(
     w0 = float(np.median([fit.w0 * change for fit, change in zip(alone, corrections, strict=True)]))
     motions = [fit.motion.at_frequency(w0 / fit.w0) for fit in alone]
     scales = scales_of(segments, system)
+    sizes = _shared_sizes(alone)
     records = tuple(
         replace(
             MovingRecord.of(fit.segment, system, allowed, scales, fit.samples),
             variance=fit.clock.variance,
             error=fit.error,
+            sizes=sizes,
         )
         for fit in alone
     )
@@ -237,6 +239,13 @@ def _weighed(
         spreads=spreads,
         level=level,
     )
+
+
+def _shared_sizes(alone: Sequence[ForceFit]) -> dict[str, float]:
+    """Faults of the sensor as large as in the median of the records that have them."""
+    own = [fit.law.fault_sizes(fit.coefficients) for fit in alone]
+    found = {fault for sizes in own for fault in sizes}
+    return {fault: float(np.median([sizes[fault] for sizes in own if fault in sizes])) for fault in found}
 
 
 def _friction_of_loss(records: Sequence[ForceFit | LawAlongMotion]) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -85,6 +85,8 @@ class MovingRecord:
         Noise variances of the samples beside each other, infinite for those that are not fitted.
     error : SensorError
         What neighbouring samples share of the noise.
+    sizes : dict
+        About how large the faults of the sensor are whose size shapes them, by effect.
     """
 
     segment: Segment
@@ -94,6 +96,7 @@ class MovingRecord:
     scales: Scales
     variance: Array
     error: SensorError = NO_ERROR
+    sizes: dict[str, float] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -190,6 +193,7 @@ class MovingRecord:
             friction=rough,
             duration=self.segment.duration,
             lines=lines,
+            sizes=self.sizes,
             block=self.segment.block,
         )
         sets = column_sets(law, self.effects)

@@ -219,6 +219,9 @@ class SensorEffect(Effect):
         Quantities whose sensors may have it; empty where those of any may.
     linear : bool
         Whether the distortion is linear in its parameters, those of a line at its frequency.
+    shapes : callable, optional
+        ``shapes(size)`` returns what the parameters after the first, which shape the distortion, are taken at
+        beside a size of the first, in which alone it is linear then.
     """
 
     kind: ClassVar[str] = "sensor"
@@ -228,6 +231,7 @@ class SensorEffect(Effect):
     after_noise: bool = False
     quantities: tuple[str, ...] = ()
     linear: bool = False
+    shapes: Callable[[float], tuple[tuple[float, ...], ...]] | None = None
 
     def why_not(self, scales: Scales) -> str:
         """Say why a sensor cannot have it or show it apart from others; empty where it may act."""

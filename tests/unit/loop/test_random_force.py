@@ -275,6 +275,23 @@ def test_backlash_is_named_and_needs_no_random_force_beside_it(seed: int) -> Non
     assert (report.traces[0].fluctuation is not None) == forced
 
 
+@pytest.mark.parametrize("play", [0.0, 2.0])
+def test_a_lag_is_found_whether_it_waits_or_jumps(seed: int, play: float) -> None:
+    """As large as the shift of the middle by friction, which it would hide."""
+    lag = 0.5 / SYSTEM.stiffness
+    record = short_decay(
+        seed=seed, effects={"sensor_hysteresis.half_width": lag, "sensor_hysteresis.play": play * lag}
+    )
+    report = fb.close_loop([record], SYSTEM, seed=1)
+    held = {frozenset(c["effects"]): c["probability"] for c in report.candidates}
+    assert held[frozenset({"sensor_hysteresis"})] > 0.3
+    found = report.effects[0]["parameters"]
+    assert abs(found["half_width"]["mean"] - lag) < 5.0 * found["half_width"]["sd"] < 0.3 * lag
+    assert abs(found["play"]["mean"] - play * lag) < 0.3 * lag
+    assert abs(report.friction_after["mean"] - 0.5) < 4.0 * report.friction_after["sd"]
+    assert report.friction_after["sd"] < 0.02
+
+
 def test_an_accelerometer_has_no_backlash(seed: int) -> None:
     record = short_decay(seed=seed, quantity="acceleration", noise_sd=0.01)
     report = fb.close_loop([record], SYSTEM, seed=1)

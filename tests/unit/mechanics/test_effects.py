@@ -52,7 +52,7 @@ CATALOGUE = {
     "presliding": ("force", {"displacement": ("m", "rad")}),
     "position_friction": ("force", {"slope": ("1/m", "1/rad"), "curvature": ("1/m2", "1/rad2")}),
     "random_force": ("process", {"sd": ("N", "N m"), "correlation_time": ("s", "s")}),
-    "sensor_hysteresis": ("sensor", {"half_width": ("V", "V")}),
+    "sensor_hysteresis": ("sensor", {"half_width": ("V", "V"), "play": ("V", "V")}),
     "position_force": ("force", dict.fromkeys(FOUR_HARMONICS, ("N", "N m"))),
     "sensor_nonlinearity": ("sensor", {"curvature": ("1/V", "1/V"), "cubic": ("1/V2", "1/V2")}),
     "encoder_eccentricity": ("sensor", dict.fromkeys(FOUR_HARMONICS, ("V", "V"))),

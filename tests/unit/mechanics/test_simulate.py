@@ -37,6 +37,20 @@ def test_a_clean_record_is_the_exact_motion(quantity, order):
     assert record.attrs["quantity"] == (quantity or "displacement")
 
 
+def test_backlash_waits_after_each_turning_point_until_its_play_is_taken_up():
+    lag = 1.5e-3
+    backlash = {"sensor_hysteresis.half_width": lag, "sensor_hysteresis.play": 2.0 * lag}
+    x = simulate(SYSTEM, **COMMON).values
+    shown = simulate(SYSTEM, **COMMON, effects=backlash).values
+    behind, moved = x - shown, np.diff(shown)
+    assert np.abs(behind).max() <= lag * (1.0 + 1e-12)
+    # between the ends of the play it stands still, at them it goes with the motion
+    between = np.abs(behind[1:]) < lag * (1.0 - 1e-9)
+    assert 0.05 < between.mean() < 0.95
+    assert np.abs(moved[between & np.roll(between, 1)][1:]).max() < 1e-15
+    assert (moved * np.diff(x) >= -1e-18).all()
+
+
 def test_force_effects_and_pendulums_are_integrated():
     effects = {"friction_drift.relative_change": 0.5}
     record = simulate(SYSTEM, **COMMON, effects=effects)
