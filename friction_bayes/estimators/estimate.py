@@ -24,6 +24,7 @@ from friction_bayes.estimators.result import Estimate, force_notes
 from friction_bayes.estimators.waveform.averaged import averaged_over_random_force
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.records.clipping import clipped_fraction
+from friction_bayes.records.held_readings import set_held_readings_aside
 from friction_bayes.records.record import record_name, validate_record
 
 __all__ = ["RANDOM_FORCE", "estimate", "prior_mapping", "refuse_clipped"]
@@ -122,6 +123,7 @@ def estimate(
         raise InputError("random_force", f"unknown choice {random_force!r}", f"give one of {choices}")
     estimator = estimator_named(method)
     validate_record(record)
+    record, _ = set_held_readings_aside(record)
     record, _ = set_excursions_aside(record, system)
     refuse_clipped(record)
     decay = find_free_decay(record, system, start=start, rest_position=rest_position)

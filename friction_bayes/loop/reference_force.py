@@ -74,10 +74,10 @@ def validate_force(segment: Segment, measured: ArrayLike) -> Array:
         If it does not have one finite value for every sample of the record.
     """
     force = finite_array("reference_force", measured)
-    if force.shape != (segment.recorded,):
+    if force.shape != segment.kept.shape:
         raise InputError(
             "reference_force",
-            f"has shape {force.shape}, {segment.decay.name} has {segment.recorded} samples",
+            f"has shape {force.shape}, {segment.decay.name} has {segment.kept.size} samples",
             "give the force at every sample of the first record",
         )
     return force

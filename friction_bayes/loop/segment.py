@@ -19,6 +19,7 @@ from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.phase_tracking import nearest_turning_points
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import sampling_interval
+from friction_bayes.records.held_readings import set_held_readings_aside
 from friction_bayes.records.quantisation import ROUNDING, quantisation_step
 from friction_bayes.records.record import validate_record
 
@@ -53,8 +54,10 @@ class Segment:
         neighbours too.
     moving : int
         Samples before the stop.
-    first, recorded : int
-        Where in the record the first sample lies, and how many the record has.
+    first : int
+        Which of the kept samples is the first.
+    kept : ndarray of bool, shape (recorded,)
+        Samples of the record that do not repeat a reading that was held.
     block : int
         Samples of the record that each value is the mean of.
     spread : ndarray, shape (n,)
@@ -70,7 +73,7 @@ class Segment:
     ignored: Mask
     moving: int
     first: int
-    recorded: int
+    kept: Mask
     block: int
     spread: Array
     resolution: float | None = None
@@ -103,7 +106,7 @@ class Segment:
 
     def of_record(self, values: Array) -> Array:
         """Another quantity of the same record, shape (recorded,), at the segment's samples."""
-        used = values[self.first : self.first + self.block * self.values.size]
+        used = values[self.kept][self.first : self.first + self.block * self.values.size]
         return block_means(used, self.block)
 
     @property
@@ -165,8 +168,8 @@ def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Se
 
 def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     validate_record(record)
+    record, kept = set_held_readings_aside(record)
     record, stray = set_excursions_aside(record, system)
-    recorded = record.size
     resolution = quantisation_step(record.values)
     record, block, spread = _averaged(record, system)
     values = np.ascontiguousarray(record.values, dtype=np.float64)
@@ -201,7 +204,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
         ignored=ignored,
         moving=min(moving, n),
         first=first * block,
-        recorded=recorded,
+        kept=kept,
         block=block,
         spread=spread[first : first + n],
         resolution=resolution,

@@ -53,7 +53,7 @@ def signal_to_noise_db(signal: Array, noise_sd: float) -> float:
     power = float(np.mean(np.square(signal))) if len(signal) else 0.0
     if power == 0.0:
         raise InputError("signal", "does not move", "give the samples before the stop")
-    return 10.0 * math.log10(power / positive("noise_sd", noise_sd) ** 2)
+    return 20.0 * math.log10(math.sqrt(power) / positive("noise_sd", noise_sd))
 
 
 def noise_sd_for(signal: Array, decibels: float) -> float:

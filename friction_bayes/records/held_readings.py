@@ -1,0 +1,104 @@
+"""Readings that are held: a logger that asks faster than the sensor measures writes each several times.
+
+A slow sensor behind a fast clock, a camera of 12 pictures a second in a recording of 30, repeats a reading
+exactly until it has the next one, however fast the motion. Taken for samples, the repeats are late.
+"""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.errors import RecordWarning
+from friction_bayes.records.quantisation import quantisation_step
+from friction_bayes.records.record import record_name
+
+__all__ = ["held_readings", "set_held_readings_aside"]
+
+_JUMP = 3.5
+"""Steps of the sensor, before and after a repeat, from which on the motion did not wait for it."""
+_SHARE = 0.2
+"""Least share of the samples between such jumps that are repeats."""
+_SAME = 1e-4
+"""Share of the range below which two levels of a coarse sensor are one."""
+_FEWEST = 10
+"""Repeats that it takes."""
+_CHANCE = 3.0
+"""Repeats for every change by one step there, above which they are no chance: noise makes one for two."""
+
+
+def held_readings(values: ArrayLike) -> Mask:
+    """Find the repeats of readings that were held while the motion went on.
+
+    Between two levels of a sensor a slow motion repeats itself, and between two samples noise may: those have
+    neighbours a step or two away, and as many changes by one step as repeats. Held readings are left by a
+    jump, and reached by one.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        The signal as recorded.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        None where too few repeat to be certain.
+    """
+    signal = np.asarray(values, dtype=np.float64)
+    step = quantisation_step(signal) or _least_change(signal)
+    changes = np.abs(np.diff(signal))
+    moved = np.flatnonzero(changes > 0.0)
+    held = np.zeros(signal.size, dtype=np.bool_)
+    if moved.size < 2:
+        return held
+    jump = changes[moved] > _JUMP * step
+    # what follows the first sample of a reading until the next, between two jumps
+    between = jump[:-1] & jump[1:]
+    for first, last in zip(moved[:-1][between] + 2, moved[1:][between] + 1, strict=True):
+        held[first:last] = True
+    single = changes[moved] < 1.5 * step
+    beside = single[1:-1] & jump[:-2] & jump[2:]
+    repeats = int(np.count_nonzero(held))
+    samples = repeats + int(np.count_nonzero(between))
+    certain = repeats >= max(_FEWEST, _SHARE * samples, _CHANCE * np.count_nonzero(beside))
+    return held if certain else np.zeros_like(held)
+
+
+def _least_change(signal: Array) -> float:
+    """Least distance between two levels that differ by more than the digits they are printed with."""
+    levels = np.unique(signal)
+    apart = np.diff(levels)
+    apart = apart[apart > _SAME * np.ptp(levels)]
+    return float(apart.min()) if apart.size else 0.0
+
+
+def set_held_readings_aside(record: xr.DataArray) -> tuple[xr.DataArray, Mask]:
+    """Return a record without the repeats of its readings, and which samples it keeps, saying so.
+
+    Parameters
+    ----------
+    record : xarray.DataArray
+        A record that :func:`~friction_bayes.records.record.validate_record` has passed.
+
+    Warns
+    -----
+    RecordWarning
+        Where readings are held (see :func:`held_readings`).
+    """
+    kept = ~held_readings(record.values)
+    if kept.all():
+        return record, kept
+    fewer = record[kept]
+    rate = 1.0 / float(np.median(np.diff(fewer["time"].values)))
+    warnings.warn(
+        f"{record_name(record)}: {np.count_nonzero(~kept)} of {record.size} samples repeat the one before "
+        f"while the motion goes on, as where a sensor that measures {rate:.3g} times a second is asked more "
+        "often: they are left out, and a reading counts when it first shows",
+        RecordWarning,
+        stacklevel=3,
+    )
+    return fewer, kept
