@@ -50,6 +50,8 @@ class Prediction:
         What an ideal sensor shows.
     signal : ndarray, shape (n,)
         With the faults of the sensor that act before the noise.
+    displacement, velocity : ndarray, shape (n,)
+        The motion.
     direction : ndarray, shape (n,)
         Sign of the velocity.
     turning_times, turning_points : ndarray
@@ -60,6 +62,8 @@ class Prediction:
 
     clean: Array
     signal: Array
+    displacement: Array
+    velocity: Array
     direction: Array
     turning_times: Array
     turning_points: Array
@@ -257,7 +261,7 @@ class LoopModel:
         if status != 0 or not math.isfinite(float(clean.sum())):
             return None
         signal = sensor_output(clean, time, values.effects)
-        return Prediction(clean, signal, np.sign(v), times, points, float(stop))
+        return Prediction(clean, signal, x, v, np.sign(v), times, points, float(stop))
 
 
 def sensor_output(clean: Array, time: Array, effects: Mapping[str, tuple[float, ...]]) -> Array:

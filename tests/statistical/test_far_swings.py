@@ -1,22 +1,25 @@
 """Pendulums that swing far, in noise alone: no random force is told, and friction's interval covers.
 
 While the likelihood of a force took the pendulum for an oscillator beside its measured path, it told one
-of most such records (median probability 0.93), and the interval was eight times as wide. By chance each
-assertion fails in less than one run of 10,000.
+of most such records (median probability 0.93), and the interval was eight times as wide; while it left the
+angular acceleration its slope of one, it told one of 23 in 32. By chance each assertion fails in less than
+one run of 10,000.
 """
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.stats import binom
 
 import friction_bayes as fb
 
 RECORDS = 30
 RARE = 1e-4
+QUANTITIES = ("angle", "angular_velocity", "angular_acceleration")
 
 
-def far_swing(rng: np.random.Generator) -> tuple[fb.Estimate, float]:
+def far_swing(rng: np.random.Generator, order: int) -> tuple[fb.Estimate, float]:
     """Estimate of a random pendulum released at 0.8 to 1.5 rad, and the friction that is true."""
     release, periods, frequency = rng.uniform(0.8, 1.5), rng.uniform(15.0, 40.0), rng.uniform(2.0, 8.0)
     pendulum = fb.Pendulum(inertia=0.5, stiffness=0.5 * frequency**2)
@@ -27,17 +30,18 @@ def far_swing(rng: np.random.Generator) -> tuple[fb.Estimate, float]:
         initial_displacement=release,
         duration=periods * 2.0 * np.pi / frequency,
         sampling_rate=rng.uniform(25.0, 60.0) * frequency / (2.0 * np.pi),
-        quantity="angle",
-        noise_sd=0.005 * release,
+        quantity=QUANTITIES[order],
+        noise_sd=0.005 * release * frequency**order,
         seed=int(rng.integers(2**32)),
     )
     return fb.estimate(record, pendulum), friction
 
 
-def test_noise_of_far_swings_is_no_force_and_intervals_cover(rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("order", range(3))
+def test_noise_of_far_swings_is_no_force_and_intervals_cover(order: int, rng: np.random.Generator) -> None:
     told, covered = 0, 0
     for _ in range(RECORDS):
-        found, friction = far_swing(rng)
+        found, friction = far_swing(rng, order)
         told += found.to_dict()["random_force"]["probability"] > 0.5
         low, high = found.to_dict()["friction"]["interval90"]
         covered += low <= friction <= high

@@ -16,8 +16,9 @@ from dense_force import dense_covariance
 from friction_bayes import testing
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.positive_orthant import log_normal_mass
-from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
+from friction_bayes.estimators.random_force.response import at_sensor, force_response
 from friction_bayes.estimators.random_force.subsets import set_marginals, set_posterior, weigh_sets
+from friction_bayes.estimators.random_force.transition import initial_response
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, whiten
 
 RARE = 1e-4

@@ -17,7 +17,7 @@ from scipy.linalg import cho_factor, cho_solve
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.estimators.random_force.posterior import GridPoint, Problem
 from friction_bayes.estimators.random_force.smoothing import Motion
-from friction_bayes.estimators.random_force.whitening import Clock, Whitened, smooth, whiten
+from friction_bayes.estimators.random_force.whitening import Clock, Whitened, shown, smooth, whiten
 
 __all__ = ["LawRegression", "frequency_change", "likely_columns", "near_least_squares"]
 
@@ -37,7 +37,7 @@ class LawRegression:
     Attributes
     ----------
     clock : Clock
-    row : ndarray, shape (3,)
+    row : ndarray, shape (3,) or (n, 3)
         Of the sensor.
     names : tuple of str, length p
         Of the columns.
@@ -184,14 +184,14 @@ class LawRegression:
         residual = self.residual(law)
         states, covariance = smooth(residual[:, None], self.clock, self.row, ratio, tau)
         # the sensor shows its own error with the state
-        row = np.append(self.row, 1.0)
-        error = residual - states[:, :, 0] @ row
-        shown = np.einsum("i,nij,j->n", row, covariance, row)
+        row = np.column_stack([np.broadcast_to(self.row, (residual.size, 3)), np.ones(residual.size)])
+        error = residual - shown(states[:, :, 0], row)
+        known = np.einsum("ni,nij,nj->n", row, covariance, row)
         used = np.isfinite(self.clock.variance)
         own = np.where(used, self.clock.variance, 1.0)
         # what is left of a sample's own noise once it has been smoothed with
-        kept = np.where(used, np.maximum(1.0 - shown / own, _LEAST_KEPT), 1.0)
-        return error / kept, np.where(used, own / kept, own + shown)
+        kept = np.where(used, np.maximum(1.0 - known / own, _LEAST_KEPT), 1.0)
+        return error / kept, np.where(used, own / kept, own + known)
 
     def smoothed(self, law: Array, force: GridPoint) -> Motion:
         """The motion under a law and a random force."""

@@ -15,7 +15,8 @@ A pendulum's restoring force ``sin x`` is taken along the measured motion ``xm``
 
 with the slope left at one, an error of ``xm`` would pass for a force of ``1 - cos xm`` of its size. ``kappa``
 is constant over an interval and rounded, so that few transitions are distinct; what that leaves out is of the
-second order, as the same ``kappa`` is in the known force. Units are those of
+second order, as the same ``kappa`` is in the known force. An accelerometer, which reads the restoring force
+itself, reads it with the slope at the sample. Units are those of
 :mod:`friction_bayes.estimators.random_force.transition`.
 """
 
@@ -30,13 +31,15 @@ from scipy.special import erf
 
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
-from friction_bayes.estimators.random_force.transition import free_motion
+from friction_bayes.estimators.random_force.transition import initial_response
 
 __all__ = ["MeasuredPath", "stiffness_along"]
 
 _ABSCISSAE, _WEIGHTS = (0.5 * each for each in np.polynomial.legendre.leggauss(3))
 _STIFFNESS_STEP = 0.005
 """To which the slope of a pendulum's restoring force is rounded."""
+_LEFT_OUT = 0.01
+"""Share of a force that its straight restoring force may leave out of a pendulum's."""
 _LEEWAY = 4.0
 """How many times as far as the swing alone would carry it an error may go."""
 _LONGEST_PIECE = 0.15
@@ -53,8 +56,12 @@ class MeasuredPath:
         Samples.
     v_sd : ndarray, shape (n,)
         Standard deviation of the smoothed velocity.
+    pendulum : bool
+        Whether the restoring force is that of a pendulum.
     stiffness : ndarray, shape (n - 1,)
         Slope of the restoring force over each interval.
+    slope : ndarray, shape (n,)
+        The same at the samples.
     interval : ndarray of int, shape (m,)
         Interval of every node, ascending.
     node_phase, node_x, node_v, direction : ndarray, shape (m,)
@@ -70,7 +77,9 @@ class MeasuredPath:
     x: Array
     v: Array
     v_sd: Array
+    pendulum: bool
     stiffness: Array
+    slope: Array
     interval: Indices
     node_phase: Array
     node_x: Array
@@ -99,12 +108,17 @@ class MeasuredPath:
                 "give the smoothed states inside it too",
             )
         nodes, turning = _nodes(phase, x, v, 0.5 + _ABSCISSAE, _WEIGHTS)
+        stiffness, slope = np.ones(x.size - 1), np.ones(x.size)
+        if pendulum:
+            stiffness, slope = stiffness_along(phase, x, v)
         return cls(
             phase,
             x,
             v,
             np.zeros_like(v) if v_sd is None else v_sd,
-            stiffness_along(phase, x, v) if pendulum else np.ones(x.size - 1),
+            pendulum,
+            stiffness,
+            slope,
             nodes[0].astype(np.intp),
             *nodes[1:],
             *turning,
@@ -117,9 +131,25 @@ class MeasuredPath:
         smeared = erf(self.v / (math.sqrt(2.0) * np.where(known, 1.0, self.v_sd)))
         return np.where(known, np.sign(self.v), smeared)
 
+    def restoring(self, x: Array) -> Array:
+        """Restoring force at displacements, natural units."""
+        return np.sin(x) if self.pendulum else x
 
-def stiffness_along(phase: Array, x: Array, v: Array) -> Array:
-    """Slope of a pendulum's restoring force over each interval, shape (n - 1,).
+    def reading(self, order: int, x: Array, v: Array) -> Array:
+        """What a sensor of the derivative ``order`` reads of a motion with no force but the restoring one."""
+        return (x, v, -self.restoring(x))[order]
+
+    def serves(self, x: Array, force: float) -> bool:
+        """Whether the slopes along this path hold for another motion, of displacements ``x``, shape (n,).
+
+        What they leave out of the restoring force is then small beside a ``force`` that is looked for.
+        """
+        left_out = self.restoring(x) - self.restoring(self.x) - self.slope * (x - self.x)
+        return bool(np.max(np.abs(left_out)) < _LEFT_OUT * force)
+
+
+def stiffness_along(phase: Array, x: Array, v: Array) -> tuple[Array, Array]:
+    """Slope of a pendulum's restoring force over each interval, shape (n - 1,), and at the samples, (n,).
 
     One throughout where the motion is not one of the pendulum: an error of its start, which grows with time
     as a larger swing takes longer, would then grow exponentially, as it does where the stiffness of an
@@ -132,23 +162,14 @@ def stiffness_along(phase: Array, x: Array, v: Array) -> Array:
     """
     step, cosine, rate = np.diff(phase), np.cos(x), -np.sin(x) * v
     mean = 0.5 * (cosine[:-1] + cosine[1:]) + step / 12.0 * (rate[:-1] - rate[1:])
-    stiffness = np.round(np.clip(mean, -1.0, 1.0) / _STIFFNESS_STEP) * _STIFFNESS_STEP
+    stiffness, slope = (
+        np.round(np.clip(each, -1.0, 1.0) / _STIFFNESS_STEP) * _STIFFNESS_STEP for each in (mean, cosine)
+    )
     # the frequency falls by an eighth of the square of the swing, relative to the change of the swing
     grown = 1.0 + 0.125 * float(np.max(x * x)) * float(phase[-1] - phase[0])
-    return stiffness if _furthest(step, stiffness) < _LEEWAY * grown else np.ones_like(step)
-
-
-@njit(cache=True, nogil=True)
-def _furthest(step: Array, stiffness: Array) -> float:
-    """Largest displacement or velocity that a unit of either at the first sample leads to."""
-    x, v, y, w = 1.0, 0.0, 0.0, 1.0
-    furthest = 1.0
-    for i in range(step.size):
-        cosine, sine = free_motion(step[i], stiffness[i])
-        x, v = cosine * x + sine * v, -stiffness[i] * sine * x + cosine * v
-        y, w = cosine * y + sine * w, -stiffness[i] * sine * y + cosine * w
-        furthest = max(furthest, abs(x), abs(v), abs(y), abs(w))
-    return furthest
+    if np.max(np.abs(initial_response(phase, stiffness))) < _LEEWAY * grown:
+        return stiffness, slope
+    return np.ones_like(stiffness), np.ones_like(slope)
 
 
 @njit(cache=True, nogil=True)

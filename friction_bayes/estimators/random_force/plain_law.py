@@ -31,10 +31,11 @@ from friction_bayes.decay.whiteness import Whiteness, whiteness
 from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, integrate
-from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
+from friction_bayes.estimators.random_force.response import at_sensor, force_response
 from friction_bayes.estimators.random_force.sampler_target import force_target, half_cycle_blocks
 from friction_bayes.estimators.random_force.smoothing import LEAST_NOISE, Motion, first_motion
 from friction_bayes.estimators.random_force.subsets import all_sets
+from friction_bayes.estimators.random_force.transition import initial_response
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
 from friction_bayes.records.quantisation import quantisation_step
 
@@ -45,6 +46,8 @@ _CENTRE = 0.3
 _SURELY_SLIDES = 3.0
 """Amplitude over ``r/k`` below which a half cycle may end in sticking, and is left out."""
 _LEAST_SAMPLES = 64
+_MOST_ROUNDS = 4
+"""Motions that are smoothed with a law: one serves but for a pendulum that swings far."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -153,10 +156,12 @@ def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
         return None
     frequency, block = decay.frequency, decay.block
     averaged = block_means(decay.values - decay.rest_position, block)
-    row, step = sensor_row(decay.order), decay.step * block
+    step = decay.step * block
     phase = block_means(decay.time, block)
     phase = phase - phase[0]
-    motion = first_motion(averaged / frequency**decay.order, Clock.of(frequency * phase), row)
+    motion = first_motion(
+        averaged / frequency**decay.order, Clock.of(frequency * phase), sensor_row(decay.order)
+    )
     amplitude = float(np.max(np.hypot(motion.states[:, 0], motion.states[:, 1])))
     friction = max(decay.coefficient / frequency**decay.order, 1e-6 * amplitude)
     n = _surely_sliding(motion, friction, frequency * step)
@@ -167,17 +172,25 @@ def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
     rounding = (quantisation_step(decay.values) or 0.0) / math.sqrt(12.0)
     least_noise = max(rounding, LEAST_NOISE * decay.amplitude) / math.sqrt(block)
 
-    def along(motion: Motion, frequency: float) -> LawRegression:
+    def along(motion: Motion, frequency: float) -> tuple[MeasuredPath, LawRegression]:
         unit = frequency**decay.order
-        regression = _regression(averaged[:n] / unit, frequency * phase[:n], row, motion, friction, decay)
-        return replace(regression, least_noise=least_noise / unit)
+        x, v = motion.states[:n, :2].T.copy()
+        path = MeasuredPath.through(
+            frequency * phase[:n], x, v, motion.velocity_sd[:n], pendulum=decay.pendulum
+        )
+        regression = _regression(averaged[:n] / unit, path, motion, friction, decay)
+        return path, replace(regression, least_noise=least_noise / unit)
 
-    first = along(motion, frequency)
-    guessed = integrate(first.problem, prior, motion.noise, only_mode=True)
-    law = guessed.best_law()
-    change = frequency_change(law[first.stiffness])
-    frequency *= change
-    regression = along(first.smoothed(law, guessed.best).at_frequency(change), frequency)
+    path, regression = along(motion, frequency)
+    for _ in range(_MOST_ROUNDS):
+        guessed = integrate(regression.problem, prior, regression.motion.noise, only_mode=True)
+        law = guessed.best_law()
+        change = frequency_change(law[regression.stiffness])
+        frequency *= change
+        motion = regression.smoothed(law, guessed.best).at_frequency(change)
+        last, (path, regression) = path, along(motion, frequency)
+        if last.serves(path.x, prior.centre):
+            break
     posterior = integrate(regression.problem, prior, regression.motion.noise)
     signal = averaged[:n] + decay.rest_position
     return _in_units_of_the_signal(posterior, regression, prior, decay, frequency, signal)
@@ -196,35 +209,31 @@ def _surely_sliding(motion: Motion, friction: float, step: float) -> int:
 
 
 def _regression(
-    signal: Array, phase: Array, row: Array, motion: Motion, friction: float, decay: PlainDecay
+    signal: Array, path: MeasuredPath, motion: Motion, friction: float, decay: PlainDecay
 ) -> LawRegression:
-    n = signal.size
-    x, v = motion.states[:n, 0].copy(), motion.states[:n, 1].copy()
-    # an accelerometer reads the restoring force itself, with one slope throughout
-    bends = decay.pendulum and decay.order < 2
-    path = MeasuredPath.through(phase, x, v, motion.velocity_sd[:n], pendulum=bends)
+    row = sensor_row(decay.order, path.slope)
 
-    def forces(x: Array, direction: Array, stiffness: Array | float) -> Array:
+    def forces(x: Array, direction: Array, stiffness: Array) -> Array:
         """Friction, stiffness and what the restoring force lacks of ``stiffness x``, in columns."""
-        restoring = np.sin(x) if decay.pendulum else x
+        restoring = path.restoring(x)
         return np.stack([-direction, -restoring, stiffness * x - restoring], axis=1)
 
     states = force_response(path, forces(path.node_x, path.direction, path.stiffness[path.interval]))
-    answered = at_sensor(states, row, forces(x, path.expected_direction, 1.0))
-    start = initial_response(phase, path.stiffness)
+    answered = at_sensor(states, row, forces(path.x, path.expected_direction, path.slope))
+    start = initial_response(path.phase, path.stiffness)
     columns = np.column_stack([at_sensor(start, row), answered[:, :2]])
     known = states[:, :, 2]
     states = np.concatenate([start, states[:, :, :2]], axis=2)
     names: tuple[str, ...] = ("displacement", "velocity", "friction", "stiffness")
-    amplitude = float(np.max(np.hypot(x, v)))
+    amplitude = float(np.max(np.hypot(path.x, path.v)))
     scale = np.array([10.0 * amplitude, 10.0 * amplitude, 2.0 * friction, 0.05])
     if not decay.rest_known:
-        columns = np.column_stack([columns, np.ones(n)])
-        states = np.concatenate([states, np.zeros((n, 2, 1))], axis=2)
+        columns = np.column_stack([columns, np.ones(signal.size)])
+        states = np.concatenate([states, np.zeros((signal.size, 2, 1))], axis=2)
         names, scale = (*names, "rest"), np.append(scale, 0.1 * amplitude)
     size = len(names)
     return LawRegression(
-        clock=Clock.of(phase, stiffness=path.stiffness),
+        clock=Clock.of(path.phase, stiffness=path.stiffness),
         row=row,
         names=names,
         columns=columns,

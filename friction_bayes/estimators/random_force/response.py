@@ -6,7 +6,8 @@ Over an interval ``h`` the state ``z = (x, v)`` takes
 
 with the free motion ``F`` of the oscillator, and the integral is the quadrature of
 :mod:`friction_bayes.estimators.random_force.measured_path`, which also says how stiff the oscillator is over
-each interval. A sensor of displacement or velocity reads the state; an accelerometer reads ``-x + phi``.
+each interval. A sensor of displacement or velocity reads the state; an accelerometer reads ``-x + phi``, or
+``-kappa x + phi`` with the slope ``kappa`` of a pendulum's restoring force at the sample.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.transition import free_motion
 
-__all__ = ["at_sensor", "force_response", "initial_response"]
+__all__ = ["at_sensor", "force_response"]
 
 
 def force_response(path: MeasuredPath, forces: Array) -> Array:
@@ -29,19 +30,6 @@ def force_response(path: MeasuredPath, forces: Array) -> Array:
     return states
 
 
-def initial_response(phase: Array, stiffness: Array | None = None) -> Array:
-    """Displacement and velocity, shape (n, 2, 2), that follow from a unit of each at the first sample.
-
-    The oscillator has the ``stiffness``, shape (n - 1,), over each interval, or one throughout.
-    """
-    stiffness = np.ones(phase.size - 1) if stiffness is None else stiffness
-    states = np.zeros((phase.size, 2, 2))
-    states[0] = np.eye(2)
-    none = np.empty(0)
-    _accumulate(phase, stiffness, none.astype(np.intp), none, none, np.empty((0, 2)), states)
-    return states
-
-
 def at_sensor(states: Array, row: Array, forces: Array | None = None) -> Array:
     """Sensor output, shape (n, p).
 
@@ -49,14 +37,14 @@ def at_sensor(states: Array, row: Array, forces: Array | None = None) -> Array:
     ----------
     states : ndarray, shape (n, 2, p)
         Displacement and velocity.
-    row : ndarray, shape (3,)
+    row : ndarray, shape (3,) or (n, 3)
         From :func:`friction_bayes.estimators.random_force.whitening.sensor_row`.
     forces : ndarray, optional, shape (n, p)
         Forces at the samples, which an accelerometer reads; at a turning point, the mean over the
         uncertainty of the velocity.
     """
-    out = row[0] * states[:, 0] + row[1] * states[:, 1]
-    return out if forces is None else out + row[2] * forces
+    out = row[..., :1] * states[:, 0] + row[..., 1:2] * states[:, 1]
+    return out if forces is None else out + row[..., 2:] * forces
 
 
 @njit(cache=True, nogil=True)

@@ -28,6 +28,7 @@ from friction_bayes.estimators.random_force.law_regression import LawRegression
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem, at_resonance
 from friction_bayes.estimators.random_force.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.estimators.random_force.subsets import WeighedSets, set_posterior
+from friction_bayes.estimators.random_force.whitening import shown
 
 __all__ = ["force_target", "half_cycle_blocks", "no_prior_draws"]
 
@@ -137,7 +138,7 @@ def force_target(
     def predictive(theta: Array, rng: np.random.Generator) -> Array:
         rows = []
         for row in theta:
-            fluctuation = drawn_fluctuation(regression.clock, math.exp(row[-1]), rng) @ regression.row
+            fluctuation = shown(drawn_fluctuation(regression.clock, math.exp(row[-1]), rng), regression.row)
             noise = math.exp(0.5 * row[-3]) * drawn_noise(regression.clock, rng)
             drawn = math.exp(row[-2]) * fluctuation + noise
             rows.append(signal + unit * (drawn - regression.residual(row[:-3])))

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.estimators.random_force.response import at_sensor, initial_response
+from friction_bayes.estimators.random_force.response import at_sensor
+from friction_bayes.estimators.random_force.transition import initial_response
 from friction_bayes.estimators.random_force.whitening import Clock, Whitened, smooth, whiten
 
 __all__ = ["LEAST_NOISE", "Motion", "first_motion"]

@@ -22,7 +22,7 @@ from numba import njit
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 
-__all__ = ["discretise", "distinct_steps", "free_motion", "transition_table"]
+__all__ = ["discretise", "distinct_steps", "free_motion", "initial_response", "transition_table"]
 
 _TAYLOR_TERMS = 14
 _LARGEST_NORM = 0.125
@@ -104,6 +104,27 @@ def free_motion(h: float, stiffness: float) -> tuple[float, float]:
         rate = math.sqrt(-stiffness)
         return math.cosh(rate * h), math.sinh(rate * h) / rate
     return 1.0, h
+
+
+def initial_response(phase: Array, stiffness: Array | None = None) -> Array:
+    """Displacement and velocity, shape (n, 2, 2), that follow from a unit of each at the first sample.
+
+    The oscillator has the ``stiffness``, shape (n - 1,), over each interval, or one throughout.
+    """
+    return _free_states(phase, np.ones(phase.size - 1) if stiffness is None else stiffness)
+
+
+@njit(cache=True, nogil=True)
+def _free_states(phase: Array, stiffness: Array) -> Array:
+    states = np.empty((phase.size, 2, 2))
+    states[0] = np.eye(2)
+    for i in range(phase.size - 1):
+        cosine, sine = free_motion(phase[i + 1] - phase[i], stiffness[i])
+        back = -stiffness[i] * sine
+        for j in range(2):
+            states[i + 1, 0, j] = cosine * states[i, 0, j] + sine * states[i, 1, j]
+            states[i + 1, 1, j] = back * states[i, 0, j] + cosine * states[i, 1, j]
+    return states
 
 
 @njit(cache=True, nogil=True)

@@ -26,23 +26,38 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.transition import distinct_steps, transition_table
 
-__all__ = ["Clock", "CorrelatedError", "Whitened", "colour", "sensor_row", "smooth", "whiten"]
+__all__ = ["Clock", "CorrelatedError", "Whitened", "colour", "sensor_row", "shown", "smooth", "whiten"]
 
 _VARIANCES = ((0, 0), (0, 4), (0, 7), (0, 9), (4, 4), (4, 7), (4, 9), (7, 7), (7, 9), (9, 9))
 """Places of the two variances that belong to each entry of a covariance's upper triangle, row by row."""
 _ROUNDING = 4e-15
 
 
-def sensor_row(order: int) -> Array:
-    """Row ``h``, shape (3,), with which a sensor reads displacement, velocity and random force.
+def sensor_row(order: int, slope: Array | None = None) -> Array:
+    """Row ``h`` with which a sensor reads displacement, velocity and random force.
 
     Parameters
     ----------
     order : int
         Order of the derivative measured: 0 displacement or angle, 1 velocity, 2 acceleration, which is
-        ``-x + d``.
+        ``-kappa x + d``.
+    slope : ndarray, optional, shape (n,)
+        ``kappa`` at the samples, the slope of the restoring force; one throughout where left out.
+
+    Returns
+    -------
+    ndarray, shape (3,) or (n, 3)
+        One row, or where it changes in time that of each sample.
     """
-    return np.array(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 1.0))[order])
+    row = np.array(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 1.0))[order])
+    if order < 2 or slope is None or np.all(slope == 1.0):
+        return row
+    return np.column_stack([-slope, np.zeros(slope.size), np.ones(slope.size)])
+
+
+def shown(states: Array, row: Array) -> Array:
+    """What a sensor shows of displacements, velocities and random forces, shape (n, 3); shape (n,)."""
+    return np.asarray(np.einsum("...j,...j->...", states, row))
 
 
 @dataclass(frozen=True)
@@ -149,7 +164,7 @@ def whiten(
         Sensor output of every column, the record among them.
     clock : Clock
         Time stamps and variances.
-    row : ndarray, shape (3,)
+    row : ndarray, shape (3,) or (n, 3)
         From :func:`sensor_row`.
     ratio : float
         ``q / sigma``, both in natural units.
@@ -160,7 +175,7 @@ def whiten(
     """
     columns = np.ascontiguousarray(columns, dtype=np.float64)
     transitions, gains = _filter(clock, row, ratio, tau, np.empty((0, 4, 4)))
-    white = _innovations(columns, clock.index, transitions, clock.error_table()[0], row, gains)
+    white = _innovations(columns, clock.index, transitions, clock.error_table()[0], row.reshape(-1, 3), gains)
     used = gains[:, 4] > 0.0
     log_determinant = -2.0 * float(np.sum(np.log(gains[used, 4])))
     whitened = Whitened(white.T @ white, log_determinant, int(np.count_nonzero(used)))
@@ -182,7 +197,7 @@ def colour(white: Array, clock: Clock, row: Array, ratio: float, tau: float) -> 
         As in :func:`whiten`; samples that are not used are what the others predict of them.
     """
     transitions, gains = _filter(clock, row, ratio, tau, np.empty((0, 4, 4)))
-    return _coloured(white, clock.index, transitions, clock.error_table()[0], row, gains)
+    return _coloured(white, clock.index, transitions, clock.error_table()[0], row.reshape(-1, 3), gains)
 
 
 def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -> tuple[Array, Array]:
@@ -207,7 +222,8 @@ def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -
     columns = np.ascontiguousarray(columns, dtype=np.float64)
     predicted = np.empty((len(columns), 4, 4))
     transitions, gains = _filter(clock, row, ratio, tau, predicted)
-    return _smooth(columns, clock.index, transitions, clock.error_table()[0], row, gains, predicted)
+    decays = clock.error_table()[0]
+    return _smooth(columns, clock.index, transitions, decays, row.reshape(-1, 3), gains, predicted)
 
 
 def _filter(clock: Clock, row: Array, ratio: float, tau: float, predicted: Array) -> tuple[Array, Array]:
@@ -218,7 +234,7 @@ def _filter(clock: Clock, row: Array, ratio: float, tau: float, predicted: Array
         transitions,
         covariances,
         ratio * ratio,
-        row,
+        row.reshape(-1, 3),
         clock.variance,
         *clock.error_table(),
         clock.error.ratio**2,
@@ -301,7 +317,7 @@ def _gains(
     transitions: Array,
     covariances: Array,
     square: float,
-    row: Array,
+    rows: Array,
     variance: Array,
     decays: Array,
     added: Array,
@@ -312,11 +328,12 @@ def _gains(
 
     All are zero of samples that are not used. ``predicted`` is filled with the covariances before each
     sample, unless it is empty. A covariance that is the same as one sample before stays the same until the
-    step or the noise changes.
+    step, the noise or the sensor's row changes.
     """
     gains = np.zeros((variance.size, 5))
     cov = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, square, 0.0, error)
     before, steady = cov, False
+    changes = len(rows) > 1
     for i in range(variance.size):
         if i > 0:
             k = index[i - 1]
@@ -326,6 +343,9 @@ def _gains(
                 steady = _same(after, before)
                 before = after
             steady = steady and variance[i] == variance[i - 1]
+            if changes:
+                # what may change of a row is the slope of the restoring force
+                steady = steady and rows[i, 0] == rows[i - 1, 0]
         if predicted.shape[0] > 0:
             place = 0
             for a in range(4):
@@ -335,7 +355,7 @@ def _gains(
         if steady:
             gains[i] = gains[i - 1]
         elif math.isfinite(variance[i]):
-            x, v, d, u, total = _read(before, row, variance[i])
+            x, v, d, u, total = _read(before, rows[i if changes else 0], variance[i])
             scale = 1.0 / math.sqrt(total)
             x, v, d, u = x * scale, v * scale, d * scale, u * scale
             cov = _learned(before, x, v, d, u)
@@ -347,7 +367,7 @@ def _gains(
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def _innovations(
-    columns: Array, index: Indices, transitions: Array, decays: Array, row: Array, gains: Array
+    columns: Array, index: Indices, transitions: Array, decays: Array, rows: Array, gains: Array
 ) -> Array:
     """Whitened innovations of every column, zero in samples that are not used.
 
@@ -356,12 +376,15 @@ def _innovations(
     n, p = columns.shape
     white = np.zeros((n, p))
     x, v, d, u = np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p)
-    row0, row1, row2 = row[0], row[1], row[2]
+    changes = len(rows) > 1
+    row0, row1, row2 = rows[0, 0], rows[0, 1], rows[0, 2]
     for i in range(n):
         # the states are zero before the first sample, whatever the step
         k = index[max(i - 1, 0)]
         f, decay = transitions[k], decays[k]
         f00, f01, f02, f10, f11, f12, f22 = f[0, 0], f[0, 1], f[0, 2], f[1, 0], f[1, 1], f[1, 2], f[2, 2]
+        if changes:
+            row0, row1, row2 = rows[i, 0], rows[i, 1], rows[i, 2]
         k0, k1, k2, k3, scale = gains[i, 0], gains[i, 1], gains[i, 2], gains[i, 3], gains[i, 4]
         sample, innovation = columns[i], white[i]
         used = scale > 0.0
@@ -380,17 +403,20 @@ def _innovations(
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def _coloured(
-    white: Array, index: Indices, transitions: Array, decays: Array, row: Array, gains: Array
+    white: Array, index: Indices, transitions: Array, decays: Array, rows: Array, gains: Array
 ) -> Array:
     """The samples of every column: what is predicted, and the innovation."""
     n, p = white.shape
     columns = np.empty((n, p))
     x, v, d, u = np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p)
-    row0, row1, row2 = row[0], row[1], row[2]
+    changes = len(rows) > 1
+    row0, row1, row2 = rows[0, 0], rows[0, 1], rows[0, 2]
     for i in range(n):
         k = index[max(i - 1, 0)]
         f, decay = transitions[k], decays[k]
         f00, f01, f02, f10, f11, f12, f22 = f[0, 0], f[0, 1], f[0, 2], f[1, 0], f[1, 1], f[1, 2], f[2, 2]
+        if changes:
+            row0, row1, row2 = rows[i, 0], rows[i, 1], rows[i, 2]
         k0, k1, k2, k3, scale = gains[i, 0], gains[i, 1], gains[i, 2], gains[i, 3], gains[i, 4]
         sd = 1.0 / scale if scale > 0.0 else 0.0
         innovation, sample = white[i], columns[i]
@@ -424,11 +450,12 @@ def _smooth(
     index: Indices,
     transitions: Array,
     decays: Array,
-    row: Array,
+    rows: Array,
     gains: Array,
     predicted: Array,
 ) -> tuple[Array, Array]:
     n, p = columns.shape
+    changes = len(rows) > 1
     states = np.zeros((n, 4, p))
     innovations = np.zeros((n, p))
     now = np.zeros((4, p))
@@ -445,15 +472,14 @@ def _smooth(
         states[i] = now
         scale = gains[i, 4]
         if scale > 0.0:
+            row = rows[i if changes else 0]
             for j in range(p):
                 e = columns[i, j] - row[0] * now[0, j] - row[1] * now[1, j] - row[2] * now[2, j] - now[3, j]
                 innovations[i, j] = e * scale
                 for a in range(4):
                     now[a, j] += gains[i, a] * e * scale
     f = np.zeros((4, 4))
-    shown = np.ones(4)
-    for a in range(3):
-        shown[a] = row[a]
+    read = np.ones(4)
     adjoint, shift = np.zeros((4, p)), np.zeros((4, p))
     information, half = np.zeros((4, 4)), np.zeros((4, 4))
     told = np.zeros(4)
@@ -470,6 +496,7 @@ def _smooth(
         if scale > 0.0:
             # what the later samples tell of the state before this one, and this one itself
             both = scale * scale
+            read[:3] = rows[i if changes else 0]
             for a in range(4):
                 told[a] = 0.0
                 for b in range(4):
@@ -477,13 +504,13 @@ def _smooth(
                 both += told[a] * gains[i, a] * scale
             for a in range(4):
                 for b in range(4):
-                    information[a, b] += shown[a] * shown[b] * both - told[a] * shown[b] - shown[a] * told[b]
+                    information[a, b] += read[a] * read[b] * both - told[a] * read[b] - read[a] * told[b]
             for j in range(p):
                 rest = innovations[i, j]
                 for a in range(4):
                     rest -= gains[i, a] * adjoint[a, j]
                 for a in range(4):
-                    adjoint[a, j] += shown[a] * rest * scale
+                    adjoint[a, j] += read[a] * rest * scale
         _product(predicted[i], adjoint, shift)
         _product(predicted[i], _product(information, predicted[i], half), covariance[i])
         for a in range(4):

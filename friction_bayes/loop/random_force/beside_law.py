@@ -83,12 +83,12 @@ def beside_law(fit: ForceFit, forces: Array) -> BesideLaw:
     best = fit.posterior.best
     law = np.flatnonzero(fit.sets.columns[fit.chosen])
     answered = at_sensor(force_response(fit.path, forces), fit.row)
-    if fit.row[2]:
+    if np.any(fit.row[..., 2]):
         # the force itself at the samples: the mean over the nodes of the interval before
         at_samples = np.zeros((fit.path.phase.size, forces.shape[1]))
         np.add.at(at_samples, fit.path.interval + 1, forces * fit.path.node_weight[:, None])
         at_samples[1:] /= np.diff(fit.path.phase)[:, None]
-        answered = answered + fit.row[2] * at_samples
+        answered = answered + fit.row[..., 2:] * at_samples
     block = np.column_stack([fit.law.sensor[:, law] * fit.law.scale[law], answered, fit.residual])
     gram = whiten(block, fit.clock, fit.row, best.ratio, best.tau).gram / best.noise**2
     p = law.size

@@ -17,7 +17,8 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
-from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
+from friction_bayes.estimators.random_force.response import at_sensor, force_response
+from friction_bayes.estimators.random_force.transition import initial_response
 from friction_bayes.loop.parameters import FRICTION_SHARE, STATE_SHARE
 from friction_bayes.loop.random_force.effect_columns import (
     Column,
@@ -152,7 +153,7 @@ def law_columns(
     ----------
     path : MeasuredPath
         In natural units of ``w0``.
-    row : ndarray, shape (3,)
+    row : ndarray, shape (3,) or (n, 3)
         Of the sensor.
     order : int
         Derivative that is measured.
@@ -188,18 +189,17 @@ def law_columns(
         Column("stiffness", STIFFNESS_SD),
         Column("friction", FRICTION_SHARE * amplitude, positive=True),
     ]
-    bend = np.sin if system.pendulum else np.asarray
-    nodes = [-bend(path.node_x), -path.direction]
-    samples = [-bend(path.x), -path.expected_direction]
+    nodes = [-path.restoring(path.node_x), -path.direction]
+    samples = [-path.restoring(path.x), -path.expected_direction]
     for name in effects:
         if isinstance(EFFECTS[name], ForceEffect):
             for column, at_nodes, at_samples in force_columns(name, scales, evaluator):
                 columns.append(column)
                 nodes.append(at_nodes)
                 samples.append(at_samples)
-    # what the restoring force lacks of the oscillator that answers; an accelerometer's has a stiffness of one
-    nodes.append(path.stiffness[path.interval] * path.node_x - bend(path.node_x))
-    samples.append(path.x - bend(path.x))
+    # what the restoring force lacks of the oscillator that answers
+    nodes.append(path.stiffness[path.interval] * path.node_x - path.restoring(path.node_x))
+    samples.append(path.slope * path.x - path.restoring(path.x))
     answered = force_response(path, np.column_stack(nodes))
     direct = np.column_stack(samples)
     start = initial_response(path.phase, path.stiffness)
@@ -207,10 +207,10 @@ def law_columns(
     forces = np.column_stack([np.zeros((path.phase.size, 2)), direct[:, :-1]])
     sensor = at_sensor(states, row, forces)
     known = at_sensor(answered[:, :, -1:], row, direct[:, -1:])[:, 0]
-    faults, read = [], sampled(path, block)
+    faults, read = [], sampled(path, block, order)
     for name in effects:
         if isinstance(EFFECTS[name], SensorEffect) and name not in OF_LINES:
-            for column, fault in sensor_columns(name, scales, read, row, order, w0, sizes.get(name)):
+            for column, fault in sensor_columns(name, scales, read, order, w0, sizes.get(name)):
                 columns.append(column)
                 faults.append(fault)
     for line in lines:

@@ -224,30 +224,30 @@ class Sampled(NamedTuple):
 
     Attributes
     ----------
-    phase, x, v : ndarray, shape (n block,)
+    phase, signal : ndarray, shape (n block,)
+        Natural units; of an acceleration what the restoring force makes.
     block : int
         Readings that each value of the record is the mean of.
     """
 
     phase: Array
-    x: Array
-    v: Array
+    signal: Array
     block: int
 
 
-def sampled(path: MeasuredPath, block: int) -> Sampled:
-    """The readings within the blocks of a path."""
+def sampled(path: MeasuredPath, block: int, order: int) -> Sampled:
+    """The readings within the blocks of a path by a sensor of the derivative ``order``."""
     if block == 1:
-        return Sampled(path.phase, path.x, path.v, block)
+        return Sampled(path.phase, path.reading(order, path.x, path.v), block)
     # a fault that jumps within a block shows there with a share of its size
     within = (np.arange(block) - 0.5 * (block - 1)) / block
     phase = (path.phase[:, None] + np.gradient(path.phase)[:, None] * within).ravel()
     motion = CubicHermiteSpline(path.phase, path.x, path.v)
-    return Sampled(phase, motion(phase), motion(phase, 1), block)
+    return Sampled(phase, path.reading(order, motion(phase), motion(phase, 1)), block)
 
 
 def sensor_columns(
-    name: str, scales: Scales, read: Sampled, row: Array, order: int, w0: float, size: float | None = None
+    name: str, scales: Scales, read: Sampled, order: int, w0: float, size: float | None = None
 ) -> Iterator[tuple[Column, Array]]:
     """Columns of a fault of the sensor that is linear in its parameters, or in the first about its ``size``.
 
@@ -257,7 +257,7 @@ def sensor_columns(
     assert isinstance(effect, SensorEffect)
     time = (read.phase - read.phase[0]) / w0
     unit = w0**order
-    clean = unit * (row[0] * read.x + row[1] * read.v)
+    clean = unit * read.signal
     coordinates = effect_coordinates(name, scales, 1)
     shapes: tuple[tuple[float, ...], ...] = ((),)
     if effect.shapes is not None:

@@ -22,7 +22,7 @@ from friction_bayes.estimators.random_force.law_regression import LawRegression,
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.posterior import ForcePrior, GridPoint, Posterior, integrate
 from friction_bayes.estimators.random_force.smoothing import Motion
-from friction_bayes.estimators.random_force.whitening import Clock
+from friction_bayes.estimators.random_force.whitening import Clock, shown
 from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.columns import LawColumns
@@ -113,7 +113,7 @@ class ForceFit:
 
     @property
     def row(self) -> Array:
-        """Row with which the sensor reads the state, shape (3,)."""
+        """Row with which the sensor reads the state, shape (3,), or that of each sample, (n, 3)."""
         return self.regression.row
 
     @property
@@ -131,8 +131,8 @@ class ForceFit:
         """What the sensor shows of the smoothed motion, natural units, shape (n,)."""
         law = self.law.states @ self.coefficients + self.law.known_states
         beside = np.column_stack([self.motion.states[:, :2] - law, self.fluctuation])
-        shown = self.law.known + self.law.sensor @ self.coefficients
-        return np.asarray(shown + beside @ self.row)
+        of_law = self.law.known + self.law.sensor @ self.coefficients
+        return of_law + shown(beside, self.row)
 
     @property
     def fluctuation(self) -> Array:
@@ -262,7 +262,8 @@ def fit_random_force(
         if found is None or other_lines or not settled or not np.array_equal(aside, known):
             continue
         moved = found.faults(coefficients) - last.faults(coefficients)
-        if abs(change - 1.0) < _SETTLED and np.max(np.abs(moved)) < _MOVED * best.noise:
+        straight = last.path.serves(found.path.x, found.prior.centre)
+        if straight and abs(change - 1.0) < _SETTLED and np.max(np.abs(moved)) < _MOVED * best.noise:
             break
     if found is None:
         return None

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.estimators.random_force.law_regression import frequency_change
 from friction_bayes.estimators.random_force.measured_path import stiffness_along
 from friction_bayes.estimators.random_force.transition import distinct_steps, transition_table
-from friction_bayes.estimators.random_force.whitening import smooth
+from friction_bayes.estimators.random_force.whitening import sensor_row, smooth
 from friction_bayes.loop.forecast import FITTED_SHARE, Forecast
 from friction_bayes.loop.model import LoopModel, changes_signal
 from friction_bayes.loop.parameters import FRICTION, LOG_FREQUENCY_RATIO
@@ -44,13 +43,14 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     draws = law_draws(first, rng, _DRAWS)
     points, which = np.unique(draws.point, return_inverse=True)
     states, spreads = _last_states(draws, points, which)
-    signals = [_simulated(draws, k, states[k, :2], time) for k in range(_DRAWS)]
-    finite = np.array([signal is not None for signal in signals])
+    simulated = [_simulated(draws, k, states[k, :2], time) for k in range(_DRAWS)]
+    finite = np.array([motion is not None for motion in simulated])
     if not finite.any():
         return None
-    laws = np.array([signal for signal in signals if signal is not None])
-    stiffness = _stiffness(first, laws.mean(axis=0), float(states[:, 0].mean()), time)
-    shifts, variances = _fluctuation(first, points, states[:, 2], which, spreads, time, stiffness)
+    motions = np.array([motion for motion in simulated if motion is not None])
+    laws = motions[:, 0]
+    slopes = _slopes(first, motions[:, 1:].mean(axis=0), time)
+    shifts, variances = _fluctuation(first, points, states[:, 2], which, spreads, time, *slopes)
     laws += shifts[finite]
     middle = laws.mean(axis=0)
     noise = np.full(middle.size, first.noise_sd)
@@ -88,7 +88,7 @@ def _last_states(draws: LawDraws, points: Integers, which: Integers) -> tuple[Ar
 
 
 def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | None:
-    """Signal of one draw's law from a state on."""
+    """Signal, displacement and velocity of one draw's law from a state on, shape (3, n)."""
     fit = draws.fit
     names = fit.sets.effects[draws.chosen[k]] - set(OF_LINES)
     only = np.zeros(draws.friction.size, dtype=bool)
@@ -118,7 +118,11 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
         ]
     )
     prediction = model.predict_at(z, 0, time, (float(state[0]), float(state[1]) * fit.w0))
-    return None if prediction is None else prediction.signal + _lines(draws, k, time)
+    if prediction is None:
+        return None
+    return np.stack(
+        [prediction.signal + _lines(draws, k, time), prediction.displacement, prediction.velocity]
+    )
 
 
 def _lines(draws: LawDraws, k: int, time: Array) -> Array:
@@ -131,16 +135,14 @@ def _lines(draws: LawDraws, k: int, time: Array) -> Array:
     return signal
 
 
-def _stiffness(fit: ForceFit, signal: Array, start: float, time: Array) -> Array | None:
-    """Slope of a pendulum's restoring force along a forecast from an angle, shape (n - 1,), if it has one."""
-    if not fit.system.pendulum or fit.segment.order == 2:
-        return None
-    phase = fit.w0 * time
-    if fit.segment.order == 1:
-        velocity = signal / fit.w0
-        return stiffness_along(phase, start + cumulative_trapezoid(velocity, phase, initial=0), velocity)
-    angle = signal - fit.segment.decay.rest_position
-    return stiffness_along(phase, angle, np.gradient(angle, phase))
+def _slopes(fit: ForceFit, motion: Array, time: Array) -> tuple[Array | None, Array | None]:
+    """Slope of a pendulum's restoring force along a forecast displacement and velocity, shape (2, n).
+
+    Over each interval, shape (n - 1,), and at the samples, (n,); None where it is one throughout.
+    """
+    if not fit.system.pendulum:
+        return None, None
+    return stiffness_along(fit.w0 * time, motion[0], motion[1] / fit.w0)
 
 
 def _fluctuation(
@@ -151,6 +153,7 @@ def _fluctuation(
     spreads: Array,
     time: Array,
     stiffness: Array | None,
+    slope: Array | None,
 ) -> tuple[Array, Array]:
     """What the random force adds to the signal from the last state on.
 
@@ -168,6 +171,8 @@ def _fluctuation(
     time : ndarray, shape (n,)
     stiffness : ndarray or None, shape (n - 1,)
         Of the oscillator over each interval; None where it is one throughout.
+    slope : ndarray or None, shape (n,)
+        The same at the samples.
 
     Returns
     -------
@@ -180,6 +185,7 @@ def _fluctuation(
         point = fit.posterior.points[at]
         transitions[:, g], added[:, g] = transition_table(steps, stiffness, point.tau)
         added[:, g] *= (point.ratio * point.noise) ** 2
+    rows = np.broadcast_to(sensor_row(fit.segment.order, slope), (time.size, 3))
     unit_force = np.tile([0.0, 0.0, 1.0], (points.size, 1))
     answers, variances = np.empty((points.size, time.size)), np.empty((points.size, time.size))
     for i in range(time.size):
@@ -187,6 +193,6 @@ def _fluctuation(
             step = transitions[index[i - 1]]
             unit_force = (step @ unit_force[:, :, None])[:, :, 0]
             spreads = step @ spreads @ step.transpose(0, 2, 1) + added[index[i - 1]]
-        answers[:, i] = unit_force @ fit.row
-        variances[:, i] = fit.row @ spreads @ fit.row
+        answers[:, i] = unit_force @ rows[i]
+        variances[:, i] = rows[i] @ spreads @ rows[i]
     return forces[:, None] * answers[which] * fit.unit, variances * fit.unit**2

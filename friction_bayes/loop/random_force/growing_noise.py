@@ -104,8 +104,8 @@ def find_noise_growth(
     scaled = (regression.columns * regression.scale)[:, chosen]
     block = np.column_stack([scaled, regression.target - scaled @ reference])
     # what is lost at a jump of the acceleration is no matter of time
-    rate = (path.v, np.gradient(path.v, path.phase), -path.v)[order]
-    signal = (path.x, path.v, -path.x)[order]
+    rate = (path.v, np.gradient(path.v, path.phase), -path.slope * path.v)[order]
+    signal = path.reading(order, path.x, path.v)
     growth = effect.grows_with(signal, w0 * rate)
     mean_square = float(np.mean(growth**2))
 

@@ -173,11 +173,9 @@ class MovingRecord:
             Rough friction, natural units; what explains the loss of amplitude where left out.
         """
         order = self.segment.order
-        row = sensor_row(order)
         x, v = motion.states[:, :2].T.copy()
-        # an accelerometer reads the restoring force itself, with one slope throughout
-        bends = self.system.pendulum and order < 2
-        path = MeasuredPath.through(self.phase(w0), x, v, motion.velocity_sd, pendulum=bends)
+        path = MeasuredPath.through(self.phase(w0), x, v, motion.velocity_sd, pendulum=self.system.pendulum)
+        row = sensor_row(order, path.slope)
         clock = self.clock_along(path, w0)
         if path.turning.size < _LEAST_TURNS:
             return None

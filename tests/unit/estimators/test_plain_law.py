@@ -147,6 +147,25 @@ def test_a_pendulum_at_large_swings(rng) -> None:
     assert found.friction.mean() == pytest.approx(0.02, rel=0.02)
 
 
+@pytest.mark.parametrize("seed", [0, 6, 7])
+def test_far_swings_of_an_accelerometer_are_smoothed_until_slopes_serve(seed: int) -> None:
+    """The first motion, from the acceleration alone, is so far off that noise along it told a force."""
+    system = fb.Pendulum(inertia=0.5, stiffness=12.5)
+    record = fb.simulate(
+        system,
+        friction=0.152,
+        initial_displacement=1.2,
+        duration=20.1,
+        sampling_rate=43.0,
+        quantity="angular_acceleration",
+        noise_sd=0.15,
+        seed=seed,
+    )
+    found = fb.estimate(record, system)
+    assert found.random_force is not None
+    assert found.random_force.probability < 0.3
+
+
 def test_what_says_nothing_of_a_force_keeps_the_plain_numbers() -> None:
     assert fb.estimate(simulated(), LINEAR).random_force is None
     short = simulated(duration=2.0, sampling_rate=25.0, noise_sd=1e-3)

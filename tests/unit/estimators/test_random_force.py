@@ -24,7 +24,7 @@ from friction_bayes.estimators.random_force.posterior import (
     at_resonance,
     integrate,
 )
-from friction_bayes.estimators.random_force.response import at_sensor, force_response, initial_response
+from friction_bayes.estimators.random_force.response import at_sensor, force_response
 from friction_bayes.estimators.random_force.smoothing import Motion, first_motion
 from friction_bayes.estimators.random_force.subsets import (
     WeighedSets,
@@ -34,6 +34,7 @@ from friction_bayes.estimators.random_force.subsets import (
     set_posterior,
     weigh_sets,
 )
+from friction_bayes.estimators.random_force.transition import initial_response
 from friction_bayes.estimators.random_force.whitening import (
     Clock,
     CorrelatedError,
@@ -45,6 +46,8 @@ from friction_bayes.estimators.random_force.whitening import (
 )
 
 ORDERS = (0, 1, 2)
+SENSORS = (*ORDERS, 3)
+"""Of each derivative, and of an acceleration that has not one slope throughout."""
 
 
 def stiffnesses(intervals: int, bent: bool) -> Array:
@@ -70,16 +73,23 @@ def piecewise_even_clock(rng: np.random.Generator, bent: bool) -> Clock:
     return Clock.of(phase, variance, stiffnesses(119, bent))
 
 
+def row_of(sensor: int, samples: int) -> Array:
+    """Of the three derivatives and, as the fourth, of an acceleration whose slope is another half way."""
+    slope = np.where(np.arange(samples) < samples // 2, 0.4, 0.9)
+    return sensor_row(min(sensor, 2), slope if sensor == 3 else None)
+
+
 @pytest.mark.parametrize("clock_of", [uneven_clock, piecewise_even_clock])
 @pytest.mark.parametrize("error", [CorrelatedError(), CorrelatedError(2.0, 0.4)])
 @pytest.mark.parametrize("ratio", [0.01, 1.0, 300.0])
 @pytest.mark.parametrize(("bent", "tau"), [(False, 0.05), (True, 0.8), (False, 20.0)])
-@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("sensor", SENSORS)
 def test_whitening_and_smoothing_are_those_of_a_dense_normal(
-    order, bent, tau, ratio, error, clock_of, rng
+    sensor, bent, tau, ratio, error, clock_of, rng
 ) -> None:
-    clock, row = replace(clock_of(rng, bent), error=error), sensor_row(order)
+    clock = replace(clock_of(rng, bent), error=error)
     n = clock.phase.size
+    row = row_of(sensor, n)
     block = rng.standard_normal((n, 4))
     states = np.zeros((n, 4, n, 4))
     states[:, :3, :, :3] = ratio**2 * dense_covariance(
@@ -89,7 +99,8 @@ def test_whitening_and_smoothing_are_those_of_a_dense_normal(
     states[:, 3, :, 3] = error.ratio**2 * np.exp(-apart / error.tau)
     states = states.reshape(4 * n, 4 * n)
     used = np.isfinite(clock.variance)
-    reading = np.kron(np.eye(n), np.append(row, 1.0))[used]
+    each = np.column_stack([np.broadcast_to(row, (n, 3)), np.ones(n)])
+    reading = (np.eye(n)[:, :, None] * each).reshape(n, 4 * n)[used]
     factor = cho_factor(reading @ states @ reading.T + np.diag(clock.variance[used]))
     gram = block[used].T @ cho_solve(factor, block[used])
     whitened = whiten(block, clock, row, ratio, tau, keep=True)
@@ -110,9 +121,17 @@ def test_whitening_and_smoothing_are_those_of_a_dense_normal(
     assert np.all(np.diagonal(covariance, axis1=1, axis2=2) >= 0.0)
 
 
-@pytest.mark.parametrize("order", ORDERS)
-def test_coloured_numbers_are_those_that_whitening_gives_back(order, rng) -> None:
-    clock, row = replace(uneven_clock(rng, True), error=CorrelatedError(2.0, 0.4)), sensor_row(order)
+def test_gains_that_have_settled_change_with_the_slope_that_an_accelerometer_reads(rng) -> None:
+    phase, row, block = 0.3 * np.arange(2000.0), row_of(3, 2000), rng.standard_normal((2000, 2))
+    # the least change of the noise from sample to sample keeps them from settling
+    restless = np.where(np.arange(2000) % 2, 1.0, 1.0 + 1e-14)
+    found, expected = (whiten(block, Clock.of(phase, noise), row, 1.0, 1.0) for noise in (None, restless))
+    np.testing.assert_allclose(found.gram, expected.gram, rtol=1e-9)
+
+
+@pytest.mark.parametrize("sensor", SENSORS)
+def test_coloured_numbers_are_those_that_whitening_gives_back(sensor, rng) -> None:
+    clock, row = replace(uneven_clock(rng, True), error=CorrelatedError(2.0, 0.4)), row_of(sensor, 40)
     used = np.isfinite(clock.variance)
     white = np.where(used[:, None], rng.standard_normal((40, 3)), 0.0)
     coloured = colour(white, clock, row, 3.0, 0.8)
@@ -211,9 +230,9 @@ def test_a_pendulum_is_as_stiff_as_its_restoring_force_is_steep(samples_per_peri
     middle = swing.sol(0.5 * (phase[1:] + phase[:-1]))[0]
     ends = np.cos(swing.y[0])
     mean = (ends[:-1] + 4.0 * np.cos(middle) + ends[1:]) / 6.0
-    np.testing.assert_allclose(stiffness_along(phase, *swing.y), mean, atol=0.01)
+    np.testing.assert_allclose(stiffness_along(phase, *swing.y)[0], mean, atol=0.01)
     # a longer period than the pendulum's: its oscillation would grow without end
-    assert np.all(stiffness_along(1.3 * phase, swing.y[0], swing.y[1] / 1.3) == 1.0)
+    assert np.all(stiffness_along(1.3 * phase, swing.y[0], swing.y[1] / 1.3)[0] == 1.0)
     path = MeasuredPath.through(phase, *swing.y, pendulum=True)
     near = solve_ivp(
         lambda t, z: [z[1], -math.sin(z[0])],
@@ -226,6 +245,23 @@ def test_a_pendulum_is_as_stiff_as_its_restoring_force_is_steep(samples_per_peri
     moved = 1e4 * (near.y - swing.y)
     answer = initial_response(phase, path.stiffness)[:, :, 0].T
     np.testing.assert_allclose(answer, moved, atol=error * np.abs(moved).max())
+    # an accelerometer reads the change of the restoring force itself
+    shown = at_sensor(initial_response(phase, path.stiffness), sensor_row(2, path.slope))[:, 0]
+    change = 1e4 * (path.reading(2, *near.y) - path.reading(2, *swing.y))
+    np.testing.assert_allclose(shown, change, atol=error * np.abs(moved).max())
+
+
+def test_slopes_of_a_pendulum_serve_as_far_as_its_restoring_force_is_straight() -> None:
+    phase = np.linspace(0.0, 6.0, 100)
+    bent, straight = (
+        MeasuredPath.through(phase, np.cos(phase), -np.sin(phase), pendulum=pendulum)
+        for pendulum in (True, False)
+    )
+    # half the square of the distance times the sine of the angle
+    force = 100.0 * 0.5 * 0.1**2 * math.sin(1.0)
+    assert bent.serves(bent.x + 0.1, 1.3 * force)
+    assert not bent.serves(bent.x + 0.1, 0.7 * force)
+    assert straight.serves(straight.x + 0.1, 1e-9)
 
 
 def test_a_gap_of_half_a_period_and_unsorted_stamps_are_refused() -> None:
@@ -513,10 +549,10 @@ def test_a_corrected_frequency_leaves_displacements_and_rescales_velocities(orde
 
 
 @pytest.mark.parametrize("ratio", [0.0, 0.1, 3.0])
-@pytest.mark.parametrize("order", ORDERS)
-def test_a_left_out_sample_is_predicted_by_the_others_alone(order, ratio, rng) -> None:
+@pytest.mark.parametrize("sensor", SENSORS)
+def test_a_left_out_sample_is_predicted_by_the_others_alone(sensor, ratio, rng) -> None:
     """As where the sample is not used: the error is the same, and its variance but for the sample's own."""
-    clock, row, tau = uneven_clock(rng, 0.0), sensor_row(order), 0.8
+    clock, row, tau = uneven_clock(rng, 0.0), row_of(sensor, 40), 0.8
     n = clock.phase.size
     still = Motion(
         states=np.zeros((n, 3)), covariance=np.zeros((n, 3, 3)), noise=1.0, force_sd=ratio, tau=tau

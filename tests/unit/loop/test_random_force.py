@@ -425,12 +425,16 @@ def test_the_next_experiment_is_named_under_a_random_force() -> None:
     assert re.search(r"a Bayes factor of (\d|more than \d)", sentence)
 
 
-@pytest.mark.parametrize(("release", "duration", "rate"), [(1.36, 375.0, 12.0), (1.3, 100.0, 20.0)])
+@pytest.mark.parametrize(
+    ("quantity", "release", "duration", "rate"),
+    [("angle", 1.36, 375.0, 12.0), ("angle", 1.3, 100.0, 20.0), ("angular_acceleration", 1.3, 100.0, 20.0)],
+)
 def test_noise_of_a_pendulum_that_swings_far_is_no_force(
-    release: float, duration: float, rate: float
+    quantity: str, release: float, duration: float, rate: float
 ) -> None:
     """Its restoring force is evaluated along the smoothed angle, errors and all."""
     pendulum = fb.Pendulum(inertia=1.0, stiffness=9.24)
+    unit = pendulum.stiffness if quantity == "angular_acceleration" else 1.0
     for seed in range(3):
         record = fb.simulate(
             pendulum,
@@ -438,8 +442,8 @@ def test_noise_of_a_pendulum_that_swings_far_is_no_force(
             initial_displacement=release,
             duration=duration,
             sampling_rate=rate,
-            quantity="angle",
-            noise_sd=0.01 * release,
+            quantity=quantity,
+            noise_sd=0.01 * release * unit,
             effects={"quadratic_drag.drag_coefficient": 0.003},
             seed=seed,
         )
