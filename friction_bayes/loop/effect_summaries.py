@@ -46,7 +46,8 @@ def parameter_summary(draws: Array, unit: str) -> dict[str, Any]:
     """Mean, standard deviation and unit; not a number where there are too few draws."""
     return {
         "mean": float(draws.mean()) if draws.size else math.nan,
-        "sd": float(draws.std(ddof=1)) if draws.size > 1 else math.nan,
+        # what is taken at one value has no spread, not that of rounding
+        "sd": float(draws.std(ddof=1) if np.ptp(draws) > 0.0 else 0.0) if draws.size > 1 else math.nan,
         "unit": unit,
     }
 

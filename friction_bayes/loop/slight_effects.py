@@ -146,7 +146,7 @@ def slight_effects(fit: LoopFit, allowed: Sequence[str]) -> tuple[SlightEffect, 
 def with_slight_effects(friction: Array, slight: Iterable[SlightEffect], rng: np.random.Generator) -> Array:
     """Draws of a candidate's friction, shape (k,), each nuisance acting on its share of them.
 
-    A draw that it would make negative stays where it is.
+    One that would make friction negative leaves none: damping alone takes the amplitude then.
     """
     for one in slight:
         coefficient = truncated_draws(
@@ -159,5 +159,5 @@ def with_slight_effects(friction: Array, slight: Iterable[SlightEffect], rng: np
         )[:, 0]
         acts = rng.random(friction.size) < one.probability
         moved = friction + acts * coefficient * one.follow
-        friction = np.where(moved >= 0.0, moved, friction)
+        friction = np.maximum(moved, 0.0)
     return friction

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import RecordWarning
-from friction_bayes.records.quantisation import quantisation_step
+from friction_bayes.records.quantisation import ROUNDING, quantisation_step
 from friction_bayes.records.record import record_name
 
 __all__ = ["held_readings", "set_held_readings_aside"]
@@ -49,23 +49,28 @@ def held_readings(values: ArrayLike) -> Mask:
         None where too few repeat to be certain.
     """
     signal = np.asarray(values, dtype=np.float64)
-    step = quantisation_step(signal) or _least_change(signal)
+    # at an end of its range a sensor repeats what it cannot show
+    rounding = ROUNDING * np.ptp(signal)
+    inside = (signal < signal.max() - rounding) & (signal > signal.min() + rounding)
+    if not inside.any():
+        return inside
+    step = quantisation_step(signal[inside]) or _least_change(signal[inside])
     changes = np.abs(np.diff(signal))
-    moved = np.flatnonzero(changes > 0.0)
-    held = np.zeros(signal.size, dtype=np.bool_)
-    if moved.size < 2:
-        return held
-    jump = changes[moved] > _JUMP * step
-    # what follows the first sample of a reading until the next, between two jumps
-    between = jump[:-1] & jump[1:]
-    for first, last in zip(moved[:-1][between] + 2, moved[1:][between] + 1, strict=True):
-        held[first:last] = True
-    single = changes[moved] < 1.5 * step
-    beside = single[1:-1] & jump[:-2] & jump[2:]
-    repeats = int(np.count_nonzero(held))
-    samples = repeats + int(np.count_nonzero(between))
-    certain = repeats >= max(_FEWEST, _SHARE * samples, _CHANCE * np.count_nonzero(beside))
-    return held if certain else np.zeros_like(held)
+    starts = np.append(0, np.flatnonzero(changes > 0.0) + 1)
+    lengths = np.diff(np.append(starts, signal.size))
+    left = np.append(changes[starts[1:] - 1] > _JUMP * step, False)
+    reached = np.append(False, left[:-1])
+    certainly = left & reached & inside[starts]
+    repeats = int(np.sum(lengths[certainly] - 1))
+    by_one_step = changes[starts[1:] - 1] < 1.5 * step
+    chances = int(np.count_nonzero(by_one_step[1:-1] & left[:-3] & reached[3:])) if starts.size > 3 else 0
+    if repeats < max(_FEWEST, _SHARE * int(np.sum(lengths[certainly])), _CHANCE * chances):
+        return np.zeros(signal.size, dtype=np.bool_)
+    # the others that were held no longer: at either end of the record or of the range
+    others = (left | reached) & (lengths <= lengths[certainly].max())
+    held = np.repeat(certainly | others, lengths)
+    held[starts] = False
+    return held
 
 
 def _least_change(signal: Array) -> float:

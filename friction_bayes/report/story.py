@@ -269,7 +269,8 @@ def _line(line: Mapping[str, Any]) -> str:
 
 def _with_sd(told: Mapping[str, Any]) -> str:
     unit = "" if told["unit"] == "1" else f" {told['unit']}"
-    return f"{number(told['mean'])} ± {number(told['sd'], 2)}{unit}"
+    spread = f" ± {number(told['sd'], 2)}" if told["sd"] else ""
+    return f"{number(told['mean'])}{spread}{unit}"
 
 
 def effect_lines(effects: Sequence[Mapping[str, Any]], verdict: str) -> list[str]:

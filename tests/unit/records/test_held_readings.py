@@ -65,9 +65,15 @@ def test_a_slow_sensor_with_steps_is_found_where_it_moves_fast() -> None:
     seed=st.integers(0, 2**31),
 )
 def test_an_encoder_or_a_digitiser_holds_nothing(rate: float, step: float, noise: float, seed: int) -> None:
-    """Slow motion repeats a level, and so does noise about one; both change by one step as often."""
+    """Slow motion repeats a level, and so does noise about one, or an end of the range."""
     values = step * np.floor(decay(rate, noise, seed) / step)
     assert not held_readings(values).any()
+    assert not held_readings(np.clip(values, -0.012, 0.009)).any()
+
+
+def test_a_sensor_at_an_end_of_its_range_holds_nothing() -> None:
+    assert not held_readings(np.clip(decay(100.0), -0.012, 0.012)).any()
+    assert not held_readings(np.clip(decay(100.0), -1.0, 0.008)).any()
 
 
 def test_a_record_without_steps_or_repeats_is_left_alone() -> None:
