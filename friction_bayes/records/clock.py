@@ -11,6 +11,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 
 __all__ = [
+    "CUT",
     "GAP",
     "LONGEST_BRIDGED_GAP",
     "check_clock",
@@ -38,6 +39,10 @@ LONGEST_BRIDGED_GAP = 3.0
 """Up to this many typical intervals may lie between samples; what a decay is sought on would invent more."""
 
 
+CUT = "cut the record there, by --start or --end"
+"""What to do about a gap."""
+
+
 def sampling_interval(record: xr.DataArray) -> float:
     """Return the mean sampling interval [s]."""
     time = record["time"].values
@@ -50,7 +55,12 @@ def place_of_sample(index: int, time: Array, rows: Indices | None = None) -> str
     return f"{place} (t = {time[index]:.9g} s)"
 
 
-def check_clock(name: str, time: Array, rows: Indices | None = None) -> None:
+def check_clock(
+    name: str,
+    time: Array,
+    rows: Indices | None = None,
+    at_a_gap: str = CUT,
+) -> None:
     """Refuse time stamps that do not increase or that lack a stretch.
 
     Parameters
@@ -61,6 +71,8 @@ def check_clock(name: str, time: Array, rows: Indices | None = None) -> None:
         Time stamps [s].
     rows : ndarray of int, shape (n,), optional
         Row of each sample in the file it came from, for messages.
+    at_a_gap : str
+        What to do about a stretch that is lacking.
 
     Raises
     ------
@@ -84,7 +96,7 @@ def check_clock(name: str, time: Array, rows: Indices | None = None) -> None:
             name,
             f"gap of {intervals[longest]:.6g} s after {place_of_sample(longest, time, rows)} "
             f"(typical interval {typical:.6g} s)",
-            "cut the record there, by --start or --end",
+            at_a_gap,
         )
 
 

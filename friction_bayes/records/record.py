@@ -12,7 +12,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.checks import finite
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named, to_si
-from friction_bayes.records.clock import check_clock, place_of_sample
+from friction_bayes.records.clock import CUT, check_clock, place_of_sample
 
 __all__ = [
     "make_record",
@@ -27,6 +27,12 @@ MINIMUM_SAMPLES = 8
 
 MOST_AT_ENDS = 0.9
 """Share of samples at the two ends of the range: a sine clipped at a sixth of its amplitude has as many."""
+_COUNT_BY_COUNT = (
+    "there is a row only where the count changes, one step each: write the last count at even times, a "
+    "hundred or more a period, and give that"
+)
+_SAME_STEP = 0.01
+"""Share of a step by which the changes from row to row may differ where each is one count."""
 
 
 def make_record(
@@ -185,8 +191,14 @@ def validate_record(record: xr.DataArray, *, rows: Indices | None = None) -> xr.
             f"{at_ends:.0%} of the samples are {values.min():g} or {values.max():g} {unit}, nothing between",
             "give the motion itself: a square wave or a switch shows no amplitude",
         )
-    check_clock(name, time, rows)
+    check_clock(name, time, rows, _COUNT_BY_COUNT if _goes_count_by_count(values) else CUT)
     return record
+
+
+def _goes_count_by_count(values: Array) -> bool:
+    """Whether each value is one step from the one before, as where an encoder's pulses are stamped."""
+    changes = np.abs(np.diff(values))
+    return bool(np.all(np.abs(changes - np.median(changes)) < _SAME_STEP * np.median(changes)))
 
 
 def _numbers(name: str, what: str, array: ArrayLike) -> Array:
