@@ -21,12 +21,13 @@ def fluctuating_decay(
     oversampling: int = 4,
     pull: Callable[[float], float] = lambda x: 0.0,
     rub: Callable[[float], float] = lambda x: 1.0,
+    knock: Callable[[float], float] = lambda t: 0.0,
 ) -> dict[int, np.ndarray]:
     """Motion at ``step`` by order of derivative, until the mass sticks.
 
-    Friction, the force's sd and what else pulls at a position are lengths, over the stiffness; friction is
-    ``rub`` times as large at a position. These forces are held over each fine step, and the motion there is a
-    rotation about where their sum would hold the mass.
+    Friction, the force's sd and what else pulls at a position, or knocks at a time, are lengths, over the
+    stiffness; friction is ``rub`` times as large at a position. These forces are held over each fine step,
+    and the motion there is a rotation about where their sum would hold the mass.
     """
     turn = frequency * step / oversampling
     memory = math.exp(-step / oversampling / correlation_time)
@@ -36,11 +37,13 @@ def fluctuating_decay(
     rows = []
     for i in range(samples * oversampling):
         if i % oversampling == 0:
-            rows.append((x, v, wandering + pull(x) - friction * rub(x) * sign - x))
+            rows.append(
+                (x, v, wandering + pull(x) + knock(i * step / oversampling) - friction * rub(x) * sign - x)
+            )
         left = turn
         # at the middle of the step, so that holding it takes no energy out
         middle = x + 0.5 * turn * v
-        force, level = wandering + pull(middle), friction * rub(middle)
+        force, level = wandering + pull(middle) + knock(i * step / oversampling), friction * rub(middle)
         while left > 0.0:
             centre = force - level * sign
             until = math.atan2(v, x - centre)

@@ -34,8 +34,12 @@ def unsteady_motion(
     *,
     samples: int = 1500,
     rub: Callable[[float], float] = lambda x: 1.0,
+    knock: Callable[[float], float] = lambda t: 0.0,
 ) -> dict[int, np.ndarray]:
-    """Motion by order of derivative; the force is a share of friction and correlated over 0.1 s."""
+    """Motion by order of derivative; the force is a share of friction and correlated over 0.1 s.
+
+    What knocks at a time is in frictions.
+    """
     return fluctuating_decay(
         rng,
         frequency=10.0,
@@ -46,6 +50,7 @@ def unsteady_motion(
         force_sd=force * FRICTION,
         correlation_time=0.1,
         rub=rub,
+        knock=lambda t: FRICTION * knock(t),
     )
 
 

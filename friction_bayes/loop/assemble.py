@@ -164,7 +164,7 @@ def assemble_report(
         traces=with_forecasts(traces, *forecasts),
         posterior=_posterior(mixture, after, seed),
         friction_between_records=best.between_records(),
-        notes=tuple(note for each in model.segments for note in each.notes),
+        notes=(*(note for each in model.segments for note in each.notes), *best.notes),
     )
 
 

@@ -92,6 +92,8 @@ class Family(Protocol):
         Whether that is noise, or too little to matter.
     trail : tuple of str
         The steps that led to them.
+    notes : tuple of str
+        What a reader must know of the forces that were found.
     fitted : tuple of int
         Samples of the first record that were fitted, from its start, turning points among them, and how many
         of the samples were set aside.
@@ -120,6 +122,9 @@ class Family(Protocol):
 
     @property
     def explains(self) -> bool: ...
+
+    @property
+    def notes(self) -> tuple[str, ...]: ...
 
     @property
     def fitted(self) -> tuple[int, int, int]: ...

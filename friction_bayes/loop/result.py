@@ -29,6 +29,8 @@ class FluctuationTrace:
     friction : float
         Sliding friction, in ``unit``.
     unit : str
+    knocks : tuple of (float, float)
+        Start and end of each knock, seconds in the record.
     """
 
     force: Array
@@ -37,6 +39,7 @@ class FluctuationTrace:
     velocity: Array
     friction: float
     unit: str
+    knocks: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -56,6 +56,7 @@ class SearchFamily:
     """
 
     holds_what_is_left = False
+    notes = ()
     slight_force = None
 
     def __init__(

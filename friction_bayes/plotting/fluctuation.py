@@ -56,6 +56,8 @@ def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None, shape: s
             trace.time, found.force - reach, found.force + reach, color=FAINT, lw=0.0, label="its 90 % band"
         )
         over_time.plot(trace.time, found.force, color=MODEL, lw=0.6, rasterized=True, label="force left")
+        for k, (start, end) in enumerate(found.knocks):
+            over_time.axvspan(start, end, color=ACCENT, alpha=0.25, lw=0.0, label=None if k else "a knock")
         over_time.set_xlabel("time [s]")
         over_time.set_ylabel(f"force left [{found.unit}]")
         over_time.set_title(f"{trace.name}: force left")

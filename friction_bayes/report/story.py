@@ -41,6 +41,7 @@ CHANNELS = {
     "friction_by_position": "friction within a tenth of the travel, the tenth where it differs most",
     "force_by_amplitude": "the random force against the amplitude",
     "force_by_time": "the random force over time",
+    "force_jumps": "jumps of the random force",
 }
 """What each test of the residual examines."""
 

@@ -137,7 +137,9 @@ def transition_table(steps: Array, stiffness: Array, tau: float) -> tuple[Array,
     return transitions, covariances
 
 
-def distinct_steps(phase: Array, stiffness: Array | None = None) -> tuple[Array, Array, Indices]:
+def distinct_steps(
+    phase: Array, stiffness: Array | None = None, jump: Array | None = None
+) -> tuple[Array, Array, Array, Indices]:
     """Distinct steps of a clock, and which of them each interval takes.
 
     Parameters
@@ -146,12 +148,14 @@ def distinct_steps(phase: Array, stiffness: Array | None = None) -> tuple[Array,
         ``w0 t``, ascending.
     stiffness : ndarray, optional, shape (n - 1,)
         Of the oscillator over each interval; one where left out.
+    jump : ndarray, optional, shape (n - 1,)
+        How far the force may jump in each interval; none where left out.
 
     Returns
     -------
     steps : ndarray, shape (m,)
         Mean of the steps that count as one.
-    stiffness : ndarray, shape (m,)
+    stiffness, jump : ndarray, shape (m,)
         Over each of them.
     index : ndarray of int, shape (n - 1,)
         Which of them each interval takes.
@@ -165,7 +169,9 @@ def distinct_steps(phase: Array, stiffness: Array | None = None) -> tuple[Array,
     if steps.size == 0 or not np.all(steps > 0.0):
         raise InputError("time", "the time stamps do not ascend", "sort the samples and drop doubled ones")
     unit = _SAME_STEP * float(np.median(steps))
-    levels, level = np.unique(np.ones(1) if stiffness is None else stiffness, return_inverse=True)
-    kinds, index = np.unique(np.round(steps / unit) * levels.size + level, return_inverse=True)
-    of_kind = levels[np.mod(kinds, levels.size).astype(np.intp)]
-    return np.bincount(index, weights=steps) / np.bincount(index), of_kind, index
+    bent, bend = np.unique(np.ones(1) if stiffness is None else stiffness, return_inverse=True)
+    jumps, jumping = np.unique(np.zeros(1) if jump is None else jump, return_inverse=True)
+    beside = bend * jumps.size + jumping
+    kinds, index = np.unique(np.round(steps / unit) * (bent.size * jumps.size) + beside, return_inverse=True)
+    bend, jumping = np.divmod(np.mod(kinds, bent.size * jumps.size).astype(np.intp), jumps.size)
+    return np.bincount(index, weights=steps) / np.bincount(index), bent[bend], jumps[jumping], index

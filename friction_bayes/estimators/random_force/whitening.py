@@ -26,11 +26,23 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.transition import distinct_steps, transition_table
 
-__all__ = ["Clock", "CorrelatedError", "Whitened", "colour", "sensor_row", "shown", "smooth", "whiten"]
+__all__ = [
+    "Clock",
+    "CorrelatedError",
+    "Whitened",
+    "colour",
+    "jump_scores",
+    "sensor_row",
+    "shown",
+    "smooth",
+    "whiten",
+]
 
 _VARIANCES = ((0, 0), (0, 4), (0, 7), (0, 9), (4, 4), (4, 7), (4, 9), (7, 7), (7, 9), (9, 9))
 """Places of the two variances that belong to each entry of a covariance's upper triangle, row by row."""
 _ROUNDING = 4e-15
+_TELLING = 0.02
+"""Of the median of the information on a jump, below which a sample is too near the end to tell of one."""
 
 
 def sensor_row(order: int, slope: Array | None = None) -> Array:
@@ -86,6 +98,9 @@ class Clock:
         ``w0 t``.
     steps, stiffness : ndarray, shape (m,)
         Distinct steps, and the stiffness of the oscillator over each.
+    jump : ndarray, shape (m,)
+        Sd, over that of the white noise, by which the force may jump in such a step besides what it does of
+        itself.
     index : ndarray of int, shape (n - 1,)
         Which of them each interval takes.
     variance : ndarray, shape (n,)
@@ -97,15 +112,22 @@ class Clock:
     phase: Array
     steps: Array
     stiffness: Array
+    jump: Array
     index: Indices
     variance: Array
     error: CorrelatedError = CorrelatedError()
 
     @classmethod
-    def of(cls, phase: Array, variance: Array | None = None, stiffness: Array | None = None) -> Clock:
+    def of(
+        cls,
+        phase: Array,
+        variance: Array | None = None,
+        stiffness: Array | None = None,
+        jump: Array | None = None,
+    ) -> Clock:
         """Prepare ``phase``, shape (n,), with relative variances, shape (n,), one where not given.
 
-        The stiffness over each interval, shape (n - 1,), is one where it is not given.
+        The stiffness over each interval, shape (n - 1,), is one where it is not given, and the jump zero.
 
         Raises
         ------
@@ -120,12 +142,26 @@ class Clock:
                 f"shape {variance.shape}, least {np.min(variance, initial=np.inf):g}",
                 "give a positive number for every sample",
             )
-        return cls(phase, *distinct_steps(phase, stiffness), variance)
+        return cls(phase, *distinct_steps(phase, stiffness, jump), variance)
 
     def error_table(self) -> tuple[Array, Array]:
         """Decay of the sensor's error over each distinct step and the variance added, both of shape (m,)."""
         decay = np.exp(-self.steps / self.error.tau)
         return decay, self.error.ratio**2 * (1.0 - decay * decay)
+
+    def force_table(self, ratio: float, tau: float) -> tuple[Array, Array]:
+        """Transitions of the distinct steps and what the force adds to the covariance, (m, 3, 3) both.
+
+        For a force of sd ``ratio`` times that of the noise, correlated over a phase ``tau``; a jump comes at
+        any time within its step, as the force itself does.
+        """
+        transitions, covariances = transition_table(self.steps, self.stiffness, tau)
+        added = ratio * ratio * covariances
+        jumping = self.jump > 0.0
+        if jumping.any():
+            of_jump = self.jump[jumping] ** 2 / covariances[jumping, 2, 2]
+            added[jumping] += of_jump[:, None, None] * covariances[jumping]
+        return transitions, added
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,16 +259,40 @@ def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -
     predicted = np.empty((len(columns), 4, 4))
     transitions, gains = _filter(clock, row, ratio, tau, predicted)
     decays = clock.error_table()[0]
-    return _smooth(columns, clock.index, transitions, decays, row.reshape(-1, 3), gains, predicted)
+    return _smooth(columns, clock.index, transitions, decays, row.reshape(-1, 3), gains, predicted)[:2]
+
+
+def jump_scores(column: Array, clock: Clock, row: Array, ratio: float, tau: float) -> Array:
+    """How much a jump of the force before each sample would explain, in standard deviations, shape (n,).
+
+    The derivatives of the log density of a column with respect to the jumps (de Jong and Penzer's auxiliary
+    residuals): normal with the sd of the white noise, one to the next alike, where the column is what the
+    filter describes. Zero where the samples after it tell nothing of a jump.
+
+    Parameters
+    ----------
+    column : ndarray, shape (n,)
+        Usually ``y - X beta``.
+    clock, row, ratio, tau
+        As in :func:`whiten`.
+    """
+    block = np.ascontiguousarray(column, dtype=np.float64)[:, None]
+    predicted = np.empty((len(block), 4, 4))
+    transitions, gains = _filter(clock, row, ratio, tau, predicted)
+    decays = clock.error_table()[0]
+    told = _smooth(block, clock.index, transitions, decays, row.reshape(-1, 3), gains, predicted)[2]
+    score, information = told[:, 0], told[:, 1]
+    telling = information > _TELLING * np.median(information)
+    return np.asarray(np.where(telling, score / np.sqrt(np.where(telling, information, 1.0)), 0.0))
 
 
 def _filter(clock: Clock, row: Array, ratio: float, tau: float, predicted: Array) -> tuple[Array, Array]:
     """Transitions of the distinct steps, and the gains of the filter; ``predicted`` as in :func:`_gains`."""
-    transitions, covariances = transition_table(clock.steps, clock.stiffness, tau)
+    transitions, forced = clock.force_table(ratio, tau)
     gains = _gains(
         clock.index,
         transitions,
-        covariances,
+        forced,
         ratio * ratio,
         row.reshape(-1, 3),
         clock.variance,
@@ -245,7 +305,7 @@ def _filter(clock: Clock, row: Array, ratio: float, tau: float, predicted: Array
 
 @njit(cache=True, nogil=True)
 def _predicted(  # type: ignore[no-untyped-def]
-    cov, f: Array, noise: Array, square: float, decay: float, added: float
+    cov, f: Array, forced: Array, decay: float, added: float
 ):
     """The covariance one step later; of the symmetric 4 x 4 matrix the upper triangle, row by row.
 
@@ -259,14 +319,14 @@ def _predicted(  # type: ignore[no-untyped-def]
     ax, av, ad = a * xx + b * xv + p * xd, a * xv + b * vv + p * vd, a * xd + b * vd + p * dd
     cx, cv, cd = c * xx + e * xv + r * xd, c * xv + e * vv + r * vd, c * xd + e * vd + r * dd
     return (
-        ax * a + av * b + ad * p + square * noise[0, 0],
-        cx * a + cv * b + cd * p + square * noise[0, 1],
-        ad * s + square * noise[0, 2],
+        ax * a + av * b + ad * p + forced[0, 0],
+        cx * a + cv * b + cd * p + forced[0, 1],
+        ad * s + forced[0, 2],
         (a * xu + b * vu + p * du) * decay,
-        cx * c + cv * e + cd * r + square * noise[1, 1],
-        cd * s + square * noise[1, 2],
+        cx * c + cv * e + cd * r + forced[1, 1],
+        cd * s + forced[1, 2],
         (c * xu + e * vu + r * du) * decay,
-        s * dd * s + square * noise[2, 2],
+        s * dd * s + forced[2, 2],
         s * du * decay,
         decay * decay * uu + added,
     )
@@ -315,7 +375,7 @@ def _same(first, second) -> bool:  # type: ignore[no-untyped-def]
 def _gains(
     index: Indices,
     transitions: Array,
-    covariances: Array,
+    forced: Array,
     square: float,
     rows: Array,
     variance: Array,
@@ -339,7 +399,7 @@ def _gains(
             k = index[i - 1]
             steady = steady and k == index[i - 2]
             if not steady:
-                after = _predicted(cov, transitions[k], covariances[k], square, decays[k], added[k])
+                after = _predicted(cov, transitions[k], forced[k], decays[k], added[k])
                 steady = _same(after, before)
                 before = after
             steady = steady and variance[i] == variance[i - 1]
@@ -453,7 +513,7 @@ def _smooth(
     rows: Array,
     gains: Array,
     predicted: Array,
-) -> tuple[Array, Array]:
+) -> tuple[Array, Array, Array]:
     n, p = columns.shape
     changes = len(rows) > 1
     states = np.zeros((n, 4, p))
@@ -484,6 +544,8 @@ def _smooth(
     information, half = np.zeros((4, 4)), np.zeros((4, 4))
     told = np.zeros(4)
     covariance = np.zeros((n, 4, 4))
+    # of the force of the first column, what all later samples say of a jump and how much they can say
+    jumps = np.zeros((n, 2))
     for i in range(n - 1, -1, -1):
         if i < n - 1:
             for a in range(3):
@@ -511,6 +573,7 @@ def _smooth(
                     rest -= gains[i, a] * adjoint[a, j]
                 for a in range(4):
                     adjoint[a, j] += read[a] * rest * scale
+        jumps[i, 0], jumps[i, 1] = adjoint[2, 0], information[2, 2]
         _product(predicted[i], adjoint, shift)
         _product(predicted[i], _product(information, predicted[i], half), covariance[i])
         for a in range(4):
@@ -520,4 +583,4 @@ def _smooth(
                 covariance[i, a, b] = predicted[i, a, b] - covariance[i, a, b]
             # a difference: where almost everything is learned, rounding must not leave a negative variance
             covariance[i, a, a] = max(covariance[i, a, a], 0.0)
-    return states, covariance
+    return states, covariance, jumps

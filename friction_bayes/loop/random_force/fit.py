@@ -29,6 +29,7 @@ from friction_bayes.loop.random_force.columns import LawColumns
 from friction_bayes.loop.random_force.correlated_error import SensorError, find_sensor_error
 from friction_bayes.loop.random_force.finer_lines import finer_lines, lines_that_show
 from friction_bayes.loop.random_force.growing_noise import NoiseGrowth
+from friction_bayes.loop.random_force.knocks import next_knock
 from friction_bayes.loop.random_force.lines import Line, lines_beside_motion
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.random_force.sensor_noise import SensorNoise, weigh_sensor_noise
@@ -41,6 +42,7 @@ from friction_bayes.mechanics.effects.outliers import OUTLIERS
 __all__ = ["ForceFit", "fit_random_force", "force_fit"]
 
 _MOST_ROUNDS = 6
+_ROUNDS_AFTER_A_KNOCK = 2
 _SETTLED = 2e-3
 """Correction of the stiffness above which the effects are evaluated once more."""
 _MOVED = 0.2
@@ -225,9 +227,12 @@ def fit_random_force(
     record = whole
     w0, motion = record.first_motion()
     lines: tuple[Line, ...] = ()
+    may_knock = True
     force: GridPoint | None = None
     found = record.along(motion, w0, lines)
-    for _ in range(_MOST_ROUNDS - 1):
+    rounds = _MOST_ROUNDS - 1
+    while rounds > 0:
+        rounds -= 1
         if found is None:
             return None
         guessed = integrate(found.regression.problem, found.prior, motion.noise, near=force, only_mode=True)
@@ -264,7 +269,17 @@ def fit_random_force(
         moved = found.faults(coefficients) - last.faults(coefficients)
         straight = last.path.serves(found.path.x, found.prior.centre)
         if straight and abs(change - 1.0) < _SETTLED and np.max(np.abs(moved)) < _MOVED * best.noise:
-            break
+            jump = (
+                next_knock(last.regression, coefficients, best, friction_of_loss(last.path.turning_x))
+                if may_knock
+                else None
+            )
+            if jump is None:
+                break
+            may_knock = bool(jump.any())
+            whole, record = replace(whole, jump=jump), replace(record, jump=jump)
+            found = record.along(motion, w0, lines)
+            rounds = max(rounds, _ROUNDS_AFTER_A_KNOCK)
     if found is None:
         return None
     regression, posterior, sensor_noise = weigh_sensor_noise(

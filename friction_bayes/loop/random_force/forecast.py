@@ -179,7 +179,7 @@ def _fluctuation(
     means : ndarray, shape (k, n)
     variances : ndarray, shape (g, n)
     """
-    steps, stiffness, index = distinct_steps(time * fit.w0, stiffness)
+    steps, stiffness, _, index = distinct_steps(time * fit.w0, stiffness)
     transitions, added = np.empty((2, steps.size, points.size, 3, 3))
     for g, at in enumerate(points):
         point = fit.posterior.points[at]

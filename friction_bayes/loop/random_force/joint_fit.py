@@ -169,6 +169,7 @@ def fit_together(
             variance=fit.clock.variance,
             error=fit.error,
             sizes=sizes,
+            jump=fit.clock.jump[fit.clock.index],
         )
         for fit in alone
     )

@@ -19,6 +19,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop.random_force.beside_law import ScoreTest, beside_law
 from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.random_force.knocks import jump_tails
 from friction_bayes.loop.random_force.shapes import Shape, best_shape
 from friction_bayes.loop.residual_tests import Channel, ResidualTests, largest_line
 
@@ -27,6 +28,7 @@ __all__ = ["Dependence", "LeftOver", "what_is_left", "worst_of"]
 _BINS = 10
 _TIME_BINS = 8
 _FAR = 4.0
+_JUMPS = "force_jumps"
 _BAND = (0.5, 1.5)
 """Frequencies over that of the motion between which the record tells friction."""
 
@@ -74,6 +76,13 @@ class LeftOver(ResidualTests):
     shape: Shape | None = None
 
     @property
+    def jumps(self) -> float | None:
+        """Kurtosis of the jumps of the random force where they are no normal ones; None where they may be."""
+        if _JUMPS not in self.failed:
+            return None
+        return next(channel.statistic for channel in self.channels if channel.name == _JUMPS)
+
+    @property
     def worst(self) -> Dependence | None:
         """The largest dependence that fails its test."""
         failed = [d for d in self.dependences if d.channel.name in self.failed]
@@ -85,7 +94,7 @@ class LeftOver(ResidualTests):
         It is where a force that depends on the motion is larger than the tolerance's share of ``friction``
         (natural units), or where innovations that are no noise exceed what the model says of them by that
         share near the frequency of the motion: elsewhere they are the sensor's own, and say nothing about
-        the law.
+        the law. That a random force jumps as no normal one does is said and decides nothing: it fluctuates.
         """
         if self.worst is not None and self.worst.force > tolerance * friction:
             return True
@@ -114,6 +123,9 @@ def what_is_left(fit: ForceFit) -> LeftOver:
         Channel("tails", float(far), x.size, float(stats.binom.sf(far - 1, x.size, expected))),
     ]
     binned = dict(_binned_forces(fit))
+    best = fit.posterior.best
+    kurtosis, independent, p_value = jump_tails(fit.regression, fit.coefficients, best)
+    channels.append(Channel(_JUMPS, kurtosis, int(independent), p_value))
     dependences = (
         *(_dependence(fit, on, bins) for on, bins in binned.items()),
         _patch(fit, binned["position"]),
@@ -122,7 +134,7 @@ def what_is_left(fit: ForceFit) -> LeftOver:
         channels=(*channels, *(d.channel for d in dependences)),
         dependences=dependences,
         near_motion=_near_motion(fit, x),
-        rms=float(fit.posterior.best.noise * fit.unit * np.sqrt(np.mean(x**2))),
+        rms=float(best.noise * fit.unit * np.sqrt(np.mean(x**2))),
     )
     return left if left.worst is None else replace(left, shape=best_shape(fit, binned[left.worst.on]))
 

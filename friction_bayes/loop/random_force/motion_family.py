@@ -22,6 +22,7 @@ from friction_bayes.loop.effect_summaries import (
 from friction_bayes.loop.family import FamilyDraws
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import Forecast
+from friction_bayes.loop.friction import friction_scale
 from friction_bayes.loop.friction_range import Reading
 from friction_bayes.loop.next_experiment import Contender
 from friction_bayes.loop.parameters import LOG_FREQUENCY_RATIO
@@ -30,6 +31,7 @@ from friction_bayes.loop.random_force.correlated_error import NO_ERROR
 from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.forecast import forecast
+from friction_bayes.loop.random_force.knocked import knock_notes
 from friction_bayes.loop.random_force.left_over import LeftOver, what_is_left, worst_of
 from friction_bayes.loop.random_force.motion_trace import motion_trace
 from friction_bayes.loop.random_force.slight_beside_law import friction_with_slight_effects
@@ -222,6 +224,19 @@ class MotionFamily(ABC):
 
     def noise_floor(self) -> float:
         return float(self.best[0].sensor_noise.sd_of_samples(np.asarray(self.tests.rms)))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        factor, unit = friction_scale(self.before.model)
+        told: list[str] = []
+        for fit, left in zip(self.best, self._left, strict=True):
+            told += knock_notes(fit, factor * fit.law.unit_force, unit)
+            if left.jumps is not None and self._fluctuates:
+                told.append(
+                    f"{fit.segment.decay.name}: the random force jumps as no normal one does (kurtosis "
+                    f"{left.jumps:.2g}, where 3 is normal): something slips or knocks now and then"
+                )
+        return tuple(told)
 
     @property
     def fitted(self) -> tuple[int, int, int]:

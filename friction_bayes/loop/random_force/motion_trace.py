@@ -9,6 +9,7 @@ from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.friction import friction_scale
 from friction_bayes.loop.random_force.draws import LawDraws
 from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.random_force.knocked import knock_times
 from friction_bayes.loop.result import FluctuationTrace, RecordTrace
 
 __all__ = ["motion_trace"]
@@ -42,6 +43,7 @@ def motion_trace(fit: ForceFit, before: LoopFit, r: int, draws: LawDraws, *, flu
         velocity=path.v * fit.w0,
         friction=factor * float(np.median(draws.friction)),
         unit=unit,
+        knocks=tuple((decay.start_time + a, decay.start_time + b) for a, b in knock_times(fit)),
     )
     return RecordTrace(
         name=decay.name,

@@ -87,6 +87,9 @@ class MovingRecord:
         What neighbouring samples share of the noise.
     sizes : dict
         About how large the faults of the sensor are whose size shapes them, by effect.
+    jump : ndarray or None, shape (samples - 1,)
+        How far the random force may jump in each interval besides what it does of itself, over the noise;
+        None where it may nowhere.
     """
 
     segment: Segment
@@ -97,6 +100,7 @@ class MovingRecord:
     variance: Array
     error: SensorError = NO_ERROR
     sizes: dict[str, float] = field(default_factory=dict)
+    jump: Array | None = None
 
     @classmethod
     def of(
@@ -137,7 +141,7 @@ class MovingRecord:
 
     def clock_along(self, path: MeasuredPath, w0: float) -> Clock:
         """Their time stamps and noise, and the oscillator's stiffness along a motion."""
-        return self.error.of(Clock.of(path.phase, self.variance, path.stiffness), w0)
+        return self.error.of(Clock.of(path.phase, self.variance, path.stiffness, self.jump), w0)
 
     def first_motion(self) -> tuple[float, Motion]:
         """The frequency of small swings [rad/s] and the motion, in its units, before any law is known.

@@ -20,6 +20,7 @@ from friction_bayes.estimators.random_force.posterior import Posterior, integrat
 from friction_bayes.loop.candidate import PRIOR_LOG_ODDS
 from friction_bayes.loop.noise import NoiseFit
 from friction_bayes.loop.random_force.growing_noise import NoiseGrowth, find_noise_growth
+from friction_bayes.loop.random_force.knocks import log_odds_of_knocks
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.random_force.set_aside import LeftOut
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
@@ -177,7 +178,7 @@ def _given_samples(
     used = np.isfinite(record.variance)
     log_factor = left.log_factor(used, outliers=contaminated) + (PRIOR_LOG_ODDS if contaminated else 0.0)
     convention = log_convention(int(used.sum()), along.w0**record.segment.order)
-    log_factor += record.error.log_volume
+    log_factor += record.error.log_volume + (0.0 if record.jump is None else log_odds_of_knocks(record.jump))
     growth = _noise_growth(record, along, posterior, allowed)
     one_size = _Weighed(
         effects=frozenset({OUTLIERS.name} if contaminated else ()),

@@ -40,6 +40,7 @@ from friction_bayes.estimators.random_force.whitening import (
     CorrelatedError,
     Whitened,
     colour,
+    jump_scores,
     sensor_row,
     smooth,
     whiten,
@@ -119,6 +120,64 @@ def test_whitening_and_smoothing_are_those_of_a_dense_normal(
     left = np.array([left[i, :, i] for i in range(n)])
     np.testing.assert_allclose(covariance, left, atol=1e-7 * np.abs(left).max())
     assert np.all(np.diagonal(covariance, axis1=1, axis2=2) >= 0.0)
+
+
+def jump_responses(clock: Clock, tau: float) -> np.ndarray:
+    """Displacement, velocity and force at each sample, shape (n, 3, n), after a unit of each of them at one.
+
+    By matrix exponentials: the last axis of those of the force alone is the sample before which it jumps.
+    """
+    n = clock.phase.size
+    steps, stiffness = np.diff(clock.phase), clock.stiffness[clock.index]
+    after = np.zeros((n, 3, n, 3))
+    for i in range(n):
+        after[i, :, i] = np.eye(3)
+        for j in range(i + 1, n):
+            drift = np.array([[0.0, 1.0, 0.0], [-stiffness[j - 1], 0.0, 1.0], [0.0, 0.0, -1.0 / tau]])
+            after[j, :, i] = expm(drift * steps[j - 1]) @ after[j - 1, :, i]
+    return after
+
+
+@pytest.mark.parametrize("sensor", ORDERS)
+def test_jump_scores_are_those_of_a_dense_normal(sensor: int, rng: np.random.Generator) -> None:
+    clock, row, ratio, tau = uneven_clock(rng, True), sensor_row(sensor), 2.0, 0.7
+    n, used = clock.phase.size, np.isfinite(clock.variance)
+    states = ratio**2 * dense_covariance(clock.phase, clock.stiffness[clock.index], tau)
+    reading = (np.eye(n)[:, :, None] * row).reshape(n, 3 * n)[used]
+    inverse = np.linalg.inv(reading @ states @ reading.T + np.diag(clock.variance[used]))
+    column = rng.standard_normal(n)
+    shown_by_jump = np.einsum("nad,a->nd", jump_responses(clock, tau)[:, :, :, 2], row)[used]
+    score = shown_by_jump.T @ inverse @ column[used]
+    information = np.einsum("nd,nm,md->d", shown_by_jump, inverse, shown_by_jump)
+    telling = information > 0.02 * np.median(information)
+    found = jump_scores(column, clock, row, ratio, tau)
+    np.testing.assert_allclose(found[telling], score[telling] / np.sqrt(information[telling]), rtol=1e-7)
+    assert not found[~telling].any()
+
+
+def test_a_force_that_may_jump_in_one_interval_adds_a_response_of_that_size(rng) -> None:
+    plain = uneven_clock(rng, True)
+    jump = np.zeros(plain.phase.size - 1)
+    jump[[4, 20]] = 7.0
+    clock = Clock.of(plain.phase, plain.variance, plain.stiffness[plain.index], jump)
+    row, ratio, tau = sensor_row(1), 2.0, 0.7
+    n, used = clock.phase.size, np.isfinite(clock.variance)
+    states = ratio**2 * dense_covariance(clock.phase, plain.stiffness[plain.index], tau)
+    after = jump_responses(clock, tau)
+    for i in (4, 20):
+        # what the force itself does within the step, as large as to give the jump its sd
+        alone = Clock.of(clock.phase[i : i + 2], stiffness=plain.stiffness[plain.index][i : i + 1])
+        within = alone.force_table(1.0, tau)[1][0]
+        response = after[:, :, i + 1].reshape(3 * n, 3)
+        states += 7.0**2 / within[2, 2] * response @ within @ response.T
+    reading = (np.eye(n)[:, :, None] * row).reshape(n, 3 * n)[used]
+    covariance = reading @ states @ reading.T + np.diag(clock.variance[used])
+    block = rng.standard_normal((n, 3))
+    whitened = whiten(block, clock, row, ratio, tau)
+    np.testing.assert_allclose(
+        whitened.gram, block[used].T @ np.linalg.solve(covariance, block[used]), rtol=1e-8
+    )
+    assert whitened.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1], rel=1e-10)
 
 
 def test_gains_that_have_settled_change_with_the_slope_that_an_accelerometer_reads(rng) -> None:

@@ -1,0 +1,64 @@
+"""Jumps of a random force: their tails, and the intervals in which they are let off."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+import friction_bayes as fb
+from friction_bayes.loop.random_force.knocked import knock_times
+from friction_bayes.loop.random_force.knocks import jump_tails, log_odds_of_knocks, spans_of
+from unsteady_decays import FRICTION, SYSTEM, WHITE, fitted, sensed, unsteady_motion
+
+
+def test_spans_are_runs_of_intervals() -> None:
+    jumps = np.array([2.0, 2.0, 0.0, 0.0, 3.0, 0.0, 1.0])
+    assert spans_of(jumps) == [(0, 2), (4, 5), (6, 7)]
+    assert spans_of(np.zeros(5)) == []
+
+
+def test_each_knock_costs_the_odds_of_its_place() -> None:
+    jumps = np.zeros(50)
+    assert log_odds_of_knocks(jumps) == 0.0
+    jumps[[3, 4, 20]] = 1.0
+    assert log_odds_of_knocks(jumps) == pytest.approx(-2.0 * np.log(50.0))
+
+
+def test_a_normal_force_has_normal_jumps_and_one_that_is_kicked_has_not(rng: np.random.Generator) -> None:
+    ps = []
+    for kicks in (False, True):
+        motion = unsteady_motion(rng, 0.3, knock=_kicks(rng) if kicks else lambda t: 0.0)[0]
+        fit = fitted(sensed(motion + WHITE * rng.standard_normal(motion.size)), ["sensor_offset"])
+        assert not knock_times(fit)
+        kurtosis, independent, p = jump_tails(fit.regression, fit.coefficients, fit.posterior.best)
+        assert 20 < independent < fit.samples
+        # of as many independent normal numbers, by simulation
+        drawn = stats.kurtosis(rng.standard_normal((4000, int(independent))), axis=1, fisher=False)
+        assert p == pytest.approx(np.mean(drawn >= kurtosis), abs=0.03)
+        ps.append(p)
+    assert ps[0] > 0.01
+    assert ps[1] < 1e-4
+
+
+def _kicks(rng: np.random.Generator):
+    """A force that changes its sign now and then: a support that slips."""
+    times = np.cumsum(rng.uniform(0.8, 1.6, 20))
+    return lambda t: 1.5 * (-1.0) ** int(np.searchsorted(times, t))
+
+
+def test_a_knock_is_told_in_the_report() -> None:
+    rng = np.random.default_rng(3)
+    motion = unsteady_motion(rng, 0.2, knock=lambda t: 6.0 * (4.0 <= t < 4.05))[0]
+    record = sensed(motion + WHITE * rng.standard_normal(motion.size))
+    report = fb.close_loop([record], SYSTEM, effects=["random_force", "viscous_damping"], seed=1)
+    told = [note for note in report.notes if "knocked at" in note]
+    assert len(told) == 1
+    assert "N where it is largest" in told[0]
+    low, high = report.friction_after["interval90"]
+    assert low < FRICTION * SYSTEM.stiffness < high
+    trace = report.traces[0].fluctuation
+    assert trace is not None
+    ((start, end),) = trace.knocks
+    assert start < 4.05
+    assert end > 4.0
