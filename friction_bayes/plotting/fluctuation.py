@@ -23,6 +23,7 @@ _BAND = 1.645
 def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None, shape: str | None = None) -> Figure:
     """Draw the random force of a record over time and against velocity, position and amplitude.
 
+    What depends on the motion does so without the knocks: those are marked over time alone.
     Against position, the two directions of motion have a line each; against amplitude, the part against the
     motion is drawn, which is what friction that depends on the amplitude leaves. Lines are means in bins,
     with two standard errors: of the passes through a bin, as the samples of one pass are not independent.
@@ -43,9 +44,15 @@ def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None, shape: s
     """
     found = trace.fluctuation
     assert found is not None
-    amplitude = np.interp(trace.time, trace.turning_times, np.abs(trace.turning_points))
-    forward = found.velocity > 0.0
-    against = np.where(forward, -found.force, found.force)
+    steady = np.ones(trace.time.size, dtype=np.bool_)
+    for start, end in found.knocks:
+        steady &= (trace.time < start) | (trace.time > end)
+    displacement, velocity, force = (
+        values[steady] for values in (found.displacement, found.velocity, found.force)
+    )
+    amplitude = np.interp(trace.time[steady], trace.turning_times, np.abs(trace.turning_points))
+    forward = velocity > 0.0
+    against = np.where(forward, -force, force)
     length = "rad" if trace.quantity.startswith("ang") else "m"
     with styled():
         figure = new_figure(9.0, 6.4)
@@ -62,27 +69,26 @@ def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None, shape: s
         over_time.set_ylabel(f"force left [{found.unit}]")
         over_time.set_title(f"{trace.name}: force left")
         panels = {"time": over_time}
-        for k, (name, unit, values, force) in enumerate(
+        for k, (name, unit, values, shown) in enumerate(
             (
-                ("velocity", f"{length}/s", found.velocity, found.force),
-                ("position", length, found.displacement, found.force),
+                ("velocity", f"{length}/s", velocity, force),
+                ("position", length, displacement, force),
                 ("amplitude", length, amplitude, against),
             )
         ):
             axes = panels[name] = figure.add_subplot(grid[1, k])
             size = 1.6 if values.size > 2000 else 3.0
-            axes.plot(values, force, ".", color=DATA, ms=size, mew=0.0, rasterized=True)
+            axes.plot(values, shown, ".", color=DATA, ms=size, mew=0.0, rasterized=True)
             axes.set_xlabel(f"{name} [{unit}]")
             axes.locator_params(axis="x", nbins=5)
-        _draw_means(panels["velocity"], found.velocity, found.force, forward)
+        _draw_means(panels["velocity"], velocity, force, forward)
         _draw_means(panels["amplitude"], amplitude, against, forward)
         for direction, style, label in (
             (True, "-", "mean; of position, forwards"),
             (False, ":", "backwards"),
         ):
-            own = forward == direction
-            x, force = found.displacement[own], found.force[own]
-            _draw_means(panels["position"], x, force, forward[own], style, label)
+            way = forward == direction
+            _draw_means(panels["position"], displacement[way], force[way], forward[way], style, label)
         panels["velocity"].set_ylabel(f"force left [{found.unit}]")
         panels["amplitude"].set_ylabel(f"against the motion [{found.unit}]")
         said = {} if depends_on is None else {depends_on: f"depends on the {depends_on}"}
