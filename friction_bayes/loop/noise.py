@@ -10,7 +10,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 from scipy.special import log_ndtr
 
 from friction_bayes.core.arrays import Array, Mask
@@ -76,7 +75,13 @@ def whiten(columns: Array, ar: Array) -> Array:
     """Filter residuals or derivatives, time along the first axis, by an autoregression."""
     if ar.size == 0:
         return columns
-    return np.asarray(lfilter(np.concatenate([[1.0], -ar]), [1.0], columns, axis=0))
+    return _moving_sum(np.concatenate([[1.0], -ar]), columns)
+
+
+def _moving_sum(weights: Array, columns: Array) -> Array:
+    """Weighted sums of each sample and those before it, the latest first, time along the first axis."""
+    # scipy.signal, which does the same, takes longer to load than some records to fit
+    return np.asarray(np.apply_along_axis(np.convolve, 0, columns, weights)[: len(columns)])
 
 
 def fit_noise(
@@ -100,7 +105,7 @@ def fit_noise(
     flat = (sides != 0.0) if noise_model.censored else np.zeros(sides.size, dtype=bool)
     unknown = flat if ignored is None else flat | ignored
     # a sample that is not known spoils the innovations of all that follow within the order
-    usable = lfilter(np.ones(noise_model.ar.size + 1), [1.0], unknown.astype(float)) < 0.5
+    usable = _moving_sum(np.ones(noise_model.ar.size + 1), unknown.astype(float)) < 0.5
     usable[: noise_model.ar.size] = False
     flat &= noise_model.ar.size == 0
     x = white[usable]
