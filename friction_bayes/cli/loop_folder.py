@@ -6,13 +6,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import h5netcdf
+import numpy as np
+import xarray as xr
+
 from friction_bayes.core.files import write_json
 from friction_bayes.loop import LoopReport
 from friction_bayes.plotting import figure_files
 from friction_bayes.plotting.loop import loop_figures
 from friction_bayes.report.loop import loop_page
 
-__all__ = ["write_loop"]
+__all__ = ["write_draws", "write_loop"]
 
 
 def write_loop(report: LoopReport, result: Mapping[str, Any], made: Mapping[str, Any], folder: Path) -> None:
@@ -28,7 +32,7 @@ def write_loop(report: LoopReport, result: Mapping[str, Any], made: Mapping[str,
     folder : pathlib.Path
     """
     write_json(folder / "report.json", result)
-    report.posterior.to_netcdf(folder / "posterior.nc", engine="h5netcdf")
+    write_draws(report.posterior, folder / "posterior.nc")
     drawings = {}
     for name, figure in loop_figures(report).items():
         for kind, content in figure_files(figure, ("png", "svg")).items():
@@ -36,3 +40,26 @@ def write_loop(report: LoopReport, result: Mapping[str, Any], made: Mapping[str,
             drawings[name] = content
     page = loop_page(result, [trace.name for trace in report.traces], drawings, made)
     (folder / "report.html").write_text(page, encoding="utf-8")
+
+
+def write_draws(tree: xr.DataTree, path: Path) -> None:
+    """Write a tree of numbers as ``tree.to_netcdf`` does, in a tenth of the time.
+
+    That first loads dask.array and distributed, to learn that none of the numbers is Dask's.
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+    path : pathlib.Path
+    """
+    with h5netcdf.File(path, "w") as file:
+        for node in tree.subtree:
+            group = file if node is tree else file.create_group(node.path)
+            group.attrs.update(node.attrs)
+            group.dimensions.update(node.sizes)
+            for name, variable in node.variables.items():
+                missing = np.nan if variable.dtype.kind == "f" else None
+                written = group.create_variable(
+                    str(name), variable.dims, variable.dtype, data=variable.values, fillvalue=missing
+                )
+                written.attrs.update(variable.attrs)

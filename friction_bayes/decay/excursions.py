@@ -17,7 +17,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.system import Oscillator
 from friction_bayes.records.clock import place_of_sample, sampling_interval
-from friction_bayes.records.record import record_name
+from friction_bayes.records.record import record_name, with_values
 
 __all__ = ["set_excursions_aside", "without_excursions"]
 
@@ -115,7 +115,7 @@ def set_excursions_aside(record: xr.DataArray, system: Oscillator) -> tuple[xr.D
         RecordWarning,
         stacklevel=3,
     )
-    return record.copy(data=mended), stray
+    return with_values(record, mended), stray
 
 
 def _refuse_marks(record: xr.DataArray, values: Array) -> None:

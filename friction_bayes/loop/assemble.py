@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.declared_force import by_mass, by_stiffness, frequencies_disagree
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
@@ -277,13 +277,16 @@ def _compare_with_reference(
 
 def _posterior(mixture: Mixture, after: Distribution, seed: int) -> xr.DataTree:
     """Draws in ArviZ's layout: those of the most probable candidate, and friction over all."""
-    best = xr.Dataset(
-        {name: (("chain", "draw"), values[None]) for name, values in mixture.best.variables().items()}
-    )
+
+    def one_chain(values: Array | Integers, **attrs: str) -> xr.Variable:
+        # as it is: xarray otherwise loads dask.array to see whether the array is Dask's
+        return xr.Variable(("chain", "draw"), values[None], attrs, fastpath=True)
+
+    best = xr.Dataset({name: one_chain(values) for name, values in mixture.best.variables().items()})
     friction = xr.Dataset(
         {
-            "friction": (("chain", "draw"), after.draws[None], {"units": after.unit}),
-            "candidate": (("chain", "draw"), mixture.draws.candidate[None]),
+            "friction": one_chain(after.draws, units=after.unit),
+            "candidate": one_chain(mixture.draws.candidate),
         }
     )
     return xr.DataTree.from_dict(

@@ -21,7 +21,7 @@ from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import sampling_interval
 from friction_bayes.records.held_readings import set_held_readings_aside
 from friction_bayes.records.quantisation import ROUNDING, quantisation_step
-from friction_bayes.records.record import validate_record
+from friction_bayes.records.record import validate_record, with_values
 
 __all__ = ["Segment", "cut_records"]
 
@@ -175,7 +175,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     values = np.ascontiguousarray(record.values, dtype=np.float64)
     smooth, spikes = _spikes(values)
     tame = np.where(spikes, smooth, values)
-    decay = find_free_decay(record.copy(data=tame), system, resolution=resolution)
+    decay = find_free_decay(with_values(record, tame), system, resolution=resolution)
     clock = np.asarray(record["time"].values, dtype=np.float64)
     first = int(np.searchsorted(clock, decay.start_time))
     moving = decay.values.size

@@ -19,6 +19,7 @@ __all__ = [
     "record_name",
     "record_quantity",
     "validate_record",
+    "with_values",
     "within",
 ]
 
@@ -95,6 +96,20 @@ def record_quantity(record: xr.DataArray) -> Quantity:
 def record_name(record: xr.DataArray) -> str:
     """Return what messages call the record."""
     return str(record.attrs.get("name", "record"))
+
+
+def with_values(record: xr.DataArray, values: Array) -> xr.DataArray:
+    """Return the record with other samples in the place of its own.
+
+    Parameters
+    ----------
+    record : xarray.DataArray
+    values : ndarray, shape (n,)
+        In the unit of the record.
+    """
+    # as they are, like in make_record; record.copy(data=values) asks whether they are Dask's
+    samples = xr.Variable(record.dims, values, record.attrs, fastpath=True)
+    return xr.DataArray(samples, coords=record.coords, name=record.name)
 
 
 def within(record: xr.DataArray, start: float | None, end: float | None) -> slice:

@@ -13,9 +13,6 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 
-# What xarray opens by name.
-OPENED_BY_NAME = {"h5netcdf"}
-
 
 def named(requirements: list[str]) -> set[str]:
     """Import names of requirements such as ``arviz-stats[xarray]>=0.8``."""
@@ -55,4 +52,4 @@ def test_imported_is_declared_and_declared_is_imported(
     declared = named(PROJECT["dependencies"])
     for extra in extras:
         declared |= named(PROJECT["optional-dependencies"][extra])
-    assert imported(*folders) == declared - OPENED_BY_NAME
+    assert imported(*folders) == declared

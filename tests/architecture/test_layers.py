@@ -53,6 +53,7 @@ ROOMS: dict[str, set[str]] = {
     "asammdf": {"records"},
     "dask": {"monitor", "cli"},
     "emcee": {"reference"},
+    "h5netcdf": {"cli"},
     "h5py": {"records"},
     "jinja2": {"report"},
     "matplotlib": {"plotting"},

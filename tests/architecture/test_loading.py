@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
+import friction_bayes as fb
+from decays import short_decay
 from friction_bayes.cli.commands import COMMANDS
 
 COMPUTING = {"numba", "scipy", "xarray", "pandas", "dask", "distributed", "h5py", "h5netcdf", "pooch"}
@@ -58,3 +61,15 @@ def test_an_estimate_loads_what_it_runs(method: str) -> None:
     # dask and jinja2 are not in it: xarray loads them wherever they are installed
     unused = {"dask.array", "distributed", "h5py", "h5netcdf", "pooch", "scipy.io"}
     assert modules & {*unused, *SHOWING, *ABOVE} == set()
+
+
+def test_closing_the_loop_loads_what_it_runs(tmp_path: Path) -> None:
+    record = fb.write_record(short_decay(seed=1), tmp_path / "decay.csv")
+    out = tmp_path / "loop"
+    modules = loaded(
+        running("close-loop", str(record), "--mass", "10", "--stiffness", "1000", "--out", str(out))
+    )
+    assert (out / "report.html").exists()
+    assert "friction_bayes.loop.close_loop" in modules
+    unused = {"dask.array", "distributed", "pooch", "scipy.io", "scipy.signal"}
+    assert modules & {*unused, "emcee", "arviz_base", "arviz_stats", "matplotlib.pyplot"} == set()

@@ -10,12 +10,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
 import friction_bayes as fb
 from decays import PUSHED_UNTIL, pushed_decay, short_decay
+from friction_bayes.cli.loop_folder import write_draws
 from friction_bayes.cli.program import main
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
@@ -109,6 +111,42 @@ def test_folder(closed: Path, dragged: Path) -> None:
         draws = np.ravel(tree["mixture"]["friction"].values)
     report = strict((closed / "report.json").read_text())
     assert draws.mean() == pytest.approx(report["friction_after"]["mean"])
+
+
+def test_draws_are_written_as_xarray_writes_them(tmp_path: Path, rng: np.random.Generator) -> None:
+    draws = rng.standard_normal((1, 7))
+    tree = xr.DataTree.from_dict(
+        {
+            "posterior": xr.Dataset({"friction": (("chain", "draw"), draws)}, attrs={"seed": 3}),
+            "mixture": xr.Dataset(
+                {
+                    "friction": (("chain", "draw"), draws[:, :5], {"units": "N"}),
+                    "candidate": (("chain", "draw"), np.arange(5)[None]),
+                }
+            ),
+        }
+    )
+    write_draws(tree, tmp_path / "own.nc")
+    tree.to_netcdf(tmp_path / "xarray.nc", engine="h5netcdf")
+    own, theirs = everything_in(tmp_path / "own.nc"), everything_in(tmp_path / "xarray.nc")
+    assert "/mixture/candidate" in own
+    np.testing.assert_equal(own, theirs)
+
+
+def everything_in(path: Path) -> dict[str, Any]:
+    """Type, values and attributes of all that an HDF5 file holds, by name; of references, that they exist."""
+    found: dict[str, Any] = {}
+
+    def look(name: str, item: Any) -> None:
+        values = (item.dtype, item[...]) if isinstance(item, h5py.Dataset) else None
+        references = ("DIMENSION_LIST", "REFERENCE_LIST")
+        told = {key: None if key in references else value for key, value in item.attrs.items()}
+        found[f"/{name}"] = (values, told)
+
+    with h5py.File(path) as file:
+        look("", file)
+        file.visititems(look)
+    return found
 
 
 def test_same_seed_same_bits(

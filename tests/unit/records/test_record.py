@@ -9,7 +9,7 @@ import xarray as xr
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import STANDARD_GRAVITY
 from friction_bayes.records.clock import is_even, sampling_interval
-from friction_bayes.records.record import make_record, validate_record
+from friction_bayes.records.record import make_record, validate_record, with_values
 
 N, STEP = 400, 0.01
 TIME = np.arange(N) * STEP
@@ -51,6 +51,12 @@ def test_a_valid_record_passes_unchanged() -> None:
     record = record_over(TIME)
     assert validate_record(record) is record
     assert sampling_interval(record) == pytest.approx(STEP, rel=1e-12)
+
+
+def test_other_values_leave_the_rest_as_it_is() -> None:
+    record = record_over(TIME)
+    xr.testing.assert_identical(with_values(record, 2.0 * SIGNAL), record.copy(data=2.0 * SIGNAL))
+    np.testing.assert_array_equal(record.values, SIGNAL)
 
 
 @pytest.mark.parametrize(("bad", "word"), [(np.nan, "nan"), (np.inf, "inf"), (-np.inf, "-inf")])
