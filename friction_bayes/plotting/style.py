@@ -11,6 +11,7 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import ScalarFormatter
 
@@ -134,7 +135,8 @@ def figure_files(figure: Figure, formats: tuple[str, ...]) -> dict[str, bytes]:
         layout = figure.get_layout_engine()
         if layout is not None:
             # Laid out once for all formats, which takes as long as drawing; with any layout left, savefig
-            # draws twice.
+            # draws twice. On one canvas the letters measured for the layout are not measured for PNG again.
+            FigureCanvasAgg(figure)
             figure.set_dpi(mpl.rcParams["savefig.dpi"])
             layout.execute(figure)
             figure.set_layout_engine(None)
