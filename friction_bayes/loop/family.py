@@ -243,7 +243,7 @@ def mixture_of(
     Parameters
     ----------
     families : sequence of Family
-        No set in two of them; one has the empty set.
+        One has the empty set. A set in two of them is one candidate.
     rng : numpy.random.Generator
     slight_force : Nuisance, optional
         A random force too slight to show, for draws without one.
@@ -253,25 +253,28 @@ def mixture_of(
     probability /= probability.sum()
     owner = np.repeat(np.arange(len(families)), [len(family.sets) for family in families])
     everyone = [names for family in families for names in family.sets]
-    order = np.argsort(-probability, kind="stable")
-    listed = [i for i in order if probability[i] > _LEAST_PROBABILITY or not everyone[i]]
-    place = np.full(logs.size, -1)
-    place[listed] = np.arange(len(listed))
+    total: dict[Names, float] = {}
+    for names, each in zip(everyone, probability, strict=True):
+        total[names] = total.get(names, 0.0) + float(each)
+    ranked = sorted(total, key=lambda names: -total[names])
+    listed = [names for names in ranked if total[names] > _LEAST_PROBABILITY or not names]
+    position = {names: k for k, names in enumerate(listed)}
+    place = np.array([position.get(names, -1) for names in everyone])
     counts = shared_out(DRAWS, np.array([probability[owner == f].sum() for f in range(len(families))]), rng)
     parts = []
     for f, (family, count) in enumerate(zip(families, counts, strict=True)):
         # as evenly among its candidates, which come one after the other
         some = family.draws.at(shared_out(count, np.ones(DRAWS), rng) > 0)
         parts.append(vars(some) | {"candidate": place[owner == f][some.candidate]})
-    kept = probability[listed]
+    kept = np.array([total[names] for names in listed])
     draws = FamilyDraws(**{name: np.concatenate([part[name] for part in parts]) for name in parts[0]})
     if slight_force is not None:
         still = draws.random_force == 0.0
         friction = np.where(still, slight_force.beside(draws.friction, rng), draws.friction)
         draws = replace(draws, friction=friction)
     return Mixture(
-        sets=tuple(everyone[i] for i in listed),
+        sets=tuple(listed),
         probabilities=kept / kept.sum(),
-        best=families[int(owner[order[0]])],
+        best=families[int(owner[np.argmax(np.where(place == 0, probability, -1.0))])],
         draws=draws,
     )

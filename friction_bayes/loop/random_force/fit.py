@@ -29,7 +29,7 @@ from friction_bayes.loop.random_force.columns import LawColumns
 from friction_bayes.loop.random_force.correlated_error import SensorError, find_sensor_error
 from friction_bayes.loop.random_force.finer_lines import finer_lines, lines_that_show
 from friction_bayes.loop.random_force.growing_noise import NoiseGrowth
-from friction_bayes.loop.random_force.knocks import next_knock
+from friction_bayes.loop.random_force.knocks import next_knock, spans_of
 from friction_bayes.loop.random_force.lines import Line, lines_beside_motion
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.random_force.sensor_noise import SensorNoise, weigh_sensor_noise
@@ -145,6 +145,11 @@ class ForceFit:
     def fluctuation_sd(self) -> Array:
         """Its standard deviation, shape (n,)."""
         return np.asarray(np.sqrt(self.motion.covariance[:, 2, 2]))
+
+    @property
+    def knocks(self) -> list[tuple[int, int]]:
+        """First and last sample of each knock."""
+        return spans_of(self.clock.jump[self.clock.index])
 
     @property
     def unit(self) -> float:

@@ -209,7 +209,9 @@ def log_share_of_search(fit: ForceFit, tried: Collection[str]) -> float:
 
 
 def _known_to_search(fit: ForceFit, tried: Collection[str], noise: frozenset[str]) -> Mask:
-    """Points and sets that it has, under one kind of noise, shape (g, m)."""
+    """Points and sets that it has, under one kind of noise, shape (g, m): it knows no knocks."""
+    if fit.knocks:
+        return np.zeros((fit.posterior.ratio.size, len(fit.sets.effects)), np.bool_)
     has = np.array([(names | noise).issubset(tried) for names in fit.sets.effects])
     return np.asarray((fit.posterior.ratio == 0.0)[:, None] & has)
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from friction_bayes.loop.random_force.fit import ForceFit
-from friction_bayes.loop.random_force.knocks import spans_of
 
 __all__ = ["knock_notes", "knock_times"]
 
@@ -15,7 +14,7 @@ __all__ = ["knock_notes", "knock_times"]
 def knock_times(fit: ForceFit) -> list[tuple[float, float]]:
     """Start and end of each knock [s], from the first sample of the decay on."""
     time = fit.segment.time
-    return [(float(time[a]), float(time[b])) for a, b in spans_of(fit.clock.jump[fit.clock.index])]
+    return [(float(time[a]), float(time[b])) for a, b in fit.knocks]
 
 
 def knock_notes(fit: ForceFit, unit_force: float, unit: str) -> Iterator[str]:
@@ -29,7 +28,7 @@ def knock_notes(fit: ForceFit, unit_force: float, unit: str) -> Iterator[str]:
     unit : str
     """
     decay = fit.segment.decay
-    for (start, end), (a, b) in zip(knock_times(fit), spans_of(fit.clock.jump[fit.clock.index]), strict=True):
+    for (start, end), (a, b) in zip(knock_times(fit), fit.knocks, strict=True):
         force = unit_force * fit.fluctuation[a : b + 1]
         largest = float(force[np.argmax(np.abs(force))])
         yield (

@@ -62,3 +62,16 @@ def test_a_knock_is_told_in_the_report() -> None:
     ((start, end),) = trace.knocks
     assert start < 4.05
     assert end > 4.0
+
+
+def test_a_knock_in_a_motion_without_a_random_force_is_no_random_force() -> None:
+    rng = np.random.default_rng(4)
+    motion = unsteady_motion(rng, 0.0, knock=lambda t: 6.0 * (4.0 <= t < 4.05))[0]
+    record = sensed(motion + WHITE * rng.standard_normal(motion.size))
+    report = fb.close_loop([record], SYSTEM, effects=["random_force", "viscous_damping"], seed=1)
+    assert any("knocked at" in note for note in report.notes)
+    assert report.candidates[0]["effects"] == []
+    named = [tuple(candidate["effects"]) for candidate in report.candidates]
+    assert len(set(named)) == len(named)
+    low, high = report.friction_after["interval90"]
+    assert low < FRICTION * SYSTEM.stiffness < high
