@@ -35,6 +35,13 @@ __all__ = ["FreeDecay", "check_sampling", "find_free_decay"]
 
 _LEAST_PER_PERIOD = 2.0
 """Samples a period of the declared frequency, which must be more: Nyquist's."""
+_SAME_FREQUENCY = 0.03
+"""Relative distance from a multiple of the declared frequency: a large swing or light damping shifts it."""
+_MULTIPLES = {
+    2.0: "a signal without a sign (distance from the middle, magnitude) does so, and friction is then wrong",
+    0.5: "a stiffness from half periods that were taken for whole ones does so, and friction is then wrong",
+}
+"""Ratios that a mistake makes, and which."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,6 +146,14 @@ class FreeDecay:
                 f"{self.other_share:.0%} as strong in the spectrum as the one followed at "
                 f"{self.frequency:.4g} rad/s"
             )
+        ratio = self.frequency / self.system.natural_frequency
+        for multiple, cause in _MULTIPLES.items():
+            if abs(ratio / multiple - 1.0) < _SAME_FREQUENCY:
+                notes.append(
+                    f"{self.name}: swings at {self.frequency:.4g} rad/s, {multiple:g} times the declared "
+                    f"{self.system.natural_frequency:.4g} rad/s: {cause}; otherwise "
+                    f"check {self.system.moving_name} and stiffness"
+                )
         return tuple(notes)
 
     @property

@@ -217,3 +217,15 @@ def test_a_hold_before_the_release_is_no_other_mode(hold: float, rng: np.random.
     held = np.concatenate([np.full(round(hold * 200.0 * 2.0 * math.pi / FREQUENCY), signal[0]), signal])
     decay = found(held + noise(held, 40.0, rng), 200.0, "displacement")
     assert math.isnan(decay.other_share)
+
+
+@pytest.mark.parametrize(
+    ("mass", "said"), [(8.0, "a signal without a sign"), (0.5, "from half periods"), (2.0, ""), (2.9, "")]
+)
+def test_a_frequency_that_is_a_multiple_of_the_declared_one_is_told_with_its_likely_cause(
+    mass: float, said: str
+) -> None:
+    signal, _ = decay_signal("displacement", 200.0, 8.0)
+    declared = Oscillator(mass=mass, stiffness=SYSTEM.stiffness)
+    told = [note for note in found(signal, 200.0, "displacement", declared).notes if "declared" in note]
+    assert [said in note for note in told] == [True] * bool(said)
