@@ -6,15 +6,18 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+import friction_bayes as fb
 from experiments.figures import figure_parser, load_results
 from experiments.loop_measured import TARGET_RATIO
 from experiments.pasco_together import KINDS
 from experiments.pendulum_forecast import PUBLISHED
+from friction_bayes.plotting.fluctuation import plot_fluctuation
 from friction_bayes.plotting.style import ACCENT, FAINT, MODEL, caption, new_figure, save_figure, styled
 
-__all__ = ["draw_forecasts", "draw_gains", "draw_pull", "draw_residuals", "draw_story", "main"]
+__all__ = ["draw_forecasts", "draw_gains", "draw_knock", "draw_pull", "draw_residuals", "draw_story", "main"]
 
 _COLUMNS = 4
+_KNOCKED = "pasco-oscillator/magnet-3"
 
 
 def draw_gains(dataset: xr.Dataset) -> Figure:
@@ -136,6 +139,13 @@ def draw_pull(dataset: xr.Dataset) -> Figure:
     return figure
 
 
+def draw_knock(seed: int) -> Figure:
+    """The force that is left in a release with a knock, whose loop is closed anew."""
+    record, system = fb.dataset_record(_KNOCKED)
+    report = fb.close_loop([record], system, seed=seed)
+    return plot_fluctuation(report.traces[0])
+
+
 def main() -> None:
     """Draw from the results of the experiments on measured records."""
     parser = figure_parser("experiments.loop_measured_figures", __doc__, "docs/figures")
@@ -151,6 +161,7 @@ def main() -> None:
             "pendulum_forecast": draw_forecasts(forecasts, options.law),
             "measured_story": draw_story(story),
             "position_force": draw_pull(together),
+            "knock": draw_knock(int(measured.attrs["seed"])),
         }
     for name, figure in drawn.items():
         save_figure(figure, options.out, name, formats=("png",))
