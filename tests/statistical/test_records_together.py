@@ -1,12 +1,16 @@
-"""Friction drawn anew for each release: its mean, its spread and each release's own are recovered."""
+"""Releases of one machine: friction drawn anew for each is recovered, and what they share agrees."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
+from friction_bayes.loop.random_force.contradictions import compared_sizes
+from friction_bayes.loop.random_force.joint_fit import fit_together
+from friction_bayes.loop.segment import cut_records
 
 MEAN, EFFECTS = 0.07, ["viscous_damping", "random_force"]
 
@@ -30,3 +34,30 @@ def test_mean_and_spread_of_eight_releases(spread: float, seed: int) -> None:
         for record, truth in zip(between["records"], frictions, strict=True)
     ]
     assert np.sum(np.square(z)) < 26.1, "chi-square of eight beyond its 0.1 % point"
+
+
+def test_sizes_of_a_shared_effect_scatter_as_they_say(seed: int) -> None:
+    """Twelve pairs of one damping and a random force: false-alarm rate 0.2 %, two-sided."""
+    chi_square = []
+    rng = np.random.default_rng(seed)
+    for pair in range(12):
+        records = [
+            slow_decay(
+                friction=MEAN * (1.0 + 0.05 * rng.standard_normal()),
+                duration=10.0,
+                sampling_rate=100.0,
+                seed=seed + 2 * pair + k,
+                effects={
+                    "viscous_damping.damping_ratio": 3e-3,
+                    "random_force.sd": 0.1 * MEAN,
+                    "random_force.correlation_time": 0.3,
+                },
+            )
+            for k in range(2)
+        ]
+        fit = fit_together(cut_records(records, SYSTEM), SYSTEM, EFFECTS, varying=False)
+        assert fit is not None
+        (damping,) = compared_sizes(fit)
+        chi_square.append(damping.chi_square)
+    low, high = chi2.ppf([0.001, 0.999], len(chi_square))
+    assert low < sum(chi_square) < high

@@ -39,7 +39,7 @@ from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 
-__all__ = ["ForceFit", "fit_random_force", "force_fit"]
+__all__ = ["ForceFit", "fit_random_force", "force_fit", "is_read_as_fault"]
 
 _MOST_ROUNDS = 6
 _ROUNDS_AFTER_A_KNOCK = 2
@@ -292,10 +292,10 @@ def fit_random_force(
     )
     found = found._replace(regression=regression)
     fit = force_fit(record, found, posterior, posterior.best_law(), sensor_noise)
-    return None if _is_read_as_fault(fit) else fit
+    return None if is_read_as_fault(fit) else fit
 
 
-def _is_read_as_fault(fit: ForceFit) -> bool:
+def is_read_as_fault(fit: ForceFit) -> bool:
     """Whether the sensor's faults have taken the place of the motion, or hide most of it.
 
     Evaluated along the smoothed signal, a fault that follows the motion is the signal itself: it follows

@@ -23,6 +23,7 @@ from friction_bayes.loop.noise import NoiseModel, has_heavy_tails
 from friction_bayes.loop.random_force.between_records import friction_between_records
 from friction_bayes.loop.random_force.cells import Cells
 from friction_bayes.loop.random_force.contender import drawn_contender
+from friction_bayes.loop.random_force.contradictions import contradictions
 from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.joint_draws import joint_draws
@@ -166,6 +167,10 @@ class JointFamily(MotionFamily):
     def reading(self) -> Reading:
         laws = joint_draws(self._everything, self._rng_reading, DRAWS)
         return self._reading("the sets weighed along the measured motions", self._everything.fits, laws)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return (*super().notes, *contradictions(self.fit))
 
     def variables(self) -> dict[str, Array]:
         best = self._of_best

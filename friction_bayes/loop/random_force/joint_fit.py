@@ -22,7 +22,7 @@ from friction_bayes.estimators.random_force.smoothing import Motion
 from friction_bayes.estimators.random_force.subsets import WeighedSets
 from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.parameters import scales_of
-from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force, force_fit
+from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force, force_fit, is_read_as_fault
 from friction_bayes.loop.random_force.joint_problem import JointProblem, Member, Spread
 from friction_bayes.loop.random_force.lines import OF_LINES, Line
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord, force_prior
@@ -146,7 +146,8 @@ def fit_together(
     -------
     JointFit or None
         None where a record by itself cannot be analysed (see
-        :func:`friction_bayes.loop.random_force.fit.fit_random_force`).
+        :func:`friction_bayes.loop.random_force.fit.fit_random_force`), or where faults of the sensor take the
+        place of a motion.
     """
     # records with outliers are left to the search: here no sample is taken for one
     allowed = [name for name in allowed if name != OUTLIERS.name]
@@ -185,7 +186,8 @@ def fit_together(
     along = _along(alone, records, [fit.motion.at_frequency(change) for fit in first.fits], w0 * change)
     if along is None:
         return None
-    return _weighed(alone, records, along, SPREADS, varying=varying, forced=forced, kept=first.worth_it)
+    fit = _weighed(alone, records, along, SPREADS, varying=varying, forced=forced, kept=first.worth_it)
+    return None if any(is_read_as_fault(one) for one in fit.fits) else fit
 
 
 def _along(

@@ -36,8 +36,10 @@ class Shape(NamedTuple):
     share: float
 
 
-def best_shape(fit: ForceFit, binned: Array) -> Shape:
+def best_shape(fit: ForceFit, binned: Array) -> Shape | None:
     """Find the form that, as a part of the law, leaves least of a binned force.
+
+    None where the law has taken all of them already, as one with faults of the sensor can.
 
     Parameters
     ----------
@@ -58,7 +60,7 @@ def best_shape(fit: ForceFit, binned: Array) -> Shape:
             continue
         drop = whole.statistic - taken.test(bins).statistic
         found.append(Shape(name, min(max(drop / excess, 0.0), 1.0)))
-    return max(found, key=lambda shape: shape.share)
+    return max(found, key=lambda shape: shape.share, default=None)
 
 
 def _shapes(path: MeasuredPath) -> Iterator[tuple[str, Array]]:

@@ -195,3 +195,24 @@ def test_a_drift_of_friction_is_each_records_own() -> None:
             one = parameters[f"relative_change[{k}]"]
             assert one["mean"] == pytest.approx(change, abs=4.0 * one["sd"])
             assert one["sd"] < 0.2
+
+
+def test_a_shared_effect_that_differs_is_a_contradiction(report: fb.LoopReport) -> None:
+    """Friction may differ between releases, damping may not: nothing else would tell."""
+    damped = [
+        slow_decay(
+            friction=0.07,
+            duration=14.0,
+            sampling_rate=100.0,
+            noise_sd=1e-4,
+            seed=k,
+            effects={"viscous_damping.damping_ratio": ratio},
+        ).assign_attrs(name=f"oil-{k}")
+        for k, ratio in enumerate((1.5e-3, 3.8e-3))
+    ]
+    told = [note for note in fb.close_loop(damped, SYSTEM, seed=1, effects=EFFECTS).notes if "one" in note]
+    assert len(told) == 1
+    assert "contradict one viscous_damping for all" in told[0]
+    assert "oil-0 0." in told[0]
+    assert "oil-1 1." in told[0]
+    assert not any("contradict" in note for note in report.notes)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import friction_bayes as fb
+from friction_bayes.loop.random_force import shapes
 from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
 from friction_bayes.loop.random_force.left_over import what_is_left
 from friction_bayes.loop.segment import cut_records
@@ -53,3 +55,11 @@ def test_nothing_left_has_no_shape(seed: int) -> None:
     # the tests fail together in one record of a hundred
     assert left.worst is None
     assert left.to_left() == {"depends_on": None, "shape": None, "share": None}
+
+
+def test_a_law_that_has_taken_every_shape_leaves_none(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As one does whose sensor errs with the angle: two measured swings of it together stopped the loop."""
+    fit = fitted({}, seed)
+    sign = fit.path.direction
+    monkeypatch.setattr(shapes, "_shapes", lambda _: [("dry friction", sign)])
+    assert shapes.best_shape(fit, np.stack([np.maximum(sign, 0.0), np.minimum(sign, 0.0)], axis=1)) is None
