@@ -9,6 +9,7 @@ import xarray as xr
 
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.quantities import TIME_UNITS
 
 __all__ = [
     "CUT",
@@ -16,6 +17,7 @@ __all__ = [
     "LONGEST_BRIDGED_GAP",
     "check_clock",
     "check_time_unit",
+    "has_gap",
     "is_even",
     "place_of_sample",
     "sampling_interval",
@@ -38,9 +40,14 @@ GAP = 1.5
 LONGEST_BRIDGED_GAP = 3.0
 """Up to this many typical intervals may lie between samples; what a decay is sought on would invent more."""
 
-
 CUT = "cut the record there, by --start or --end"
-"""What to do about a gap."""
+"""What to do about samples that are missing."""
+
+BEGINS_ANEW = 0.01
+"""Share of the time gone by that is left where a clock falls back to its beginning."""
+
+LEAST_IN_ORDER = 10
+"""Time stamps that rise one after the other, of which a recording has as many; rows out of order have not."""
 
 
 def sampling_interval(record: xr.DataArray) -> float:
@@ -49,17 +56,28 @@ def sampling_interval(record: xr.DataArray) -> float:
     return float((time[-1] - time[0]) / (time.size - 1))
 
 
-def place_of_sample(index: int, time: Array, rows: Indices | None = None) -> str:
-    """Return how a message points at a sample."""
+def place_of_sample(index: int, time: Array, rows: Indices | None = None, unit: str = "s") -> str:
+    """Return how a message points at a sample, its time [s] in the unit of the file."""
     place = f"sample {index + 1}" if rows is None else f"row {rows[index]}"
-    return f"{place} (t = {time[index]:.9g} s)"
+    return f"{place} (t = {_in_unit(time[index], unit)})"
+
+
+def _in_unit(seconds: float, unit: str) -> str:
+    return f"{seconds / TIME_UNITS[unit]:.9g} {unit}"
+
+
+def has_gap(time: Array) -> bool:
+    """Whether too much is missing between two of the time stamps, which rise, to be bridged."""
+    intervals = np.diff(time)
+    return bool(intervals.max() > LONGEST_BRIDGED_GAP * np.median(intervals))
 
 
 def check_clock(
     name: str,
     time: Array,
     rows: Indices | None = None,
-    at_a_gap: str = CUT,
+    unit: str = "s",
+    at_a_gap: str | None = None,
 ) -> None:
     """Refuse time stamps that do not increase or that lack a stretch.
 
@@ -71,8 +89,10 @@ def check_clock(
         Time stamps [s].
     rows : ndarray of int, shape (n,), optional
         Row of each sample in the file it came from, for messages.
-    at_a_gap : str
-        What to do about a stretch that is lacking.
+    unit : str
+        Unit of the times in that file.
+    at_a_gap : str, optional
+        What to do about a stretch that is lacking; to take one side of it where left out.
 
     Raises
     ------
@@ -80,24 +100,38 @@ def check_clock(
         If time runs backwards or a stamp is doubled, and at a gap too long to be bridged.
     """
     intervals = np.diff(time)
-    wrong = np.flatnonzero(intervals <= 0.0)
+    wrong = np.flatnonzero(intervals <= 0.0) + 1
     if wrong.size:
-        k = int(wrong[0]) + 1
-        what = "is doubled" if time[k] == time[k - 1] else f"runs backwards from {time[k - 1]:.9g} s"
+        raise _backwards(name, time, wrong, rows, unit)
+    if has_gap(time):
+        longest = int(intervals.argmax())
+        before, after = time[longest : longest + 2]
         raise InputError(
             name,
-            f"time {what} at {place_of_sample(k, time, rows)}",
-            "sort the rows and remove doubled ones, or give --sampling-rate if the clock is at fault",
+            f"gap of {intervals[longest]:.6g} s after {place_of_sample(longest, time, rows, unit)} "
+            f"(typical interval {np.median(intervals):.6g} s)",
+            at_a_gap or f"take the part before it, --end {before:.9g}, or after it, --start {after:.9g}",
         )
-    typical = float(np.median(intervals))
-    longest = int(intervals.argmax())
-    if intervals[longest] > LONGEST_BRIDGED_GAP * typical:
-        raise InputError(
+
+
+def _backwards(name: str, time: Array, wrong: Indices, rows: Indices | None, unit: str) -> InputError:
+    """Return what to say of times that do not increase at the samples ``wrong``."""
+    k = int(wrong[0])
+    place, before = place_of_sample(k, time, rows, unit), _in_unit(time[k - 1], unit)
+    begins_anew = time[wrong] - time[0] < BEGINS_ANEW * (time[wrong - 1] - time[0])
+    if begins_anew.all() and np.diff(wrong, prepend=0, append=time.size).min() >= LEAST_IN_ORDER:
+        return InputError(
             name,
-            f"gap of {intervals[longest]:.6g} s after {place_of_sample(longest, time, rows)} "
-            f"(typical interval {typical:.6g} s)",
-            at_a_gap,
+            f"the clock begins anew at {place}, after {before}: there seem to be "
+            f"{wrong.size + 1} recordings, one behind the other",
+            "split the file there and give each by itself",
         )
+    what = "is doubled" if time[k] == time[k - 1] else f"runs backwards from {before}"
+    return InputError(
+        name,
+        f"time {what} at {place}",
+        "sort the rows and remove doubled ones, or give --sampling-rate if the clock is at fault",
+    )
 
 
 def is_even(time: Array) -> bool:

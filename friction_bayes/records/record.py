@@ -12,7 +12,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.checks import finite
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named, to_si
-from friction_bayes.records.clock import CUT, check_clock, place_of_sample
+from friction_bayes.records.clock import CUT, check_clock, has_gap, place_of_sample
 
 __all__ = [
     "make_record",
@@ -137,11 +137,13 @@ def within(record: xr.DataArray, start: float | None, end: float | None) -> slic
         kept &= time < end + half
     held = np.flatnonzero(kept)
     if not held.size:
-        raise InputError("--end", f"{end:g} s is before --start {start:g} s", "give a later one")
+        raise InputError("--end", f"{end:g} s is before --start {start:g} s", "give an end after the start")
     return slice(int(held[0]), int(held[-1]) + 1)
 
 
-def validate_record(record: xr.DataArray, *, rows: Indices | None = None) -> xr.DataArray:
+def validate_record(
+    record: xr.DataArray, *, rows: Indices | None = None, time_unit: str = "s"
+) -> xr.DataArray:
     """Return the record unchanged, refusing what no estimator could use.
 
     Parameters
@@ -150,6 +152,8 @@ def validate_record(record: xr.DataArray, *, rows: Indices | None = None) -> xr.
         As :func:`make_record` builds it.
     rows : ndarray of int, shape (n,), optional
         Row of each sample in the file it came from, for messages.
+    time_unit : str
+        Unit of the times in that file, for messages.
 
     Raises
     ------
@@ -190,8 +194,8 @@ def validate_record(record: xr.DataArray, *, rows: Indices | None = None) -> xr.
             others = f" and {bad.size - 1} more" if bad.size > 1 else ""
             raise InputError(
                 name,
-                f"{what} is {array[bad[0]]} at {place_of_sample(bad[0], time, rows)}{others}",
-                "remove or repair those samples, or cut the record there",
+                f"{what} is {array[bad[0]]} at {place_of_sample(bad[0], time, rows, time_unit)}{others}",
+                _without(np.delete(time, bad)),
             )
     if np.ptp(values) <= 1e-12 * np.abs(values).max():
         raise InputError(
@@ -206,8 +210,15 @@ def validate_record(record: xr.DataArray, *, rows: Indices | None = None) -> xr.
             f"{at_ends:.0%} of the samples are {values.min():g} or {values.max():g} {unit}, nothing between",
             "give the motion itself: a square wave or a switch shows no amplitude",
         )
-    check_clock(name, time, rows, _COUNT_BY_COUNT if _goes_count_by_count(values) else CUT)
+    check_clock(name, time, rows, time_unit, _COUNT_BY_COUNT if _goes_count_by_count(values) else None)
     return record
+
+
+def _without(time: Array) -> str:
+    """What to do about samples that are no numbers, by the times of all others."""
+    if time.size < MINIMUM_SAMPLES or not np.all(np.isfinite(time)) or has_gap(time):
+        return f"{CUT}: without them the gap would be too long"
+    return "remove those rows: the times need not be even"
 
 
 def _goes_count_by_count(values: Array) -> bool:

@@ -89,7 +89,7 @@ def test_marks_that_last_are_refused(run: Callable[..., Any], plain: Array) -> N
     for command in ("estimate", "close-loop"):
         line = run(command, plain)
         assert "20 samples lie far out of the motion, the first -9.99 m at sample 311" in line
-        assert line.endswith("cut the record there")
+        assert line.endswith("cut the record there, by --start or --end")
 
 
 def test_the_loop_sets_the_same_samples_aside(run: Callable[..., Any], plain: Array) -> None:

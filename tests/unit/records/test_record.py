@@ -101,9 +101,38 @@ def test_a_gap_is_refused_and_named() -> None:
     keep = np.r_[:100, 110:N]
     with pytest.raises(
         InputError,
-        match=r"gap of 0.11 s after sample 100 \(t = 0.99 s\).*cut the record there, by --start or --end$",
+        match=r"gap of 0.11 s after sample 100 \(t = 0.99 s\).* --end 0.99, or after it, --start 1.1$",
     ):
         validate_record(record_over(TIME[keep], SIGNAL[keep]))
+
+
+@pytest.mark.parametrize(("lost", "remedy"), [(2, "remove those rows"), (3, "cut the record there")])
+def test_what_is_said_of_lost_samples_works(lost, remedy) -> None:
+    values = SIGNAL.copy()
+    values[30 : 30 + lost] = np.nan
+    with pytest.raises(InputError, match=remedy):
+        validate_record(record_over(TIME, values))
+    kept = np.isfinite(values) if lost == 2 else np.arange(N) < 30
+    validate_record(record_over(TIME[kept], values[kept]))
+
+
+def test_a_clock_that_begins_anew_is_two_recordings() -> None:
+    twice = record_over(np.tile(TIME, 2), np.tile(SIGNAL, 2))
+    with pytest.raises(
+        InputError, match=rf"begins anew at sample {N + 1} \(t = 0 s\).* 2 recordings.*; split"
+    ):
+        validate_record(twice)
+    swapped = TIME.copy()
+    swapped[[0, 1]] = TIME[[1, 0]]
+    with pytest.raises(InputError, match="runs backwards"):
+        validate_record(record_over(swapped))
+
+
+def test_times_are_told_in_the_unit_of_the_file() -> None:
+    backwards = TIME.copy()
+    backwards[50] = TIME[48]
+    with pytest.raises(InputError, match=r"runs backwards from 490 ms at sample 51 \(t = 480 ms\)"):
+        validate_record(record_over(backwards), time_unit="ms")
 
 
 def test_rows_that_stamp_each_count_are_told_from_a_record_with_a_gap() -> None:
