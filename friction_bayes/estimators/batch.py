@@ -153,7 +153,7 @@ def estimate_batch(
         quantity=kind,
         unit=unit,
     )
-    chosen = complete_prior(estimator.default_prior(none), prior)
+    chosen = complete_prior(estimator.name, estimator.default_prior(none), prior)
     # what is refused of every record is refused now, and not when a Dask array is computed
     estimator.fit_many(none, chosen, peaks=peaks)
     table = xr.apply_ufunc(

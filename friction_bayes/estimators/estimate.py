@@ -131,7 +131,7 @@ def estimate(
     if method != WaveformEstimator.name and not decay.evenly_spaced:
         decay = decay.on_even_grid()
         spline.append(_SPLINE)
-    chosen = complete_prior(estimator.default_prior(decay), prior_mapping(prior))
+    chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
     fit = estimator.fit(decay, chosen, peaks=peaks)
     if random_force == "auto" and method == WaveformEstimator.name:
         fit = averaged_over_random_force(decay, fit)

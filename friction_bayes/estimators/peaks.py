@@ -50,7 +50,7 @@ class NormalGammaEstimator(TabulatedPrior):
 
     def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
         """Closed-form posterior; what ``prior`` leaves out is the default."""
-        before = NormalGamma(**complete_prior(self.default_prior(decay), prior))
+        before = NormalGamma(**complete_prior(self.name, self.default_prior(decay), prior))
         samples = friction_samples(decay, peaks)
         posterior = before.update(samples)
         return _fit(
@@ -65,7 +65,7 @@ class NormalGammaEstimator(TabulatedPrior):
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
         """Closed-form posteriors of many free decays; what ``prior`` leaves out is the default."""
-        before = NormalGamma(**complete_prior(self.default_prior(decays), prior))
+        before = NormalGamma(**complete_prior(self.name, self.default_prior(decays), prior))
         count, mean, squares, frequency = _sample_statistics(decays, peaks)
         factor = force_factor(decays.system, decays.quantity, decays.unit)
         mu, lam, alpha, beta = before.parameters_after(
@@ -84,7 +84,7 @@ class GammaExponentialEstimator(TabulatedPrior):
 
     def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
         """Closed-form posterior; what ``prior`` leaves out is the default."""
-        before = GammaExponential(**complete_prior(self.default_prior(decay), prior))
+        before = GammaExponential(**complete_prior(self.name, self.default_prior(decay), prior))
         samples = friction_samples(decay, peaks)
         posterior = before.update(samples)
         notes: tuple[str, ...] = (_RATE,)
@@ -105,7 +105,7 @@ class GammaExponentialEstimator(TabulatedPrior):
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
         """Closed-form posteriors of many free decays; what ``prior`` leaves out is the default."""
-        before = GammaExponential(**complete_prior(self.default_prior(decays), prior))
+        before = GammaExponential(**complete_prior(self.name, self.default_prior(decays), prior))
         count, mean, _, frequency = _sample_statistics(decays, peaks)
         factor = force_factor(decays.system, decays.quantity, decays.unit)
         alpha, kappa = before.parameters_after(count, count * mean * factor)

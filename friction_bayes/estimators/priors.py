@@ -75,12 +75,15 @@ class PriorParameter:
         Power of the scale that carries its unit.
     reason : str
         Why this value.
+    least : float
+        Least value that leaves a posterior: zero, or a flat prior where that is below.
     """
 
     key: str
     factor: float
     power: int
     reason: str
+    least: float = 0.0
 
 
 _TENTH = "the noise level is known as well as from a tenth of a datum"
@@ -90,14 +93,16 @@ _DEVIATION = PriorParameter(
 
 PRIORS: dict[str, tuple[PriorParameter, ...]] = {
     "normal-gamma": (
-        PriorParameter("mu", 0.0, 1, "neither sign of friction is favoured"),
+        PriorParameter("mu", 0.0, 1, "neither sign of friction is favoured", least=-math.inf),
         PriorParameter(
             "lam",
             FINEST**2,
             0,
             "friction is zero give or take the scale when samples scatter by 1e-18 of it",
         ),
-        PriorParameter("alpha", 0.5, 0, "the precision is known as well as from one friction sample"),
+        PriorParameter(
+            "alpha", 0.5, 0, "the precision is known as well as from one friction sample", least=-0.5
+        ),
         PriorParameter("beta", 0.5 * FINEST**2, 2, "that sample deviates by 1e-18 of the scale"),
     ),
     "gamma-exponential": (
@@ -117,6 +122,7 @@ PRIORS: dict[str, tuple[PriorParameter, ...]] = {
             0,
             f"{_TENTH}, less half a one for each coefficient: under so weak a prior these would count as "
             "data without scatter, and narrow short records' intervals",
+            least=-1.5,
         ),
         _DEVIATION,
     ),
@@ -188,17 +194,25 @@ class TabulatedPrior:
         return default_prior(self.name, signal.system, signal.quantity, signal.unit)
 
 
-def complete_prior(default: Mapping[str, float], given: Mapping[str, float] | None) -> dict[str, float]:
-    """Return the default with what was given in its place.
+def complete_prior(
+    method: str, default: Mapping[str, float], given: Mapping[str, float] | None
+) -> dict[str, float]:
+    """Return the default of a method with what was given in its place.
 
     Raises
     ------
     InputError
-        If a key is unknown or a value is not a finite number; the message names the key and the known ones.
+        If a key is unknown, the message names the known ones; if a value is not a finite number or less than
+        the table allows.
     """
     prior = dict(default)
+    least = {parameter.key: parameter.least for parameter in PRIORS.get(method, ())}
     for key, value in (given or {}).items():
         if key not in prior:
             raise InputError("prior", f"unknown key {key!r}", f"give one of {', '.join(prior)}")
         prior[key] = finite(f"prior {key}", value)
+        if prior[key] < least.get(key, -math.inf):
+            raise InputError(
+                f"prior {key}", f"{prior[key]:g} is too small for {method}", f"give {least[key]:g} or more"
+            )
     return prior

@@ -55,7 +55,7 @@ class EnvelopeEstimator(TabulatedPrior):
             If the record holds too few samples in too few half cycles.
         """
         polynomial, values, reference = tracked_phase(decay)
-        prior = complete_prior(self.default_prior(decay), prior)
+        prior = complete_prior(self.name, self.default_prior(decay), prior)
         order, swing = decay.quantity.order, swing_frequency(decay.system, decay.unit)
         response, design, half_cycles = half_cycle_rows(values, polynomial, order, swing)
         if not np.all(np.isfinite(response)):
@@ -101,7 +101,7 @@ class EnvelopeEstimator(TabulatedPrior):
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
         """Closed-form posteriors of many free decays; what ``prior`` leaves out is the default."""
-        before = _prior_of(complete_prior(self.default_prior(decays), prior))
+        before = _prior_of(complete_prior(self.name, self.default_prior(decays), prior))
         many = envelope_statistics(*decays.kernel_arguments)
         found = np.isfinite(many.residual) & (many.rows >= _MIN_ROWS)
         data = RegressionStatistics.of_normal_equations(

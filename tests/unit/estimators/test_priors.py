@@ -87,10 +87,18 @@ def test_regression_default_is_weak(rng: np.random.Generator) -> None:
 
 def test_every_key_can_be_set_and_no_other() -> None:
     default = default_prior("normal-gamma", SYSTEM, DISPLACEMENT, "m")
-    assert complete_prior(default, None) == default
-    assert complete_prior(default, {"mu": 0.1})["mu"] == 0.1
+    assert complete_prior("normal-gamma", default, None) == default
+    assert complete_prior("normal-gamma", default, {"mu": 0.1})["mu"] == 0.1
     assert default["mu"] == 0.0
     with pytest.raises(InputError, match="unknown key 'kappa'; give one of mu, lam, alpha, beta"):
-        complete_prior(default, {"kappa": 1.0})
+        complete_prior("normal-gamma", default, {"kappa": 1.0})
     with pytest.raises(InputError, match="prior lam: nan is not finite"):
-        complete_prior(default, {"lam": float("nan")})
+        complete_prior("normal-gamma", default, {"lam": float("nan")})
+    with pytest.raises(InputError, match=r"prior alpha: -1 is too small for normal-gamma; give -0.5 or more"):
+        complete_prior("normal-gamma", default, {"alpha": -1.0})
+
+
+@pytest.mark.parametrize("method", PRIORS)
+def test_no_default_is_refused(method) -> None:
+    default = default_prior(method, SYSTEM, DISPLACEMENT, "m")
+    assert complete_prior(method, {}.fromkeys(default, 0.0), default) == default
