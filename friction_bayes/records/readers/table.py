@@ -103,17 +103,19 @@ def record_from_table(
     column = table.columns[signal_name]
     kind, unit, factor = _meaning(place, signal_name, column, quantity, unit, scale)
     values = column.read()
+    time_unit = "s"
     if sampling_rate is not None:
         time = np.arange(values.size) / positive("--sampling-rate", sampling_rate)
         clock = f"at the given {sampling_rate:g} Hz"
     elif clock_name is not None and (time_column is not None or column.clock is None):
         time = times_of(column, table, place, clock_name)
+        time_unit = _time_unit(place, clock_name, table.columns[clock_name])
         clock = f"over {_named_clock(place, clock_name, table.columns[clock_name])}"
     elif column.clock is not None:
         time = column.clock()
         clock = "over the times of its channel"
     else:
-        raise InputError(
+        raise _headerless(table, place) or InputError(
             place,
             f"no time column among {_listed(table)}",
             "name it time_s, or give --time-column or --sampling-rate",
@@ -126,7 +128,7 @@ def record_from_table(
     record.attrs["read"] = f"{signal_name} [{unit}] {clock}"
     kept = within(record, start, end)
     record, rows = record[kept], None if column.rows is None else column.rows[kept]
-    return validate_record(record, rows=rows)
+    return validate_record(record, rows=rows, time_unit=time_unit)
 
 
 def times_of(column: Column, table: Table, place: str, clock_name: str) -> NDArray[Any]:
@@ -229,10 +231,25 @@ def _signal_name(
                     place, f"column {name}: {unit!r} does not measure {kind.name}", f"give one of {units}"
                 )
     columns = ", ".join(q.column for q in QUANTITIES.values())
-    raise InputError(
+    raise _headerless(table, place) or InputError(
         place,
         f"no column says what was measured among {_listed(table)}",
         f"name it one of {columns}, or give --signal-column, --quantity and --unit",
+    )
+
+
+def _headerless(table: Table, place: str) -> InputError | None:
+    """Return what to say of text without a header line, whose columns have numbers for names."""
+    if not all(name.isdecimal() and column.rows is not None for name, column in table.columns.items()):
+        return None
+    names = list(table.columns)
+    times = "--sampling-rate HZ"
+    if len(names) > 1:
+        times = f"--time-column {names[0]} --signal-column {names[1]}"
+    return InputError(
+        place,
+        f"there is no header line above the numbers of column {_listed(table)}",
+        f"say what they are, as by {times} --quantity displacement --unit m",
     )
 
 

@@ -126,6 +126,8 @@ def _layout(path: Path, kept: list[tuple[int, str]]) -> tuple[list[str], list[tu
         ),
         None,
     )
+    if header is not None and _are_settings([cells for _, cells in lines[header:data]], width):
+        header = None
     if header is None:
         if data and _width(lines[data - 1][1]) > 1 and not any(numbers(lines[data - 1][1])):
             raise InputError(
@@ -145,6 +147,11 @@ def _layout(path: Path, kept: list[tuple[int, str]]) -> tuple[list[str], list[tu
         ]
     # a name without a cell under it, as LabVIEW's Comment
     return _header(path, names[: max(len(cells) for _, cells in table)]), table
+
+
+def _are_settings(above: list[list[str]], width: int) -> bool:
+    """Whether lines above the rows of numbers, a name over each number, are wider than those rows."""
+    return len(above) > 1 and all(_width(cells) > width for cells in above)
 
 
 def _width(cells: list[str]) -> int:

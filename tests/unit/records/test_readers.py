@@ -171,6 +171,7 @@ def edited(**changes):
         (edited(row17="0.15,nan"), r"decay.csv: signal is nan at row 17 \(t = 0.15 s\)"),
         (edited(row17="0.15,-inf"), r"signal is -inf at row 17 \(t = 0.15 s\)"),
         (edited(row17="0.12,0.001"), r"runs backwards from 0.14 s at row 17 \(t = 0.12 s\)"),
+        (edited(row17="0.15,nan"), "remove those rows: the times need not be even"),
         (edited(row17="0.14,0.001"), r"time is doubled at row 17 \(t = 0.14 s\)"),
         (ROWS[:40] + ROWS[60:], r"gap of 0.21 s after row 41 \(t = 0.39 s\)"),
         ([f"{t},2.5" for t in TIME], "constant at 2.5 m"),
@@ -181,6 +182,33 @@ def edited(**changes):
 def test_bad_rows_are_refused_and_named(tmp_path, rows, message) -> None:
     with pytest.raises(InputError, match=message):
         read_record(save(tmp_path, rows))
+
+
+def test_times_in_ms_are_told_in_ms(tmp_path) -> None:
+    rows = [f"{1000 * float(t):g},{x}" for t, x in (row.split(",") for row in ROWS)]
+    rows[15] = rows[12]
+    with pytest.raises(InputError, match=r"runs backwards from 140 ms at row 17 \(t = 120 ms\)"):
+        read_record(save(tmp_path, rows, "time_ms,displacement_m"))
+
+
+def test_without_a_header_it_is_said_how_to_name_the_columns(tmp_path) -> None:
+    path = save(tmp_path, ROWS, None)
+    told = r"no header line.* column 0, 1; .* --time-column 0 --signal-column 1 --quantity displacement"
+    with pytest.raises(InputError, match=told):
+        read_record(path)
+    read_record(path, time_column="0", signal_column="1", quantity="displacement", unit="m")
+
+
+def test_settings_of_more_cells_than_the_table_are_passed_over(tmp_path) -> None:
+    """As the logger of a rotary pendulum writes them: names and numbers of the settings, then one column."""
+    column = [row.split(",")[1] for row in ROWS]
+    path = save(tmp_path, ["90, 100, 5", *column], "trigger_deg, sample_rate, duration_sec")
+    with pytest.raises(
+        InputError, match=r"no header line.* --sampling-rate HZ --quantity displacement --unit m"
+    ):
+        read_record(path)
+    record = read_record(path, sampling_rate=RATE, quantity="displacement", unit="m")
+    assert record.size == len(ROWS)
 
 
 @pytest.mark.parametrize(
