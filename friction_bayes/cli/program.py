@@ -6,7 +6,7 @@ import argparse
 import gc
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from typing import Any, NoReturn
 
@@ -33,6 +33,12 @@ exit status: 0 done; 2 bad input or options; 1 a defect of this program; 130 int
 """
 
 
+def _did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return the known word that is meant, as a question; empty where none is like it."""
+    likely = get_close_matches(word, list(known), n=1, cutoff=0.75)
+    return f" (did you mean {likely[0]}?)" if likely else ""
+
+
 class _Parser(argparse.ArgumentParser):
     """A parser whose errors are input errors like all others: one line, no usage text."""
 
@@ -40,13 +46,18 @@ class _Parser(argparse.ArgumentParser):
         _, _, command = self.prog.partition(" ")
         raise InputError(command or "arguments", message, f"see {self.prog} --help")
 
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            error.message += _did_you_mean(str(value), map(str, action.choices or ()))
+            raise
+
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         # argparse would leave what a command does not know to the outermost parser, which names no command
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
-            wanted = unknown[0].partition("=")[0]
-            likely = get_close_matches(wanted, self._option_string_actions, n=1, cutoff=0.75)
-            hint = f" (did you mean {likely[0]}?)" if likely else ""
+            hint = _did_you_mean(unknown[0].partition("=")[0], self._option_string_actions)
             self.error(f"unknown argument {unknown[0]}{hint}")
         return found, unknown
 

@@ -31,7 +31,7 @@ from friction_bayes.decay.spectral_modes import BAND, SpectralModes, spectral_mo
 from friction_bayes.records.clock import is_even
 from friction_bayes.records.record import record_name, record_quantity
 
-__all__ = ["FreeDecay", "check_sampling", "find_free_decay"]
+__all__ = ["FreeDecay", "check_sampling", "find_free_decay", "no_decay_fits"]
 
 _LEAST_PER_PERIOD = 2.0
 """Samples a period of the declared frequency, which must be more: Nyquist's."""
@@ -292,6 +292,16 @@ def check_sampling(place: str, step: float, system: Oscillator) -> None:
         )
 
 
+def no_decay_fits(name: str, system: Oscillator) -> InputError:
+    """Return what to say of a record that oscillates, and in a way that no free decay does."""
+    return InputError(
+        name,
+        "no free decay under dry friction fits",
+        "take one free decay by --start and --end where the record holds more, or check "
+        f"{system.moving_name} and stiffness",
+    )
+
+
 def _several(
     name: str,
     values: Array,
@@ -331,7 +341,8 @@ def _refusal(
         return InputError(
             name,
             f"no free oscillation found within a factor {BAND:g} of the declared sqrt(k/m)",
-            "check the record, the stiffness and the mass or inertia",
+            f"check the record, {system.moving_name} and stiffness; where it was released more than once, "
+            "take one decay by --start and --end",
         )
     if status == NOT_DECAYING:
         return InputError(
@@ -353,5 +364,6 @@ def _refusal(
     return InputError(
         name,
         f"fewer than three half cycles of free motion ({cycles:.1f} half periods of sqrt(k/m) on record)",
-        "give a longer record" if cycles < LEAST_HALF_CYCLES + 1.0 else "release it from farther away",
+        ("give a longer record" if cycles < LEAST_HALF_CYCLES + 1.0 else "release it from farther away")
+        + f", or check {system.moving_name} and stiffness",
     )

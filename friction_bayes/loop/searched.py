@@ -8,8 +8,8 @@ from collections.abc import Callable, Collection, Sequence
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.free_decay import no_decay_fits
 from friction_bayes.loop.autoregression import fit_autoregression, is_coloured
 from friction_bayes.loop.candidate import SearchResult
 from friction_bayes.loop.evidence import posterior_probabilities
@@ -79,7 +79,7 @@ def _run(search: Search, only: Collection[frozenset[str]]) -> None:
         search.run()
     if not search.candidates:
         names = ", ".join(s.decay.name for s in search.segments)
-        raise InputError(names, "no Coulomb decay fits", "check the record, the stiffness and the mass")
+        raise no_decay_fits(names, search.system)
 
 
 def _any_coloured(segments: tuple[Segment, ...], residuals: Sequence[Array]) -> bool:
@@ -160,5 +160,5 @@ def coulomb_model(
     model = LoopModel(system, segments, zero)
     fit = fit_growing_record(model, [NoiseModel(a) for a in ar], starting_point(model))
     if fit is None:
-        raise InputError(segments[0].decay.name, "no Coulomb decay fits", "check the record and the system")
+        raise no_decay_fits(segments[0].decay.name, system)
     return fit

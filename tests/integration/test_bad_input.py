@@ -121,6 +121,10 @@ OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "prior is not finite": ((*SYSTEM, "--prior", "alpha=nan"), "nan"),
     "prior given twice": ((*SYSTEM, "--prior", "alpha=1", "--prior", "alpha=2"), "twice"),
     "negative prior": ((*SYSTEM, "--method", "normal-gamma", "--prior", "lam=-1"), "lam"),
+    "prior of less than no sample": ((*SYSTEM, "--prior", "alpha=-200"), "prior alpha: -200 is too small"),
+    "end before the start": ((*SYSTEM, "--start", "2", "--end", "1"), "give an end after the start"),
+    "mass too large": (("--mass", "1e4", "--stiffness", "1000"), "or check mass and stiffness"),
+    "mass far too small": (("--mass", "0.1", "--stiffness", "1000"), "take one decay by --start and --end"),
     "negative threshold": ((*SYSTEM, "--accept-precision", "-3"), "accept_precision"),
     "threshold and set-up": ((*SYSTEM, "--accept-precision", "3", "--setup", "x.csv"), "--setup"),
     "no precision to accept by": (
@@ -155,6 +159,7 @@ def test_bad_option(kind: str, csv: Path, tmp_path: Path, capsys: pytest.Capture
         (("estimate",), "RECORD"),
         ((), "COMMAND"),
         (("guess",), "guess"),
+        (("close_loop",), "(did you mean close-loop?)"),
         (("datasets", "get", "nonsense"), "nonsense"),
         (("datasets",), "ACTION"),
         (("simulate", *SYSTEM, "--friction", "-1", "--out", "x.csv"), "--friction: -1 is negative"),
@@ -170,6 +175,10 @@ def test_bad_option(kind: str, csv: Path, tmp_path: Path, capsys: pytest.Capture
             "a shorter duration or a lower sampling rate",
         ),
         (("simulate", *SYSTEM, "--friction", "0.1"), "--out"),
+        (
+            ("simulate", *SYSTEM, "--friction", "5", "--initial-displacement", "0.001", "--out", "x.csv"),
+            "5 N holds what is released at 0.001 m: it never moves",
+        ),
     ],
 )
 def test_bad_command(

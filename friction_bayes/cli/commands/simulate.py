@@ -96,6 +96,13 @@ def run(arguments: argparse.Namespace) -> None:
             seed=arguments.seed,
             name=target.name,
         )
+    if record.attrs.get("stop_time") == 0.0:
+        raise InputError(
+            "--friction",
+            f"{arguments.friction:g} {system.friction_unit} holds what is released at {release:g} "
+            f"{system.length_unit}: it never moves",
+            "give less friction or a larger --initial-displacement",
+        )
     fb.write_record(record, target)
     note(f"{target}: {record.size} samples of synthetic {record.attrs['quantity']} [{record.attrs['units']}]")
 

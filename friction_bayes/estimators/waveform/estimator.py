@@ -22,7 +22,7 @@ from scipy import stats
 from friction_bayes.conjugate.regression import CoefficientMarginals, NormalInverseGamma
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
-from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.decay.free_decay import FreeDecay, no_decay_fits
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.base import Fit, Fits, FreeDecays
 from friction_bayes.estimators.priors import TabulatedPrior, coefficient_bounds
@@ -82,11 +82,7 @@ class WaveformEstimator(TabulatedPrior):
             places=samples.places,
         )
         if not fits.found[0]:
-            raise InputError(
-                decay.name,
-                "no Coulomb decay fits the record",
-                "give start or a longer record, or use envelope",
-            )
+            raise no_decay_fits(decay.name, decay.system)
         p, kappa, stop = fits.coefficients[0], float(fits.kappa[0]), int(fits.stop[0])
         free = slice(OFFSET + 1 if decay.rest_known else OFFSET, COEFFICIENTS)
         before = prior_of(prior, p[free].size)

@@ -14,8 +14,7 @@ import numpy as np
 
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.errors import InputError
-from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.decay.free_decay import FreeDecay, no_decay_fits
 from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.priors import coefficient_bounds
 from friction_bayes.estimators.waveform.least_squares import prior_of
@@ -100,11 +99,7 @@ def _continued(swing: PendulumSignal, weight: Array, skip: int) -> Array:
         length = min(int(_GROWTH * length), n)
         cost, q = _minimised(swing, q, length, weight, skip)
     if not math.isfinite(cost):
-        raise InputError(
-            swing.decay.name,
-            "no decay of a pendulum fits the record",
-            "give start, or check the declared system",
-        )
+        raise no_decay_fits(swing.decay.name, swing.decay.system)
     return q if skip else swing.about_the_bottom(q)
 
 
