@@ -22,6 +22,8 @@ __all__ = ["read_text"]
 _QUOTED = re.compile(r"^'(.*)'$")
 _LOOKED_AT = 60
 """Rows that show how a file is laid out."""
+_MOST_SETTINGS = 5
+"""Lines of names and values of settings, above a table of fewer columns."""
 _UNITS = {*TIME_UNITS, *(unit for quantity in QUANTITIES.values() for unit in known_units(quantity))}
 _SYNTHETIC = re.compile(r"#\s*synthetic\b")
 
@@ -126,7 +128,7 @@ def _layout(path: Path, kept: list[tuple[int, str]]) -> tuple[list[str], list[tu
         ),
         None,
     )
-    if header is not None and _are_settings([cells for _, cells in lines[header:data]], width):
+    if header is not None and _are_settings([cells for _, cells in lines[header : data + 1]]):
         header = None
     if header is None:
         if data and _width(lines[data - 1][1]) > 1 and not any(numbers(lines[data - 1][1])):
@@ -149,9 +151,13 @@ def _layout(path: Path, kept: list[tuple[int, str]]) -> tuple[list[str], list[tu
     return _header(path, names[: max(len(cells) for _, cells in table)]), table
 
 
-def _are_settings(above: list[list[str]], width: int) -> bool:
-    """Whether lines above the rows of numbers, a name over each number, are wider than those rows."""
-    return len(above) > 1 and all(_width(cells) > width for cells in above)
+def _are_settings(lines: list[list[str]]) -> bool:
+    """Whether lines from a header to the first row of numbers are names and values of settings, and that row.
+
+    There are a few of them, and all have more cells than that row.
+    """
+    *above, row = lines
+    return 1 < len(above) <= _MOST_SETTINGS and all(len(cells) > len(row) for cells in above)
 
 
 def _width(cells: list[str]) -> int:
