@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import friction_bayes as fb
 from friction_bayes.cli.extensions import add_register
 from friction_bayes.cli.options import system_of
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, of_each
 from friction_bayes.core.files import sha256_of
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import number
@@ -26,6 +26,7 @@ __all__ = [
     "load_records",
     "refuse_twice",
     "what_was_read",
+    "what_was_read_of_each",
 ]
 
 _DATASET = "dataset:"
@@ -176,10 +177,11 @@ def load_records(
     Raises
     ------
     InputError
-        If a record is given twice, or two are of different systems.
+        If a record is given twice, or two are of different systems; naming all that cannot be read.
     """
     refuse_twice(sources)
-    records, systems = zip(*(load_record(source, arguments) for source in sources), strict=True)
+    loaded = of_each(lambda source: load_record(source, arguments), sources)
+    records, systems = zip(*loaded, strict=True)
     for source, system in zip(sources, systems, strict=True):
         if system != systems[0]:
             raise InputError(
@@ -203,6 +205,13 @@ def input_digests(*sources: str | None) -> dict[str, str]:
         else:
             digests[source] = sha256_of(Path(source))
     return digests
+
+
+def what_was_read_of_each(records: Sequence[xr.DataArray]) -> list[str]:
+    """Say in a line of each what was understood of it, with its name where there are several."""
+    if len(records) == 1:
+        return [what_was_read(records[0])]
+    return [f"{record.attrs['name']}: {what_was_read(record)}" for record in records]
 
 
 def what_was_read(record: xr.DataArray) -> str:

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
-__all__ = ["FrictionBayesError", "InputError", "NotConvergedWarning", "RecordWarning"]
+from collections.abc import Callable, Iterable
+from typing import TypeVar
+
+__all__ = ["FrictionBayesError", "InputError", "NotConvergedWarning", "RecordWarning", "of_each"]
+
+_Given = TypeVar("_Given")
+_Made = TypeVar("_Made")
 
 
 class FrictionBayesError(Exception):
@@ -38,3 +44,26 @@ class RecordWarning(UserWarning):
 
 class NotConvergedWarning(UserWarning):
     """A sampler stopped before its diagnostics met their thresholds; the numbers are in the message."""
+
+
+def of_each(work: Callable[[_Given], _Made], records: Iterable[_Given]) -> list[_Made]:
+    """Do the same work with each of several records.
+
+    Raises
+    ------
+    InputError
+        Of all records that are refused, not of the first alone; what is wrong with an option is said once.
+    """
+    made: list[_Made] = []
+    refused: dict[str, InputError] = {}
+    for record in records:
+        try:
+            made.append(work(record))
+        except InputError as error:
+            refused.setdefault(str(error), error)
+    if len(refused) > 1:
+        listed = "; ".join(f"({k}) {text}" for k, text in enumerate(refused, start=1))
+        raise InputError(f"{len(refused)} records are refused", listed, "mend these or leave them out")
+    for only in refused.values():
+        raise only
+    return made

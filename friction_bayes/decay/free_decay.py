@@ -232,7 +232,7 @@ def find_free_decay(
         first = int(np.searchsorted(clock, finite("start", start) - 1e-9 * step))
         if not clock[0] - step <= start <= clock[-1]:
             raise InputError(
-                "start", f"{start:g} s lies outside the record", f"give {clock[0]:g} .. {clock[-1]:g} s"
+                "start", f"{start:g} s lies outside {name}", f"give {clock[0]:g} .. {clock[-1]:g} s"
             )
     found = locate_free_decays(
         values[None], step, system.natural_frequency, quantity.order, first, resolution

@@ -11,7 +11,7 @@ import xarray as xr
 from scipy.ndimage import binary_dilation, median_filter
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, of_each
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.block_means import amplitude_kept, block_means, samples_in_block
 from friction_bayes.decay.excursions import set_excursions_aside
@@ -152,7 +152,7 @@ def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Se
     """
     if not records:
         raise InputError("records", "none given", "give at least one record")
-    segments = tuple(_cut(record, system) for record in records)
+    segments = tuple(of_each(lambda record: _cut(record, system), records))
     first = segments[0].decay
     for segment in segments[1:]:
         decay = segment.decay

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.declared_force import common_factor
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, of_each
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.sensor_calibration import force_factors
 from friction_bayes.estimators.estimate import estimate
@@ -75,7 +75,7 @@ def monitor_records(
                     "give records of the same sensor",
                 )
     found, unit, source = detection_times(records, times, time_unit)
-    estimates = [estimate(record, system, random_force="none") for record in records]
+    estimates = of_each(lambda record: estimate(record, system, random_force="none"), records)
     first_decay = estimates[0].decay
     # what mass and stiffness are is common to all points, and so is the frequency
     frequency, frequency_sd = (

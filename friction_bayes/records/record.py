@@ -129,7 +129,9 @@ def within(record: xr.DataArray, start: float | None, end: float | None) -> slic
     for option, limit in (("--start", start), ("--end", end)):
         if limit is not None and not time[0] - half <= finite(option, limit) <= time[-1] + half:
             raise InputError(
-                option, f"{limit:g} s lies outside the record", f"give {time[0]:g} .. {time[-1]:g} s"
+                option,
+                f"{limit:g} s lies outside {record_name(record)}",
+                f"give {time[0]:g} .. {time[-1]:g} s",
             )
     if start is not None:
         kept &= time > start - half

@@ -194,6 +194,25 @@ def test_bad_command(
 
 
 @pytest.mark.parametrize("command", ["estimate", "close-loop", "monitor"])
+def test_all_records_that_are_refused_are_named(
+    command: str,
+    tmp_path: Path,
+    decay: Callable[..., Signal],
+    write_csv: Callable[..., Path],
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    time, signal = decay()
+    good = write_csv("good.csv", time, signal, "displacement_m")
+    short = write_csv("short.csv", time[:70], signal[:70], "displacement_m")
+    noise = write_csv("still.csv", time, np.random.default_rng(1).normal(size=time.size), "displacement_m")
+    argv = (command, str(good), str(short), str(noise), *SYSTEM, "--out", str(tmp_path / "results"))
+    line = refused(capsys, *argv)
+    assert "2 records are refused: (1) short.csv: fewer than three half cycles" in line
+    assert "; (2) still.csv: no free oscillation" in line
+    assert "are refused" not in refused(capsys, *argv, "--mass-sd", "-1")
+
+
+@pytest.mark.parametrize("command", ["estimate", "close-loop", "monitor"])
 def test_a_file_of_several_runs(command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     names = ["runs.csv"] if command != "monitor" else ["runs.csv", "later.csv"]
     paths = [tmp_path / name for name in names]

@@ -18,7 +18,13 @@ from friction_bayes.cli.console import (
 )
 from friction_bayes.cli.extensions import register_extensions
 from friction_bayes.cli.options import add_output_folder, add_seed, add_system, options_of
-from friction_bayes.cli.records import add_record, fitted_part, input_digests, load_records, what_was_read
+from friction_bayes.cli.records import (
+    add_record,
+    fitted_part,
+    input_digests,
+    load_records,
+    what_was_read_of_each,
+)
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, output_folder, write_manifest
@@ -154,7 +160,7 @@ def _close(arguments: argparse.Namespace, folder: Path) -> tuple[dict[str, Any],
 
     write_loop(report, result, made, folder)
     write_manifest(folder, made)
-    read = [what_was_read(record) for record in records]
+    read = what_was_read_of_each(records)
     # the part fitted is told of the first record
     fitted = result["fitted"]
     read[0] += f"; {fitted_part(fitted['from_s'], fitted['to_s'], fitted['half_cycles'])}"

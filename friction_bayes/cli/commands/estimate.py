@@ -27,6 +27,7 @@ from friction_bayes.cli.records import (
     refuse_twice,
     what_was_read,
 )
+from friction_bayes.core.errors import of_each
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 from friction_bayes.core.strict_json import strict_json
 
@@ -145,10 +146,10 @@ def _estimate_each(arguments: argparse.Namespace, folder: Path | None) -> tuple[
     Returns results for JSON, what is said before them, and SVG of the figures by name, one of each a record.
     """
     several = len(arguments.records) > 1
-    told = [
-        _estimate(source, arguments, folder, f"_{i}" if several else "")
-        for i, source in enumerate(arguments.records, start=1)
-    ]
+    told = of_each(
+        lambda each: _estimate(each[1], arguments, folder, f"_{each[0]}" if several else ""),
+        enumerate(arguments.records, start=1),
+    )
     return tuple(zip(*told, strict=True))
 
 

@@ -12,9 +12,15 @@ import friction_bayes as fb
 from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
 from friction_bayes.cli.extensions import note_effects_without_part, register_extensions
 from friction_bayes.cli.options import add_long_run, add_output_folder, add_system, options_of, system_of
-from friction_bayes.cli.records import add_record, input_digests, load_records, what_was_read
+from friction_bayes.cli.records import (
+    add_record,
+    input_digests,
+    load_records,
+    what_was_read,
+    what_was_read_of_each,
+)
 from friction_bayes.core.checks import positive
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, of_each
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 
 if TYPE_CHECKING:
@@ -123,7 +129,8 @@ def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
     report.to_dataset().to_netcdf(folder / "monitor.nc", engine="h5netcdf")
     drawings = write_figures(monitor_figures(report), folder)
     made = _write_manifest(arguments, input_digests(*arguments.records), folder)
-    read = list(dict.fromkeys(what_was_read(record) for record in records))
+    alike = {what_was_read(record) for record in records}
+    read = list(alike) if len(alike) == 1 else what_was_read_of_each(records)
     (folder / "report.html").write_text(monitor_page(result, read, drawings, made), encoding="utf-8")
     return monitor_table(result, read)
 
@@ -140,7 +147,8 @@ def _each_decay(records: Sequence[xr.DataArray], system: Oscillator) -> list[xr.
     """Cut each recording into its decays; those of the only one were taken when they begin."""
     from friction_bayes.monitor.points import TIME_ATTRIBUTE
 
-    decays = [decay for record in records for decay in fb.split_decays(record, system)]
+    split = of_each(lambda record: fb.split_decays(record, system), records)
+    decays = [decay for of_one in split for decay in of_one]
     if len(records) > 1 or len(decays) == 1:
         return decays
     return [

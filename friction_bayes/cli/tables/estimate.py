@@ -72,7 +72,9 @@ def records_table(
             ", ".join(numbers),
         )
     above, below = two_columns(), two_columns()
-    for label, text in (row for heading in headings for row in heading):
+    told = [(result["record"], *row) for result, rows in zip(results, headings, strict=True) for row in rows]
+    for name, label, said in told:
+        text = said if name in said else f"{name}: {said}"
         if label == "warning":
             above.add_row(label, Text(text, style="yellow"))
         else:
