@@ -39,7 +39,8 @@ def log_scale(fit: ForceFit, white: LoopFit, best: LoopFit) -> float:
     Where the regression has more evidence than the search for one law without a force, the approximations
     differ and not the hypotheses: that much is taken off. (The jumps of an accelerometer's signal do it: the
     search's posterior has corners there.) Where it has less, its columns are not exact enough, for which a
-    force could make up: then nothing is added.
+    force could make up: then nothing is added. With a knock, which the search knows nothing of, the
+    hypotheses do differ.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ def log_scale(fit: ForceFit, white: LoopFit, best: LoopFit) -> float:
     scale = _log_convention(fit, white, best) + fit.sensor_noise.log_scale
     effects = frozenset(white.model.effects)
     same_noise = white.noise_models[0].outliers == fit.sensor_noise.contaminated and fit.error == NO_ERROR
-    if not same_noise or effects not in fit.sets.effects:
+    if fit.knocks or not same_noise or effects not in fit.sets.effects:
         return scale
     excess = log_evidence_without_force(fit, white, effects) - log_evidence(white)
     return scale - max(excess, 0.0)

@@ -1,10 +1,8 @@
 """One record under a law and a force that fluctuates: all sets of linear effects weighed exactly.
 
 The motion is smoothed, the effects are evaluated along it, and a regression of the whitened signal on the
-whitened columns weighs every set (see :mod:`friction_bayes.estimators.random_force`). Further rounds do
-so along the motion smoothed with the law of the round before, in units of the frequency found there, until
-the faults of the sensor stay where they are: one that jumps where the motion turns, such as a lag, is in the
-first motion, and moves its turning points.
+whitened columns weighs every set (see :mod:`friction_bayes.estimators.random_force`), in rounds
+(:mod:`friction_bayes.loop.random_force.rounds`).
 """
 
 from __future__ import annotations
@@ -18,35 +16,27 @@ from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
-from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
+from friction_bayes.estimators.random_force.law_regression import LawRegression
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
-from friction_bayes.estimators.random_force.posterior import ForcePrior, GridPoint, Posterior, integrate
+from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior
 from friction_bayes.estimators.random_force.smoothing import Motion
 from friction_bayes.estimators.random_force.whitening import Clock, shown
 from friction_bayes.loop.friction import friction_of_loss
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.columns import LawColumns
-from friction_bayes.loop.random_force.correlated_error import SensorError, find_sensor_error
-from friction_bayes.loop.random_force.finer_lines import finer_lines, lines_that_show
+from friction_bayes.loop.random_force.correlated_error import SensorError
 from friction_bayes.loop.random_force.growing_noise import NoiseGrowth
-from friction_bayes.loop.random_force.knocks import next_knock, spans_of
-from friction_bayes.loop.random_force.lines import Line, lines_beside_motion
+from friction_bayes.loop.random_force.knocks import spans_of
+from friction_bayes.loop.random_force.lines import Line
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.random_force.rounds import settle
 from friction_bayes.loop.random_force.sensor_noise import SensorNoise, weigh_sensor_noise
-from friction_bayes.loop.random_force.set_aside import LeftOut, come_anywhere, outlying
 from friction_bayes.loop.random_force.sets import ColumnSets
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects import Scales
-from friction_bayes.mechanics.effects.outliers import OUTLIERS
 
 __all__ = ["ForceFit", "fit_random_force", "force_fit", "is_read_as_fault"]
 
-_MOST_ROUNDS = 6
-_ROUNDS_AFTER_A_KNOCK = 2
-_SETTLED = 2e-3
-"""Correction of the stiffness above which the effects are evaluated once more."""
-_MOVED = 0.2
-"""Share of the noise by which the sensor's faults may change at a sample from round to round."""
 _UNLIKE = 3.0
 """How many times as far or as little a law may move as the motion along which its terms were evaluated."""
 
@@ -227,71 +217,14 @@ def fit_random_force(
         None where the record holds too few turning points, or faults of its sensor stand for its motion.
     """
     whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
-    ceiling = segment.sides[: whole.samples] != 0.0
-    outliers = np.zeros(whole.samples, np.bool_)
-    record = whole
-    w0, motion = record.first_motion()
-    lines: tuple[Line, ...] = ()
-    may_knock = True
-    force: GridPoint | None = None
-    found = record.along(motion, w0, lines)
-    rounds = _MOST_ROUNDS - 1
-    while rounds > 0:
-        rounds -= 1
-        if found is None:
-            return None
-        guessed = integrate(found.regression.problem, found.prior, motion.noise, near=force, only_mode=True)
-        coefficients, best, force = guessed.best_law(), guessed.best, guessed.best_force
-        white = found.regression.innovations(coefficients, best.ratio, best.tau)
-        smoothed = found.regression.smoothed(coefficients, best)
-        more = lines_beside_motion(white / best.noise, smoothed.states[:, 2], segment, lines, record.effects)
-        showing = lines_that_show(lines, found, coefficients, best)
-        other_lines = more or len(showing) < len(lines)
-        lines = (*finer_lines(showing, found, coefficients, best), *more)
-        error = find_sensor_error(found.regression, guessed, found.prior, found.w0)
-        settled = error is None or error == whole.error
-        if error is not None:
-            whole = replace(whole, error=error)
-        whole = replace(whole, sizes=whole.sizes | found.law.fault_sizes(coefficients))
-        left = LeftOut.under(segment, record.scales, found.regression, found.w0, coefficients, best)
-        known = ceiling | outliers
-        shown = np.isfinite(whole.variance) & ~ceiling
-        heavy = OUTLIERS.name in allowed and left.heavy_tails(shown)
-        noise = left.noise(outliers=heavy)
-        if ceiling.any():
-            ceiling = left.near_ceiling(noise)
-            shown &= ~ceiling
-        outliers = outlying(noise) & shown
-        outliers &= come_anywhere(outliers, shown, smoothed)
-        aside = ceiling | outliers
-        record = whole.setting_aside(aside)
-        change = frequency_change(coefficients[found.regression.stiffness])
-        w0 *= change
-        motion = smoothed.at_frequency(change)
-        last, found = found, record.along(motion, w0, lines)
-        if found is None or other_lines or not settled or not np.array_equal(aside, known):
-            continue
-        moved = found.faults(coefficients) - last.faults(coefficients)
-        straight = last.path.serves(found.path.x, found.prior.centre)
-        if straight and abs(change - 1.0) < _SETTLED and np.max(np.abs(moved)) < _MOVED * best.noise:
-            jump = (
-                next_knock(last.regression, coefficients, best, friction_of_loss(last.path.turning_x))
-                if may_knock
-                else None
-            )
-            if jump is None:
-                break
-            may_knock = bool(jump.any())
-            whole, record = replace(whole, jump=jump), replace(record, jump=jump)
-            found = record.along(motion, w0, lines)
-            rounds = max(rounds, _ROUNDS_AFTER_A_KNOCK)
-    if found is None:
+    last = settle(whole, allowed)
+    if last is None:
         return None
     regression, posterior, sensor_noise = weigh_sensor_noise(
-        whole.setting_aside(ceiling), found, outliers, allowed
+        last.whole.setting_aside(last.ceiling), last.found, last.outliers, allowed
     )
-    found = found._replace(regression=regression)
-    fit = force_fit(record, found, posterior, posterior.best_law(), sensor_noise)
+    found = last.found._replace(regression=regression)
+    fit = force_fit(last.record, found, posterior, posterior.best_law(), sensor_noise)
     return None if is_read_as_fault(fit) else fit
 
 

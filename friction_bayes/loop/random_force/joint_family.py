@@ -218,7 +218,12 @@ class JointFamily(MotionFamily):
         """
         return not any(
             fit.noise_sd <= _NO_NOISE * fit.scales.signal
-            or is_coloured(fit.residual, fit.segment.decay.step, fit.segment.decay.frequency)
+            or is_coloured(_beside_motion(fit), fit.segment.decay.step, fit.segment.decay.frequency)
             or has_heavy_tails(fit.innovations[np.isfinite(fit.clock.variance)])
             for fit in self.best
         )
+
+
+def _beside_motion(fit: ForceFit) -> Array:
+    """What the law leaves, shape (n,); of a record with a knock without what the motion keeps of that."""
+    return fit.innovations if fit.knocks else fit.residual

@@ -10,20 +10,22 @@ law leaves is.
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from scipy import stats
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.estimators.random_force.law_regression import LawRegression
 from friction_bayes.estimators.random_force.posterior import GridPoint
+from friction_bayes.estimators.random_force.smoothing import Motion
 from friction_bayes.estimators.random_force.whitening import Clock, jump_scores
 
 __all__ = ["jump_tails", "log_odds_of_knocks", "next_knock", "spans_of"]
 
 _BY_CHANCE = 1e-2
 """Probability that a record without a knock shows one, its intervals taken as independent."""
-_PART_OF_IT = 0.4
+_PART_OF_IT = 0.25
 """Share of its largest score from which on those of its neighbours belong to it."""
 _FRICTIONS = 3.0
 """Sd of a jump, in frictions that alone explain the loss of amplitude."""
@@ -31,6 +33,10 @@ _MOST = 3
 """Knocks in a record; more are no accident."""
 _LONGEST = 2.0
 """Phase that one may last, a third of a period: what lasts longer is a force of the machine."""
+_DOUBTFUL = 4.0
+"""Sd of the velocity below which friction may have either direction."""
+_BESIDE = 1
+"""Samples on either side of it that see the jump of friction too."""
 _FEWEST = 20.0
 """Independent scores that it takes to tell the tails of their distribution."""
 
@@ -56,8 +62,11 @@ def next_knock(regression: LawRegression, law: Array, best: GridPoint, friction:
     """
     clock = regression.clock
     known = _jumps(clock)
+    motion = regression.smoothed(law, best)
+    if _lasts(motion.states[:, 2], clock.phase, spans_of(known)):
+        return np.zeros_like(known)
     scores = _scores(regression, law, best)
-    place = int(np.argmax(np.abs(scores)))
+    place = int(np.argmax(np.where(_beside_turns(regression, motion), 0.0, np.abs(scores))))
     if scores.size * 2.0 * float(stats.norm.sf(abs(scores[place]))) > _BY_CHANCE:
         return None
     same = scores / scores[place] > _PART_OF_IT
@@ -66,10 +75,34 @@ def next_knock(regression: LawRegression, law: Array, best: GridPoint, friction:
     last = min(place + int(np.argmin(np.append(same[place:], False))), scores.size - 1)
     jumps = known.copy()
     jumps[max(first - 1, 0) : last] = _FRICTIONS * friction / best.noise
+    jumps = _joined(jumps, clock.phase)
     spans = spans_of(jumps)
     if len(spans) > _MOST or any(clock.phase[b] - clock.phase[a] > _LONGEST for a, b in spans):
         return np.zeros_like(known)
     return jumps
+
+
+def _joined(jumps: Array, phase: Array) -> Array:
+    """Spans that together last no longer than one knock are one.
+
+    An accelerometer shows the force itself: there only its onset and its end call for a jump.
+    """
+    spans, jumps = spans_of(jumps), jumps.copy()
+    for (a, b), (c, d) in pairwise(spans):
+        if phase[d] - phase[a] <= _LONGEST:
+            jumps[b:c] = jumps[a]
+    return jumps
+
+
+def _lasts(force: Array, phase: Array, spans: list[tuple[int, int]]) -> bool:
+    """Whether a force comes at one span and goes at the next: one that lasts too long for a knock."""
+    for (a, b), (c, d) in pairwise(spans):
+        held = float(np.mean(force[b : c + 1]))
+        rise, fall = held - force[a], held - force[d]
+        largest = float(np.max(np.abs(force[a : d + 1] - force[a])))
+        if phase[d] - phase[a] > _LONGEST and rise * fall > 0.0 and min(abs(rise), abs(fall)) > 0.5 * largest:
+            return True
+    return False
 
 
 def spans_of(jumps: Array) -> list[tuple[int, int]]:
@@ -97,8 +130,9 @@ def jump_tails(regression: LawRegression, law: Array, best: GridPoint) -> tuple[
     """
     if best.ratio == 0.0:
         return 3.0, 0.0, 1.0
+    beside = _beside_turns(regression, regression.smoothed(law, best))
     scores = _scores(regression, law, best)
-    scores = scores[scores != 0.0]
+    scores = scores[(scores != 0.0) & ~beside]
     power = np.abs(np.fft.rfft(scores - scores.mean(), 2 * scores.size)) ** 2
     alike = np.fft.irfft(power)[: scores.size]
     n = scores.size / (1.0 + 2.0 * float(np.sum((alike[1:] / alike[0]) ** 4)))
@@ -120,6 +154,18 @@ def _scores(regression: LawRegression, law: Array, best: GridPoint) -> Array:
     scores[:1] = 0.0
     scores[1:][_jumps(clock) > 0.0] = 0.0
     return scores
+
+
+def _beside_turns(regression: LawRegression, motion: Motion) -> Mask:
+    """Samples at which friction may have either direction and the sensor shows the force, shape (n,).
+
+    There an accelerometer sees a jump that is none of the random force.
+    """
+    velocity = motion.states[:, 1]
+    if not np.any(regression.row[..., 2]):
+        return np.zeros(velocity.size, np.bool_)
+    doubtful = np.abs(velocity) < _DOUBTFUL * motion.velocity_sd
+    return np.convolve(doubtful, np.ones(2 * _BESIDE + 1), "same") > 0.0
 
 
 def _p_value_of_kurtosis(kurtosis: float, n: float) -> float:
