@@ -171,7 +171,9 @@ def assemble_report(
 def _next_experiment(families: Sequence[Family], mixture: Mixture) -> str | None:
     """The record that would decide between the most probable candidates."""
     credible = mixture.sets[: credible_count(mixture.probabilities)][: _MOST_RIVALS + 1]
-    owners = {names: family for family in families for names in family.sets}
+    # of several that have a set the one where it is most probable
+    weighed = [pair for f in families for pair in zip(f.log_weights, f.sets, [f] * len(f.sets), strict=True)]
+    owners = {names: family for _, names, family in sorted(weighed, key=lambda one: float(one[0]))}
     contenders = [(names, owners[names].contender(names)) for names in credible]
     known = {names: contender for names, contender in contenders if contender is not None}
     if len(known) < 2:

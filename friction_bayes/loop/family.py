@@ -272,9 +272,11 @@ def mixture_of(
         still = draws.random_force == 0.0
         friction = np.where(still, slight_force.beside(draws.friction, rng), draws.friction)
         draws = replace(draws, friction=friction)
+    # what a family tells in detail is of its own most probable set
+    leads = np.array([family.sets[0] == listed[0] for family in families])[owner]
     return Mixture(
         sets=tuple(listed),
         probabilities=kept / kept.sum(),
-        best=families[int(owner[np.argmax(np.where(place == 0, probability, -1.0))])],
+        best=families[int(owner[np.argmax(np.where(place == 0, probability + leads, -1.0))])],
         draws=draws,
     )

@@ -31,6 +31,8 @@ class FluctuationTrace:
     unit : str
     knocks : tuple of (float, float)
         Start and end of each knock, seconds in the record.
+    fluctuates : bool
+        Whether it acts beside the knocks too.
     """
 
     force: Array
@@ -40,6 +42,7 @@ class FluctuationTrace:
     friction: float
     unit: str
     knocks: tuple[tuple[float, float], ...] = ()
+    fluctuates: bool = True
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.loop.result import RecordTrace
+from friction_bayes.loop.result import FluctuationTrace, RecordTrace
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
 __all__ = ["plot_fluctuation"]
@@ -31,7 +33,7 @@ def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None, shape: s
     Parameters
     ----------
     trace : RecordTrace
-        With a random force.
+        With a random force, or with knocks: of those alone there is nothing to draw against the motion.
     depends_on : str, optional
         ``velocity``, ``position``, ``amplitude`` or ``time``: what the force was found to depend on, which is
         marked.
@@ -47,6 +49,46 @@ def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None, shape: s
     steady = np.ones(trace.time.size, dtype=np.bool_)
     for start, end in found.knocks:
         steady &= (trace.time < start) | (trace.time > end)
+    with styled():
+        figure = new_figure(9.0, 6.4 if found.fluctuates else 3.4)
+        grid = figure.add_gridspec(2 if found.fluctuates else 1, 3)
+        panels = {"time": figure.add_subplot(grid[0, :])}
+        _draw_over_time(panels["time"], trace, found)
+        if found.fluctuates:
+            below = [figure.add_subplot(grid[1, k]) for k in range(3)]
+            panels |= _draw_dependence(below, trace, found, steady)
+        said = {} if depends_on is None else {depends_on: f"depends on the {depends_on}"}
+        if shape is not None:
+            said["time"] = ", ".join([*filter(None, [said.get("time")]), f"most like {shape}"])
+        for name, text in said.items():
+            caption(panels[name], text)
+        handles, labels = panels["time"].get_legend_handles_labels()
+        if found.fluctuates:
+            more = panels["position"].get_legend_handles_labels()
+            handles, labels = handles + more[0], labels + more[1]
+        figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    return figure
+
+
+def _draw_over_time(axes: Axes, trace: RecordTrace, found: FluctuationTrace) -> None:
+    """Draw the force with its band, and mark the knocks."""
+    reach = _BAND * found.sd
+    axes.fill_between(
+        trace.time, found.force - reach, found.force + reach, color=FAINT, lw=0.0, label="its 90 % band"
+    )
+    axes.plot(trace.time, found.force, color=MODEL, lw=0.6, rasterized=True, label="force left")
+    for k, (start, end) in enumerate(found.knocks):
+        axes.axvspan(start, end, color=ACCENT, alpha=0.25, lw=0.0, label=None if k else "a knock")
+    _draw_friction(axes, found.friction, "± friction")
+    axes.set_xlabel("time [s]")
+    axes.set_ylabel(f"force left [{found.unit}]")
+    axes.set_title(f"{trace.name}: force left")
+
+
+def _draw_dependence(
+    below: Sequence[Axes], trace: RecordTrace, found: FluctuationTrace, steady: Mask
+) -> dict[str, Axes]:
+    """Draw it against velocity, position and amplitude, where no knock acts."""
     displacement, velocity, force = (
         values[steady] for values in (found.displacement, found.velocity, found.force)
     )
@@ -54,57 +96,36 @@ def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None, shape: s
     forward = velocity > 0.0
     against = np.where(forward, -force, force)
     length = "rad" if trace.quantity.startswith("ang") else "m"
-    with styled():
-        figure = new_figure(9.0, 6.4)
-        grid = figure.add_gridspec(2, 3)
-        over_time = figure.add_subplot(grid[0, :])
-        reach = _BAND * found.sd
-        over_time.fill_between(
-            trace.time, found.force - reach, found.force + reach, color=FAINT, lw=0.0, label="its 90 % band"
-        )
-        over_time.plot(trace.time, found.force, color=MODEL, lw=0.6, rasterized=True, label="force left")
-        for k, (start, end) in enumerate(found.knocks):
-            over_time.axvspan(start, end, color=ACCENT, alpha=0.25, lw=0.0, label=None if k else "a knock")
-        over_time.set_xlabel("time [s]")
-        over_time.set_ylabel(f"force left [{found.unit}]")
-        over_time.set_title(f"{trace.name}: force left")
-        panels = {"time": over_time}
-        for k, (name, unit, values, shown) in enumerate(
-            (
-                ("velocity", f"{length}/s", velocity, force),
-                ("position", length, displacement, force),
-                ("amplitude", length, amplitude, against),
-            )
-        ):
-            axes = panels[name] = figure.add_subplot(grid[1, k])
-            size = 1.6 if values.size > 2000 else 3.0
-            axes.plot(values, shown, ".", color=DATA, ms=size, mew=0.0, rasterized=True)
-            axes.set_xlabel(f"{name} [{unit}]")
-            axes.locator_params(axis="x", nbins=5)
-        _draw_means(panels["velocity"], velocity, force, forward)
-        _draw_means(panels["amplitude"], amplitude, against, forward)
-        for direction, style, label in (
-            (True, "-", "mean; of position, forwards"),
-            (False, ":", "backwards"),
-        ):
-            way = forward == direction
-            _draw_means(panels["position"], displacement[way], force[way], forward[way], style, label)
-        panels["velocity"].set_ylabel(f"force left [{found.unit}]")
-        panels["amplitude"].set_ylabel(f"against the motion [{found.unit}]")
-        said = {} if depends_on is None else {depends_on: f"depends on the {depends_on}"}
-        if shape is not None:
-            said["time"] = ", ".join([*filter(None, [said.get("time")]), f"most like {shape}"])
-        for name, text in said.items():
-            caption(panels[name], text)
-        for name, axes in panels.items():
-            for level in (-found.friction, found.friction):
-                axes.axhline(level, color=ACCENT, lw=0.8, ls=(0, (4, 2)))
-            if name == "time":
-                axes.lines[-1].set_label("± friction")
-        handles, labels = over_time.get_legend_handles_labels()
-        more = panels["position"].get_legend_handles_labels()
-        figure.legend(handles + more[0][-2:], labels + more[1][-2:], loc="outside lower center", ncols=5)
-    return figure
+    panels = dict(zip(("velocity", "position", "amplitude"), below, strict=True))
+    for (name, axes), unit, values, shown in zip(
+        panels.items(),
+        (f"{length}/s", length, length),
+        (velocity, displacement, amplitude),
+        (force, force, against),
+        strict=True,
+    ):
+        size = 1.6 if values.size > 2000 else 3.0
+        axes.plot(values, shown, ".", color=DATA, ms=size, mew=0.0, rasterized=True)
+        axes.set_xlabel(f"{name} [{unit}]")
+        axes.locator_params(axis="x", nbins=5)
+        _draw_friction(axes, found.friction)
+    _draw_means(panels["velocity"], velocity, force, forward)
+    _draw_means(panels["amplitude"], amplitude, against, forward)
+    for direction, style, label in (
+        (True, "-", "mean; of position, forwards"),
+        (False, ":", "backwards"),
+    ):
+        way = forward == direction
+        _draw_means(panels["position"], displacement[way], force[way], forward[way], style, label)
+    panels["velocity"].set_ylabel(f"force left [{found.unit}]")
+    panels["amplitude"].set_ylabel(f"against the motion [{found.unit}]")
+    return panels
+
+
+def _draw_friction(axes: Axes, friction: float, label: str | None = None) -> None:
+    """Draw friction in both directions."""
+    for level, said in ((-friction, None), (friction, label)):
+        axes.axhline(level, color=ACCENT, lw=0.8, ls=(0, (4, 2)), label=said)
 
 
 def _draw_means(

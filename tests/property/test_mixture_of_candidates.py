@@ -70,6 +70,18 @@ def test_every_summary_is_of_one_posterior(
     assert summary.interval90[0] <= summary.mean <= summary.interval90[1]
 
 
+def test_what_tells_of_the_best_set_has_it_first(seed: int) -> None:
+    none, damped, offset = frozenset[str](), frozenset(NAMES[:1]), frozenset(NAMES[-1:])
+    # damped is the most probable in both together, and first in one
+    families = [
+        Made([offset, damped, none], [np.log(0.35), np.log(0.30), np.log(0.01)], 1.0, seed),
+        Made([damped, none], [np.log(0.25), np.log(0.05)], 1.0, seed),
+    ]
+    mixture = mixture_of(families, np.random.default_rng(seed))  # type: ignore[arg-type]
+    assert mixture.sets[0] == damped
+    assert mixture.best is families[1]
+
+
 @settings(max_examples=60, deadline=None)
 @given(
     weight=st.lists(st.floats(0.0, 1e6), min_size=1, max_size=50).filter(lambda some: sum(some) > 1e-6),

@@ -3,7 +3,8 @@ r"""Whether several records contradict one law for all: an effect's size by each
 Friction may differ between records, an effect that they share may not. Where it does all the same, other
 effects and the random force take up the difference, and the law that is best for all is none of theirs. So
 the records are asked as if each had sizes of its own: the set of effects that is most probable then has
-coefficients :math:`m_r` in record r, with covariance :math:`C_r` over all else that the set holds, and
+coefficients :math:`m_r` in record r, with covariance :math:`C_r` over all else that the set holds (by its
+samples alone: to a record that says little, the prior is no evidence of a small effect), and
 
 .. math:: \chi^2 = \sum_r (m_r - \bar m)^T C_r^{-1} (m_r - \bar m), \qquad
    \bar m = \Big(\sum_r C_r^{-1}\Big)^{-1} \sum_r C_r^{-1} m_r
@@ -27,6 +28,8 @@ __all__ = ["Comparison", "compared_sizes", "contradictions"]
 
 _BY_CHANCE = 0.01
 """Probability that one of the effects is said to differ where none does."""
+_PRIOR = 1e-4
+"""Of its precision, what the sizes by themselves are told with: enough for a unique answer."""
 
 
 class Comparison(NamedTuple):
@@ -118,7 +121,11 @@ def _by_themselves(fit: JointFit) -> tuple[Array, Array, Integers]:
     inside = sets.columns[best]
     said = [
         set_posterior(
-            whitened.gram, problem.reference, inside, weighed.full_noise2, float(weighed.noise2[best])
+            whitened.gram,
+            problem.reference,
+            inside,
+            _PRIOR * weighed.full_noise2,
+            float(weighed.noise2[best]),
         )
         for problem, whitened, weighed in found
     ]

@@ -255,7 +255,7 @@ class MotionFamily(ABC):
         resisting = law.resisting
         return ResistingForce(
             law=-law.unit_force * (law.forces[:, resisting] @ fit.coefficients[resisting]),
-            fluctuation=-law.unit_force * fit.fluctuation if self._fluctuates else None,
+            fluctuation=-law.unit_force * fit.fluctuation if self._fluctuates or fit.knocks else None,
             direction=np.sign(fit.path.v),
         )
 

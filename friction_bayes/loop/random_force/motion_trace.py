@@ -44,6 +44,7 @@ def motion_trace(fit: ForceFit, before: LoopFit, r: int, draws: LawDraws, *, flu
         friction=factor * float(np.median(draws.friction)),
         unit=unit,
         knocks=tuple((decay.start_time + a, decay.start_time + b) for a, b in knock_times(fit)),
+        fluctuates=fluctuates,
     )
     return RecordTrace(
         name=decay.name,
@@ -59,5 +60,5 @@ def motion_trace(fit: ForceFit, before: LoopFit, r: int, draws: LawDraws, *, flu
         turning_points_before=coulomb.turning_points,
         turning_times=decay.start_time + turns,
         turning_points=path.turning_x,
-        fluctuation=fluctuation if fluctuates else None,
+        fluctuation=fluctuation if fluctuates or fit.knocks else None,
     )

@@ -9,6 +9,7 @@ from scipy import stats
 import friction_bayes as fb
 from friction_bayes.loop.random_force.knocked import knock_times
 from friction_bayes.loop.random_force.knocks import jump_tails, log_odds_of_knocks, spans_of
+from friction_bayes.plotting.fluctuation import plot_fluctuation
 from unsteady_decays import FRICTION, SYSTEM, WHITE, fitted, sensed, unsteady_motion
 
 
@@ -75,3 +76,14 @@ def test_a_knock_in_a_motion_without_a_random_force_is_no_random_force() -> None
     assert len(set(named)) == len(named)
     low, high = report.friction_after["interval90"]
     assert low < FRICTION * SYSTEM.stiffness < high
+
+
+def test_a_knock_beside_no_random_force_is_drawn_alone() -> None:
+    rng = np.random.default_rng(4)
+    motion = unsteady_motion(rng, 0.0, knock=lambda t: 6.0 * (4.0 <= t < 4.05))[0]
+    record = sensed(motion + WHITE * rng.standard_normal(motion.size))
+    report = fb.close_loop([record], SYSTEM, effects=["random_force", "viscous_damping"], seed=1)
+    trace = report.traces[0]
+    assert trace.fluctuation is not None
+    assert not trace.fluctuation.fluctuates
+    assert len(plot_fluctuation(trace).axes) == 1
