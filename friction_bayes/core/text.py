@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-__all__ = ["duration", "interval90", "listed", "number", "percent", "set_words", "with_interval", "words"]
+__all__ = [
+    "duration",
+    "interval90",
+    "listed",
+    "number",
+    "of_friction",
+    "of_one_sign",
+    "percent",
+    "set_words",
+    "with_interval",
+    "words",
+]
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -25,6 +36,17 @@ def with_interval(summary: Mapping[str, Any], digits: int = 5) -> str:
         f"{number(summary['mean'], digits)} {summary['unit']}   sd {number(summary['sd'], 2)}   "
         f"90 %: {interval90(summary, digits)}"
     )
+
+
+def of_one_sign(interval: Sequence[float]) -> bool:
+    """Whether an interval leaves zero out: of a number that may be zero there are no shares."""
+    low, high = interval
+    return low * high > 0.0
+
+
+def of_friction(share: float | None, interval: Sequence[float]) -> str:
+    """Write a share of friction that lies in an interval; nothing where friction may be zero."""
+    return "" if share is None or not of_one_sign(interval) else f", {100.0 * share:.0f} % of friction"
 
 
 def percent(probability: float) -> str:

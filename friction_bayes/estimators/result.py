@@ -21,9 +21,9 @@ from friction_bayes.core.declared_force import (
 from friction_bayes.core.errors import RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.strict_json import plain
-from friction_bayes.core.summary import Summary, summary_table
+from friction_bayes.core.summary import TAILS, Summary, summary_table
 from friction_bayes.core.system import Oscillator
-from friction_bayes.core.text import interval90, number
+from friction_bayes.core.text import interval90, number, of_friction
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
 from friction_bayes.estimators.acceptance import Acceptance
@@ -322,7 +322,8 @@ def _random_force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
         return []
     size = float(force.sd.mean()) * force_factor(decay.system, decay.quantity, decay.unit)
     unit = decay.system.friction_unit if _calibrated(decay) else decay.unit
-    about = f"by about {size:.2g} {unit}, {force.share_of_friction:.0%} of friction"
+    interval = [float(fit.coefficient.ppf(p)) for p in TAILS]
+    about = f"by about {size:.2g} {unit}{of_friction(force.share_of_friction, interval)}"
     if force.probability <= 0.5:
         return [
             f"a force that fluctuates {about}, cannot be excluded (probability {force.probability:.2g}): "
@@ -331,9 +332,10 @@ def _random_force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
     notes = []
     if force.share_of_friction > _NO_FLUCTUATION:
         notes.append(
-            f"beside friction a force {force.share_of_friction:.2g} times as large would have to act, which "
-            "is no fluctuation but a push, another law or an error of the sensor: do not take friction from "
-            "this record, unless close-loop, or a part of it (--start, --end), shows which"
+            f"beside friction a force of {size:.2g} {unit} would have to act, more than {_NO_FLUCTUATION:g} "
+            "times as large, which is no fluctuation but a push, another law or an error of the sensor: do "
+            "not take friction from this record, unless close-loop, or a part of it (--start, --end), shows "
+            "which"
         )
         warnings.warn(notes[0], RecordWarning, stacklevel=4)
     notes += [

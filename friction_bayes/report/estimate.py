@@ -33,6 +33,8 @@ class EstimatedRecord:
         As :meth:`Estimate.to_dict` gives it.
     read : str
         What was understood of the file.
+    warnings : sequence of str
+        What is to be read before the number.
     figures : mapping of str to bytes
         SVG of each of :func:`friction_bayes.plotting.estimate.estimate_figures`.
     """
@@ -40,6 +42,7 @@ class EstimatedRecord:
     result: Mapping[str, Any]
     read: str
     figures: Mapping[str, bytes]
+    warnings: Sequence[str] = ()
 
     @property
     def sentence(self) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from friction_bayes.core.text import duration, number, with_interval
+from friction_bayes.core.text import duration, number, of_friction, with_interval
 
 __all__ = ["JUDGEMENTS", "apart", "estimate_story"]
 
@@ -40,7 +40,7 @@ def estimate_story(result: Mapping[str, Any]) -> list[tuple[str, str]]:
     if noise["mean"] is not None:
         rows.append(("noise per sample", f"sd {number(noise['mean'])} {noise['unit']}"))
     if result["random_force"] is not None:
-        rows.append(("random force", _random_force(result["random_force"])))
+        rows.append(("random force", _random_force(result["random_force"], result["friction"])))
     rows.append(("rest position", f"{number(rest['mean'])} {rest['unit']}"))
     rows.append(("amplitudes", str(result["amplitudes"])))
     if result["reference"] is not None:
@@ -54,10 +54,11 @@ def _frequency(result: Mapping[str, Any]) -> str:
     return f"{number(frequency['mean'], 6)}{spread} rad/s, declared {number(frequency['declared'], 6)} rad/s"
 
 
-def _random_force(force: Mapping[str, Any]) -> str:
+def _random_force(force: Mapping[str, Any], friction: Mapping[str, Any]) -> str:
     return (
-        f"probability {number(force['probability'], 2)}; if there, sd {with_interval(force['sd'], 2)}, "
-        f"{force['share_of_friction']:.0%} of friction, over {number(force['correlation_time']['mean'], 2)} s"
+        f"probability {number(force['probability'], 2)}; if there, sd {with_interval(force['sd'], 2)}"
+        f"{of_friction(force['share_of_friction'], friction['interval90'])}, "
+        f"over {number(force['correlation_time']['mean'], 2)} s"
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from friction_bayes.core.text import interval90, number
+from friction_bayes.core.text import interval90, number, of_friction
 from friction_bayes.loop.verdict import UNEXPLAINED
 from friction_bayes.report.page import render_page, reproduction
 from friction_bayes.report.story import (
@@ -109,8 +109,7 @@ def _tiles(report: Mapping[str, Any]) -> list[tuple[str, str, str]]:
     force = report["random_force"]
     if force is not None and force["probability"] > 0.5:
         time = number(force["correlation_time_s"]["mean"], 2)
-        remark = f"sd {number(force['sd']['mean'], 3)} {unit}, correlated over {time} s"
-        share = force["share_of_friction"]
-        size = "no friction to compare with" if share is None else f"{100.0 * share:.0f} % of friction"
-        tiles.append(("random force", size, remark))
+        size = f"sd {number(force['sd']['mean'], 3)} {unit}"
+        share = of_friction(force["share_of_friction"], after["interval90"])
+        tiles.append(("random force", size, f"correlated over {time} s{share}"))
     return tiles

@@ -6,7 +6,17 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from friction_bayes.core.text import duration, listed, number, percent, set_words, with_interval, words
+from friction_bayes.core.text import (
+    duration,
+    listed,
+    number,
+    of_friction,
+    of_one_sign,
+    percent,
+    set_words,
+    with_interval,
+    words,
+)
 from friction_bayes.loop.verdict import AMBIGUOUS, UNEXPLAINED, credible_candidates
 from friction_bayes.mechanics.effects import EFFECTS
 
@@ -135,10 +145,12 @@ def _verdict(report: Report, records: int) -> str:
 
 
 def known_within(friction: Report) -> str:
-    """How far the 90 % interval reaches to both sides of the mean."""
+    """How far the 90 % interval reaches to both sides of the mean; from where to where, if beyond zero."""
     mean, (low, high) = friction["mean"], friction["interval90"]
     if not mean:
         return "No friction is seen."
+    if not of_one_sign((low, high)):
+        return f"It lies between {number(low)} and {number(high)} {friction['unit']}, with 90 % probability."
     below, above = (f"{100.0 * abs(end / mean - 1.0):.2g}" for end in (low, high))
     return f"Friction is known within -{below} and +{above} %, with 90 % probability."
 
@@ -190,7 +202,7 @@ def loop_story(report: Report, records: int = 1) -> list[tuple[str, str]]:
     rows.append(("frequency", _frequency(report)))
     rows.append(("sensor noise", _noise(report["noise"], report["held_out_error"]["unit"])))
     if report["random_force"]:
-        rows.append(("random force", _random_force(report["random_force"], report["verdict"])))
+        rows.append(("random force", _random_force(report)))
     if report["witnesses"]:
         rows.append(("two witnesses", _witnesses(report["witnesses"])))
     rows.append(("left over", _left(report)))
@@ -352,15 +364,15 @@ def _noise(noise: Mapping[str, Any], unit: str) -> str:
     return text + f"autoregressive{order}, correlated over {number(noise['correlation_length_s'], 3)} s"
 
 
-def _random_force(force: Mapping[str, Any], verdict: str) -> str:
+def _random_force(report: Report) -> str:
+    force = report["random_force"]
     sd, time, probable = force["sd"], force["correlation_time_s"], force["probability"]
     stated = f"probability {percent(probable)}; {'' if probable > 0.5 else 'if there, '}"
-    share = force["share_of_friction"]
-    of_friction = "" if share is None else f", {100.0 * share:.0f} % of friction"
+    share = of_friction(force["share_of_friction"], report["friction_after"]["interval90"])
     return (
-        f"{'if there, ' if verdict == UNEXPLAINED else stated}"
+        f"{'if there, ' if report['verdict'] == UNEXPLAINED else stated}"
         f"sd {number(sd['mean'], 3)} ± {number(sd['sd'], 2)} {sd['unit']} over all candidates"
-        f"{of_friction}, correlated over {number(time['mean'], 2)} s"
+        f"{share}, correlated over {number(time['mean'], 2)} s"
     )
 
 

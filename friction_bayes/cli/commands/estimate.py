@@ -125,7 +125,7 @@ def run(arguments: argparse.Namespace) -> None:
             write_json(folder / "estimate.json", results if len(results) > 1 else results[0])
             inputs = input_digests(*arguments.records, arguments.setup)
             made = manifest("estimate", options=options_of(arguments), seed=arguments.seed, inputs=inputs)
-            _write_page(results, [dict(rows)["read"] for rows in headings], drawings, made, folder)
+            _write_page(results, headings, drawings, made, folder)
             write_manifest(folder, made)
     if arguments.json:
         sys.stdout.write(strict_json(results if len(results) > 1 else results[0]) + "\n")
@@ -218,7 +218,7 @@ def _write(
 
 def _write_page(
     results: Sequence[dict[str, Any]],
-    read: Sequence[str],
+    headings: Sequence[Heading],
     drawings: Sequence[dict[str, bytes]],
     made: Mapping[str, Any],
     folder: Path,
@@ -227,8 +227,13 @@ def _write_page(
     from friction_bayes.report.estimate import EstimatedRecord, estimate_page
 
     entries = [
-        EstimatedRecord(result=result, read=words, figures=figures)
-        for result, words, figures in zip(results, read, drawings, strict=True)
+        EstimatedRecord(
+            result=result,
+            read=dict(rows)["read"],
+            figures=figures,
+            warnings=[text for label, text in rows if label == "warning"],
+        )
+        for result, rows, figures in zip(results, headings, drawings, strict=True)
     ]
     (folder / "report.html").write_text(estimate_page(entries, made), encoding="utf-8")
 

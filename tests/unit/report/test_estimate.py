@@ -41,6 +41,24 @@ def test_page_tells_what_the_table_tells(entry: EstimatedRecord) -> None:
     assert page == page_of(entry)
 
 
+def test_warnings_stand_above_the_numbers(entry: EstimatedRecord) -> None:
+    warned = replace(entry, warnings=["do not take friction from this record"])
+    for page in (page_of(warned), page_of(warned, entry)):
+        head, _, rest = page.partition('<div class="tiles">')
+        assert "<b>Warning:</b> do not take friction from this record" in head
+        assert "Warning" not in rest
+
+
+def test_a_friction_that_may_be_zero_has_no_percentages(entry: EstimatedRecord) -> None:
+    friction = entry.result["friction"] | {"interval90": [-0.6, 0.7]}
+    force = {"probability": 1.0, "sd": friction, "share_of_friction": 730.0, "correlation_time": friction}
+    doubtful = replace(entry, result=entry.result | {"friction": friction, "random_force": force})
+    assert doubtful.sentence.endswith("It lies between -0.6 and 0.7 N, with 90 % probability.")
+    assert not any("% of friction" in text for _, text in doubtful.story)
+    positive = replace(entry, result=entry.result | {"random_force": force})
+    assert any("73000 % of friction" in text for _, text in positive.story)
+
+
 def test_several_records_have_a_table_first_and_figures_each(entry: EstimatedRecord) -> None:
     other = replace(entry, result=entry.result | {"record": "<b>other</b>"})
     options = manifest("estimate", options={}, seed=1)
