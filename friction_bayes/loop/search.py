@@ -173,10 +173,11 @@ class Search:
                 self._fit_from_approximation(names, approximation, centre)
                 fitted += 1
         best = self.ranked()[0]
+        # without the sign that rounding leaves of a zero
+        gained = round(best.log_weight - before.log_weight, 1) + 0.0
         self.trail.append(
             f"about {set_name(centre.effects)}: {len(promised)} sets approximated, {fitted} fitted; "
-            f"{set_name(best.effects)} is most probable, log evidence "
-            f"{best.log_weight - before.log_weight:+.1f}"
+            f"{set_name(best.effects)} is most probable, log evidence {gained:+.1f}"
         )
 
     def _promised(self, centre: Candidate) -> Iterator[tuple[float, Names, Approximation]]:

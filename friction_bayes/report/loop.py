@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from friction_bayes.core.text import interval90, number, of_friction
+from friction_bayes.core.text import interval90, number, of_friction, words
 from friction_bayes.loop.verdict import UNEXPLAINED
+from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.report.page import render_page, reproduction
 from friction_bayes.report.story import (
     CHANNELS,
@@ -81,8 +83,15 @@ def loop_page(
         summary_of=summary_of,
         story=loop_story(report, len(records))[1:],
         most_candidates=_MOST_CANDIDATES,
+        steps=[_in_words(step) for step in report["trail"]],
         made=reproduction(manifest),
     )
+
+
+def _in_words(step: str) -> str:
+    """Write the names of effects in a step of the search as people read them."""
+    named = rf"\b({'|'.join(EFFECTS)})\b(\+(?=[a-z]))?"
+    return re.sub(named, lambda found: words(found[1]) + (" + " if found[2] else ""), step)
 
 
 def _tiles(report: Mapping[str, Any]) -> list[tuple[str, str, str]]:

@@ -416,3 +416,13 @@ def test_terms_beyond_those_of_a_series_are_not_shown() -> None:
         "twice_sine": {"mean": 0.0, "sd": 0.0, "unit": "N m"},
     }
     assert [*shown_parameters({"parameters": told})] == ["once_sine"]
+
+
+def test_steps_of_the_search_are_told_in_words(loop_report: LoopReport, drawn: Mapping[str, bytes]) -> None:
+    steps = [
+        "about viscous_damping+random_force: 95 sets",
+        "friction_drift has a probability of 3.6 %: left out",
+    ]
+    html = page_of(replace(loop_report, trail=steps), drawn)
+    assert "about viscous damping + random force: 95 sets" in html
+    assert "friction drift has a probability of 3.6 %: left out" in html
