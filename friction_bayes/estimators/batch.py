@@ -32,7 +32,7 @@ from friction_bayes.estimators.estimate import RANDOM_FORCE
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.random_force.plain_law import PlainDecay, plain_posterior
 from friction_bayes.estimators.registry import estimator_named
-from friction_bayes.estimators.waveform.averaged import Averaged, averaged
+from friction_bayes.estimators.waveform.averaged import Averaged, averaged, force_probability
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.records.clipping import SHORTEST_RUN, clipped_fraction
 from friction_bayes.records.clock import is_even, sampling_interval
@@ -336,7 +336,7 @@ def _averaged_over_random_force(table: Array, decays: FreeDecays, fits: Fits) ->
             continue
         both = averaged(without, found)
         new = {
-            "random_force_probability": found.probability,
+            "random_force_probability": force_probability(found),
             "random_force_sd": float(found.sd.mean()) * factor,
         }
         if both is not without:

@@ -17,7 +17,7 @@ from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, RandomForce
 from friction_bayes.estimators.random_force.plain_law import PlainDecay, PlainPosterior, plain_posterior
 
-__all__ = ["SURELY_NONE", "Averaged", "averaged", "averaged_over_random_force"]
+__all__ = ["SURELY_NONE", "Averaged", "averaged", "averaged_over_random_force", "force_probability"]
 
 SURELY_NONE = 1e-3
 """Probability of a random force below which the fit without one is the answer."""
@@ -43,9 +43,14 @@ class Averaged:
     noise_sd: float
 
 
+def force_probability(found: PlainPosterior) -> float:
+    """Probability of a random force: its shares may add up to more than one by their rounding."""
+    return min(found.probability, 1.0)
+
+
 def averaged(without: Averaged, found: PlainPosterior) -> Averaged:
     """Average both parts; the fit without a random force is the answer where there surely is none."""
-    p = found.probability
+    p = force_probability(found)
     if p < SURELY_NONE:
         return without
     frequency = (1.0 - p) * without.frequency + p * found.frequency
@@ -106,7 +111,7 @@ def averaged_over_random_force(decay: FreeDecay, fit: Fit) -> Fit:
         **vars(averaged(without, found)),
         notes=tuple(note for note in fit.notes if note not in doubts),
         random_force=RandomForce(
-            probability=found.probability,
+            probability=force_probability(found),
             sd=found.sd,
             correlation_time=found.correlation_time,
             coefficient_without=fit.coefficient,

@@ -226,7 +226,7 @@ def test_product_with_uncertain_factor(relative_sd: float, location: float) -> N
     [
         ({"method": "gibbs"}, "method: unknown method 'gibbs'; give one of waveform, envelope"),
         ({"peaks": "lowest"}, "peaks: unknown choice 'lowest'"),
-        ({"prior": {"coefficient_precision": -1.0}}, "precision: -1 is negative"),
+        ({"prior": {"coefficient_precision": -1.0}}, "coefficient_precision: -1 is too small for waveform"),
         ({"sampling_rate": None}, "sampling_rate: missing"),
         ({"quantity": "angle"}, "quantity: angle of the other kind of system"),
         (

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -10,6 +12,7 @@ import friction_bayes as fb
 from decays import SYSTEM, slow_decay
 from fluctuating_force import fluctuating_decay
 from friction_bayes.core.errors import InputError
+from friction_bayes.estimators.random_force.plain_law import PlainDecay, PlainPosterior, plain_posterior
 from friction_bayes.estimators.result import Estimate
 
 FREQUENCY, RELEASE, FRICTION, STEP = 10.0, 0.1, 0.001, 0.01
@@ -173,3 +176,17 @@ def test_what_says_nothing_of_a_force_keeps_the_plain_numbers() -> None:
     assert fb.estimate(short, LINEAR, method="envelope").random_force is None
     with pytest.raises(InputError, match=r"random_force: unknown choice 'some'"):
         fb.estimate(short, LINEAR, random_force="some")
+
+
+def test_a_probability_that_rounding_takes_beyond_one(rng, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is left for the part without a force would be negative, and its density not a number."""
+
+    def beyond_one(decay: PlainDecay) -> PlainPosterior | None:
+        found = plain_posterior(decay)
+        return None if found is None else replace(found, probability=1.0 + 2e-14)
+
+    monkeypatch.setattr("friction_bayes.estimators.waveform.averaged.plain_posterior", beyond_one)
+    found = estimated(motion(rng, 0.4)[0], "displacement", rng)
+    assert found.random_force is not None
+    assert found.random_force.probability == 1.0
+    assert found.friction.pdf(found.friction.mean()) > 0.0
