@@ -231,7 +231,8 @@ def plot_loop(report: LoopReport) -> Figure:
         grid = figure.add_gridspec(2, 2)
         signal, candidates, friction = (figure.add_subplot(grid[p]) for p in ((0, 0), (0, 1), (1, 1)))
         draw_signal(signal, trace)
-        signal.set_title(trace.name)
+        others = len(report.traces) - 1
+        signal.set_title(f"{trace.name}, first of {others + 1} records" if others else trace.name)
         low, high = signal.get_ylim()
         signal.set_ylim(low, high + 0.2 * (high - low))
         signal.legend(loc="upper right", ncols=3)

@@ -119,6 +119,7 @@ def plot_loop_residual(trace: RecordTrace) -> Figure:
             over_phase.set_xticks([0, 90, 180, 270, 360])
             _scatter(over_amplitude, amplitude, residual[moving])
             _amplitude_spread(over_amplitude, amplitude, residual[moving])
+            over_amplitude.locator_params(axis="x", nbins=6)
             over_amplitude.set_xlabel(f"amplitude [{_displacement_unit(trace)}]")
             low, high = np.quantile(residual[free], [0.001, 0.999])
             reach = 1.2 * max(abs(low), abs(high), 1e-300)

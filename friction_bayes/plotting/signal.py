@@ -15,6 +15,9 @@ from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, n
 
 __all__ = ["plot_amplitudes", "plot_fit", "signal_label"]
 
+_HEADROOM = 1.1
+"""Height of the axes over the largest swing, whatever the width of an interval."""
+
 
 def signal_label(decay: FreeDecay) -> str:
     """Name quantity and unit of a signal for an axis."""
@@ -145,7 +148,7 @@ def plot_amplitudes(
             color=FAINT,
             lw=0.8,
             rasterized=True,
-            label="record about its rest position",
+            label="record, rest at zero",
         )
         edges = np.array([envelope(interval[0]), envelope(interval[1])])
         for sign in (1.0, -1.0):
@@ -156,6 +159,8 @@ def plot_amplitudes(
         axes.set_xlabel("time [s]")
         axes.set_ylabel(signal_label(decay))
         axes.set_title(title or decay.name)
-        axes.set_ylim(top=1.35 * float(size.max()))
-        axes.legend(loc="upper right")
+        reach = _HEADROOM * max(float(size.max()), float(np.abs(decay.values - rest).max()))
+        axes.set_ylim(-reach, reach)
+        # below the axes: a wide interval fills them
+        figure.legend(loc="outside lower center", ncols=3)
     return figure

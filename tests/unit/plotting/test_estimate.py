@@ -69,9 +69,14 @@ def test_amplitudes_fall_by_two_coefficients_a_half_cycle(decay: FreeDecay) -> N
         },
         attrs={"rest_position": 1e-3},
     )
-    axes = plot_amplitudes(decay, cycles, 5e-4, (4e-4, 6e-4)).axes[0]
+    figure = plot_amplitudes(decay, cycles, 5e-4, (-1e-2, 1e-2))
+    (axes,) = figure.axes
     upper = axes.lines[1]
     np.testing.assert_allclose(upper.get_ydata()[[0, -1]], amplitude[[0, -1]])
+    # however wide the band is, the turning points fill the axes, and nothing lies on it
+    assert axes.get_ylim()[1] < 1.5 * amplitude[0]
+    assert axes.get_legend() is None
+    assert len(figure.legends) == 1
 
 
 def test_estimators_tell_what_lies_outside() -> None:

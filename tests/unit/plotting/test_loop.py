@@ -93,6 +93,9 @@ def test_residual_panels(loop_report: LoopReport) -> None:
     record = loop_report.traces[0]
     panels = plot_loop_residual(record).axes
     assert len(panels) == 6
+    for axes in panels[4:]:
+        low, high = axes.get_xlim()
+        assert sum(low <= tick <= high for tick in axes.get_xticks()) <= 7
     np.testing.assert_allclose(panels[0].lines[0].get_ydata(), record.signal - record.before)
     np.testing.assert_allclose(panels[1].lines[0].get_ydata(), record.signal - record.after)
     angle = np.asarray(panels[3].lines[0].get_xdata())
@@ -176,6 +179,8 @@ def test_all_figures_by_name(loop_report: LoopReport) -> None:
     two = loop_figures(replace(loop_report, traces=(record, replace(record, name="another"))))
     assert {"signal_1", "residual_2", "turning_points_2"} <= set(two)
     assert "another" in texts(two["signal_2"])
+    assert f"{record.name}, first of 2 records" in texts(two["overview"])
+    assert "records" not in texts(loop_figures(loop_report)["overview"])
 
 
 def test_the_held_out_part_is_drawn_with_its_band(loop_report: LoopReport) -> None:
