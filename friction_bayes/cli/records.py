@@ -49,7 +49,7 @@ def add_record(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--signal-column", metavar="NAME", help="signal, by name or number from 0")
     group.add_argument("--quantity", metavar="NAME", help="displacement, velocity, acceleration, angle, ...")
     group.add_argument(
-        "--unit", metavar="UNIT", help="unit of the signal; V, counts or a.u. when not calibrated"
+        "--unit", metavar="UNIT", help="unit of the signal; V, counts, px or a.u. when not calibrated"
     )
     group.add_argument(
         "--scale",

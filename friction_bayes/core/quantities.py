@@ -91,7 +91,7 @@ _UNITS: dict[str, dict[str, float]] = {
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
 """Units of a column of times, in seconds."""
 
-UNCALIBRATED_UNITS = ("V", "mV", "counts", "a.u.")
+UNCALIBRATED_UNITS = ("V", "mV", "counts", "px", "a.u.")
 """Units of a raw sensor signal, the last one arbitrary; friction then comes out in the signal's own units."""
 
 
@@ -112,7 +112,7 @@ def known_units(quantity: Quantity) -> tuple[str, ...]:
 def to_si(quantity: Quantity, unit: str, *, place: str = "unit") -> tuple[float, str]:
     """Return the factor that brings ``unit``, however spelled, to SI and the unit that results.
 
-    Uncalibrated units (V, mV, counts, a.u.) are kept as they are, with factor 1.
+    Uncalibrated units (V, mV, counts, px, a.u.) are kept as they are, with factor 1.
     """
     plain = plain_unit(unit)
     if plain in UNCALIBRATED_UNITS:

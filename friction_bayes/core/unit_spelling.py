@@ -48,6 +48,8 @@ _SPELLINGS = {
     "g's": "g",
     "count": "counts",
     "cts": "counts",
+    "pixel": "px",
+    "pixels": "px",
     "au": "a.u.",
     "arb. u.": "a.u.",
     "arb. units": "a.u.",

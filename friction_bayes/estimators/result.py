@@ -401,6 +401,11 @@ def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
             if system.trust is None
             else f"the {system.trust} is trusted"
         )
+    else:
+        text += (
+            f": friction in {decay.unit} does not depend on them, but a force computed from it would: "
+            f"check {system.moving_name} and stiffness"
+        )
     if abs(found / system.natural_frequency - 1.0) > _WORTH_A_WARNING:
         warnings.warn(text, RecordWarning, stacklevel=4)
     return [text]

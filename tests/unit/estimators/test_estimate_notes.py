@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from decays import SYSTEM
+from decays import SYSTEM, short_decay
 
 
 @pytest.mark.parametrize(
@@ -40,3 +40,13 @@ def test_a_few_half_cycles_that_grow_are_told(method: str) -> None:
         estimate = fb.estimate(record, SYSTEM, method=method)
     assert estimate.friction.mean() < 0.0
     assert any(note.startswith("friction is negative") for note in estimate.notes)
+
+
+def test_what_another_frequency_means_for_a_signal_of_no_scale() -> None:
+    record = short_decay(duration=6.0, seed=5)
+    video = fb.make_record(record["time"].values, record.values, "displacement", unit="px")
+    wrong = fb.Oscillator(mass=2.0 * SYSTEM.mass, stiffness=SYSTEM.stiffness)
+    with pytest.warns(fb.RecordWarning, match="friction in px does not depend on them, but a force"):
+        estimate = fb.estimate(video, wrong, method="envelope")
+    told = fb.estimate(video, SYSTEM, method="envelope")
+    assert estimate.friction.mean() == pytest.approx(told.friction.mean(), rel=1e-6)

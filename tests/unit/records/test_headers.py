@@ -39,6 +39,8 @@ from friction_bayes.records.readers.headers import read_header, split_run
         ("Angle (left) (deg)", "angle", "deg"),
         ("Angle (V)", "angle", "V"),
         ("Displacement (a.u.)", "displacement", "a.u."),
+        ("Position (px)", "displacement", "px"),
+        ("x (pixels)", "displacement", "px"),
     ],
 )
 def test_quantity_and_unit(name: str, quantity: str, unit: str) -> None:
@@ -55,7 +57,7 @@ def test_quantity_and_unit(name: str, quantity: str, unit: str) -> None:
         ("Mass (g)", "g"),
         ("theta_m", None),
         ("displacement_in", None),
-        ("Position (px)", "px"),
+        ("Position (furlong)", "furlong"),
         ("Velocity (rad/s)", "rad/s"),
         ("Temperature (°C)", "degC"),
         ("Angle (encoder 1)", "encoder 1"),
