@@ -43,9 +43,10 @@ def write_loop(report: LoopReport, result: Mapping[str, Any], made: Mapping[str,
 
 
 def write_draws(tree: xr.DataTree, path: Path) -> None:
-    """Write a tree of numbers as ``tree.to_netcdf`` does, in a tenth of the time.
+    """Write a tree of numbers, whole or real, as ``tree.to_netcdf`` does, in a tenth of the time.
 
-    That first loads dask.array and distributed, to learn that none of the numbers is Dask's.
+    That first loads dask.array and distributed, to learn that none of the numbers is Dask's. A report holds
+    nothing but numbers; truth values and text, which NetCDF has to spell as something else, are refused.
 
     Parameters
     ----------
