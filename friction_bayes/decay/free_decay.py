@@ -14,6 +14,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.even_grid import even_grid
+from friction_bayes.decay.leaps import find_leap
 from friction_bayes.decay.located import (
     CONSTANT,
     FOUND,
@@ -209,8 +210,8 @@ def find_free_decay(
     ------
     InputError
         If the record holds NaN or infinities, is constant, shows no oscillation, or several, or one that does
-        not decay, holds several decays or fewer than three half cycles, or is sampled too slowly for the
-        declared frequency.
+        not decay, holds several decays or fewer than three half cycles, leaps, or is sampled too slowly for
+        the declared frequency.
     """
     name = record_name(record)
     quantity = record_quantity(record)
@@ -244,6 +245,16 @@ def find_free_decay(
     if found.status[0] != FOUND:
         raise _refusal(name, int(found.status[0]), values, clock, system, modes)
     begin, end = int(found.start[0]), int(found.stop[0])
+    leap = find_leap(values[begin:end]) if quantity.order == 0 else None
+    if leap is not None:
+        unit = record.attrs.get("units", quantity.unit)
+        raise InputError(
+            name,
+            f"the {quantity.name} leaps by {leap[1]:.3g} {unit} at {clock[begin + leap[0]]:.4g} s, from one "
+            "sample to the next",
+            "where two recordings follow each other take one by --start and --end; unwrap an angle that "
+            "starts over, and cut where the sensor slipped",
+        )
     frequency, phase = float(found.frequency[0]) / step, float(found.phase[0])
     times = None
     if not even:

@@ -26,6 +26,7 @@ __all__ = [
     "FALSE_ALARM_RATE",
     "Channel",
     "ResidualTests",
+    "far_residuals",
     "largest_line",
     "residual_tests",
     "standardised_residual",
@@ -39,6 +40,8 @@ _PHASE_BINS = 8
 _TIME_BINS = 8
 _CENTRE_BINS = 24
 _FAR = 4.0
+_MOST_OF_SQUARES = 0.1
+"""Share of their sum of squares that one residual may have: with more, the sd is that of one sample."""
 _LEAST_SHARE = 1e-2
 """Share of a template that the fit must leave for it to test anything."""
 _SILENT = 0.5
@@ -131,7 +134,7 @@ def residual_tests(fit: LoopFit) -> ResidualTests:
 
 def _noise_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> list[Channel]:
     """Tests that the residual is white and normal: correlation, the largest line, samples far out."""
-    lines, correlated, far = [], [], []
+    lines, correlated, plain = [], [], []
     for r, (e, used) in enumerate(residuals):
         x = e[used]
         if float(x @ x) < _SILENT**2 * x.size:
@@ -139,8 +142,7 @@ def _noise_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> list[C
             x = np.zeros(x.size)
         correlated.append(whiteness(x))
         lines.append(largest_line(x))
-        plain = fit.noises[r].residual[used] / fit.noises[r].sd
-        far.append((int(np.count_nonzero(np.abs(plain) > _FAR)), x.size))
+        plain.append(fit.noises[r].residual[used] / fit.noises[r].sd)
     lags = sum(w.lags for w in correlated)
     total = math.fsum(w.statistic for w in correlated)
     peak = min(lines, key=lambda line: line[1])
@@ -149,10 +151,24 @@ def _noise_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> list[C
         Channel("spectrum", peak[0], 2, min(1.0, peak[1] * len(lines))),
     ]
     if not any(noise_model.outliers for noise_model in fit.noise_models):
-        count, n = sum(c for c, _ in far), sum(n for _, n in far)
-        expected = 2.0 * stats.norm.sf(_FAR)
-        channels.append(Channel("tails", float(count), n, float(stats.binom.sf(count - 1, n, expected))))
+        channels.append(far_residuals(np.concatenate(plain)))
     return channels
+
+
+def far_residuals(x: Array) -> Channel:
+    """Test the tails: how many lie far out, and whether one lies so far that all others are small beside it.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        White residuals over their standard deviation.
+    """
+    count = int(np.count_nonzero(np.abs(x) > _FAR))
+    p_value = float(stats.binom.sf(count - 1, x.size, 2.0 * stats.norm.sf(_FAR)))
+    largest = float(np.max(np.abs(x), initial=0.0))
+    if largest**2 > _MOST_OF_SQUARES * float(x @ x):
+        p_value = min(p_value, 2.0 * x.size * float(stats.norm.sf(largest)))
+    return Channel("tails", float(count), x.size, p_value)
 
 
 def _saturation(fit: LoopFit) -> Channel:

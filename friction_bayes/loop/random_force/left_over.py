@@ -21,13 +21,12 @@ from friction_bayes.loop.random_force.beside_law import ScoreTest, beside_law
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.knocks import jump_tails
 from friction_bayes.loop.random_force.shapes import Shape, best_shape
-from friction_bayes.loop.residual_tests import Channel, ResidualTests, largest_line
+from friction_bayes.loop.residual_tests import Channel, ResidualTests, far_residuals, largest_line
 
 __all__ = ["Dependence", "LeftOver", "what_is_left", "worst_of"]
 
 _BINS = 10
 _TIME_BINS = 8
-_FAR = 4.0
 _JUMPS = "force_jumps"
 _BAND = (0.5, 1.5)
 """Frequencies over that of the motion between which the record tells friction."""
@@ -115,12 +114,10 @@ def what_is_left(fit: ForceFit) -> LeftOver:
     x = fit.innovations[np.isfinite(fit.clock.variance)]
     white = whiteness(x)
     line, line_p = largest_line(x)
-    far = int(np.count_nonzero(np.abs(x) > _FAR))
-    expected = 2.0 * stats.norm.sf(_FAR)
     channels = [
         Channel("whiteness", white.statistic, white.lags, white.p_value),
         Channel("spectrum", line, 2, line_p),
-        Channel("tails", float(far), x.size, float(stats.binom.sf(far - 1, x.size, expected))),
+        far_residuals(x),
     ]
     binned = dict(_binned_forces(fit))
     best = fit.posterior.best

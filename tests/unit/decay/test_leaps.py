@@ -1,0 +1,62 @@
+"""Leaps of a position: found where two recordings are pasted, and not in a motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import friction_bayes as fb
+from decays import SYSTEM, slow_decay
+from friction_bayes.decay.leaps import find_leap
+
+
+def pasted(first: int, *, rate: float = 100.0) -> np.ndarray:
+    one, other = (
+        slow_decay(friction=0.07, duration=10.0, sampling_rate=rate, noise_sd=1e-5, seed=seed).values
+        for seed in (1, 2)
+    )
+    return np.concatenate([one[:first], other])
+
+
+@pytest.mark.parametrize("first", [220, 340, 452])
+def test_a_pasted_recording_leaps_where_it_is_pasted(first: int) -> None:
+    values = pasted(first)
+    found = find_leap(values)
+    assert found is not None
+    index, size = found
+    assert index == first - 1
+    assert size == pytest.approx(values[first] - values[first - 1], abs=0.1 * np.ptp(values))
+
+
+def test_it_is_refused_by_its_place_and_a_remedy() -> None:
+    record = fb.make_record(0.01 * np.arange(1340), pasted(340), "displacement")
+    for call in (fb.estimate, lambda r, s: fb.close_loop([r], s)):
+        with pytest.raises(fb.InputError, match=r"leaps by .* m at 3.39 s.*--start and --end"):
+            call(record, SYSTEM)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    samples=st.floats(8.0, 200.0),
+    phase=st.floats(0.0, 6.3),
+    noise=st.floats(0.0, 0.2),
+    step=st.floats(0.0, 0.05),
+    seed=st.integers(0, 2**32 - 1),
+)
+def test_no_motion_leaps_nor_does_a_stray_sample(
+    samples: float, phase: float, noise: float, step: float, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    turn = 2.0 * np.pi * np.arange(600) / samples
+    values = np.exp(-0.01 * turn) * np.cos(turn + phase) + noise * rng.standard_normal(600)
+    if step > 0.0:
+        values = step * np.round(values / step)
+    assert find_leap(values) is None
+    values[300] += 0.6
+    assert find_leap(values) is None
+
+
+def test_too_few_samples_say_nothing() -> None:
+    assert find_leap(np.array([0.0, 1.0, 0.0])) is None
