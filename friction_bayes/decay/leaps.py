@@ -34,20 +34,19 @@ def find_leap(values: Array) -> tuple[int, float] | None:
     index, size : int and float
         The sample before it, and how far it goes; None where there is none.
     """
-    gaps = _gaps(values, 0)
-    if gaps.size == 0:
+    gaps, beside = _gaps(values, 0), _gaps(values, _SKIPPED)
+    if beside.size == 0:
         return None
+    # of the intervals that have both
+    gaps = gaps[_SKIPPED : _SKIPPED + beside.size]
     k = int(np.argmax(np.abs(gaps)))
-    size, usual = float(gaps[k]), float(np.quantile(np.abs(gaps), 0.95))
-    if abs(size) <= max(_OF_RANGE * float(np.ptp(values)), _OF_OTHERS * usual):
+    size = float(gaps[k])
+    least = [_OF_OTHERS * float(np.quantile(np.abs(some), 0.95)) for some in (gaps, beside)]
+    if abs(size) <= max(_OF_RANGE * float(np.ptp(values)), least[0]):
         return None
-    index = k + _AROUND - 1
-    # the same interval, from farther away
-    reach = _AROUND + _SKIPPED
-    beside = values[max(index + 1 - reach, 0) : index + 1 + reach]
-    if beside.size < 2 * reach or not _gaps(beside, _SKIPPED)[0] / size > 0.5:
+    if np.sign(size) * beside[k] <= max(0.5 * abs(size), least[1]):
         return None
-    return index, size
+    return k + _AROUND + _SKIPPED - 1, size
 
 
 def _gaps(values: Array, skipped: int) -> Array:
