@@ -69,7 +69,8 @@ def _in_unit(seconds: float, unit: str) -> str:
 def has_gap(time: Array) -> bool:
     """Whether too much is missing between two of the time stamps, which rise, to be bridged."""
     intervals = np.diff(time)
-    return bool(intervals.max() > LONGEST_BRIDGED_GAP * np.median(intervals))
+    # stamps may be off by as much as on an even grid, if only by their rounding
+    return bool(intervals.max() > (LONGEST_BRIDGED_GAP + JITTER_PEAK) * np.median(intervals))
 
 
 def check_clock(

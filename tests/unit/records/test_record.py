@@ -116,6 +116,12 @@ def test_what_is_said_of_lost_samples_works(lost, remedy) -> None:
     validate_record(record_over(TIME[kept], values[kept]))
 
 
+def test_two_samples_may_be_lost_anywhere_whatever_rounding_makes_of_the_times() -> None:
+    for first in range(1, N - 2):
+        kept = np.delete(np.arange(N), [first, first + 1])
+        validate_record(record_over(TIME[kept], SIGNAL[kept]))
+
+
 def test_a_clock_that_begins_anew_is_two_recordings() -> None:
     twice = record_over(np.tile(TIME, 2), np.tile(SIGNAL, 2))
     with pytest.raises(
