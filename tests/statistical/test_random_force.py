@@ -2,12 +2,14 @@
 
 The records come from a simulator of their own. Coverage of 60 records at 0.86 and above falls below the limit
 in about one run of 2,000; the median width of 24 records without a force, whose ratio scatters by a few per
-cent, passes its limit in about one of 1,000.
+cent, passes its limit in about one of 1,000. Nor is one found in records that are quieter still, or of
+many samples: there the turning points of the path along which the forces act have to be right.
 """
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import friction_bayes as fb
 from fluctuating_force import fluctuating_decay
@@ -16,7 +18,9 @@ SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
 RELEASE, STEP = 0.02, 0.01
 
 
-def estimates(rng: np.random.Generator, share: float, count: int) -> np.ndarray:
+def estimates(
+    rng: np.random.Generator, share: float, count: int, *, noise: float = 0.004, step: float = STEP
+) -> np.ndarray:
     """Relative error, whether the interval holds the truth, width over that of the plain fit: (count, 3)."""
     rows = []
     for _ in range(count):
@@ -26,13 +30,13 @@ def estimates(rng: np.random.Generator, share: float, count: int) -> np.ndarray:
             frequency=10.0,
             friction=friction,
             release=RELEASE,
-            step=STEP,
-            samples=2200,
+            step=step,
+            samples=round(22.0 / step),
             force_sd=share * friction,
             correlation_time=rng.uniform(0.05, 0.3),
         )[0]
-        values = values + 0.004 * RELEASE * rng.standard_normal(values.size)
-        found = fb.estimate(fb.make_record(STEP * np.arange(values.size), values, "displacement"), SYSTEM)
+        values = values + noise * RELEASE * rng.standard_normal(values.size)
+        found = fb.estimate(fb.make_record(step * np.arange(values.size), values, "displacement"), SYSTEM)
         low, high = found.friction.interval(0.9)
         plain = np.subtract(*found.random_force.coefficient_without.interval(0.9)[::-1])
         truth = friction * SYSTEM.stiffness
@@ -50,3 +54,14 @@ def test_width_without_one(rng: np.random.Generator) -> None:
     none = estimates(rng, 0.0, 24)
     assert np.median(none[:, 2]) < 1.1
     assert none[:, 1].sum() >= 16
+
+
+@pytest.mark.parametrize(("noise", "step"), [(1e-4, STEP), (4e-3, 2e-4)])
+def test_width_without_one_of_records_that_say_much(
+    noise: float, step: float, rng: np.random.Generator
+) -> None:
+    none = estimates(rng, 0.0, 12, noise=noise, step=step)
+    assert np.median(none[:, 2]) < 1.1
+    assert np.max(none[:, 2]) < 2.0
+    # six of twelve outside happen in one run of 2,000
+    assert none[:, 1].sum() >= 7

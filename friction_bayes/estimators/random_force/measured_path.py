@@ -7,7 +7,9 @@ one measured state to the next,
 
 an interpolation that is exact for the free oscillation at any sampling rate; what it approximates is the
 small force alone. Where the velocity changes sign the interval is split at the crossing, so that every piece
-has one direction of motion.
+has one direction of motion. Friction jumps there, so that no force linear in time leads over it: the motion
+goes on from either side under the mean force of the interval before and after, and the crossing is halfway
+between where both find it.
 
 A pendulum's restoring force ``sin x`` is taken along the measured motion ``xm``, and beside it by its slope,
 
@@ -242,23 +244,47 @@ def _nodes(phase: Array, x: Array, v: Array, abscissae: Array, weights: Array) -
     n = phase.size
     order = abscissae.size
     count, turns = 0, 0
+    force = np.empty((2, n - 1))
+    crosses = np.zeros(n - 1, np.bool_)
     for i in range(n - 1):
-        count += math.ceil((phase[i + 1] - phase[i]) / _LONGEST_PIECE) + 1
-        turns += (v[i] > 0.0) != (v[i + 1] > 0.0)
+        h = phase[i + 1] - phase[i]
+        count += math.ceil(h / _LONGEST_PIECE) + 1
+        crosses[i] = (v[i] > 0.0) != (v[i + 1] > 0.0)
+        turns += crosses[i]
+        force[:, i] = _force_between(x[i], v[i], x[i + 1], v[i + 1], h)
     nodes = np.empty((6, count * order))
     turning = np.empty((2, turns))
     ends = np.zeros(3)
     m, turn = 0, 0
     for i in range(n - 1):
         h = phase[i + 1] - phase[i]
-        f0, f1 = _force_between(x[i], v[i], x[i + 1], v[i + 1], h)
+        f0, f1 = force[0, i], force[1, i]
         ends[1], ends[2] = h, h
-        parts = 1
-        if (v[i] > 0.0) != (v[i + 1] > 0.0):
-            ends[1] = _crossing(x[i], v[i], f0, f1, h)
+        parts, sided = 1, False
+        before, after = 0.0, 0.0
+        if crosses[i]:
             parts = 2
+            if 0 < i < n - 2 and not crosses[i - 1] and not crosses[i + 1]:
+                before = force[0, i - 1] + 0.5 * force[1, i - 1] * (phase[i] - phase[i - 1])
+                after = force[0, i + 1] + 0.5 * force[1, i + 1] * (phase[i + 2] - phase[i + 1])
+                left = math.atan2(abs(v[i]), abs(x[i] - before))
+                right = math.atan2(abs(v[i + 1]), abs(x[i + 1] - after))
+                # from the left it comes to rest, from the right it sets out
+                sided = (
+                    v[i] * (x[i] - before) >= 0.0
+                    and v[i + 1] * (x[i + 1] - after) <= 0.0
+                    and max(left, right) <= h
+                )
+            if sided:
+                ends[1] = 0.5 * (left + h - right)
+                turning[1, turn] = 0.5 * (
+                    _state(x[i], v[i], before, 0.0, ends[1])[0]
+                    + _state(x[i + 1], v[i + 1], after, 0.0, ends[1] - h)[0]
+                )
+            else:
+                ends[1] = _crossing(x[i], v[i], f0, f1, h)
+                turning[1, turn] = _state(x[i], v[i], f0, f1, ends[1])[0]
             turning[0, turn] = phase[i] + ends[1]
-            turning[1, turn] = _state(x[i], v[i], f0, f1, ends[1])[0]
             turn += 1
         for part in range(parts):
             direction = 1.0 if v[i + part] > 0.0 else -1.0
@@ -269,7 +295,12 @@ def _nodes(phase: Array, x: Array, v: Array, abscissae: Array, weights: Array) -
                     s = ends[part] + (piece + abscissae[k]) * length / pieces
                     nodes[0, m] = i
                     nodes[1, m] = phase[i] + s
-                    nodes[2, m], nodes[3, m] = _state(x[i], v[i], f0, f1, s)
+                    if not sided:
+                        nodes[2, m], nodes[3, m] = _state(x[i], v[i], f0, f1, s)
+                    elif part == 0:
+                        nodes[2, m], nodes[3, m] = _state(x[i], v[i], before, 0.0, s)
+                    else:
+                        nodes[2, m], nodes[3, m] = _state(x[i + 1], v[i + 1], after, 0.0, s - h)
                     nodes[4, m] = direction
                     nodes[5, m] = weights[k] * length / pieces
                     m += 1

@@ -46,6 +46,8 @@ _CENTRE = 0.3
 _SURELY_SLIDES = 3.0
 """Amplitude over ``r/k`` below which a half cycle may end in sticking, and is left out."""
 _LEAST_SAMPLES = 64
+_SLIGHT = 0.05
+"""Share of friction below which a random force may be what the turning points of its path are off by."""
 _MOST_ROUNDS = 4
 """Motions that are smoothed with a law: one serves but for a pendulum that swings far."""
 
@@ -192,8 +194,25 @@ def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
         if last.serves(path.x, prior.centre):
             break
     posterior = integrate(regression.problem, prior, regression.motion.noise)
+    for _ in range(_MOST_ROUNDS):
+        if not 0.0 < _mean_force(posterior) < _SLIGHT * friction:
+            break
+        still = posterior.among((posterior.ratio == 0.0)[:, None])
+        law = still.best_law()
+        change = frequency_change(law[regression.stiffness])
+        alone = regression.smoothed(law, still.best).at_frequency(change)
+        _, other = along(alone, frequency * change)
+        beside = integrate(other.problem, prior, other.motion.noise)
+        if beside.log_evidence <= posterior.log_evidence:
+            break
+        frequency, regression, posterior = frequency * change, other, beside
     signal = averaged[:n] + decay.rest_position
     return _in_units_of_the_signal(posterior, regression, prior, decay, frequency, signal)
+
+
+def _mean_force(posterior: Posterior) -> float:
+    """Sd of the random force over all that is probable, natural units."""
+    return posterior.probability * float(posterior.force_sd.mean()) if posterior.probability > 0.0 else 0.0
 
 
 def _surely_sliding(motion: Motion, friction: float, step: float) -> int:

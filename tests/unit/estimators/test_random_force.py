@@ -239,7 +239,8 @@ def motion_and_answers(phase: Array, shapes: list) -> Array:
 
 
 @pytest.mark.parametrize(
-    ("samples_per_period", "smooth_error", "sign_error"), [(20, 3e-5, 1e-3), (300, 1e-7, 1e-4)]
+    ("samples_per_period", "smooth_error", "sign_error"),
+    [(20, 3e-5, 1e-3), (50, 1e-7, 1e-4), (300, 1e-8, 1e-6)],
 )
 def test_answers_to_forces_are_those_of_an_ode_solver(samples_per_period, smooth_error, sign_error) -> None:
     shapes = [
