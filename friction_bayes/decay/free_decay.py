@@ -36,6 +36,8 @@ __all__ = ["FreeDecay", "check_sampling", "find_free_decay", "no_decay_fits"]
 
 _LEAST_PER_PERIOD = 2.0
 """Samples a period of the declared frequency, which must be more: Nyquist's."""
+_RELEASE_KNOWN_TO = 1.0 / 16.0
+"""Of a period, as it is looked for in strides of half as much."""
 _SAME_FREQUENCY = 0.03
 """Relative distance from a multiple of the declared frequency: a large swing or light damping shifts it."""
 _MULTIPLES = {
@@ -245,17 +247,21 @@ def find_free_decay(
     if found.status[0] != FOUND:
         raise _refusal(name, int(found.status[0]), values, clock, system, modes)
     begin, end = int(found.start[0]), int(found.stop[0])
-    leap = find_leap(values[begin:end]) if quantity.order == 0 else None
-    if leap is not None:
-        unit = record.attrs.get("units", quantity.unit)
-        raise InputError(
-            name,
-            f"the {quantity.name} leaps by {leap[1]:.3g} {unit} at {clock[begin + leap[0]]:.4g} s, from one "
-            "sample to the next",
-            "where two recordings follow each other take one by --start and --end; unwrap an angle that "
-            "starts over, and cut where the sensor slipped",
-        )
     frequency, phase = float(found.frequency[0]) / step, float(found.phase[0])
+    if quantity.order == 0:
+        released = begin if first >= 0 else _after_leap(values[:end], begin, frequency * step)
+        phase = (phase + frequency * step * (released - begin)) % (2.0 * math.pi)
+        begin = released
+        leap = find_leap(values[begin:end])
+        if leap is not None:
+            unit = record.attrs.get("units", quantity.unit)
+            raise InputError(
+                name,
+                f"the {quantity.name} leaps by {leap[1]:.3g} {unit} at {clock[begin + leap[0]]:.4g} s, from "
+                "one sample to the next",
+                "where two recordings follow each other take one by --start and --end; unwrap an angle that "
+                "starts over, and cut where the sensor slipped",
+            )
     times = None
     if not even:
         released = clock[begin]
@@ -282,6 +288,20 @@ def find_free_decay(
         other_frequency=float(modes.other[0]) / step,
         other_share=float(modes.share[0]),
     )
+
+
+def _after_leap(values: Array, begin: int, omega: float) -> int:
+    """First sample of a decay that begins with a leap, as where a recording was pasted to another.
+
+    From a hold a release is flat, so that a few samples earlier or later are the same; this one is not.
+    ``omega`` is the frequency in rad/sample.
+    """
+    period = 2.0 * math.pi / omega
+    before = max(begin - math.ceil(period), 0)
+    leap = find_leap(values[before : begin + math.ceil(period)])
+    if leap is None or abs(before + leap[0] + 1 - begin) > _RELEASE_KNOWN_TO * period:
+        return begin
+    return before + leap[0] + 1
 
 
 def check_sampling(place: str, step: float, system: Oscillator) -> None:

@@ -60,3 +60,11 @@ def test_no_motion_leaps_nor_does_a_stray_sample(
 
 def test_too_few_samples_say_nothing() -> None:
     assert find_leap(np.array([0.0, 1.0, 0.0])) is None
+
+
+def test_a_decay_that_is_pasted_to_one_at_rest_begins_after_the_leap() -> None:
+    values = np.concatenate([np.full(700, 2e-3), pasted(0)])
+    values[:700] += 1e-5 * np.random.default_rng(3).standard_normal(700)
+    decay = fb.estimate(fb.make_record(0.01 * np.arange(values.size), values, "displacement"), SYSTEM)
+    alone = fb.estimate(fb.make_record(0.01 * np.arange(1000), values[700:], "displacement"), SYSTEM)
+    assert decay.friction.mean() == pytest.approx(alone.friction.mean(), rel=1e-6)
