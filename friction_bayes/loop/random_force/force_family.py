@@ -18,6 +18,7 @@ from friction_bayes.loop.friction import friction_scale
 from friction_bayes.loop.friction_range import Reading
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.random_force.cells import LEAST_COUNTED, Cells
+from friction_bayes.loop.random_force.correlated_error import NO_ERROR
 from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
 from friction_bayes.loop.random_force.draws import law_draws
 from friction_bayes.loop.random_force.evidence import log_scale
@@ -127,9 +128,11 @@ class ForceFamily(MotionFamily):
         known = np.array([not names & nothing for names in fit.sets.effects]) & ~self._pushing
         if too_large(fit.share_of_loss):
             known = known & ~forced[:, None]
+        # under errors that neighbours share a set is another hypothesis than under the search's white noise
+        other_noise = fit.error != NO_ERROR and not any(ar.size for ar in self.found.ar)
         weights = []
         for noise, probability in fit.sensor_noise.probabilities.items():
-            own = ~_known_to_search(fit, self.found.allowed, noise)
+            own = ~_known_to_search(fit, self.found.allowed, noise) | other_noise
             weights.append(probability * (own & known) * fit.posterior.weight)
         kinds = [noise | _certain(fit) for noise in fit.sensor_noise.probabilities]
         return Cells(np.array(weights), forced, fit.sets.effects, kinds)
