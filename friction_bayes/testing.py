@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Mapping
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from friction_bayes.core.checks import finite_array
+from friction_bayes.core.checks import finite_sample, probability, real_array, whole
+from friction_bayes.core.errors import InputError
 from friction_bayes.validation.agreement import Agreement, compare
 from friction_bayes.validation.calibration import (
     Calibration,
@@ -24,8 +25,7 @@ from friction_bayes.validation.calibration import (
     rank_pit,
     simulation_based_calibration,
 )
-from friction_bayes.validation.mixing import as_ensembles
-from friction_bayes.validation.tabulated import Tabulated
+from friction_bayes.validation.tabulated import Kind, Tabulated
 
 __all__ = [
     "assert_agreement",
@@ -39,14 +39,21 @@ __all__ = [
 
 def base_seed() -> int:
     """Return the one seed of a test suite: ``FRICTION_BAYES_TEST_SEED`` from the environment, or 20261121."""
-    return int(os.environ.get("FRICTION_BAYES_TEST_SEED", "20261121"))
+    text = os.environ.get("FRICTION_BAYES_TEST_SEED", "20261121").strip()
+    if not text.isdecimal():
+        raise InputError(
+            "FRICTION_BAYES_TEST_SEED",
+            f"{text!r} is not a whole number",
+            "set it to one, 0 or more, or unset it",
+        )
+    return int(text)
 
 
 def assert_agreement(
     expected: Any,
     draws: ArrayLike,
     *,
-    kind: Literal["density", "cdf"] = "density",
+    kind: Kind = "density",
     support: tuple[float, float] = (-math.inf, math.inf),
     ess: float | None = None,
     minimum_ess: float = 1000.0,
@@ -66,7 +73,8 @@ def assert_agreement(
     support : tuple of float
         Where a callable may be evaluated.
     ess : float, optional
-        Effective sample size where it is known (``n`` for independent draws), otherwise found from the draws.
+        Effective sample size where it is known (``n`` for independent draws, and never more), otherwise found
+        from the draws.
     minimum_ess : float
         Fewer effective draws fail the test, whatever they say.
     false_alarm_rate : float
@@ -82,7 +90,8 @@ def assert_agreement(
     AssertionError
         If there are too few effective draws, or mean, sd, quantiles or the whole distribution differ.
     InputError
-        If ``expected`` is discrete or no distribution, or draws are no numbers.
+        If ``expected`` is discrete or no distribution, a callable is negative or not finite, or draws are no
+        numbers or have their axes exchanged.
 
     Examples
     --------
@@ -96,7 +105,7 @@ def assert_agreement(
     """
     reference = expected
     if callable(expected) and not hasattr(expected, "cdf"):
-        values = as_ensembles(finite_array("draws", draws))
+        values = finite_sample("draws", draws)
         around = float(values.min()), float(values.max())
         reference = Tabulated.of(expected, around=around, support=support, kind=kind)
     verdict = compare(reference, draws, ess=ess, minimum_ess=minimum_ess, false_alarm_rate=false_alarm_rate)
@@ -140,12 +149,15 @@ def assert_calibrated(
     AssertionError
         If the transforms are not uniform.
     InputError
-        If a function takes one draw at a time, or does not return one value a replication.
+        If a function does not return one value a replication. Errors that it raises itself are left as they
+        are, with a note of the seed and of what it was given and must accept.
 
     Notes
     -----
-    A posterior that ignores the data and returns the prior is calibrated. See that the data are used as well:
-    :func:`assert_prior_recovered` without data, and the mean posterior sd against that of the prior.
+    A posterior that ignores the data and returns the prior is calibrated in every parameter. It is not in the
+    log-likelihood: let ``posterior_cdf`` return a further column, the rank (:func:`rank_pit`) of the
+    log-likelihood at the truth among those at independent posterior draws. For the right posterior that rank
+    is uniform as well, so that the false-alarm rate stays what it is (Modrak et al. 2023).
 
     Examples
     --------
@@ -161,8 +173,9 @@ def assert_calibrated(
     >>> result.calibrated
     True
     """
-    if replications < minimum_replications:
-        raise AssertionError(f"{replications} replications are fewer than {minimum_replications}: not judged")
+    least = whole("minimum_replications", minimum_replications, least=1)
+    if whole("replications", replications) < least:
+        raise AssertionError(f"{replications} replications are fewer than {least}: not judged")
     result = simulation_based_calibration(
         draw_prior,
         simulate,
@@ -197,7 +210,7 @@ def assert_coverage(
         Ends of the intervals of independent replications.
     truth : array_like, shape (replications,) or ()
     level : float
-        What they claim.
+        What they claim, such as 0.9.
     tolerance : float
         Coverage within this of ``level`` is taken as good; the binomial test is of what lies beyond.
     minimum_replications : int
@@ -208,6 +221,8 @@ def assert_coverage(
     ------
     AssertionError
         If there are too few replications, an end is not a number, or the coverage is off.
+    InputError
+        If shapes differ, a lower end is above the upper one, or an option leaves nothing to test.
 
     Examples
     --------
@@ -216,13 +231,26 @@ def assert_coverage(
     >>> assert_coverage(x - 1.645, x + 1.645, 0.0, level=0.9).replications
     1000
     """
-    low, high, true = np.broadcast_arrays(lower, upper, truth)
-    if low.size < minimum_replications:
-        raise AssertionError(f"{low.size} intervals are fewer than {minimum_replications}: not judged")
-    if np.any(np.isnan(low)) or np.any(np.isnan(high)):
-        raise AssertionError(f"{int((np.isnan(low) | np.isnan(high)).sum())} intervals have no end")
+    rate = probability("false_alarm_rate", false_alarm_rate, such_as=0.01)
+    least = whole("minimum_replications", minimum_replications, least=1)
+    given = [real_array(*each) for each in (("lower", lower), ("upper", upper), ("truth", truth))]
+    if [len(shape) for shape in {each.shape for each in given if each.ndim}] != [1]:
+        shapes = ", ".join(str(each.shape) for each in given)
+        raise InputError("lower, upper, truth", f"shapes {shapes}", "give each one number a replication")
+    low, high, true = np.broadcast_arrays(*given)
+    if low.size < least:
+        raise AssertionError(f"{low.size} intervals are fewer than {least}: not judged")
+    endless = np.flatnonzero(np.isnan(low) | np.isnan(high))
+    if endless.size:
+        raise AssertionError(f"{endless.size} intervals have no end, the first in replication {endless[0]}")
+    for i in np.flatnonzero(low > high)[:1]:
+        raise InputError(
+            "lower", f"entry {i} is {low[i]:g}, above upper, {high[i]:g}", "give the lower ends first"
+        )
+    for i in np.flatnonzero(np.isnan(true))[:1]:
+        raise InputError("truth", f"entry {i} is nan", "give the value that the data were simulated from")
     result = coverage((low <= true) & (true <= high), level=level, tolerance=tolerance)
-    if result.p_value < false_alarm_rate:
+    if result.p_value < rate:
         raise AssertionError(str(result))
     return result
 
@@ -253,6 +281,8 @@ def assert_prior_recovered(
     ------
     AssertionError
         If names differ, or a parameter's draws do not come from its prior; the message names it.
+    InputError
+        As in :func:`assert_agreement`, or if there is no parameter to compare.
 
     Examples
     --------
@@ -262,18 +292,23 @@ def assert_prior_recovered(
     >>> sorted(assert_prior_recovered({"precision": draws}, {"precision": stats.gamma(3.0)}, ess=10_000))
     ['precision']
     """
-    if set(draws) != set(prior):
-        raise AssertionError(f"draws of {sorted(draws)} beside a prior of {sorted(prior)}")
+    for place, given in (("draws", draws), ("prior", prior)):
+        if not hasattr(given, "keys") or not len(given):
+            what = "holds no parameter" if hasattr(given, "keys") else f"{type(given).__name__} has no names"
+            raise InputError(place, what, "give each parameter by its name, such as {'mean': ...}")
+    names = list(draws)
+    if set(names) != set(prior):
+        raise AssertionError(f"draws of {sorted(names)} beside a prior of {sorted(prior)}")
+    rate = probability("false_alarm_rate", false_alarm_rate, such_as=0.01) / len(names)
     verdicts = {}
-    for name in draws:
+    for name in names:
         try:
             verdicts[name] = assert_agreement(
-                prior[name],
-                draws[name],
-                ess=ess,
-                minimum_ess=minimum_ess,
-                false_alarm_rate=false_alarm_rate / len(draws),
+                prior[name], draws[name], ess=ess, minimum_ess=minimum_ess, false_alarm_rate=rate
             )
         except AssertionError as error:
             raise AssertionError(f"prior of {name} not recovered: {error}") from None
+        except InputError as error:
+            place = "prior" if error.place == "expected" else error.place
+            raise InputError(f"{place} of {name}", error.problem, error.remedy) from None
     return verdicts

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,7 +11,17 @@ from numpy.typing import ArrayLike
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 
-__all__ = ["finite", "finite_array", "in_range", "non_negative", "positive", "probability"]
+__all__ = [
+    "finite",
+    "finite_array",
+    "finite_sample",
+    "in_range",
+    "non_negative",
+    "positive",
+    "probability",
+    "real_array",
+    "whole",
+]
 
 
 def finite(name: str, value: float) -> float:
@@ -48,24 +59,48 @@ def in_range(name: str, value: float, low: float, high: float) -> float:
     return number
 
 
-def probability(name: str, value: float) -> float:
-    """Return ``value`` as a float, refusing what is not strictly between zero and one."""
+def probability(name: str, value: float, *, such_as: float = 0.9) -> float:
+    """Return ``value`` as a float, refusing what is not strictly between zero and one; 90 may be per cent."""
     number = finite(name, value)
     if not 0.0 < number < 1.0:
-        raise InputError(
-            name, f"{number:g} is not a probability", "give a number between 0 and 1, such as 0.9"
-        )
+        meant = f": did you mean {number / 100.0:g}?" if 1.0 < number < 100.0 else f", such as {such_as:g}"
+        raise InputError(name, f"{number:g} is not a probability", f"give a number between 0 and 1{meant}")
     return number
+
+
+def whole(name: str, value: int, *, least: int = 0) -> int:
+    """Return ``value`` as an int, refusing what is no integer or below ``least``."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = None
+    if number is None or number < least:
+        problem = f"{value!r} is not an integer" if number is None else f"{number} is below {least}"
+        raise InputError(name, problem, f"give a whole number, {least} or more")
+    return number
+
+
+def real_array(name: str, values: ArrayLike, remedy: str = "give real numbers") -> Array:
+    """Return ``values`` as an array of floats, infinite ones and NaN included."""
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(name, f"{str(values)[:40]!r} is not an array of real numbers", remedy) from None
 
 
 def finite_array(name: str, values: ArrayLike, remedy: str = "give finite real numbers") -> Array:
     """Return ``values`` as an array of floats, refusing the first entry that is not a finite number."""
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(name, f"{str(values)[:40]!r} is not an array of real numbers", remedy) from None
+    array = real_array(name, values, remedy)
     bad = np.flatnonzero(~np.isfinite(array))
     if bad.size:
         others = f" and {bad.size - 1} more are not finite" if bad.size > 1 else ""
         raise InputError(name, f"entry {bad[0]} is {array.flat[bad[0]]}{others}", remedy)
+    return array
+
+
+def finite_sample(name: str, values: ArrayLike, remedy: str = "give finite real numbers") -> Array:
+    """Return ``values`` as an array of floats, of which there is at least one and each is finite."""
+    array = finite_array(name, values, remedy)
+    if not array.size:
+        raise InputError(name, f"shape {array.shape} holds no numbers", remedy)
     return array

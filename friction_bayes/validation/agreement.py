@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.checks import finite_array
+from friction_bayes.core.checks import finite_sample, positive, probability
+from friction_bayes.core.errors import InputError
 from friction_bayes.validation.expected_distribution import Expected
 from friction_bayes.validation.mixing import Mixing, as_ensembles, bulk_ess, mixing, tail_ess
 
@@ -26,6 +27,10 @@ _SHARES = {"mean": 0.4, "sd": 0.3, "quantiles": 0.2, "distribution": 0.1}
 
 _HEAVY_TAILS = 6.0
 """Excess kurtosis (a Student t of 5 degrees of freedom) from which a sample's sd is no fair check."""
+
+
+_RELATED = 5.0
+"""Standard errors from which neighbouring chains are no accident; independent ones reach them in 3e-7."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,8 +164,8 @@ def compare(
     draws : array_like, shape (n,), (chains, n) or (ensembles, walkers, n)
         Chains and ensembles are independent of each other, walkers and successive draws are not.
     ess : float, optional
-        Effective sample size of the draws where it is known, such as ``n`` for independent ones. When left
-        out it is found from the autocorrelation of each function compared.
+        Effective sample size of the draws where it is known, such as ``n`` for independent ones, and no more
+        than there are. When left out it is found from the autocorrelation of each function compared.
     quantiles : sequence of float
         Probabilities at which the distribution function is compared.
     false_alarm_rate : float
@@ -176,7 +181,7 @@ def compare(
     ------
     InputError
         If ``expected`` is no continuous distribution with its parameters, or no numbers; if draws are no
-        numbers.
+        numbers or their axes are exchanged; if ``ess`` or a rate is none.
 
     Notes
     -----
@@ -185,20 +190,50 @@ def compare(
     alone. At an effective sample size of 10,000 a mean 5 % of an sd off is 5 standard errors away, an sd
     5 % off (of a normal) 7; at a false-alarm rate of 1 % they are found from 2.9 and 3.0 on.
     """
+    rate = probability("false_alarm_rate", false_alarm_rate, such_as=0.01)
+    least = positive("minimum_ess", minimum_ess)
     reference = Expected.of(expected)
-    values = as_ensembles(finite_array("draws", draws))
-    known = None if ess is None else Mixing(float(ess), values.size / float(ess), math.inf)
+    values = as_ensembles(finite_sample("draws", draws))
+    known = None if ess is None else _declared(ess, values.size)
+    if known is None:
+        _refuse_exchanged_axes(values)
     reach = known.ess if known else min(bulk_ess(values).ess, tail_ess(values).ess)
-    verdict = Agreement(
-        agrees=None, checks=(), ess=reach, minimum_ess=minimum_ess, false_alarm_rate=false_alarm_rate
-    )
-    if not reach >= minimum_ess:
+    verdict = Agreement(agrees=None, checks=(), ess=reach, minimum_ess=least, false_alarm_rate=rate)
+    if not reach >= least:
         return verdict
     planned = _moment_checks(reference, values, known)
     planned += _distribution_checks(reference, values, known, quantiles)
     whole = sum(check.level for check in planned)
-    checks = tuple(replace(check, level=check.level * false_alarm_rate / whole) for check in planned)
+    checks = tuple(replace(check, level=check.level * rate / whole) for check in planned)
     return replace(verdict, checks=checks, agrees=all(check.passed for check in checks))
+
+
+def _declared(ess: float, size: int) -> Mixing:
+    """Return the effective sample size that the caller knows, of ``size`` draws."""
+    known = positive("ess", ess)
+    if known > size:
+        raise InputError(
+            "ess", f"{known:g} is more than the {size} draws", "leave it out, and it is found from the draws"
+        )
+    return Mixing(known, size / known, math.inf)
+
+
+def _refuse_exchanged_axes(values: Array) -> None:
+    """Refuse what is read as many short chains where each chain goes on where the last one was.
+
+    The means of ``m`` independent chains have a lag-1 autocorrelation of sd ``1 / sqrt(m)`` or less; steps of
+    a sampler have that of the sampler, and steps that are independent may lie on any axis.
+    """
+    chains, _, steps = values.shape
+    if chains <= steps:
+        return
+    series = values.mean(axis=(1, 2)) - values.mean()
+    if series[:-1] @ series[1:] * math.sqrt(chains) > _RELATED * (series @ series):
+        raise InputError(
+            "draws",
+            f"read as {chains} chains of {steps} steps each, but neighbouring chains are alike",
+            "put steps last, such as draws.T",
+        )
 
 
 def _moment_checks(reference: Expected, values: Array, known: Mixing | None) -> list[Check]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,14 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.checks import (
+    finite_array,
+    finite_sample,
+    non_negative,
+    probability,
+    real_array,
+    whole,
+)
 from friction_bayes.core.errors import InputError
 from friction_bayes.validation.agreement import Check
 
@@ -121,17 +130,37 @@ def simulation_based_calibration(
     Raises
     ------
     InputError
-        If one of the functions cannot take all draws at once, or does not return one value a replication.
+        If one of the functions does not return one value a replication. Errors that it raises itself are
+        left as they are, with a note of what it was given.
     """
+    replications, seed = whole("replications", replications, least=1), whole("seed", seed)
     prior_stream, data_stream = np.random.SeedSequence(seed).spawn(2)
-    rng, all_draws = np.random.default_rng(prior_stream), f"all {replications} draws at once"
-    parameters = _called(
+    all_draws = f"all {replications} draws at once"
+
+    def called(name: str, function: Callable[..., Any], given: Mapping[str, Any], needed: str) -> Any:
+        try:
+            result = function(*given.values())
+        except Exception as error:
+            error.add_note(
+                f"{name} is called once for all replications, here with {' and '.join(given)}, seed {seed}; "
+                f"it must {needed}"
+            )
+            raise
+        if (count := _numbers_in(result)) < replications:
+            problem = f"returned too few numbers for {replications} replications: {count}"
+            raise InputError(name, problem, f"let it {needed}")
+        return result
+
+    parameters = called(
         "draw_prior",
         draw_prior,
-        {"a Generator": rng, f"replications = {replications}": replications},
+        {
+            "a Generator": np.random.default_rng(prior_stream),
+            f"replications = {replications}": replications,
+        },
         f"accept (rng, replications) and return {all_draws}",
     )
-    data = _called(
+    data = called(
         "simulate",
         simulate,
         {"what draw_prior returned": parameters, "a Generator": np.random.default_rng(data_stream)},
@@ -139,30 +168,24 @@ def simulation_based_calibration(
     )
     shape = f"shape ({replications},) or ({replications}, p)"
     needed = f"accept (data, parameters) with {all_draws} and return {shape}"
-    pit = np.asarray(
-        _called(
-            "posterior_cdf",
-            posterior_cdf,
-            {"what simulate returned": data, "what draw_prior returned": parameters},
-            needed,
-        ),
-        dtype=np.float64,
-    )
-    if pit.shape[:1] != (replications,):
+    given = {"what simulate returned": data, "what draw_prior returned": parameters}
+    returned = called("posterior_cdf", posterior_cdf, given, needed)
+    pit = real_array("posterior_cdf", returned, f"let it {needed}")
+    if pit.shape[:1] != (replications,) or pit.ndim > 2 or not pit.size:
         raise InputError(
             "posterior_cdf", f"returned shape {pit.shape} for {replications} replications", f"let it {needed}"
         )
     return uniformity(pit, false_alarm_rate=false_alarm_rate, seed=seed)
 
 
-def _called(name: str, function: Callable[..., Any], given: Mapping[str, Any], needed: str) -> Any:
-    """Call a function of the caller's; where it cannot take what it is given, say so in a sentence."""
-    try:
-        return function(*given.values())
-    except TypeError as error:
-        raise InputError(
-            name, f"was given {' and '.join(given)} and failed: {error}", f"let it {needed}"
-        ) from error
+def _numbers_in(returned: Any) -> float:
+    """Count the numbers in arrays, alone or together; an empty axis counts as one, other forms as enough."""
+    parts = [returned]
+    if isinstance(returned, Mapping | tuple | list):
+        parts = list(returned.values() if isinstance(returned, Mapping) else returned)
+    if not all(isinstance(part, Real | np.ndarray) for part in parts):
+        return math.inf
+    return sum(math.prod(max(length, 1) for length in np.shape(part)) for part in parts)
 
 
 def uniformity(pit: ArrayLike, *, false_alarm_rate: float = 0.01, seed: int | None = None) -> Calibration:
@@ -178,15 +201,23 @@ def uniformity(pit: ArrayLike, *, false_alarm_rate: float = 0.01, seed: int | No
 
     Raises
     ------
-    ValueError
+    InputError
         If a value is not within [0, 1].
     """
+    rate = probability("false_alarm_rate", false_alarm_rate, such_as=0.01)
     values = np.asarray(pit, dtype=np.float64)
     values = values[:, None] if values.ndim == 1 else values
-    if not np.all((values >= 0.0) & (values <= 1.0)):
-        raise ValueError("a distribution function outside 0 .. 1 or not a number")
     n, parameters = values.shape
-    level = false_alarm_rate / (3 * parameters)
+    outside = np.argwhere(~((values >= 0.0) & (values <= 1.0)))
+    if outside.size:
+        row, column = outside[0]
+        which = f" of parameter {column}" if parameters > 1 else ""
+        raise InputError(
+            "posterior_cdf",
+            f"{values[row, column]:.17g} in replication {row}{which}",
+            "let it return probabilities, from 0 to 1",
+        )
+    level = rate / (3 * parameters)
     checks: list[Check] = []
     for i, u in enumerate(values.T):
         tag = f" of parameter {i}" if parameters > 1 else ""
@@ -203,7 +234,7 @@ def uniformity(pit: ArrayLike, *, false_alarm_rate: float = 0.01, seed: int | No
         calibrated=all(check.passed for check in checks),
         pit=values,
         checks=tuple(checks),
-        false_alarm_rate=false_alarm_rate,
+        false_alarm_rate=rate,
         seed=seed,
     )
 
@@ -219,8 +250,19 @@ def rank_pit(draws: ArrayLike, truth: ArrayLike, rng: np.random.Generator) -> Ar
     rng : numpy.random.Generator
         The rank among ``n`` draws is one of ``n + 1`` equally likely steps; a uniform place within it makes
         the result exactly uniform.
+
+    Raises
+    ------
+    InputError
+        If there are no draws, one is not finite, or there is not one truth for each set of draws.
     """
-    values, true = np.asarray(draws, dtype=np.float64), np.asarray(truth, dtype=np.float64)
+    values, true = finite_sample("draws", draws), finite_array("truth", truth)
+    if true.shape != values.shape[:-1]:
+        raise InputError(
+            "draws",
+            f"shape {values.shape} beside a truth of shape {true.shape}",
+            "put the draws of each truth on the last axis",
+        )
     rank = (values < true[..., None]).sum(axis=-1)
     return np.asarray((rank + rng.random(rank.shape)) / (values.shape[-1] + 1.0))
 
@@ -236,7 +278,19 @@ def coverage(covered: ArrayLike, *, level: float, tolerance: float = 0.0) -> Cov
         What the intervals claim.
     tolerance : float
         Coverage within this of ``level`` is as good as ``level``.
+
+    Raises
+    ------
+    InputError
+        If ``level`` is no probability, or nothing would be off by more than ``tolerance``.
     """
+    level, tolerance = probability("level", level), non_negative("tolerance", tolerance)
+    if tolerance >= max(level, 1.0 - level):
+        raise InputError(
+            "tolerance",
+            f"any coverage is within {tolerance:g} of {level:g}",
+            "give a small share, such as 0.02",
+        )
     held = np.asarray(covered, dtype=bool)
     hits, n = int(held.sum()), held.size
     rate = hits / n

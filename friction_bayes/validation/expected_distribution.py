@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.checks import finite_array
+from friction_bayes.core.checks import finite_sample
 from friction_bayes.core.errors import InputError
 from friction_bayes.validation.mixing import Mixing
 
@@ -48,7 +48,7 @@ class Expected:
         """
         if not hasattr(expected, "cdf"):
             remedy = "give a frozen scipy distribution, such as stats.norm(0, 1), or independent draws"
-            sample = np.sort(finite_array("expected", expected, remedy).ravel())
+            sample = np.sort(finite_sample("expected", expected, remedy).ravel())
             kurtosis = float(stats.kurtosis(sample))
             return cls(_Empirical(sample), float(sample.mean()), float(sample.std()), kurtosis, sample.size)
         _refuse_unusable(expected)

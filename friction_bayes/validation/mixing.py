@@ -17,6 +17,7 @@ from scipy.special import ndtri
 from scipy.stats import rankdata
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.errors import InputError
 
 __all__ = ["Mixing", "as_ensembles", "bulk_ess", "mixing", "rank_normalise", "tail_ess"]
 
@@ -53,7 +54,7 @@ def as_ensembles(draws: ArrayLike) -> Array:
         return values[:, None, :]
     if values.ndim == 3:
         return values
-    raise ValueError(f"draws of shape {values.shape}: give (n,), (chains, n) or (ensembles, walkers, n)")
+    raise InputError("draws", f"shape {values.shape}", "give (n,), (chains, n) or (ensembles, walkers, n)")
 
 
 def mixing(draws: ArrayLike) -> Mixing:

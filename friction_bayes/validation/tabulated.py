@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,13 +13,19 @@ from scipy.integrate import cumulative_simpson, simpson
 from scipy.interpolate import PchipInterpolator
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.checks import real_array
+from friction_bayes.core.errors import InputError
 
-__all__ = ["Tabulated"]
+__all__ = ["Kind", "Tabulated"]
 
+Kind = Literal["density", "cdf"]
+"""What a function is."""
 
 _POINTS = 8193
 _NEGLIGIBLE = 1e-9
 """Probability that may lie outside the table."""
+
+_LARGEST: dict[Kind, float] = {"density": math.inf, "cdf": 1.0 + 1e-9}
 
 
 @dataclass(frozen=True)
@@ -53,7 +59,7 @@ class Tabulated:
         *,
         around: tuple[float, float],
         support: tuple[float, float] = (-math.inf, math.inf),
-        kind: Literal["density", "cdf"] = "density",
+        kind: Kind = "density",
     ) -> Tabulated:
         """Tabulate a function.
 
@@ -71,12 +77,18 @@ class Tabulated:
 
         Raises
         ------
-        ValueError
-            If the function is negative, not finite, or its integral does not settle.
+        InputError
+            If the function is negative, not finite, not vectorised, or its integral does not settle.
         """
+        if kind not in get_args(Kind):
+            raise InputError("kind", f"unknown kind {kind!r}", f"give one of {', '.join(get_args(Kind))}")
         low, high = max(around[0], support[0]), min(around[1], support[1])
         if not (math.isfinite(low) and math.isfinite(high) and low < high):
-            raise ValueError(f"around={around} and support={support} share no finite range")
+            raise InputError(
+                "support",
+                f"{support} and the draws, from {around[0]:g} to {around[1]:g}, share no finite range",
+                "give it as (low, high), with draws that vary within",
+            )
         mass = _density_mass if kind == "density" else _cdf_mass
         inside = mass(function, low, high)
         for _ in range(64):
@@ -87,17 +99,21 @@ class Tabulated:
             low, high, inside = *wider, more
             if settled and inside > 0.0:
                 return cls._between(function, low, high, kind)
-        raise ValueError(f"the {kind} does not settle between {low:.6g} and {high:.6g}: is it proper?")
+        raise InputError(
+            "expected",
+            f"the {kind} does not settle between {low:.6g} and {high:.6g}",
+            "give a proper one, and its support",
+        )
 
     @classmethod
     def _between(
-        cls, function: Callable[[Array], ArrayLike], low: float, high: float, kind: Literal["density", "cdf"]
+        cls, function: Callable[[Array], ArrayLike], low: float, high: float, kind: Kind
     ) -> Tabulated:
         x = np.linspace(low, high, _POINTS)
-        values = _values(function, x)
+        values = _values(function, x, kind)
         total = cumulative_simpson(values, x=x, initial=0.0) if kind == "density" else values - values[0]
         if np.any(np.diff(total) < -1e-9 * total[-1]):
-            raise ValueError(f"the {kind} is not one: its probability decreases with x")
+            raise InputError("expected", f"the {kind} decreases with x", "give a distribution function")
         return cls(x, np.maximum.accumulate(total) / total[-1])
 
     def cdf(self, x: ArrayLike) -> Array:
@@ -122,21 +138,32 @@ class Tabulated:
         return math.sqrt(max(float(square), 0.0))
 
 
-def _values(function: Callable[[Array], ArrayLike], x: Array) -> Array:
-    values = np.asarray(function(x), dtype=np.float64)
+def _values(function: Callable[[Array], ArrayLike], x: Array, kind: Kind) -> Array:
+    vectorised = f"let the {kind} take an array and return as many values"
+    try:
+        returned = function(x)
+    except Exception as error:
+        error.add_note(f"the {kind} was given an array of shape {x.shape}; {vectorised}")
+        raise
+    values = real_array("expected", returned, vectorised)
     if values.shape != x.shape:
-        raise ValueError(f"the function returned shape {values.shape} for {x.shape}: it must be vectorised")
-    if not np.all(np.isfinite(values)) or np.any(values < 0.0):
-        bad = x[~np.isfinite(values) | (values < 0.0)][0]
-        raise ValueError(f"the function is negative or not finite at {bad:.6g}; state its support")
+        raise InputError("expected", f"shape {values.shape} came back for {x.shape}", vectorised)
+    for wrong, what, remedy in (
+        (values < 0.0, "negative", f"give the {kind}, not its logarithm"),
+        (~np.isfinite(values), "not finite", "state its support"),
+        (values > _LARGEST[kind], "above 1", "give a distribution function"),
+    ):
+        if np.any(wrong):
+            where = f"{values[wrong][0]:.6g} at {x[wrong][0]:.6g}"
+            raise InputError("expected", f"the {kind} is {what}, {where}", remedy)
     return values
 
 
 def _density_mass(function: Callable[[Array], ArrayLike], low: float, high: float) -> float:
     x = np.linspace(low, high, _POINTS)
-    return float(simpson(_values(function, x), x=x))
+    return float(simpson(_values(function, x, "density"), x=x))
 
 
 def _cdf_mass(function: Callable[[Array], ArrayLike], low: float, high: float) -> float:
-    ends = _values(function, np.array([low, high]))
+    ends = _values(function, np.array([low, high]), "cdf")
     return float(ends[1] - ends[0])

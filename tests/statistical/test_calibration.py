@@ -160,6 +160,54 @@ def test_regression_with_a_planted_bug(seed: int, after: Mutation, prior: fb.Nor
         regression(after, prior, seed, FEW)
 
 
+def five_normal(mean: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Five observations of unit sd; the prior of their mean is standard normal."""
+    return rng.normal(mean[:, None], 1.0, (mean.size, 5))
+
+
+def using(observations: int, seed: int, *, likelihood: bool, replications: int = FEW, rate: float = RARE):
+    """Calibrate the posterior of a normal mean that uses the first so many observations."""
+
+    def cdf(data: np.ndarray, mean: np.ndarray) -> np.ndarray:
+        precision = 1.0 + observations
+        centre, sd = data[:, :observations].sum(axis=1) / precision, precision**-0.5
+        pit = [stats.norm.cdf(mean, centre, sd)]
+        if likelihood:
+            rng = np.random.default_rng(seed)
+            draws = rng.normal(centre[:, None], sd, (mean.size, 19))
+            at = [stats.norm.logpdf(data[:, :, None], x[:, None]).sum(axis=1) for x in (draws, mean[:, None])]
+            pit.append(rank_pit(at[0], at[1][:, 0], rng))
+        return np.column_stack(pit)
+
+    return testing.assert_calibrated(
+        lambda rng, n: rng.standard_normal(n),
+        five_normal,
+        cdf,
+        replications=replications,
+        seed=seed,
+        false_alarm_rate=rate,
+    )
+
+
+@pytest.mark.parametrize("observations", [0, 1, 3])
+def test_data_that_are_not_used_show_in_the_likelihood(observations: int, seed: int) -> None:
+    using(observations, seed, likelihood=False)
+    with pytest.raises(AssertionError, match="of parameter 1") as told:
+        using(observations, seed, likelihood=True)
+    assert "of parameter 0" not in str(told.value)
+
+
+def test_false_alarms_with_the_likelihood_are_as_stated(seed: int) -> None:
+    runs, rate, alarms = 300, 0.1, 0
+    for i in range(runs):
+        try:
+            using(5, seed + i, likelihood=True, replications=200, rate=rate)
+        except AssertionError:
+            alarms += 1
+    # checks of one parameter hang together, so that alarms are fewer than stated: 7 % of 1000 runs
+    assert stats.binom.ppf(RARE, runs, 0.25 * rate) <= alarms <= stats.binom.isf(RARE, runs, rate)
+
+
 def test_coverage_of_the_conjugate_intervals(rng: np.random.Generator) -> None:
     r, s = NORMAL_GAMMA.rvs(1000, rng)
     data = rng.normal(r[:, None], s[:, None] ** -0.5, (r.size, SAMPLES))

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from scipy import stats
 
+from friction_bayes.core.errors import InputError
 from friction_bayes.validation.tabulated import Tabulated
 
 
@@ -43,16 +46,31 @@ def test_finds_a_mode_far_from_the_draws() -> None:
     [
         (lambda x: np.ones_like(x), "density", "proper"),
         (lambda x: -stats.norm.pdf(x), "density", "negative"),
-        (lambda x: np.full_like(x, np.nan), "density", "not finite"),
-        (lambda x: 1.0, "density", "vectorised"),
+        (stats.norm.logpdf, "density", r"negative, -[\d.]+ at [-\d.]+; give the density, not its logarithm"),
+        (stats.gamma(3.0).logpdf, "density", "negative, -inf at -1; give the density, not its logarithm"),
+        (lambda x: np.full_like(x, np.nan), "density", "not finite, nan at -1; state its support"),
+        (lambda x: 1.0, "density", "take an array and return as many values"),
+        (lambda x: 2.0 * stats.norm.cdf(x), "cdf", "above 1"),
         (lambda x: stats.norm.sf(x), "cdf", "settle|decreases"),
     ],
 )
 def test_refuses_what_is_no_distribution(function, kind, message) -> None:
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(InputError, match=f"^expected: .*({message})"):
         Tabulated.of(function, around=(-1.0, 1.0), kind=kind)
 
 
+def test_a_kind_is_spelt_as_it_is() -> None:
+    with pytest.raises(InputError, match="kind: unknown kind 'CDF'; give one of density, cdf"):
+        Tabulated.of(stats.norm.cdf, around=(-1.0, 1.0), kind="CDF")
+
+
+def test_an_error_of_the_function_is_left_with_a_note() -> None:
+    with pytest.raises(TypeError) as told:
+        Tabulated.of(lambda x: math.exp(-(x**2)), around=(-1.0, 1.0))
+    (note,) = told.value.__notes__
+    assert note.startswith("the density was given an array of shape (8193,); let the density take an array")
+
+
 def test_refuses_a_range_outside_the_support() -> None:
-    with pytest.raises(ValueError, match="no finite range"):
+    with pytest.raises(InputError, match=r"^support: .*no finite range"):
         Tabulated.of(stats.gamma(3.0).pdf, around=(-2.0, -1.0), support=(0.0, np.inf))
