@@ -134,6 +134,12 @@ class FreeDecay:
         return replace(self, values=values, step=float(grid[1]), stamps=None)
 
     @property
+    def _slower(self) -> float:
+        """Share by which a pendulum whose angles are known swings slower than the declared frequency, at most."""
+        known = self.system.pendulum and self.quantity.order == 0 and self.unit == self.quantity.unit
+        return float(np.max(np.abs(self.values))) ** 2 / 16.0 if known else 0.0
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What a reader must know of the record; empty where it shows one oscillation, released freely."""
         notes = []
@@ -151,7 +157,7 @@ class FreeDecay:
             )
         ratio = self.frequency / self.system.natural_frequency
         for multiple, cause in _MULTIPLES.items():
-            if abs(ratio / multiple - 1.0) < _SAME_FREQUENCY:
+            if -_SAME_FREQUENCY - self._slower < ratio / multiple - 1.0 < _SAME_FREQUENCY:
                 notes.append(
                     f"{self.name}: swings at {self.frequency:.4g} rad/s, {multiple:g} times the declared "
                     f"{self.system.natural_frequency:.4g} rad/s: {cause}; otherwise "

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from friction_bayes import InputError, Oscillator, estimate, make_record
+from friction_bayes import InputError, Oscillator, Pendulum, estimate, make_record, simulate
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.loop.segment import cut_records
@@ -229,3 +229,20 @@ def test_a_frequency_that_is_a_multiple_of_the_declared_one_is_told_with_its_lik
     declared = Oscillator(mass=mass, stiffness=SYSTEM.stiffness)
     told = [note for note in found(signal, 200.0, "displacement", declared).notes if "declared" in note]
     assert [said in note for note in told] == [True] * bool(said)
+
+
+@pytest.mark.parametrize(("declared", "word"), [(12.5 / 4.0, "2 times"), (12.5, ""), (50.0, "0.5 times")])
+def test_a_far_swing_hides_no_wrong_multiple_of_the_frequency(declared: float, word: str) -> None:
+    pendulum = Pendulum(inertia=0.5, stiffness=12.5)
+    record = simulate(
+        pendulum,
+        friction=0.15,
+        initial_displacement=1.5,
+        duration=25.0,
+        sampling_rate=50.0,
+        quantity="angle",
+        noise_sd=0.01,
+        seed=1,
+    )
+    notes = find_free_decay(record, Pendulum(inertia=0.5, stiffness=declared)).notes
+    assert any(f", {word} the declared" in note for note in notes) == bool(word)
