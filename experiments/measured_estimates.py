@@ -18,7 +18,7 @@ from experiments.same_rig import RIGS, records_of, reduced_chi_square, sd_of_int
 from experiments.tables import Row
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import TAILS
-from friction_bayes.core.text import number, percent
+from friction_bayes.core.text import number, of_friction, percent
 from friction_bayes.decay.half_cycles import half_cycles
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import whiteness
@@ -279,7 +279,8 @@ def _random_force(value: Mapping[str, float], unit: str) -> str:
         return left
     return (
         f"{left}; random force {percent(value['force_probability'])}, "
-        f"sd {number(value['force_sd'], 2)} {unit}, {value['force_share']:.0%} of friction, "
+        f"sd {number(value['force_sd'], 2)} {unit}"
+        f"{of_friction(value['force_share'], (value['low'], value['high']))}, "
         f"over {number(value['force_time'], 2)} s, "
         f"innovations {_colour(value['innovations'])}"
     )

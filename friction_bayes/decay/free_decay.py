@@ -135,7 +135,7 @@ class FreeDecay:
 
     @property
     def _slower(self) -> float:
-        """Share by which a pendulum whose angles are known swings slower than the declared frequency, at most."""
+        """Share by which a pendulum of known angles swings slower than the declared frequency, at most."""
         known = self.system.pendulum and self.quantity.order == 0 and self.unit == self.quantity.unit
         return float(np.max(np.abs(self.values))) ** 2 / 16.0 if known else 0.0
 
