@@ -15,6 +15,8 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.text import percent
+from friction_bayes.loop.candidate import INCLUSION
+from friction_bayes.mechanics.effects import EFFECTS, NoiseEffect
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["LEAST_COUNTED", "Cells"]
@@ -25,7 +27,8 @@ LEAST_COUNTED = 0.05
 """Probability of an effect that the search does not try below which no candidate has it.
 
 So little can neither keep a law from 95 % nor move friction's interval noticeably; but several effects at a
-few per cent each, which a record that says little of them leaves them, would keep any law from that.
+few per cent each, which a record that says little of them leaves them, would keep any law from that. Of a
+kind of noise it is the probability before the record.
 """
 _LEAST = 1e-12
 """Share of the probability of all that counts."""
@@ -114,11 +117,14 @@ class Cells:
         steps : tuple of str
             A line on each effect that is left out.
         """
+        own = tuple(own)
         own_sums = {name: sum(p for names, p in self.probabilities.items() if name in names) for name in own}
         probability = {
             name: math.exp(log_share + math.log(p)) if p > 0.0 else 0.0 for name, p in own_sums.items()
         }
-        small = {name: p for name, p in probability.items() if p < LEAST_COUNTED}
+        # how the noise is distributed moves friction's interval by next to nothing
+        least = {name: INCLUSION if isinstance(EFFECTS[name], NoiseEffect) else LEAST_COUNTED for name in own}
+        small = {name: p for name, p in probability.items() if p < least[name]}
         steps = (
             f"{name} has a probability of {percent(p)}: left out" for name, p in small.items() if p > 0.0
         )

@@ -64,8 +64,7 @@ def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset
 
     With dry friction, which the search always has, and with outliers where these are most probable.
     """
-    rubs = np.asarray(fit.sets.columns[:, fit.law.frictions].any(axis=1))
-    mine = rubs & np.array([names == effects for names in fit.sets.effects])
+    mine = fit.rubs & np.array([names == effects for names in fit.sets.effects])
     alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & mine)
     if not np.all(np.isfinite(alone.coefficients)):
         # beside other sets without a force it cannot matter, so that its law was not looked at

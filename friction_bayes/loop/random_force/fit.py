@@ -114,6 +114,11 @@ class ForceFit:
         return int(np.argmax(self.posterior.best.found.log_weight))
 
     @property
+    def rubs(self) -> Mask:
+        """Which sets have dry friction, shape (m,)."""
+        return np.asarray(self.sets.columns[:, self.law.frictions].any(axis=1))
+
+    @property
     def residual(self) -> Array:
         """Signal minus law, natural units, shape (n,)."""
         return self.regression.residual(self.coefficients)

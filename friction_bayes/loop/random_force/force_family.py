@@ -212,10 +212,10 @@ def log_share_of_search(fit: ForceFit, tried: Collection[str]) -> float:
 
 
 def _known_to_search(fit: ForceFit, tried: Collection[str], noise: frozenset[str]) -> Mask:
-    """Points and sets that it has, under one kind of noise, shape (g, m): it knows no knocks."""
+    """Points and sets that it has, under one kind of noise, shape (g, m): dry friction, and no knocks."""
     if fit.knocks:
         return np.zeros((fit.posterior.ratio.size, len(fit.sets.effects)), np.bool_)
-    has = np.array([(names | noise).issubset(tried) for names in fit.sets.effects])
+    has = np.array([(names | noise).issubset(tried) for names in fit.sets.effects]) & fit.rubs
     return np.asarray((fit.posterior.ratio == 0.0)[:, None] & has)
 
 

@@ -199,7 +199,7 @@ def cells(*weights: float) -> Cells:
     """Two points, the second with a random force, and four sets of which two are the same effects."""
     without = np.array(weights).reshape(2, 4)
     noises = (frozenset(), frozenset({"timing_jitter"}))
-    return Cells(np.array([without, 0.1 * without]), np.array([False, True]), EFFECTS, noises)
+    return Cells(np.array([without, 0.2 * without]), np.array([False, True]), EFFECTS, noises)
 
 
 def test_cells_of_the_same_effects_are_one_candidate() -> None:
@@ -207,7 +207,7 @@ def test_cells_of_the_same_effects_are_one_candidate() -> None:
     sums = found.probabilities
     assert sums[frozenset({"presliding"})] == pytest.approx(5.0)
     assert sums[frozenset({"presliding", "random_force"})] == pytest.approx(13.0)
-    assert sums[frozenset({"viscous_damping", "random_force", "timing_jitter"})] == pytest.approx(0.8)
+    assert sums[frozenset({"viscous_damping", "random_force", "timing_jitter"})] == pytest.approx(1.6)
     assert sum(sums.values()) == pytest.approx(found.weight.sum())
     sets = [frozenset({"presliding", "random_force"}), frozenset({"timing_jitter"})]
     places = found.places(sets)
