@@ -92,6 +92,17 @@ def test_one_in_two_records_is_none_of_the_other(order: int, rng: np.random.Gene
     assert report.friction_after["mean"] == pytest.approx(FRICTION * SYSTEM.stiffness, rel=0.01)
 
 
+@pytest.mark.parametrize("force", [0.0, 0.2])
+def test_wrong_samples_in_a_row_are_none(force: float, rng: np.random.Generator) -> None:
+    motion = unsteady_motion(rng, force)[2]
+    off = 100.0 * WHITE * rng.standard_normal(motion.size)
+    for start in (300, 700):
+        off[start : start + 4] += 3000.0 * WHITE
+    fit = fitted(sensed(motion + off, 2), (*OFFERED, "outliers"))
+    assert not knock_times(fit)
+    assert fit.sensor_noise.contaminated
+
+
 @pytest.mark.parametrize("order", [0, 2])
 @pytest.mark.parametrize("lasts", [0.55, 0.8])
 def test_a_push_of_half_a_period_is_no_knock_nor_two(

@@ -24,7 +24,7 @@ from friction_bayes.loop.random_force.finer_lines import finer_lines, lines_that
 from friction_bayes.loop.random_force.knocks import next_knock
 from friction_bayes.loop.random_force.lines import Line, lines_beside_motion
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord
-from friction_bayes.loop.random_force.set_aside import LeftOut, come_anywhere, in_bursts, outlying
+from friction_bayes.loop.random_force.set_aside import LeftOut, come_anywhere, outlying
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 
 __all__ = ["Round", "settle"]
@@ -33,8 +33,6 @@ _MOST_ROUNDS = 5
 """Until a law has settled; as many again with every knock that is let off."""
 _MOST_LOOKS = 12
 """For a knock, each of which may take a few: what still calls for one then is no accident."""
-_ACCELERATION = 2
-"""Order of the derivative that shows the force itself."""
 _SETTLED = 2e-3
 """Correction of the stiffness above which the effects are evaluated once more."""
 _MOVED = 0.2
@@ -139,8 +137,6 @@ class Round:
             ceiling = left.near_ceiling(noise)
             shown = shown & ~ceiling
         outliers = outlying(noise) & shown
-        if self.whole.segment.order == _ACCELERATION:
-            outliers &= ~in_bursts(outliers)
         return ceiling, outliers & come_anywhere(outliers, shown, smoothed)
 
     def stays(self, after: Round) -> bool:

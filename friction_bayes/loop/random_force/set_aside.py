@@ -29,13 +29,13 @@ from friction_bayes.loop.noise import NoiseFit, NoiseModel, fit_noise, has_heavy
 from friction_bayes.loop.segment import Segment
 from friction_bayes.mechanics.effects import Scales
 
-__all__ = ["LeftOut", "come_anywhere", "in_bursts", "outlying"]
+__all__ = ["LeftOut", "come_anywhere", "outlying"]
 
 _NEAR = 4.0
 """Standard deviations below a ceiling from which on noise may take a sample there."""
 _PARTS = 5
 _BY_CHANCE = 5e-4
-"""Probability below which an uneven share of outliers in as many parts, or a run of them, is not chance."""
+"""Probability below which an uneven share of outliers in as many parts is not chance."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -135,20 +135,6 @@ def come_anywhere(outliers: Mask, among: Mask, motion: Motion) -> bool:
     """
     in_turn, speed = outliers[among], np.abs(motion.states[among, 1])
     return all(_evenly(values) for values in (in_turn, in_turn[np.argsort(speed)]))
-
-
-def in_bursts(outliers: Mask) -> Mask:
-    """Outliers that follow one on the other in more samples than chance would have it; shape (n,) both.
-
-    An accelerometer shows the force itself: there that is a knock.
-    """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], outliers, [False]]).astype(int))).reshape(-1, 2)
-    n, total = outliers.size, int(outliers.sum())
-    bursts = np.zeros(n, np.bool_)
-    for start, end in edges:
-        if n * (total / n) ** (end - start) < _BY_CHANCE:
-            bursts[start:end] = True
-    return bursts
 
 
 def _evenly(outliers: Mask) -> bool:
