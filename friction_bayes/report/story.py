@@ -49,6 +49,7 @@ CHANNELS = {
     "force_by_velocity": "the random force against the velocity",
     "force_by_position": "the random force against the position",
     "friction_by_position": "friction within a tenth of the travel, the tenth where it differs most",
+    "force_by_stop": "a spring that begins at one position, the position where it shows most",
     "force_by_amplitude": "the random force against the amplitude",
     "force_by_time": "the random force over time",
     "force_jumps": "jumps of the random force",

@@ -20,7 +20,7 @@ from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop.random_force.beside_law import ScoreTest, beside_law
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.knocks import jump_tails
-from friction_bayes.loop.random_force.shapes import Shape, best_shape
+from friction_bayes.loop.random_force.shapes import Shape, best_shape, stops
 from friction_bayes.loop.residual_tests import Channel, ResidualTests, far_residuals, largest_line
 
 __all__ = ["Dependence", "LeftOver", "what_is_left", "worst_of"]
@@ -125,7 +125,8 @@ def what_is_left(fit: ForceFit) -> LeftOver:
     channels.append(Channel(_JUMPS, kurtosis, int(independent), p_value))
     dependences = (
         *(_dependence(fit, on, bins) for on, bins in binned.items()),
-        _patch(fit, binned["position"]),
+        _one_of(fit, "friction_by_position", binned["position"][:, _BINS:]),
+        _one_of(fit, "force_by_stop", stops(fit.path)[1]),
     )
     left = LeftOver(
         channels=(*channels, *(d.channel for d in dependences)),
@@ -183,16 +184,16 @@ def _dependence(fit: ForceFit, on: str, forces: Array) -> Dependence:
     return _of_force(fit, on, channel, forces, found)
 
 
-def _patch(fit: ForceFit, position: Array) -> Dependence:
-    """Friction that differs within one bin of the position: a test of all bins at once drowns it."""
-    forces = position[:, _BINS:]
+def _one_of(fit: ForceFit, name: str, forces: Array) -> Dependence:
+    """The force of several that differs most: a test of all at once drowns it."""
     beside = beside_law(fit, forces)
-    tests = [beside.test(slice(j, j + 1)) for j in range(_BINS)]
-    j = max(range(_BINS), key=lambda k: tests[k].statistic)
+    count = forces.shape[1]
+    tests = [beside.test(slice(j, j + 1)) for j in range(count)]
+    j = max(range(count), key=lambda k: tests[k].statistic)
     found = tests[j]
-    # the largest of as many bins
-    p = -math.expm1(_BINS * math.log1p(-min(float(stats.chi2.sf(found.statistic, 1)), 1.0 - 1e-16)))
-    channel = Channel("friction_by_position", found.statistic, 1, p)
+    # the largest of as many
+    p = -math.expm1(count * math.log1p(-min(float(stats.chi2.sf(found.statistic, 1)), 1.0 - 1e-16)))
+    channel = Channel(name, found.statistic, 1, p)
     return _of_force(fit, "position", channel, forces[:, j : j + 1], found)
 
 

@@ -12,13 +12,16 @@ from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.loop.random_force.beside_law import beside_law
 from friction_bayes.loop.random_force.fit import ForceFit
 
-__all__ = ["Shape", "best_shape"]
+__all__ = ["Shape", "best_shape", "stops"]
 
 _LENGTHS = (0.01, 0.03, 0.1, 0.3)
 """Over the median amplitude: how far after a turning point a pulse reaches."""
 _PLACES = np.linspace(-0.9, 0.9, 13)
+_STOPS = np.linspace(0.1, 0.8, 8)
 _WIDTH = 0.1
 """Place and width of a bump over the largest displacement."""
+_STOPS = np.linspace(0.1, 0.8, 8)
+"""Where a spring may begin that the motion meets on one side, likewise."""
 
 
 class Shape(NamedTuple):
@@ -65,9 +68,8 @@ def best_shape(fit: ForceFit, binned: Array) -> Shape | None:
 
 def _shapes(path: MeasuredPath) -> Iterator[tuple[str, Array]]:
     """Name and force at the nodes of the path; one name may have several places or lengths."""
-    sign, v = path.direction, path.node_v
-    x = path.node_x - np.mean(0.5 * (path.turning_x[1:] + path.turning_x[:-1]))
-    turns = np.abs(path.turning_x - np.mean(0.5 * (path.turning_x[1:] + path.turning_x[:-1])))
+    sign, v, middle = path.direction, path.node_v, _middle(path)
+    x, turns = path.node_x - middle, np.abs(path.turning_x - middle)
     yield "dry friction", sign
     yield "a force proportional to the velocity", v
     yield "a force proportional to the square of the velocity", np.abs(v) * v
@@ -85,6 +87,30 @@ def _shapes(path: MeasuredPath) -> Iterator[tuple[str, Array]]:
         bump = np.exp(-0.5 * ((x / reach - place) / _WIDTH) ** 2)
         yield f"a bump {_where(place)}", bump
         yield f"friction that is larger {_where(place)}", sign * bump
+
+    places, springs = stops(path)
+    for place, spring in zip(places, springs.T, strict=True):
+        yield f"a spring that begins {_where(place)}", spring
+
+
+def stops(path: MeasuredPath) -> tuple[Array, Array]:
+    """Springs that begin at one position, met from one side.
+
+    Returns
+    -------
+    places : ndarray, shape (f,)
+        Over the largest displacement from the middle; the spring lies beyond.
+    forces : ndarray, shape (nodes, f)
+    """
+    x = path.node_x - _middle(path)
+    places = np.concatenate([_STOPS, -_STOPS])
+    beyond = np.sign(places) * x[:, None] / np.max(np.abs(x)) - np.abs(places)
+    return places, np.maximum(beyond, 0.0)
+
+
+def _middle(path: MeasuredPath) -> float:
+    """Of the motion: the mean between successive turning points."""
+    return float(np.mean(0.5 * (path.turning_x[1:] + path.turning_x[:-1])))
 
 
 def _where(place: float) -> str:
