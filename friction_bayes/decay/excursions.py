@@ -16,7 +16,7 @@ from scipy.ndimage import median_filter
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.system import Oscillator
-from friction_bayes.records.clock import CUT, place_of_sample, sampling_interval
+from friction_bayes.records.clock import LOST, place_of_sample, sampling_interval
 from friction_bayes.records.record import record_name, with_values
 
 __all__ = ["set_excursions_aside", "without_excursions"]
@@ -131,7 +131,7 @@ def _refuse_marks(record: xr.DataArray, values: Array) -> None:
                 record_name(record),
                 f"{np.count_nonzero(beyond)} samples lie far out of the motion, the first {values[first]:g} "
                 f"{record.attrs.get('units', '')} at {place}, as marks of missing samples do",
-                CUT,
+                LOST,
             )
 
 

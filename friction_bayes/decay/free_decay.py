@@ -29,7 +29,7 @@ from friction_bayes.decay.located import (
 )
 from friction_bayes.decay.location import decays_within, locate_free_decays
 from friction_bayes.decay.spectral_modes import BAND, SpectralModes, spectral_modes
-from friction_bayes.records.clock import is_even
+from friction_bayes.records.clock import check_gaps, is_even
 from friction_bayes.records.record import record_name, record_quantity
 
 __all__ = ["FreeDecay", "check_sampling", "find_free_decay", "no_decay_fits"]
@@ -218,8 +218,8 @@ def find_free_decay(
     ------
     InputError
         If the record holds NaN or infinities, is constant, shows no oscillation, or several, or one that does
-        not decay, holds several decays or fewer than three half cycles, leaps, or is sampled too slowly for
-        the declared frequency.
+        not decay, holds several decays or fewer than three half cycles, leaps, has a gap, or is sampled too
+        slowly for the declared frequency.
     """
     name = record_name(record)
     quantity = record_quantity(record)
@@ -233,6 +233,7 @@ def find_free_decay(
     recorded = np.ascontiguousarray(record.values, dtype=float)
     stamps = np.asarray(record["time"].values, dtype=float)
     even = is_even(stamps)
+    check_gaps(record, system.natural_frequency)
     clock, values = (stamps, recorded) if even else even_grid(stamps, recorded)
     step = float((clock[-1] - clock[0]) / (clock.size - 1))
     check_sampling(name, step, system)

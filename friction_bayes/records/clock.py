@@ -12,12 +12,13 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import TIME_UNITS
 
 __all__ = [
-    "CUT",
     "GAP",
     "LONGEST_BRIDGED_GAP",
+    "LONGEST_GAP_IN_PERIODS",
+    "LOST",
     "check_clock",
+    "check_gaps",
     "check_time_unit",
-    "has_gap",
     "is_even",
     "place_of_sample",
     "sampling_interval",
@@ -38,10 +39,17 @@ GAP = 1.5
 """An interval longer than this many typical ones lost at least one sample."""
 
 LONGEST_BRIDGED_GAP = 3.0
-"""Up to this many typical intervals may lie between samples; what a decay is sought on would invent more."""
+"""Up to this many typical intervals may lie between samples, however few a period has."""
 
-CUT = "cut the record there, by --start or --end"
-"""What to do about samples that are missing."""
+LONGEST_GAP_IN_PERIODS = 0.25
+"""Nor do longer ones harm up to this share of a period: the spline that a decay is sought on is off by 1.6 %
+of the amplitude in their middle, and all else goes by the samples alone."""
+
+LOST = (
+    "remove those rows, the times need not be even; where they last a quarter of a period or more, cut the "
+    "record there, by --start or --end"
+)
+"""What to do about samples that hold no value."""
 
 BEGINS_ANEW = 0.01
 """Share of the time gone by that is left where a clock falls back to its beginning."""
@@ -66,21 +74,8 @@ def _in_unit(seconds: float, unit: str) -> str:
     return f"{seconds / TIME_UNITS[unit]:.9g} {unit}"
 
 
-def has_gap(time: Array) -> bool:
-    """Whether too much is missing between two of the time stamps, which rise, to be bridged."""
-    intervals = np.diff(time)
-    # stamps may be off by as much as on an even grid, if only by their rounding
-    return bool(intervals.max() > (LONGEST_BRIDGED_GAP + JITTER_PEAK) * np.median(intervals))
-
-
-def check_clock(
-    name: str,
-    time: Array,
-    rows: Indices | None = None,
-    unit: str = "s",
-    at_a_gap: str | None = None,
-) -> None:
-    """Refuse time stamps that do not increase or that lack a stretch.
+def check_clock(name: str, time: Array, rows: Indices | None = None, unit: str = "s") -> None:
+    """Refuse time stamps that do not increase.
 
     Parameters
     ----------
@@ -92,27 +87,47 @@ def check_clock(
         Row of each sample in the file it came from, for messages.
     unit : str
         Unit of the times in that file.
-    at_a_gap : str, optional
-        What to do about a stretch that is lacking; to take one side of it where left out.
 
     Raises
     ------
     InputError
-        If time runs backwards or a stamp is doubled, and at a gap too long to be bridged.
+        If time runs backwards or a stamp is doubled.
     """
-    intervals = np.diff(time)
-    wrong = np.flatnonzero(intervals <= 0.0) + 1
+    wrong = np.flatnonzero(np.diff(time) <= 0.0) + 1
     if wrong.size:
         raise _backwards(name, time, wrong, rows, unit)
-    if has_gap(time):
-        longest = int(intervals.argmax())
-        before, after = time[longest : longest + 2]
-        raise InputError(
-            name,
-            f"gap of {intervals[longest]:.6g} s after {place_of_sample(longest, time, rows, unit)} "
-            f"(typical interval {np.median(intervals):.6g} s)",
-            at_a_gap or f"take the part before it, --end {before:.9g}, or after it, --start {after:.9g}",
-        )
+
+
+def check_gaps(record: xr.DataArray, natural_frequency: float) -> None:
+    """Refuse time stamps between which too much is missing to be bridged.
+
+    Parameters
+    ----------
+    record : xarray.DataArray
+        A validated record.
+    natural_frequency : float
+        Declared ``sqrt(k/m)`` [rad/s].
+
+    Raises
+    ------
+    InputError
+        Naming the longest gap.
+    """
+    time: Array = record["time"].values
+    intervals, period = np.diff(time), 2.0 * math.pi / natural_frequency
+    longest, typical = int(intervals.argmax()), float(np.median(intervals))
+    # stamps may be off by as much as on an even grid, if only by their rounding
+    most = max((LONGEST_BRIDGED_GAP + JITTER_PEAK) * typical, LONGEST_GAP_IN_PERIODS * period)
+    if intervals[longest] <= most:
+        return
+    before, after = time[longest : longest + 2]
+    raise InputError(
+        str(record.attrs.get("name", "record")),
+        f"gap of {intervals[longest]:.6g} s after {place_of_sample(longest, time)}: "
+        f"{intervals[longest] / period:.3g} periods of the declared {natural_frequency:.4g} rad/s, and the "
+        f"typical interval is {typical:.6g} s",
+        f"take the part before it, --end {before:.9g}, or after it, --start {after:.9g}",
+    )
 
 
 def _backwards(name: str, time: Array, wrong: Indices, rows: Indices | None, unit: str) -> InputError:

@@ -12,7 +12,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.checks import finite
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named, to_si
-from friction_bayes.records.clock import CUT, check_clock, has_gap, place_of_sample
+from friction_bayes.records.clock import LOST, check_clock, is_even, place_of_sample
 
 __all__ = [
     "make_record",
@@ -28,10 +28,6 @@ MINIMUM_SAMPLES = 8
 
 MOST_AT_ENDS = 0.9
 """Share of samples at the two ends of the range: a sine clipped at a sixth of its amplitude has as many."""
-_COUNT_BY_COUNT = (
-    "there is a row only where the count changes, one step each: write the last count at even times, a "
-    "hundred or more a period, and give that"
-)
 _SAME_STEP = 0.01
 """Share of a step by which the changes from row to row may differ where each is one count."""
 
@@ -197,7 +193,7 @@ def validate_record(
             raise InputError(
                 name,
                 f"{what} is {array[bad[0]]} at {place_of_sample(bad[0], time, rows, time_unit)}{others}",
-                _without(np.delete(time, bad)),
+                LOST,
             )
     if np.ptp(values) <= 1e-12 * np.abs(values).max():
         raise InputError(
@@ -212,15 +208,14 @@ def validate_record(
             f"{at_ends:.0%} of the samples are {values.min():g} or {values.max():g} {unit}, nothing between",
             "give the motion itself: a square wave or a switch shows no amplitude",
         )
-    check_clock(name, time, rows, time_unit, _COUNT_BY_COUNT if _goes_count_by_count(values) else None)
+    check_clock(name, time, rows, time_unit)
+    if _goes_count_by_count(values) and not is_even(time):
+        raise InputError(
+            name,
+            "there is a row only where the count changes, one step each: each is late by half a step",
+            "write the last count at even times, a hundred or more a period, and give that",
+        )
     return record
-
-
-def _without(time: Array) -> str:
-    """What to do about samples that are no numbers, by the times of all others."""
-    if time.size < MINIMUM_SAMPLES or not np.all(np.isfinite(time)) or has_gap(time):
-        return f"{CUT}: without them the gap would be too long"
-    return "remove those rows: the times need not be even"
 
 
 def _goes_count_by_count(values: Array) -> bool:

@@ -239,7 +239,7 @@ def uniformity(pit: ArrayLike, *, false_alarm_rate: float = 0.01, seed: int | No
     )
 
 
-def rank_pit(draws: ArrayLike, truth: ArrayLike, rng: np.random.Generator) -> Array:
+def rank_pit(draws: ArrayLike, truth: ArrayLike, rng: np.random.Generator | int) -> Array:
     """Posterior distribution function at the truth from draws, ranks spread over their steps.
 
     Parameters
@@ -247,9 +247,9 @@ def rank_pit(draws: ArrayLike, truth: ArrayLike, rng: np.random.Generator) -> Ar
     draws : array_like, shape (..., n)
         Near-independent posterior draws of each replication.
     truth : array_like, shape (...)
-    rng : numpy.random.Generator
-        The rank among ``n`` draws is one of ``n + 1`` equally likely steps; a uniform place within it makes
-        the result exactly uniform.
+    rng : numpy.random.Generator or int
+        Or the seed of one. The rank among ``n`` draws is one of ``n + 1`` equally likely steps; a uniform
+        place within it makes the result exactly uniform.
 
     Raises
     ------
@@ -264,7 +264,7 @@ def rank_pit(draws: ArrayLike, truth: ArrayLike, rng: np.random.Generator) -> Ar
             "put the draws of each truth on the last axis",
         )
     rank = (values < true[..., None]).sum(axis=-1)
-    return np.asarray((rank + rng.random(rank.shape)) / (values.shape[-1] + 1.0))
+    return np.asarray((rank + np.random.default_rng(rng).random(rank.shape)) / (values.shape[-1] + 1.0))
 
 
 def coverage(covered: ArrayLike, *, level: float, tolerance: float = 0.0) -> Coverage:

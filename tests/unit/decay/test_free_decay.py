@@ -246,3 +246,46 @@ def test_a_far_swing_hides_no_wrong_multiple_of_the_frequency(declared: float, w
     )
     notes = find_free_decay(record, Pendulum(inertia=0.5, stiffness=declared)).notes
     assert any(f", {word} the declared" in note for note in notes) == bool(word)
+
+
+RATE = 200.0
+
+
+def with_lost(*lost: slice) -> tuple[np.ndarray, np.ndarray]:
+    """Times and values of a decay of 69 samples a period that lacks some of them."""
+    values, _ = decay_signal("displacement", RATE, 4.0)
+    values += 1e-4 * np.random.default_rng(1).normal(size=values.size)
+    kept = np.ones(values.size, dtype=bool)
+    for each in lost:
+        kept[each] = False
+    return np.arange(values.size)[kept] / RATE, values[kept]
+
+
+@pytest.mark.parametrize("first", [3, 100, 117, 400, 597])
+def test_a_gap_of_less_than_a_quarter_of_a_period_costs_what_it_would_have_told(first: int) -> None:
+    """Seventeen intervals of 69 a period; the number of samples in it does not matter."""
+    whole = estimate(make_record(*with_lost(), "displacement"), SYSTEM)
+    lacking = estimate(make_record(*with_lost(slice(first, first + 16)), "displacement"), SYSTEM)
+    assert lacking.friction.mean() == pytest.approx(whole.friction.mean(), abs=whole.friction.std())
+    assert lacking.friction.std() == pytest.approx(whole.friction.std(), rel=0.1)
+
+
+def test_a_longer_gap_is_refused_and_named() -> None:
+    record = make_record(*with_lost(slice(100, 117)), "displacement", name="swing.csv")
+    with pytest.raises(
+        InputError,
+        match=r"^swing.csv: gap of 0.09 s after sample 100 \(t = 0.495 s\): 0.261 periods .* typical "
+        r"interval is 0.005 s; take the part before it, --end 0.495, or after it, --start 0.585$",
+    ):
+        estimate(record, SYSTEM)
+
+
+def test_two_samples_may_be_lost_anywhere_however_few_a_period_has() -> None:
+    values, _ = decay_signal("displacement", 20.0, 4.0)
+    time = np.arange(values.size) / 20.0
+    for first in range(1, values.size - 2):
+        kept = np.delete(np.arange(values.size), [first, first + 1])
+        assert find_free_decay(make_record(time[kept], values[kept], "displacement"), SYSTEM).values.size > 50
+    lost_three = np.delete(np.arange(values.size), [30, 31, 32])
+    with pytest.raises(InputError, match=r"gap of 0\.2 s"):
+        find_free_decay(make_record(time[lost_three], values[lost_three], "displacement"), SYSTEM)

@@ -97,31 +97,6 @@ def test_time_running_backwards_or_doubled_is_refused() -> None:
         validate_record(record_over(doubled))
 
 
-def test_a_gap_is_refused_and_named() -> None:
-    keep = np.r_[:100, 110:N]
-    with pytest.raises(
-        InputError,
-        match=r"gap of 0.11 s after sample 100 \(t = 0.99 s\).* --end 0.99, or after it, --start 1.1$",
-    ):
-        validate_record(record_over(TIME[keep], SIGNAL[keep]))
-
-
-@pytest.mark.parametrize(("lost", "remedy"), [(2, "remove those rows"), (3, "cut the record there")])
-def test_what_is_said_of_lost_samples_works(lost, remedy) -> None:
-    values = SIGNAL.copy()
-    values[30 : 30 + lost] = np.nan
-    with pytest.raises(InputError, match=remedy):
-        validate_record(record_over(TIME, values))
-    kept = np.isfinite(values) if lost == 2 else np.arange(N) < 30
-    validate_record(record_over(TIME[kept], values[kept]))
-
-
-def test_two_samples_may_be_lost_anywhere_whatever_rounding_makes_of_the_times() -> None:
-    for first in range(1, N - 2):
-        kept = np.delete(np.arange(N), [first, first + 1])
-        validate_record(record_over(TIME[kept], SIGNAL[kept]))
-
-
 def test_a_clock_that_begins_anew_is_two_recordings() -> None:
     twice = record_over(np.tile(TIME, 2), np.tile(SIGNAL, 2))
     with pytest.raises(
@@ -141,12 +116,12 @@ def test_times_are_told_in_the_unit_of_the_file() -> None:
         validate_record(record_over(backwards), time_unit="ms")
 
 
-def test_rows_that_stamp_each_count_are_told_from_a_record_with_a_gap() -> None:
-    """At a turning point no count changes: to cut the record there would leave one half cycle."""
+def test_rows_that_stamp_each_count_are_refused() -> None:
+    """At a turning point no count changes, and each is told half a step late."""
     fine = np.linspace(0.0, 20.0, 40_001)
     counts = np.round(20.0 * np.exp(-0.05 * fine) * np.cos(2.0 * np.pi * fine))
     rows = np.flatnonzero(np.diff(counts)) + 1
-    with pytest.raises(InputError, match=r"gap of .* only where the count changes, .* at even times"):
+    with pytest.raises(InputError, match=r"only where the count changes, .* at even times"):
         validate_record(record_over(fine[rows], 1e-3 * counts[rows]))
 
 
