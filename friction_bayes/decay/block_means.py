@@ -10,9 +10,10 @@ import math
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.records.clock import LONGEST_BRIDGED_GAP
 
-__all__ = ["amplitude_kept", "block_means", "samples_in_block"]
+__all__ = ["amplitude_kept", "block_means", "samples_in_block", "torn_blocks"]
 
 _KEPT_SAMPLES = 200.0
 """Least number of values a period that averaging leaves."""
@@ -27,6 +28,15 @@ def block_means(values: Array, block: int) -> Array:
     """Means of successive blocks, shape (n // block,), of ``values``, shape (n,); an odd end is left out."""
     n = values.size // block * block
     return np.asarray(values[:n].reshape(-1, block).mean(axis=1))
+
+
+def torn_blocks(time: Array, block: int) -> Mask:
+    """Which blocks, shape (n // block,), have a gap of the times, shape (n,), inside: of no one time."""
+    n = time.size // block * block
+    if block == 1:
+        return np.zeros(n, dtype=np.bool_)
+    inside = np.diff(time[:n].reshape(-1, block), axis=1)
+    return np.asarray(inside.max(axis=1) > LONGEST_BRIDGED_GAP * float(np.median(inside)))
 
 
 def amplitude_kept(samples_per_period: float, block: int) -> float:

@@ -130,7 +130,7 @@ class FreeDecay:
         """The same on an even grid, by a cubic spline, for what goes from sample to sample."""
         if self.stamps is None:
             return self
-        grid, values = even_grid(self.stamps, self.values)
+        grid, values = even_grid(self.stamps, self.values, self.frequency)
         return replace(self, values=values, step=float(grid[1]), stamps=None)
 
     @property
@@ -234,7 +234,7 @@ def find_free_decay(
     stamps = np.asarray(record["time"].values, dtype=float)
     even = is_even(stamps)
     check_gaps(record, system.natural_frequency)
-    clock, values = (stamps, recorded) if even else even_grid(stamps, recorded)
+    clock, values = (stamps, recorded) if even else even_grid(stamps, recorded, system.natural_frequency)
     step = float((clock[-1] - clock[0]) / (clock.size - 1))
     check_sampling(name, step, system)
     first = -1

@@ -228,7 +228,7 @@ def _templates(fit: LoopFit, r: int) -> dict[str, Array]:
     found = {
         "phase": phase,
         "turning_points": _binned(swing, share, _TIME_BINS),
-        "half_periods": _binned(np.gradient(prediction.clean) * moving, share, _TIME_BINS),
+        "half_periods": _binned(np.gradient(prediction.clean, time) * moving, share, _TIME_BINS),
         "centres": _binned(np.ones(n), np.arange(n) / n, _CENTRE_BINS),
         "direction": _binned(prediction.direction * moving, share, _TIME_BINS),
     }

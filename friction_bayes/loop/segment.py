@@ -13,7 +13,7 @@ from scipy.ndimage import binary_dilation, median_filter
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError, of_each
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.block_means import amplitude_kept, block_means, samples_in_block
+from friction_bayes.decay.block_means import amplitude_kept, block_means, samples_in_block, torn_blocks
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.phase_tracking import nearest_turning_points
@@ -171,6 +171,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     record, kept = set_held_readings_aside(record)
     record, stray = set_excursions_aside(record, system)
     resolution = quantisation_step(record.values)
+    recorded = np.asarray(record["time"].values, dtype=np.float64)
     record, block, spread = _averaged(record, system)
     values = np.ascontiguousarray(record.values, dtype=np.float64)
     smooth, spikes = _spikes(values)
@@ -190,6 +191,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
                 sides[held] = side
     ignored = np.zeros(n, dtype=bool)
     ignored[[i for i in (stray // block - first).tolist() if 0 <= i < n]] = True
+    ignored |= torn_blocks(recorded, block)[first : first + n]
     if decay.quantity.order == 2:
         near = nearest_turning_points(decay)
         # damping moves the jump from the extremum of the signal, by a phase of twice its ratio

@@ -42,8 +42,8 @@ LONGEST_BRIDGED_GAP = 3.0
 """Up to this many typical intervals may lie between samples, however few a period has."""
 
 LONGEST_GAP_IN_PERIODS = 0.25
-"""Nor do longer ones harm up to this share of a period: the spline that a decay is sought on is off by 1.6 %
-of the amplitude in their middle, and all else goes by the samples alone."""
+"""Nor do longer ones harm up to this share of a period: what a decay is sought on is an oscillation
+there, by the samples beside it, and all else goes by the samples alone."""
 
 LOST = (
     "remove those rows, the times need not be even; where they last a quarter of a period or more, cut the "

@@ -26,7 +26,7 @@ from scipy import stats
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
-from friction_bayes.decay.block_means import block_means, samples_in_block
+from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
 from friction_bayes.decay.whiteness import Whiteness, whiteness
 from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
@@ -157,9 +157,10 @@ def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
     if not decay.usable:
         return None
     frequency, block = decay.frequency, decay.block
-    averaged = block_means(decay.values - decay.rest_position, block)
+    whole = ~torn_blocks(decay.time, block)
+    averaged = block_means(decay.values - decay.rest_position, block)[whole]
     step = decay.step * block
-    phase = block_means(decay.time, block)
+    phase = block_means(decay.time, block)[whole]
     phase = phase - phase[0]
     motion = first_motion(
         averaged / frequency**decay.order, Clock.of(frequency * phase), sensor_row(decay.order)

@@ -1,0 +1,48 @@
+"""A record in which some tenths of a second are missing says what the whole one does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import friction_bayes as fb
+
+SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
+NOISE = {"displacement": 2e-4, "velocity": 2e-3, "acceleration": 2e-2}
+
+
+def record(quantity: str, rate: float, *lost: float) -> xr.DataArray:
+    """Without the fifth of a period after each of some times [s]."""
+    whole = fb.simulate(
+        SYSTEM,
+        friction=0.07,
+        initial_displacement=0.0147,
+        duration=12.0,
+        sampling_rate=rate,
+        noise_sd=NOISE[quantity],
+        seed=3,
+        quantity=quantity,
+    )
+    time = whole["time"].values
+    kept = np.ones(time.size, dtype=bool)
+    for start in lost:
+        kept &= (time < start) | (time > start + 0.125)
+    return fb.make_record(time[kept], whole.values[kept], quantity)
+
+
+@pytest.mark.parametrize("rate", [100.0, 2000.0])
+@pytest.mark.parametrize("quantity", list(NOISE))
+def test_gaps_cost_what_the_samples_would_have_told(quantity: str, rate: float) -> None:
+    """At 2000 Hz values are means of six samples, some of them from both sides of a gap."""
+    whole, lacking = record(quantity, rate), record(quantity, rate, 1.571, 3.333, 7.0, 11.1)
+    before, after = (fb.estimate(each, SYSTEM).friction for each in (whole, lacking))
+    assert after.mean() == pytest.approx(before.mean(), abs=before.std())
+    # a random force of some per cent of probability widens one of the two
+    assert 0.5 < after.std() / before.std() < 2.0
+    reports = [fb.close_loop([each], SYSTEM, seed=1, check=False) for each in (whole, lacking)]
+    assert [report.verdict for report in reports] == ["adequate", "adequate"]
+    assert reports[1].residual["after"]["failed"] == []
+    (low, high), (low_whole, high_whole) = (report.friction_after["interval90"] for report in reports[::-1])
+    assert low < 0.07 < high
+    assert high - low == pytest.approx(high_whole - low_whole, rel=0.3)
