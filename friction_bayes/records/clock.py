@@ -19,6 +19,7 @@ __all__ = [
     "check_clock",
     "check_gaps",
     "check_time_unit",
+    "gaps",
     "is_even",
     "place_of_sample",
     "sampling_interval",
@@ -98,6 +99,22 @@ def check_clock(name: str, time: Array, rows: Indices | None = None, unit: str =
         raise _backwards(name, time, wrong, rows, unit)
 
 
+def gaps(time: Array, natural_frequency: float) -> Indices:
+    """Return the samples after which too much is missing to be bridged, ascending.
+
+    Parameters
+    ----------
+    time : ndarray, shape (n,)
+        Rising time stamps [s].
+    natural_frequency : float
+        Declared ``sqrt(k/m)`` [rad/s].
+    """
+    intervals = np.diff(time)
+    # stamps may be off by as much as on an even grid, if only by their rounding
+    few = (LONGEST_BRIDGED_GAP + JITTER_PEAK) * float(np.median(intervals))
+    return np.flatnonzero(intervals > max(few, LONGEST_GAP_IN_PERIODS * 2.0 * math.pi / natural_frequency))
+
+
 def check_gaps(record: xr.DataArray, natural_frequency: float) -> None:
     """Refuse time stamps between which too much is missing to be bridged.
 
@@ -114,19 +131,18 @@ def check_gaps(record: xr.DataArray, natural_frequency: float) -> None:
         Naming the longest gap.
     """
     time: Array = record["time"].values
-    intervals, period = np.diff(time), 2.0 * math.pi / natural_frequency
-    longest, typical = int(intervals.argmax()), float(np.median(intervals))
-    # stamps may be off by as much as on an even grid, if only by their rounding
-    most = max((LONGEST_BRIDGED_GAP + JITTER_PEAK) * typical, LONGEST_GAP_IN_PERIODS * period)
-    if intervals[longest] <= most:
+    if not gaps(time, natural_frequency).size:
         return
+    intervals, period = np.diff(time), 2.0 * math.pi / natural_frequency
+    longest = int(intervals.argmax())
     before, after = time[longest : longest + 2]
     raise InputError(
         str(record.attrs.get("name", "record")),
         f"gap of {intervals[longest]:.6g} s after {place_of_sample(longest, time)}: "
         f"{intervals[longest] / period:.3g} periods of the declared {natural_frequency:.4g} rad/s, and the "
-        f"typical interval is {typical:.6g} s",
-        f"take the part before it, --end {before:.9g}, or after it, --start {after:.9g}",
+        f"typical interval is {np.median(intervals):.6g} s",
+        f"take the part before it, --end {before:.9g}, or after it, --start {after:.9g}; where the recording "
+        "pauses between releases, one of them by --decay N (split_decays in Python)",
     )
 
 

@@ -53,6 +53,30 @@ def test_nothing_is_estimated_of_several_at_once(rng: np.random.Generator) -> No
     assert [STATUS[k] for k in status] == ["several_decays", "ok"]
 
 
+def test_a_recording_that_pauses_between_releases_holds_one_after_each_pause(
+    rng: np.random.Generator,
+) -> None:
+    """As one that is triggered: what was missing in between is no part of any, nor is a stretch of rest."""
+    whole = recording_of_decays()
+    time = np.arange(whole.size) / 100.0
+    running = (time > 1.3) & (time < 6.0) | (time > 10.5) & (time < 15.0) | (time > 19.7)
+    record = make_record(
+        np.append(time[running], time[-1] + 30.0 + 0.01 * np.arange(300)),
+        recorded(np.append(whole[running], np.full(300, whole[-1])), 1e-4, rng),
+        "displacement",
+        name="three.csv",
+    )
+    decays = split_decays(record, SYSTEM)
+    assert [each.attrs["name"] for each in decays] == [f"three.csv decay {k}" for k in (1, 2, 3)]
+    for each in decays:
+        friction = estimate(each, SYSTEM, random_force="none").friction
+        assert abs(friction.mean() - 0.5) < 4.0 * friction.std()
+    with pytest.raises(
+        InputError, match=r"gap of .* where the recording pauses between releases, .* --decay N"
+    ):
+        estimate(record, SYSTEM)
+
+
 TIME = np.arange(4000) / 100.0
 
 
