@@ -19,15 +19,19 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
+    "EACH_DECAY",
     "add_record",
     "fitted_part",
     "input_digests",
-    "load_record",
+    "load_decays",
     "load_records",
     "refuse_twice",
     "what_was_read",
     "what_was_read_of_each",
 ]
+
+EACH_DECAY = "all"
+"""What ``--decay`` is for all decays of a recording."""
 
 _DATASET = "dataset:"
 _RECORD_FIELDS = (
@@ -75,7 +79,10 @@ def add_record(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--end", type=float, metavar="S", help="take the record up to here")
     group.add_argument(
-        "--decay", type=_count, metavar="N", help="free decay, in a recording of several, counted from 1"
+        "--decay",
+        type=_decay,
+        metavar="N|all",
+        help="free decay, in a recording of several, counted from 1, or each of them",
     )
     add_register(group)
 
@@ -86,14 +93,16 @@ def _rows(text: str) -> int:
     return int(text)
 
 
-def _count(text: str) -> int:
+def _decay(text: str) -> int | str:
+    if text == EACH_DECAY:
+        return text
     if not text.isdecimal() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number from 1 upwards")
+        raise argparse.ArgumentTypeError(f"{text!r} is neither a number from 1 upwards nor {EACH_DECAY}")
     return int(text)
 
 
-def load_record(source: str, arguments: argparse.Namespace) -> tuple[xr.DataArray, Oscillator]:
-    """Read a record file, or fetch a data set with its system.
+def load_decays(source: str, arguments: argparse.Namespace) -> tuple[list[xr.DataArray], Oscillator]:
+    """Read a record file, or fetch a data set with its system, and take what ``--decay`` says of it.
 
     Parameters
     ----------
@@ -104,7 +113,8 @@ def load_record(source: str, arguments: argparse.Namespace) -> tuple[xr.DataArra
 
     Returns
     -------
-    record : xarray.DataArray
+    decays : list of xarray.DataArray
+        The whole record without ``--decay``.
     system : Oscillator
     """
     # what reads numbers takes a second to load, which refused options need not wait for
@@ -124,24 +134,30 @@ def load_record(source: str, arguments: argparse.Namespace) -> tuple[xr.DataArra
         system = system_of(arguments, declared)
         if system != declared:
             record.attrs["system_source"] = "given on the command line, in part or whole"
-        return _chosen_decay(record, system, arguments.decay), system
+        return _chosen_decays(record, system, arguments.decay), system
     system = system_of(arguments)
     told = {name: getattr(arguments, name) for name in (*_RECORD_FIELDS, "start", "end")}
     record = fb.read_record(source, **{name: value for name, value in told.items() if value is not None})
     check_time_unit(record, system.natural_frequency)
-    return _chosen_decay(record, system, arguments.decay), system
+    return _chosen_decays(record, system, arguments.decay), system
 
 
-def _chosen_decay(record: xr.DataArray, system: Oscillator, number: int | None) -> xr.DataArray:
-    """Return the decay of that number, the whole record where none is chosen."""
-    if number is None:
-        return record
+def _chosen_decays(record: xr.DataArray, system: Oscillator, chosen: int | str | None) -> list[xr.DataArray]:
+    """Return the decay of that number, each of them, or the whole record where none is chosen."""
+    if chosen is None:
+        return [record]
     decays = fb.split_decays(record, system)
-    if number > len(decays):
+    if len(decays) > 1:
+        decays = [
+            decay.assign_attrs(read=f"{decay.attrs['read']}, decay {k} of {len(decays)}")
+            for k, decay in enumerate(decays, start=1)
+        ]
+    if isinstance(chosen, str):
+        return decays
+    if chosen > len(decays):
         holds = "one free decay" if len(decays) == 1 else f"{len(decays)} free decays"
-        raise InputError("--decay", f"{number}, and the record holds {holds}", "give a smaller number")
-    chosen = decays[number - 1]
-    return chosen.assign_attrs(read=f"{chosen.attrs['read']}, decay {number} of {len(decays)}")
+        raise InputError("--decay", f"{chosen}, and the record holds {holds}", "give a smaller number")
+    return [decays[chosen - 1]]
 
 
 def refuse_twice(sources: Sequence[str]) -> None:
@@ -165,7 +181,7 @@ def load_records(
     Parameters
     ----------
     sources : sequence of str
-        As for :func:`load_record`.
+        As for :func:`load_decays`.
     arguments : argparse.Namespace
         Options of :func:`~friction_bayes.cli.options.add_system` and :func:`add_record`.
 
@@ -180,14 +196,14 @@ def load_records(
         If a record is given twice, or two are of different systems; naming all that cannot be read.
     """
     refuse_twice(sources)
-    loaded = of_each(lambda source: load_record(source, arguments), sources)
+    loaded = of_each(lambda source: load_decays(source, arguments), sources)
     records, systems = zip(*loaded, strict=True)
     for source, system in zip(sources, systems, strict=True):
         if system != systems[0]:
             raise InputError(
                 source, f"is of another system than {sources[0]}", "give records of one system together"
             )
-    return list(records), systems[0]
+    return [decay for decays in records for decay in decays], systems[0]
 
 
 def input_digests(*sources: str | None) -> dict[str, str]:

@@ -358,7 +358,8 @@ def _several(
     return InputError(
         name,
         f"holds {len(decays)} free decays, {listed}",
-        "choose one with --decay N (split_decays in Python), or part of the record with --start and --end",
+        "choose one with --decay N or each with --decay all (split_decays in Python), or part of the record "
+        "with --start and --end",
     )
 
 

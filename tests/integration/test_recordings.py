@@ -311,14 +311,35 @@ def test_a_decay_is_chosen_of_several(
         line = refused(*command)
         assert "holds 3 free decays, 1: 1.2" in line
         assert line.endswith(
-            "choose one with --decay N (split_decays in Python), or part of the record with --start and --end"
+            "choose one with --decay N or each with --decay all (split_decays in Python), or part of the "
+            "record with --start and --end"
         )
         assert "--decay: 4, and the record holds 3 free decays" in refused(*command, "--decay", "4")
-        assert "--decay: '0' is not a number from 1 upwards" in refused(*command, "--decay", "0")
+        assert "--decay: '0' is neither a number from 1 upwards nor all" in refused(*command, "--decay", "0")
     for decay in "123":
         assert friction(several, *LINEAR, "--decay", decay) == pytest.approx(FRICTION, rel=0.02)
     # those behind the start are counted
     assert friction(several, *LINEAR, "--start", "9", "--decay", "2") == pytest.approx(FRICTION, rel=0.02)
+
+
+def test_all_decays_of_a_recording_are_taken_together(
+    several: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By `estimate` each by itself, by `close-loop` as records of one law."""
+    assert main(["estimate", several, *LINEAR, "--decay", "all", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [each["record"] for each in found] == [f"several.csv decay {k}" for k in (1, 2, 3)]
+    for each in found:
+        assert each["friction"]["mean"] == pytest.approx(FRICTION, rel=0.02)
+    assert main(["close-loop", several, *LINEAR, "--decay", "all", "--out", str(tmp_path / "loop")]) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "read several.csv decay 1: displacement_m [m] over time_s [s], decay 1 of 3: " in shown
+    report = json.loads((tmp_path / "loop" / "report.json").read_text())
+    low, high = report["friction_after"]["interval90"]
+    assert low < FRICTION < high
+    # one decay is all of a recording that holds one
+    assert main(["estimate", several, *LINEAR, "--end", "8", "--decay", "all", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["record"] == "several.csv"
 
 
 def test_decays_of_one_recording_are_detection_points(

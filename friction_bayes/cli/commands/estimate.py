@@ -7,7 +7,7 @@ import math
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import friction_bayes as fb
 from friction_bayes.cli.console import (
@@ -23,7 +23,7 @@ from friction_bayes.cli.records import (
     add_record,
     fitted_part,
     input_digests,
-    load_record,
+    load_decays,
     refuse_twice,
     what_was_read,
 )
@@ -34,6 +34,7 @@ from friction_bayes.core.strict_json import strict_json
 if TYPE_CHECKING:
     import xarray as xr
 
+    from friction_bayes.core.system import Oscillator
     from friction_bayes.decay.free_decay import FreeDecay
     from friction_bayes.estimators.result import Estimate
     from friction_bayes.reference.checking import ReferenceRun
@@ -57,6 +58,14 @@ examples:
   friction-bayes estimate dataset:bicycle-fork --json
   friction-bayes estimate run?.csv --mass 10 --stiffness 1000
 """
+
+
+class _Record(NamedTuple):
+    """A record, its system and the warnings with which it was read."""
+
+    record: xr.DataArray
+    system: Oscillator
+    warned: list[str]
 
 
 def add_parser(commands: Any) -> None:
@@ -145,22 +154,31 @@ def _estimate_each(arguments: argparse.Namespace, folder: Path | None) -> tuple[
 
     Returns results for JSON, what is said before them, and SVG of the figures by name, one of each a record.
     """
-    several = len(arguments.records) > 1
+    loaded = of_each(lambda source: _loaded(source, arguments), arguments.records)
+    records = [record for records in loaded for record in records]
+    several = len(records) > 1
     told = of_each(
         lambda each: _estimate(each[1], arguments, folder, f"_{each[0]}" if several else ""),
-        enumerate(arguments.records, start=1),
+        enumerate(records, start=1),
     )
     return tuple(zip(*told, strict=True))
 
 
+def _loaded(source: str, arguments: argparse.Namespace) -> list[_Record]:
+    """Read a record, or the decays of one that ``--decay`` chooses."""
+    with collected_warnings() as warned:
+        note_effects_without_part(register_extensions(arguments.register), "estimate")
+        decays, system = load_decays(source, arguments)
+    return [_Record(decay, system, warned) for decay in decays]
+
+
 def _estimate(
-    source: str, arguments: argparse.Namespace, folder: Path | None, suffix: str
+    loaded: _Record, arguments: argparse.Namespace, folder: Path | None, suffix: str
 ) -> tuple[dict[str, Any], Heading, dict[str, bytes]]:
     """Return result, what is said before it and SVGs; write files, their names ending in ``suffix``."""
     reference = None
-    with collected_warnings() as warned:
-        note_effects_without_part(register_extensions(arguments.register), "estimate")
-        record, system = load_record(source, arguments)
+    record, system, told = loaded
+    with collected_warnings() as found:
         setup = None if arguments.setup is None else _setup(arguments)
         with compilation_noted():
             estimate = fb.estimate(
@@ -178,6 +196,7 @@ def _estimate(
             )
         if arguments.check:
             reference = _check(estimate, arguments.seed)
+    warned = [*told, *found]
     result = estimate.to_dict(None if reference is None else reference.summary)
     result["notes"].extend(text for text in warned if text not in result["notes"])
     drawings = {} if folder is None else _write(estimate, record, reference, folder, suffix)
@@ -188,7 +207,7 @@ def _estimate(
 def _setup(arguments: argparse.Namespace) -> xr.DataArray:
     """Read the set-up record, which is taken whole."""
     whole = argparse.Namespace(**{**vars(arguments), "start": None, "end": None, "decay": None})
-    return load_record(arguments.setup, whole)[0]
+    return load_decays(arguments.setup, whole)[0][0]
 
 
 def _fitted(decay: FreeDecay) -> str:

@@ -13,6 +13,7 @@ from friction_bayes.cli.console import collected_warnings, note, output_console,
 from friction_bayes.cli.extensions import note_effects_without_part, register_extensions
 from friction_bayes.cli.options import add_long_run, add_output_folder, add_system, options_of, system_of
 from friction_bayes.cli.records import (
+    EACH_DECAY,
     add_record,
     input_digests,
     load_records,
@@ -108,8 +109,10 @@ def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
         raise InputError("--time-unit", "is given without --times", "give both")
     with collected_warnings() as warned:
         note_effects_without_part(register_extensions(arguments.register), "monitor")
-        records, system = load_records(arguments.records, arguments)
-        if arguments.decay is None:
+        each = arguments.decay in (None, EACH_DECAY)
+        taken = argparse.Namespace(**{**vars(arguments), "decay": None if each else arguments.decay})
+        records, system = load_records(arguments.records, taken)
+        if each:
             records = _each_decay(records, system)
         report = fb.monitor_records(
             records,
