@@ -151,9 +151,10 @@ class LoopReport:
         None where the most probable candidate was not weighed along the measured motion, and of several
         records.
     left : dict
-        What the law leaves that depends on the motion: ``structured_rms`` in the signal, its ``unit`` and
-        ``share_of_amplitude``, how far ``friction_could_shift_by`` it, what it ``depends_on``, and the
-        ``shape`` that describes that best with the ``share`` of it that it takes.
+        What the law leaves that depends on the motion, of the ``record`` where that could do most:
+        ``structured_rms`` in the signal, its ``unit`` and ``share_of_amplitude``, how far
+        ``friction_could_shift_by`` it, what it ``depends_on``, and the ``shape`` that describes that best
+        with the ``share`` of it that it takes.
     fitted : dict
         The part of the first record that was fitted: ``from_s``, ``to_s``, ``samples`` as recorded,
         ``half_cycles`` and how many samples were ``set_aside``.

@@ -177,6 +177,7 @@ class SearchFamily:
         """What is left of a residual that fails its tests, all of it taken as structure."""
         rms = 0.0 if self.explains else float(np.sqrt(np.mean(self.best.free_residuals[0] ** 2)))
         return {
+            "record": self.best.model.segments[0].decay.name,
             "structured_rms": rms,
             "share_of_amplitude": rms / self.best.model.scales.signal,
             # where the tests fail, the draws carry the scatter that the residual shows

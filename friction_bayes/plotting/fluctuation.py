@@ -61,7 +61,9 @@ def plot_fluctuation(trace: RecordTrace, depends_on: str | None = None, shape: s
         if shape is not None:
             said["time"] = ", ".join([*filter(None, [said.get("time")]), f"most like {shape}"])
         for name, text in said.items():
-            caption(panels[name], text)
+            # of knocks alone there is a panel over time and no other
+            if name in panels:
+                caption(panels[name], text)
         handles, labels = panels["time"].get_legend_handles_labels()
         if found.fluctuates:
             more = panels["position"].get_legend_handles_labels()

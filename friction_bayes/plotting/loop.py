@@ -278,8 +278,11 @@ def loop_figures(report: LoopReport) -> dict[str, Figure]:
         if trace.forecast is not None:
             figures[f"forecast{suffix}"] = plot_forecast(trace)
         if trace.fluctuation is not None:
+            of_it = trace.name == report.left["record"]
             figures[f"fluctuation{suffix}"] = plot_fluctuation(
-                trace, report.left["depends_on"], report.left["shape"]
+                trace,
+                report.left["depends_on"] if of_it else None,
+                report.left["shape"] if of_it else None,
             )
         if trace.forces is not None:
             figures[f"force{suffix}"] = plot_loop_force(trace, unit=report.friction_after["unit"])

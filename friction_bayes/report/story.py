@@ -419,6 +419,8 @@ def _left(report: Report) -> str:
         noise = "" if report["verdict"] != "unexplained" else ", yet it is no noise: see the tests that fail"
         return f"nothing that follows the motion{noise}"
     on = f"a force that depends on the {left['depends_on']}: " if left["depends_on"] else ""
+    if report["friction_between_records"] is not None:
+        on = f"in {left['record']}: {on}"
     text = (
         f"{on}{number(left['structured_rms'], 2)} {left['unit']} of the signal "
         f"({number(100.0 * left['share_of_amplitude'], 2)} % of the amplitude); friction could shift by "

@@ -142,6 +142,7 @@ def test_what_is_left(run: tuple[str, dict]) -> None:
     _, report = run
     left = report["left"]
     assert set(left) == {
+        "record",
         "structured_rms",
         "unit",
         "share_of_amplitude",

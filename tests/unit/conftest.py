@@ -123,6 +123,7 @@ def loop_report(rng: np.random.Generator) -> LoopReport:
             "probability": 0.99,
         },
         left={
+            "record": "r",
             "structured_rms": 1e-5,
             "unit": "m",
             "share_of_amplitude": 5e-4,

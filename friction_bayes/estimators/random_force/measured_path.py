@@ -35,7 +35,11 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.random_force.transition import initial_response
 
-__all__ = ["MeasuredPath", "stiffness_along"]
+__all__ = ["NEAR_TURN", "MeasuredPath", "stiffness_along"]
+
+NEAR_TURN = 0.02
+"""Phase from a turning point within which an accelerometer, which jumps there, tells nothing: its sample may
+be on either side, and what a fit takes it for it would hold for certain. One sample in eighty is as near."""
 
 _ABSCISSAE, _WEIGHTS = (0.5 * each for each in np.polynomial.legendre.leggauss(3))
 _STIFFNESS_STEP = 0.005

@@ -29,7 +29,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
 from friction_bayes.decay.whiteness import Whiteness, whiteness
 from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
-from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.estimators.random_force.measured_path import NEAR_TURN, MeasuredPath
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, integrate
 from friction_bayes.estimators.random_force.response import at_sensor, force_response
 from friction_bayes.estimators.random_force.sampler_target import force_target, half_cycle_blocks
@@ -175,13 +175,17 @@ def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
     rounding = (quantisation_step(decay.values) or 0.0) / math.sqrt(12.0)
     least_noise = max(rounding, LEAST_NOISE * decay.amplitude) / math.sqrt(block)
 
-    def along(motion: Motion, frequency: float) -> tuple[MeasuredPath, LawRegression]:
+    def along(
+        motion: Motion, frequency: float, variance: Array | None = None
+    ) -> tuple[MeasuredPath, LawRegression]:
         unit = frequency**decay.order
         x, v = motion.states[:n, :2].T.copy()
         path = MeasuredPath.through(
             frequency * phase[:n], x, v, motion.velocity_sd[:n], pendulum=decay.pendulum
         )
-        regression = _regression(averaged[:n] / unit, path, motion, friction, decay)
+        if variance is None:
+            variance = _relative_variance(path, decay.order)
+        regression = _regression(averaged[:n] / unit, path, variance, motion, friction, decay)
         return path, replace(regression, least_noise=least_noise / unit)
 
     path, regression = along(motion, frequency)
@@ -202,9 +206,11 @@ def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
         law = still.best_law()
         change = frequency_change(law[regression.stiffness])
         alone = regression.smoothed(law, still.best).at_frequency(change)
-        _, other = along(alone, frequency * change)
+        # evidences compare where they are of the same samples
+        _, other = along(alone, frequency * change, regression.clock.variance)
         beside = integrate(other.problem, prior, other.motion.noise)
-        if beside.log_evidence <= posterior.log_evidence:
+        # the two are of other columns: a path that asks for more force is no better one
+        if beside.log_evidence <= posterior.log_evidence or _mean_force(beside) > _mean_force(posterior):
             break
         frequency, regression, posterior = frequency * change, other, beside
     signal = averaged[:n] + decay.rest_position
@@ -228,8 +234,14 @@ def _surely_sliding(motion: Motion, friction: float, step: float) -> int:
     return n - math.ceil(half_cycles * math.pi / step)
 
 
+def _relative_variance(path: MeasuredPath, order: int) -> Array:
+    """One of every sample that counts: no acceleration near a turning point does."""
+    near = np.abs(path.v) < NEAR_TURN * np.hypot(path.x, path.v)
+    return np.where(near & (order == 2), np.inf, 1.0)
+
+
 def _regression(
-    signal: Array, path: MeasuredPath, motion: Motion, friction: float, decay: PlainDecay
+    signal: Array, path: MeasuredPath, variance: Array, motion: Motion, friction: float, decay: PlainDecay
 ) -> LawRegression:
     row = sensor_row(decay.order, path.slope)
 
@@ -253,7 +265,7 @@ def _regression(
         names, scale = (*names, "rest"), np.append(scale, 0.1 * amplitude)
     size = len(names)
     return LawRegression(
-        clock=Clock.of(path.phase, stiffness=path.stiffness),
+        clock=Clock.of(path.phase, variance, stiffness=path.stiffness),
         row=row,
         names=names,
         columns=columns,
@@ -287,6 +299,7 @@ def _in_units_of_the_signal(
     share = np.array([weight.sum() for weight in posterior.weight[posterior.ratio > 0.0]])
     noise = float(share @ [point.noise for point in with_force] / share.sum())
     best = posterior.best
+    innovations = regression.innovations(posterior.best_law(), best.ratio, best.tau)
     sd, tau = posterior.force_sd, posterior.correlation_time
 
     def target(force_factor: float) -> Target:
@@ -319,6 +332,6 @@ def _in_units_of_the_signal(
         frequency=found,
         frequency_sd=0.5 * frequency**2 / found * kappa.std(),
         noise_sd=noise * noise_unit,
-        innovations=whiteness(regression.innovations(posterior.best_law(), best.ratio, best.tau)),
+        innovations=whiteness(innovations[np.isfinite(regression.clock.variance)]),
         target=target,
     )

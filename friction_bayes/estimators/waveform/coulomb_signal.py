@@ -9,7 +9,8 @@ import math
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.estimators.random_force.measured_path import NEAR_TURN
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
     AMPLITUDE,
@@ -27,6 +28,7 @@ __all__ = [
     "CURVED_PAIRS",
     "crossing_misfit",
     "exact_misfit",
+    "near_turns",
     "signal_derivatives",
     "signals",
     "turning_samples",
@@ -91,6 +93,17 @@ def turning_samples(samples: Samples, p: Array, stop: int) -> Integers:
     for k in range(1, count):
         first[k] = _half_cycle_end(half + k - 1, stop, p, samples)
     return first
+
+
+@njit(cache=True, nogil=True)
+def near_turns(samples: Samples, p: Array, stop: int) -> Mask:
+    """Which samples lie so near a turning point that they may be of either half cycle, shape (n,)."""
+    near = np.zeros(samples.size, dtype=np.bool_)
+    for i in range(samples.size):
+        angle = p[ADVANCE] * place(samples, i) + p[PHASE]
+        turn = round(angle / math.pi)
+        near[i] = turn <= stop and abs(angle - turn * math.pi) < NEAR_TURN
+    return near
 
 
 @njit(cache=True, nogil=True)

@@ -26,10 +26,12 @@ from friction_bayes.decay.free_decay import FreeDecay, no_decay_fits
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.base import Fit, Fits, FreeDecays
 from friction_bayes.estimators.priors import TabulatedPrior, coefficient_bounds
+from friction_bayes.estimators.random_force.measured_path import NEAR_TURN
 from friction_bayes.estimators.waveform.coulomb_signal import (
     CURVED_PAIRS,
     crossing_misfit,
     exact_misfit,
+    near_turns,
     signal_derivatives,
     signals,
     turning_samples,
@@ -55,6 +57,8 @@ NAMES = ("offset", "amplitude", "friction_coefficient", "frequency", "phase")
 """Coefficients; amplitude and phase are those in the middle of the record."""
 
 _BAND = 3.0
+_SURELY = 4.0
+"""Standard deviations of its phase within which a turning point lies."""
 
 
 class WaveformEstimator(TabulatedPrior):
@@ -97,6 +101,7 @@ class WaveformEstimator(TabulatedPrior):
             half_cycles=turning_samples(samples, p, stop).size - 1,
             rest_position=float(p[OFFSET]),
             prediction=signals(samples, decay.quantity.order, p[None], kappa, stop)[0],
+            jumps=decay.quantity.order == 2 and _SURELY * _phase_sd(after) > NEAR_TURN,
         )
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
@@ -140,6 +145,12 @@ class WaveformEstimator(TabulatedPrior):
         )
 
 
+def _phase_sd(after: NormalInverseGamma) -> float:
+    """Of the phase at the ends of a record, where it is known least."""
+    variance = np.diag(after.coefficients.shape)[[ADVANCE - COEFFICIENTS, PHASE - COEFFICIENTS]]
+    return math.sqrt(float(variance.sum()))
+
+
 def _samples(decay: FreeDecay) -> Samples:
     """Where the samples of a decay lie between its ends."""
     return Samples(decay.values.size, EVENLY if decay.evenly_spaced else decay.places)
@@ -155,16 +166,23 @@ def _model(
     jacobian, curvature = signal_derivatives(samples, order, p, kappa, stop)
     pairs = np.array(CURVED_PAIRS) - skip
     residual = values - signals(samples, order, p[None], kappa, stop)[0]
-    expansion = SignalExpansion.of(p[skip:], residual, jacobian[:, skip:], curvature, pairs)
+    near = near_turns(samples, p, stop) if order == 2 else np.zeros(values.size, dtype=np.bool_)
+    left_out, at = values[near], Samples(int(near.sum()), decay.places[near])
+    used = ~near
+    expansion = SignalExpansion.of(p[skip:], residual[used], jacobian[used, skip:], curvature[used], pairs)
 
     def whole(q: Array) -> Array:
         return np.ascontiguousarray(np.column_stack([np.full((len(q), skip), p[OFFSET]), q]))
 
     def exact(q: Array) -> Array:
-        return np.asarray(exact_misfit(values, samples, order, whole(q), kappa, stop))
+        without = np.sum((left_out - signals(at, order, whole(q), kappa, stop)) ** 2, axis=1)
+        return np.asarray(exact_misfit(values, samples, order, whole(q), kappa, stop) - without)
 
     def expanded(q: Array) -> Array:
-        return expansion.misfit(q) + crossing_misfit(values, samples, order, p, whole(q), kappa, stop)
+        crossing = crossing_misfit(values, samples, order, p, whole(q), kappa, stop)
+        if left_out.size:
+            crossing -= crossing_misfit(left_out, at, order, p, whole(q), kappa, stop)
+        return expansion.misfit(q) + crossing
 
     covariance = after.coefficients.shape
     fast = agrees_near(expanded, exact, p[skip:], covariance, after.beta / after.alpha)
@@ -180,4 +198,5 @@ def _model(
         misfit=expanded if fast else exact,
         blocks=turning_samples(samples, p, stop),
         observed=values,
+        used=used,
     )

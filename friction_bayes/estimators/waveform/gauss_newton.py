@@ -13,6 +13,7 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.linear_least_squares import solve_spd
+from friction_bayes.estimators.waveform.coulomb_signal import near_turns, signal_derivatives, signals
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
     AMPLITUDE,
@@ -25,7 +26,7 @@ from friction_bayes.estimators.waveform.normal_equations import (
     stopping_turn,
 )
 
-__all__ = ["Optimum", "Penalty", "Signal", "fit_waveform"]
+__all__ = ["Optimum", "Penalty", "Signal", "fit_waveform", "leave_out_turns"]
 
 _LINEAR = 3
 """The first coefficients, in which the signal is linear once frequency and phase are given."""
@@ -36,6 +37,8 @@ _ROUNDING = 1e-28
 """... or below this share of the signal's sum of squares, for records without noise."""
 
 _MAX_DAMPING = 1e10
+_STEPS_WITHOUT = 3
+"""From the optimum of all samples, which is a few standard deviations off: quadratic from there."""
 _MAX_ROUNDS = 8
 _SHIFTS = (-3.0, -1.0, -0.4, 0.4, 1.0, 3.0)
 """Samples by which the turning points of an acceleration are tried elsewhere."""
@@ -241,3 +244,43 @@ def fit_waveform(signal: Signal, at: Optimum, prior: Penalty) -> tuple[float, in
     if signal.order == 2 and found and (2.0 * at.p[FRICTION]) ** 2 > misfit / signal.y.size:
         misfit = _settle_jumps(signal, at, stop, misfit, prior)
     return misfit, stop, found
+
+
+@njit(cache=True, nogil=True)
+def leave_out_turns(signal: Signal, at: Optimum, stop: int, prior: Penalty) -> tuple[float, int, bool]:
+    """Minimise without the samples of an acceleration that may be of either half cycle at a turning point.
+
+    All others keep theirs, so that what is left is smooth. Where a jump stands out of the noise, each of
+    those samples decides for one side and draws frequency and friction after it.
+
+    Returns
+    -------
+    float, int, bool
+        Sum of squared residuals, how many samples are left out, and whether a minimum was reached.
+    """
+    left_out, misfit = 0, 0.0
+    for step_number in range(_STEPS_WITHOUT + 1):
+        used = np.flatnonzero(~near_turns(signal.samples, at.p, stop))
+        left_out = signal.y.size - used.size
+        p = at.p.reshape(1, -1)
+        residual = signal.y - signals(signal.samples, signal.order, p, signal.kappa, stop)[0]
+        jacobian, _ = signal_derivatives(signal.samples, signal.order, at.p, signal.kappa, stop)
+        misfit = 0.0
+        for a in range(COEFFICIENTS):
+            at.gradient[a] = 0.0
+            for b in range(COEFFICIENTS):
+                at.matrix[a, b] = 0.0
+        for i in used:
+            misfit += residual[i] ** 2
+            for a in range(COEFFICIENTS):
+                at.gradient[a] += jacobian[i, a] * residual[i]
+                for b in range(a + 1):
+                    at.matrix[a, b] += jacobian[i, a] * jacobian[i, b]
+        if step_number == _STEPS_WITHOUT:
+            break
+        step, ok = _step(at, prior, 0.0, COEFFICIENTS)
+        if not ok:
+            return misfit, left_out, False
+        for a in range(COEFFICIENTS):
+            at.p[a] += step[a]
+    return misfit, left_out, True

@@ -14,7 +14,13 @@ from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.sufficient_statistics import RegressionStatistics
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.decay.located import FOUND, Located
-from friction_bayes.estimators.waveform.gauss_newton import Optimum, Penalty, Signal, fit_waveform
+from friction_bayes.estimators.waveform.gauss_newton import (
+    Optimum,
+    Penalty,
+    Signal,
+    fit_waveform,
+    leave_out_turns,
+)
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
     COEFFICIENTS,
@@ -51,6 +57,8 @@ class WaveformFits:
         ``J'r`` there.
     misfit : ndarray, shape (records,)
         Sum of squared residuals.
+    left_out : ndarray of int, shape (records,)
+        Samples of an acceleration that count in none of these sums, as they lie near a turning point.
     found : ndarray of bool, shape (records,)
         Whether a minimum was reached.
     """
@@ -61,6 +69,7 @@ class WaveformFits:
     normal: Array
     gradient: Array
     misfit: Array
+    left_out: Integers
     found: Mask
 
     def linearised(self, counts: ArrayLike, free: slice) -> RegressionStatistics:
@@ -73,10 +82,11 @@ class WaveformFits:
         free : slice
             The coefficients that are not held.
         """
+        used = np.asarray(counts) - self.left_out
         found = self.found
         size = len(range(COEFFICIENTS)[free])
         return RegressionStatistics.of_normal_equations(
-            counts,
+            used,
             np.where(found[:, None, None], self.normal[:, free, free], np.eye(size)),
             np.where(found[:, None], self.gradient[:, free], 0.0),
             np.where(found[:, None], self.coefficients[:, free], 0.0),
@@ -120,6 +130,7 @@ def fit_waveforms(
         np.zeros((records, COEFFICIENTS, COEFFICIENTS)),
         np.zeros((records, COEFFICIENTS)),
         np.full(records, np.nan),
+        np.zeros(records, dtype=np.int64),
         np.zeros(records, dtype=np.bool_),
     )
     weight = np.array([math.inf if rest_known else precision, precision, precision, 0.0, 0.0])
@@ -135,6 +146,7 @@ def fit_waveforms(
         fits.normal,
         fits.gradient,
         fits.misfit,
+        fits.left_out,
         fits.found,
     )
     fits.normal[:] = fits.normal + np.tril(fits.normal, -1).swapaxes(-1, -2)
@@ -165,6 +177,7 @@ def _fit_all(
     normal: Array,
     gradient: Array,
     misfit: Array,
+    left_out: Integers,
     found: Mask,
 ) -> None:
     prior = Penalty(weight, np.zeros(COEFFICIENTS))
@@ -178,9 +191,13 @@ def _fit_all(
         p[PHASE] = located.phase[r] + p[ADVANCE]
         kappa[r] = 2.0 * math.floor(p[PHASE] / math.pi) + 1.0
         prior.mean[OFFSET] = -reference
-        misfit[r], stop[r], found[r] = fit_waveform(
-            Signal(y, Samples(y.size, places), order, kappa[r]), Optimum(p, normal[r], gradient[r]), prior
+        signal, optimum = (
+            Signal(y, Samples(y.size, places), order, kappa[r]),
+            Optimum(p, normal[r], gradient[r]),
         )
+        misfit[r], stop[r], found[r] = fit_waveform(signal, optimum, prior)
+        if order == 2 and found[r]:
+            misfit[r], left_out[r], found[r] = leave_out_turns(signal, optimum, stop[r], prior)
         p[OFFSET] += reference
         for k in range(COEFFICIENTS):
             coefficients[r, k] = p[k]

@@ -75,6 +75,7 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
         before,
         after,
         coefficients=dict(zip(NAMES[skip:], q[skip:], strict=True)),
+        jumps=decay.quantity.order == 2,
         frequency_scale=1.0,
         half_cycles=swing.turning_samples(q).size - 1,
         rest_position=float(q[OFFSET]),
@@ -183,4 +184,5 @@ def _model(
         misfit=expansion.misfit if fast else exact,
         blocks=swing.turning_samples(q),
         observed=values,
+        used=np.ones(values.size, dtype=np.bool_),
     )

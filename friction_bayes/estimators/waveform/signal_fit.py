@@ -36,6 +36,7 @@ def signal_fit(
     half_cycles: int,
     rest_position: float,
     prediction: Array,
+    jumps: bool,
     notes: tuple[str, ...] = (),
 ) -> Fit:
     """Put a fit together.
@@ -58,10 +59,12 @@ def signal_fit(
         Unit of the signal.
     prediction : ndarray, shape (n,)
         The signal at the optimum.
+    jumps : bool
+        Whether a sample that counts may be of either half cycle, of which an acceleration makes a jump.
     notes : tuple of str
         What is to be said before the residuals speak.
     """
-    if decay.quantity.order == 2:
+    if jumps:
         notes = (*notes, _JUMPS)
     names = list(coefficients)
     friction, frequency = (names.index(name) for name in ("friction_coefficient", "frequency"))

@@ -46,6 +46,8 @@ class SignalModel:
         First sample of every half cycle.
     observed : ndarray, shape (n,)
         The samples.
+    used : ndarray of bool, shape (n,)
+        Which of them count.
     """
 
     names: tuple[str, ...]
@@ -55,6 +57,7 @@ class SignalModel:
     misfit: Callable[[Array], Array]
     blocks: Integers
     observed: Array
+    used: Mask
 
 
 def signal_target(
@@ -76,7 +79,7 @@ def signal_target(
     Target
         Coordinates: the coefficients times their scale, and ``log_variance``.
     """
-    n, size = model.observed.size, len(model.names)
+    n, used, size = model.observed.size, int(np.count_nonzero(model.used)), len(model.names)
     friction = model.names.index("friction_coefficient")
     prior_density = prior.logpdf if prior.proper else prior.log_kernel
 
@@ -95,7 +98,7 @@ def signal_target(
     def log_prob(theta: Array) -> Array:
         coefficients, log_v, inside = split(theta)
         value = prior_density(coefficients, np.exp(log_v)) + log_v
-        value = value + signal_log_likelihood(model.misfit(coefficients), log_v, n)
+        value = value + signal_log_likelihood(model.misfit(coefficients), log_v, used)
         return np.where(inside, value, -np.inf)
 
     def closed_form(theta: Array) -> Array:
@@ -109,10 +112,12 @@ def signal_target(
         return {"friction": force, **others, "precision": np.exp(-theta[:, -1])}
 
     def pointwise(theta: Array) -> Array:
-        counts = np.diff(np.append(model.blocks, n))
+        counts = np.add.reduceat(model.used.astype(float), model.blocks)
         rows = max(_CHUNK_VALUES // n, 1)
         squares = [
-            np.add.reduceat((model.observed - model.signal(part / model.scale)) ** 2, model.blocks, axis=1)
+            np.add.reduceat(
+                model.used * (model.observed - model.signal(part / model.scale)) ** 2, model.blocks, axis=1
+            )
             for part in np.split(theta[:, :-1], range(rows, len(theta), rows))
         ]
         return np.asarray(

@@ -194,6 +194,7 @@ class MotionFamily(ABC):
         fit, left = self.best[self._worst], self._left[self._worst]
         rms = 0.0 if left.worst is None else left.worst.signal
         return {
+            "record": fit.segment.decay.name,
             "structured_rms": rms,
             "share_of_amplitude": rms / (float(np.max(np.abs(fit.path.x))) * fit.unit),
             "friction_could_shift_by": _friction_shift(fit, left),

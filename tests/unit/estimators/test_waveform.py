@@ -255,8 +255,12 @@ def test_improper_prior_has_no_draws(rng: np.random.Generator) -> None:
         result.target.prior_draws(rng, 3)
 
 
-@pytest.mark.parametrize(("quantity", "told"), [("velocity", False), ("acceleration", True)])
-def test_says_where_the_signal_jumps(quantity: str, told: bool) -> None:
-    decay = find_free_decay(short_decay(friction=FRICTION, noise_sd=1e-3, quantity=quantity), SYSTEM)
+@pytest.mark.parametrize(
+    ("quantity", "noise_sd", "told"),
+    [("velocity", 1e-3, False), ("acceleration", 1e-3, False), ("acceleration", 0.3, True)],
+)
+def test_says_where_the_signal_jumps(quantity: str, noise_sd: float, told: bool) -> None:
+    """Samples near a turning point do not count; with so much noise others may lie at one."""
+    decay = find_free_decay(short_decay(friction=FRICTION, noise_sd=noise_sd, quantity=quantity), SYSTEM)
     notes = WAVEFORM.fit(decay, WAVEFORM.default_prior(decay), peaks="highest").notes
     assert any("jumps at its turning points" in note for note in notes) is told

@@ -22,7 +22,15 @@ from friction_bayes.loop.segment import cut_records
 
 SEARCHED = ("viscous_damping", "quadratic_drag", "sensor_offset")
 ALLOWED = ("viscous_damping", "quadratic_drag", "sensor_offset", "random_force")
-LEFT = {"structured_rms", "share_of_amplitude", "friction_could_shift_by", "depends_on", "shape", "share"}
+LEFT = {
+    "record",
+    "structured_rms",
+    "share_of_amplitude",
+    "friction_could_shift_by",
+    "depends_on",
+    "shape",
+    "share",
+}
 
 
 def releases(count: int, share: float = 0.3):  # type: ignore[no-untyped-def]
