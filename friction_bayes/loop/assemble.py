@@ -84,7 +84,7 @@ def assemble_report(
     tolerance : float
         Share of the loss of amplitude from which on dry friction matters.
     """
-    rng_mixture, rng_before, rng_after, rng_pool = rng.spawn(4)
+    rng_mixture, rng_before, rng_after, rng_pool, rng_dry = rng.spawn(5)
     trail = [step for family in families for step in family.trail]
     everyone, families = families, [family for family in families if family.sets]
     # a family whose own sets do not count knows it all the same
@@ -93,13 +93,26 @@ def assemble_report(
     best, model = mixture.best, before.model
     segment = model.segments[0]
     effects = in_catalogue_order(mixture.sets[0])
-    word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, best.explains)
+    left, traces = best.left(), best.traces()
+    loss = _loss(traces[0], mixture, model)
+
+    def whether_it_rubs(friction: Array) -> dict[str, Any]:
+        return dry_friction(
+            reported_friction(friction, mixture.draws.frequency, model, rng_dry), loss, tolerance
+        )
+
+    dry = whether_it_rubs(mixture.draws.friction)
+    word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, best.explains, dry["probability"])
     factor, unit = friction_scale(model)
     sensitivity = prior_sensitivity(mixture.draws)
     alone, readings = coulomb_alone(before, rng_before), None
     if word == UNEXPLAINED:
         read = [family.reading for family in everyone]
         readings = [alone, *read]
+        # Coulomb friction alone and the search weigh no law without dry friction: they cannot deny it
+        for family, reading in zip(everyone, read, strict=True):
+            if family.holds_what_is_left:
+                dry = whether_it_rubs(reading.friction)
         in_question = readings
         if best.holds_what_is_left:
             # Coulomb friction alone is out of the question then; what the other family says is not
@@ -112,7 +125,6 @@ def assemble_report(
         "before": residual_tests(before).to_dict(),
         "after": best.tests.to_dict(),
     }
-    left, traces = best.left(), best.traces()
     fitted = _fitted(best, traces[0], model, float(mixture.draws.frequency.mean()))
     if reference_force is not None:
         residual["force"], forces = compare_forces(before, best.resisting_force(), reference_force)
@@ -145,7 +157,7 @@ def assemble_report(
         friction_after=after.to_dict(),
         friction_range=friction_range(readings, factor, unit) if readings else None,
         prior_sensitivity=sensitivity,
-        dry_friction=dry_friction(after, _loss(traces[0], mixture, model), tolerance),
+        dry_friction=dry,
         held_out_error=held_out_error(*forecasts, best.noise_floor(), segment.decay.unit),
         residual=residual,
         noise=best.noise(),

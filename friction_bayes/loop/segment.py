@@ -174,7 +174,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     recorded = np.asarray(record["time"].values, dtype=np.float64)
     record, block, spread = _averaged(record, system)
     values = np.ascontiguousarray(record.values, dtype=np.float64)
-    smooth, spikes = _spikes(values)
+    smooth, spikes = _spikes(values, system.natural_frequency * sampling_interval(record))
     tame = np.where(spikes, smooth, values)
     decay = find_free_decay(with_values(record, tame), system, resolution=resolution)
     clock = np.asarray(record["time"].values, dtype=np.float64)
@@ -213,13 +213,18 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     )
 
 
-def _spikes(values: Array) -> tuple[Array, Mask]:
-    """The neighbours' median of each sample, and which samples lie far from it."""
+def _spikes(values: Array, angle: float) -> tuple[Array, Mask]:
+    """The neighbours' median of each sample, and which samples lie far from it.
+
+    The motion itself, by ``angle`` from sample to sample, lies away from it at its turning points.
+    """
     smooth = median_filter(values, _NEIGHBOURS, mode="nearest")
     away = np.abs(values - smooth)
     spread = 1.4826 * float(np.median(away))
+    swing = 0.5 * float(np.ptp(smooth))
+    turns = swing * (1.0 - math.cos(min(angle * (_NEIGHBOURS // 2), math.pi)))
     # where most samples equal their neighbours but for rounding, the rest are steps of a digitiser
-    return smooth, (away > _SPIKE * spread) & (spread > ROUNDING * np.ptp(values))
+    return smooth, (away > _SPIKE * spread + turns) & (spread > ROUNDING * np.ptp(values))
 
 
 def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int, Array]:
@@ -234,7 +239,7 @@ def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, i
     # less than a period is refused for what it is, not for what is left of it
     if block == 1 or samples > values.size or clipped_fraction(values)[1] is not None:
         return record, 1, np.zeros(values.size)
-    if np.count_nonzero(_spikes(values)[1]) > _STRAY_SPIKES * values.size:
+    if np.count_nonzero(_spikes(values, 2.0 * math.pi / samples)[1]) > _STRAY_SPIKES * values.size:
         return record, 1, np.zeros(values.size)
     means = block_means(values, block)
     spread = block_means((values[: means.size * block] - np.repeat(means, block)) ** 2, block)

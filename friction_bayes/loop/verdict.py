@@ -34,11 +34,14 @@ def credible_candidates(candidates: Sequence[Mapping[str, Any]]) -> Sequence[Map
     return candidates[: credible_count([candidate["probability"] for candidate in candidates])]
 
 
-def verdict(sets: Sequence[frozenset[str]], probabilities: Array, agrees: Mask, is_noise: bool) -> str:
+def verdict(
+    sets: Sequence[frozenset[str]], probabilities: Array, agrees: Mask, is_noise: bool, rubs: float
+) -> str:
     """Return the verdict.
 
     Coulomb friction alone is adequate where what holds 95 % agrees on friction: another effect may then act
-    or not. An effect explains a record where it holds as much by itself.
+    or not. Nor is it where that friction itself is as uncertain: with so wide an interval all agree. An
+    effect explains a record where it holds as much by itself.
 
     Parameters
     ----------
@@ -49,9 +52,12 @@ def verdict(sets: Sequence[frozenset[str]], probabilities: Array, agrees: Mask, 
         Which of them do not contradict what all of them say of friction.
     is_noise : bool
         Whether every residual test of the most probable candidate passes.
+    rubs : float
+        Probability that dry friction matters.
     """
     if not is_noise:
         return UNEXPLAINED
     if not sets[0]:
-        return "adequate" if probabilities[agrees].sum() >= CREDIBLE_MASS else AMBIGUOUS
+        known = min(float(probabilities[agrees].sum()), rubs) >= CREDIBLE_MASS
+        return "adequate" if known else AMBIGUOUS
     return "explained" if probabilities[0] >= CREDIBLE_MASS else AMBIGUOUS

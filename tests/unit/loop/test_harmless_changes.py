@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import friction_bayes as fb
 from decays import SYSTEM, slow_decay
 from friction_bayes.estimators.random_force.posterior import integrate
 from friction_bayes.loop.random_force.correlated_error import SensorError
@@ -118,3 +119,20 @@ def test_rounding_hides_no_end_of_a_range(rng: np.random.Generator) -> None:
     assert np.count_nonzero(cut.sides == 1.0) > 50
     assert np.count_nonzero(cut.sides == -1.0) > 50
     np.testing.assert_array_equal(other.sides, cut.sides)
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_turning_points_of_ten_samples_a_period_are_no_spikes(seed: int) -> None:
+    """The median of seven samples is a third of the amplitude off there, and equals most others."""
+    system = fb.Oscillator(mass=1.0, stiffness=7.386)
+    record = fb.simulate(
+        system,
+        friction=0.5,
+        initial_displacement=70.0,
+        duration=60.0,
+        sampling_rate=5.0,
+        noise_sd=0.5,
+        seed=seed,
+    )
+    (segment,) = cut_records([record], system)
+    assert segment.notes == ()

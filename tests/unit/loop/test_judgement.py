@@ -49,7 +49,10 @@ def test_verdict_follows_the_rule(
     sets: list[frozenset[str]], probabilities: list[float], is_noise: bool, word: str
 ) -> None:
     agrees = np.array([not names or names == DRIFT for names in sets])
-    assert verdict(sets, np.array(probabilities), agrees, is_noise) == word
+    assert verdict(sets, np.array(probabilities), agrees, is_noise, 0.99) == word
+    # friction that may be none is not known, whatever agrees on that
+    doubted = "ambiguous" if word == "adequate" else word
+    assert verdict(sets, np.array(probabilities), agrees, is_noise, 0.9) == doubted
 
 
 def test_credible_counts_what_holds_95_percent() -> None:
