@@ -41,7 +41,11 @@ def find_leap(values: Array) -> tuple[int, float] | None:
     gaps = gaps[_SKIPPED : _SKIPPED + beside.size]
     k = int(np.argmax(np.abs(gaps)))
     size = float(gaps[k])
-    least = [_OF_OTHERS * float(np.quantile(np.abs(some), 0.95)) for some in (gaps, beside)]
+    # the leap is in all intervals whose samples reach over it, which are many of a short stretch
+    others = np.abs(np.arange(gaps.size) - k) >= _AROUND + _SKIPPED
+    if not others.any():
+        return None
+    least = [_OF_OTHERS * float(np.quantile(np.abs(some[others]), 0.95)) for some in (gaps, beside)]
     if abs(size) <= max(_OF_RANGE * float(np.ptp(values)), least[0]):
         return None
     if np.sign(size) * beside[k] <= max(0.5 * abs(size), least[1]):

@@ -68,3 +68,19 @@ def test_a_decay_that_is_pasted_to_one_at_rest_begins_after_the_leap() -> None:
     decay = fb.estimate(fb.make_record(0.01 * np.arange(values.size), values, "displacement"), SYSTEM)
     alone = fb.estimate(fb.make_record(0.01 * np.arange(1000), values[700:], "displacement"), SYSTEM)
     assert decay.friction.mean() == pytest.approx(alone.friction.mean(), rel=1e-6)
+
+
+@pytest.mark.parametrize("per_period", [80, 100])
+def test_a_decay_pasted_to_a_rest_begins_with_its_own_samples(per_period: int) -> None:
+    """Of two periods a leap is in one interval of ten, which is no share of them to be usual."""
+    rate = per_period * SYSTEM.natural_frequency / (2.0 * np.pi)
+    decay = slow_decay(friction=0.07, duration=12.0, sampling_rate=rate, noise_sd=2e-5, seed=3).values
+    rest = 2e-5 * np.random.default_rng(4).standard_normal(2 * per_period)
+    for first in range(per_period // 8, per_period, 3):
+        if abs(decay[first]) < 0.4 * decay[0]:
+            # near its middle a decay goes on from the rest
+            continue
+        values = np.concatenate([rest, decay[first:]])
+        record = fb.make_record(np.arange(values.size) / rate, values, "displacement")
+        begins = fb.estimate(record, SYSTEM, random_force="none").decay.start_time
+        assert round(begins * rate) >= rest.size, first
