@@ -68,7 +68,9 @@ class Check:
         cls, name: str, expected: float, sampled: float, mcse: float, *, level: float, dof: float = math.inf
     ) -> Check:
         """Compare two numbers: their difference over its standard error is a Student t of ``dof``."""
-        z = (sampled - expected) / mcse
+        difference = sampled - expected
+        # draws that never move have no error, and are right by accident alone
+        z = difference / mcse if mcse > 0.0 else math.copysign(math.inf, difference) if difference else 0.0
         p_value = 2.0 * float(stats.t.sf(abs(z), dof))
         return cls(
             name=name, expected=expected, sampled=sampled, mcse=mcse, z=z, p_value=p_value, level=level
@@ -180,7 +182,8 @@ def compare(
     Raises
     ------
     InputError
-        If ``expected`` is no continuous distribution with its parameters, or no numbers; if draws are no
+        If ``expected`` is no continuous distribution with its parameters, no numbers or fewer than
+        ``minimum_ess`` of them; if draws are no
         numbers or their axes are exchanged; if ``ess`` or a rate is none.
 
     Notes
@@ -193,6 +196,12 @@ def compare(
     rate = probability("false_alarm_rate", false_alarm_rate, such_as=0.01)
     least = positive("minimum_ess", minimum_ess)
     reference = Expected.of(expected)
+    if reference.size < least:
+        raise InputError(
+            "expected",
+            f"{reference.size:g} draws" if reference.size > 1 else "one number",
+            f"give {least:g} independent draws or more, or a distribution such as stats.norm(0, 1)",
+        )
     values = as_ensembles(finite_sample("draws", draws))
     known = None if ess is None else _declared(ess, values.size)
     if known is None:

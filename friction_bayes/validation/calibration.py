@@ -28,6 +28,7 @@ from friction_bayes.core.checks import (
 )
 from friction_bayes.core.errors import InputError
 from friction_bayes.validation.agreement import Check
+from friction_bayes.validation.tabulated import ROUNDED
 
 __all__ = ["Calibration", "Coverage", "coverage", "rank_pit", "simulation_based_calibration", "uniformity"]
 
@@ -208,7 +209,7 @@ def uniformity(pit: ArrayLike, *, false_alarm_rate: float = 0.01, seed: int | No
     values = np.asarray(pit, dtype=np.float64)
     values = values[:, None] if values.ndim == 1 else values
     n, parameters = values.shape
-    outside = np.argwhere(~((values >= 0.0) & (values <= 1.0)))
+    outside = np.argwhere(~((values >= -ROUNDED) & (values <= 1.0 + ROUNDED)))
     if outside.size:
         row, column = outside[0]
         which = f" of parameter {column}" if parameters > 1 else ""
@@ -217,6 +218,7 @@ def uniformity(pit: ArrayLike, *, false_alarm_rate: float = 0.01, seed: int | No
             f"{values[row, column]:.17g} in replication {row}{which}",
             "let it return probabilities, from 0 to 1",
         )
+    values = np.clip(values, 0.0, 1.0)
     level = rate / (3 * parameters)
     checks: list[Check] = []
     for i, u in enumerate(values.T):

@@ -16,16 +16,19 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import real_array
 from friction_bayes.core.errors import InputError
 
-__all__ = ["Kind", "Tabulated"]
+__all__ = ["ROUNDED", "Kind", "Tabulated"]
 
 Kind = Literal["density", "cdf"]
 """What a function is."""
+
+ROUNDED = 1e-9
+"""By how much rounding may take a probability that was computed out of 0 .. 1."""
 
 _POINTS = 8193
 _NEGLIGIBLE = 1e-9
 """Probability that may lie outside the table."""
 
-_LARGEST: dict[Kind, float] = {"density": math.inf, "cdf": 1.0 + 1e-9}
+_LARGEST: dict[Kind, float] = {"density": math.inf, "cdf": 1.0 + ROUNDED}
 
 
 @dataclass(frozen=True)

@@ -209,8 +209,7 @@ def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
         # evidences compare where they are of the same samples
         _, other = along(alone, frequency * change, regression.clock.variance)
         beside = integrate(other.problem, prior, other.motion.noise)
-        # the two are of other columns: a path that asks for more force is no better one
-        if beside.log_evidence <= posterior.log_evidence or _mean_force(beside) > _mean_force(posterior):
+        if beside.log_evidence <= posterior.log_evidence:
             break
         frequency, regression, posterior = frequency * change, other, beside
     signal = averaged[:n] + decay.rest_position

@@ -360,3 +360,24 @@ def test_prior_recovery_catches_a_missing_jacobian(rng: np.random.Generator) -> 
 def test_prior_recovery_compares_something_with_something(draws, prior, said: str) -> None:
     with pytest.raises(InputError, match=f"^{said}"):
         testing.assert_prior_recovered(draws, prior)
+
+
+def test_draws_that_never_move_fail_in_a_sentence() -> None:
+    with pytest.raises(AssertionError, match="standard errors of 0"):
+        testing.assert_agreement(stats.norm(), np.full(2000, 0.3), ess=2000)
+
+
+@pytest.mark.parametrize("expected", [0.3, [0.3], np.zeros(5)])
+def test_few_numbers_are_no_distribution(expected: object, rng: np.random.Generator) -> None:
+    """Beside so few a sampler that is a third too narrow passes."""
+    with pytest.raises(InputError, match=r"expected: (5 draws|one number); give 1000 independent draws or"):
+        testing.assert_agreement(expected, 0.7 * rng.standard_normal(5000), ess=5000)
+
+
+def test_a_probability_may_be_rounded_beyond_one(rng: np.random.Generator) -> None:
+    pit = rng.random(2000)
+    pit[7] = 1.0 + 2e-16
+    assert uniformity(pit, false_alarm_rate=RARE).calibrated
+    pit[7] = 1.001
+    with pytest.raises(InputError, match="in replication 7"):
+        uniformity(pit)
