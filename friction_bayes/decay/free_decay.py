@@ -32,7 +32,7 @@ from friction_bayes.decay.spectral_modes import BAND, SpectralModes, spectral_mo
 from friction_bayes.records.clock import check_gaps, is_even
 from friction_bayes.records.record import record_name, record_quantity
 
-__all__ = ["FreeDecay", "check_sampling", "find_free_decay", "no_decay_fits"]
+__all__ = ["FreeDecay", "after_leap", "check_sampling", "find_free_decay", "no_decay_fits"]
 
 _LEAST_PER_PERIOD = 2.0
 """Samples a period of the declared frequency, which must be more: Nyquist's."""
@@ -256,7 +256,7 @@ def find_free_decay(
     begin, end = int(found.start[0]), int(found.stop[0])
     frequency, phase = float(found.frequency[0]) / step, float(found.phase[0])
     if quantity.order == 0:
-        released = begin if first >= 0 else _after_leap(values[:end], begin, frequency * step)
+        released = begin if first >= 0 else after_leap(values[:end], begin, frequency * step)
         phase = (phase + frequency * step * (released - begin)) % (2.0 * math.pi)
         begin = released
         leap = find_leap(values[begin:end])
@@ -297,7 +297,7 @@ def find_free_decay(
     )
 
 
-def _after_leap(values: Array, begin: int, omega: float) -> int:
+def after_leap(values: Array, begin: int, omega: float) -> int:
     """First sample of a decay that begins with a leap, as where a recording was pasted to another.
 
     From a hold a release is flat, so that a few samples earlier or later are the same; this one is not.

@@ -6,13 +6,13 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 
-__all__ = ["find_leap"]
+__all__ = ["LEAST_LEAP", "find_leap"]
 
 _AROUND = 4
 """Samples on either side through which a straight line goes on to the middle of an interval."""
 _SKIPPED = 2
 """Samples beside the interval without which a leap is still there, and a stray sample is not."""
-_OF_RANGE = 0.1
+LEAST_LEAP = 0.1
 """Share of the range of all samples that a leap exceeds."""
 _OF_OTHERS = 4.0
 """Times what is usual in the other intervals, 5 % of them apart, that it exceeds besides."""
@@ -34,19 +34,21 @@ def find_leap(values: Array) -> tuple[int, float] | None:
     index, size : int and float
         The sample before it, and how far it goes; None where there is none.
     """
-    gaps, beside = _gaps(values, 0), _gaps(values, _SKIPPED)
-    if beside.size == 0:
+    # of the intervals that have both kinds of neighbours
+    gaps = _gaps(values, 0)[_SKIPPED:-_SKIPPED]
+    if gaps.size == 0:
         return None
-    # of the intervals that have both
-    gaps = gaps[_SKIPPED : _SKIPPED + beside.size]
     k = int(np.argmax(np.abs(gaps)))
     size = float(gaps[k])
+    if abs(size) <= LEAST_LEAP * float(np.ptp(values)):
+        return None
+    beside = _gaps(values, _SKIPPED)
     # the leap is in all intervals whose samples reach over it, which are many of a short stretch
     others = np.abs(np.arange(gaps.size) - k) >= _AROUND + _SKIPPED
     if not others.any():
         return None
     least = [_OF_OTHERS * float(np.quantile(np.abs(some[others]), 0.95)) for some in (gaps, beside)]
-    if abs(size) <= max(_OF_RANGE * float(np.ptp(values)), least[0]):
+    if abs(size) <= least[0]:
         return None
     if np.sign(size) * beside[k] <= max(0.5 * abs(size), least[1]):
         return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -20,9 +21,10 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantit
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.excursions import without_excursions
-from friction_bayes.decay.free_decay import check_sampling
+from friction_bayes.decay.free_decay import after_leap, check_sampling
 from friction_bayes.decay.friction_samples import PEAKS
-from friction_bayes.decay.located import FOUND
+from friction_bayes.decay.leaps import LEAST_LEAP, find_leap
+from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
 from friction_bayes.decay.whiteness import whiteness
@@ -51,10 +53,11 @@ STATUS = (
     "several_decays",
     "no_fit",
     "clipped",
+    "leaps",
 )
 """Meaning of ``status`` 0, 1, 2, ..."""
 
-_NO_FIT, _CLIPPED = STATUS.index("no_fit"), STATUS.index("clipped")
+_NO_FIT, _CLIPPED, _LEAPS = (STATUS.index(word) for word in ("no_fit", "clipped", "leaps"))
 _CHUNK_VALUES = 4_000_000
 """Most samples worked on at a time, for the memory their spectra take."""
 
@@ -241,6 +244,8 @@ def _estimate_chunk(
     values = _without_excursions(values, system.natural_frequency * like.step)
     located = locate_free_decays(values, like.step, system.natural_frequency, kind.order)
     located.status[_clipped(values, located.status == FOUND)] = _CLIPPED
+    if kind.order == 0:
+        _set_leaps_apart(values, located)
     decays = replace(like, values=values, located=located)
     fits = estimator.fit_many(decays, prior, peaks=peaks)
     found, family = fits.found, fits.family
@@ -254,6 +259,20 @@ def _estimate_chunk(
     rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
     table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
     return _averaged_over_random_force(table, decays, fits) if with_force else table
+
+
+def _set_leaps_apart(values: Array, located: Located) -> None:
+    """Begin decays behind a leap from a rest, and mark those that leap in mid-motion."""
+    # in most records no step is as far as a leap less what the motion itself goes
+    farthest = np.abs(np.diff(values, axis=1)).max(axis=1, initial=0.0)
+    may_leap = farthest > 0.5 * LEAST_LEAP * np.ptp(values, axis=1)
+    for row in np.flatnonzero((located.status == FOUND) & may_leap).tolist():
+        begin, end, omega = int(located.start[row]), int(located.stop[row]), float(located.frequency[row])
+        released = after_leap(values[row, :end], begin, omega)
+        located.start[row] = released
+        located.phase[row] = (located.phase[row] + omega * (released - begin)) % (2.0 * math.pi)
+        if find_leap(values[row, released:end]) is not None:
+            located.status[row] = _LEAPS
 
 
 def _without_excursions(values: Array, angle: float) -> Array:

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
 from friction_bayes.decay.leaps import find_leap
+from friction_bayes.estimators.batch import STATUS
 
 
 def pasted(first: int, *, rate: float = 100.0) -> np.ndarray:
@@ -84,3 +85,21 @@ def test_a_decay_pasted_to_a_rest_begins_with_its_own_samples(per_period: int) -
         record = fb.make_record(np.arange(values.size) / rate, values, "displacement")
         begins = fb.estimate(record, SYSTEM, random_force="none").decay.start_time
         assert round(begins * rate) >= rest.size, first
+
+
+def test_a_batch_marks_what_estimate_refuses_and_begins_where_it_does() -> None:
+    rate = 80 * SYSTEM.natural_frequency / (2.0 * np.pi)
+    decay = slow_decay(friction=0.07, duration=12.0, sampling_rate=rate, noise_sd=2e-5, seed=3).values
+    other = slow_decay(friction=0.07, duration=12.0, sampling_rate=rate, noise_sd=2e-5, seed=4).values
+    rest = 2e-5 * np.random.default_rng(4).standard_normal(160)
+    rows = [decay, np.concatenate([decay[:400], other[25:]]), np.concatenate([rest, decay[75:]])]
+    size = min(row.size for row in rows)
+    many = fb.estimate_batch(
+        np.stack([row[:size] for row in rows]), SYSTEM, sampling_rate=rate, random_force="none"
+    )
+    assert [STATUS[k] for k in many["status"].values] == ["ok", "leaps", "ok"]
+    assert np.isnan(many["friction_mean"].values[1])
+    for k in (0, 2):
+        record = fb.make_record(np.arange(size) / rate, rows[k][:size], "displacement")
+        alone = fb.estimate(record, SYSTEM, random_force="none").friction
+        assert many["friction_mean"].values[k] == pytest.approx(alone.mean(), rel=1e-9)
