@@ -19,9 +19,16 @@ __all__ = [
 ]
 
 
+_PLAIN = 1e6
+"""Numbers below it are read more easily without a power of ten."""
+
+
 def number(value: float | None, digits: int = 4) -> str:
-    """Write a number to some significant digits; a dash where there is none."""
-    return "–" if value is None else f"{value:.{digits}g}"
+    """Write a number to some significant digits, below a million without a power of ten; or a dash."""
+    if value is None:
+        return "–"
+    rounded = f"{value:.{digits}g}"
+    return f"{float(rounded):.0f}" if 1.0 <= abs(value) < _PLAIN and "e" in rounded else rounded
 
 
 def interval90(summary: Mapping[str, Any], digits: int = 4) -> str:

@@ -266,7 +266,8 @@ def find_free_decay(
                 name,
                 f"the {quantity.name} leaps by {leap[1]:.3g} {unit} at {clock[begin + leap[0]]:.4g} s, from "
                 "one sample to the next",
-                "where two recordings follow each other take one by --start and --end; unwrap an angle that "
+                "where two recordings follow each other take one by --start and --end; where only some "
+                "samples are wrong remove those rows, the times need not be even; unwrap an angle that "
                 "starts over, and cut where the sensor slipped",
             )
     times = None

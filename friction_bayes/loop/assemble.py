@@ -133,7 +133,9 @@ def assemble_report(
     if word == AMBIGUOUS:
         further = _next_experiment(families, mixture)
     elif word == UNEXPLAINED:
-        further = experiment_on_unexplained(left["depends_on"], residual["after"]["failed"])
+        further = experiment_on_unexplained(
+            left["depends_on"], residual["after"]["failed"], len(model.segments)
+        )
     forecasts = forecast_records(before), best.forecasts()
     reference = _compare_with_reference(after, frictions_before, reference_friction) or {}
     if check:

@@ -28,6 +28,8 @@ _SHARE = 0.02
 """Relative difference of friction that is called a disagreement, besides an interval that excludes it."""
 _TOO_WIDE = 3.0
 """Ratio of interval widths beyond which successive drops that share a peak are named."""
+_NO_WIDTH = 1e-6
+"""Share of friction below which an interval is that of samples without scatter: one alone, or equal steps."""
 
 
 def paper_procedure(
@@ -70,7 +72,9 @@ def paper_procedure(
     shares["noise_lifts_maxima"] = said.mean - last
     low, high = said.interval90
     least = max(_SHARE * friction, 2.0 * sd)
-    disagrees = bool(abs(said.mean - friction) > least or not low <= friction <= high)
+    measures = high - low > _NO_WIDTH * abs(said.mean)
+    outside = measures and not low <= friction <= high
+    disagrees = bool(abs(said.mean - friction) > least or outside)
     faults = [fault for fault, share in shares.items() if abs(share) > least]
     if disagrees and not faults:
         # none stands out of a wide friction: the largest it is
@@ -80,6 +84,8 @@ def paper_procedure(
         because += effects if fault == "effects" else [fault]
     if high - low > _TOO_WIDE * float(np.diff(np.quantile(after.draws, TAILS))[0]):
         because.append("telescoping_drops")
+    if not measures:
+        because.append("no_scatter")
     return {
         "friction": said.to_dict(),
         "disagrees": disagrees,

@@ -22,7 +22,7 @@ _OF_THE_SENSOR = {"whiteness", "spectrum", "tails"}
 """Tests that examine how samples scatter, and nothing of the motion."""
 
 
-def experiment_on_unexplained(depends_on: str | None, failed: Collection[str]) -> str:
+def experiment_on_unexplained(depends_on: str | None, failed: Collection[str], records: int) -> str:
     """Say in a sentence which measurement shows where what is left comes from.
 
     Parameters
@@ -31,6 +31,8 @@ def experiment_on_unexplained(depends_on: str | None, failed: Collection[str]) -
         What the force that is left depends on.
     failed : collection of str
         Tests that the residual fails.
+    records : int
+        Of how many records.
     """
     if depends_on is not None:
         return _BY_VARIABLE[depends_on]
@@ -38,6 +40,11 @@ def experiment_on_unexplained(depends_on: str | None, failed: Collection[str]) -
         return (
             "Record the machine at rest with the same sensor: what scatters the same way there is the "
             "sensor's, what does not comes with the motion."
+        )
+    if records > 1:
+        return (
+            "Nothing yet: close the loop on each record by itself first. A knock or a sensor that slipped in "
+            "one of them is told there, and so is friction, which all were taken to share."
         )
     return (
         "Repeat the release twice from the same amplitude, and close the loop on all records together: what "

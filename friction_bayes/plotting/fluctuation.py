@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.result import FluctuationTrace, RecordTrace
+from friction_bayes.plotting.motion_units import motion_unit
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
 __all__ = ["plot_fluctuation"]
@@ -97,11 +98,11 @@ def _draw_dependence(
     amplitude = np.interp(trace.time[steady], trace.turning_times, np.abs(trace.turning_points))
     forward = velocity > 0.0
     against = np.where(forward, -force, force)
-    length = "rad" if trace.quantity.startswith("ang") else "m"
+    length, speed = (motion_unit(trace.quantity, trace.unit, order) for order in (0, 1))
     panels = dict(zip(("velocity", "position", "amplitude"), below, strict=True))
     for (name, axes), unit, values, shown in zip(
         panels.items(),
-        (f"{length}/s", length, length),
+        (speed, length, length),
         (velocity, displacement, amplitude),
         (force, force, against),
         strict=True,

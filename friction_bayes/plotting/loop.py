@@ -46,6 +46,9 @@ _LEAST_DRAWS = 40
 _MOST_INTERVALS = 6
 _LABEL = 44
 """Characters in a line of a label."""
+_MOST_LINES = 2
+"""Lines of a label that have room in letters of the usual size."""
+_SMALL = 6.5
 
 
 def _records(report: LoopReport) -> str:
@@ -56,6 +59,14 @@ def _records(report: LoopReport) -> str:
 def _set_label(effects: Sequence[str]) -> str:
     """Name a set of effects in lines short enough to leave room for the axes."""
     return fill(set_words(effects), _LABEL, break_on_hyphens=False)
+
+
+def _name_rows(axes: Axes, labels: Sequence[str]) -> None:
+    """Write a label at each row, in smaller letters where one of three lines would reach into the next."""
+    lines = max(label.count("\n") for label in labels) + 1
+    axes.set_yticks(range(len(labels)), labels)
+    if lines > _MOST_LINES:
+        axes.tick_params(axis="y", labelsize=_SMALL)
 
 
 def _head(figure: Figure, text: str) -> None:
@@ -85,7 +96,7 @@ def _draw_candidates(axes: Axes, report: LoopReport) -> None:
     if trusted:
         for place, value in zip(places, values, strict=True):
             axes.text(value + 0.012, place, percent(value), va="center", fontsize=9.0)
-    axes.set_yticks(places, labels)
+    _name_rows(axes, labels)
     axes.set_ylim(len(values) - 0.4, -0.6)
     axes.set_xlim(0.0, 1.14)
     axes.tick_params(axis="y", left=False)
@@ -95,7 +106,7 @@ def _draw_candidates(axes: Axes, report: LoopReport) -> None:
     else:
         # a share among candidates none of which is true is no probability of any
         axes.set_xticks([])
-        axes.set_xlabel("the closest candidates, none of which is an explanation; longer is closer")
+        axes.set_xlabel("closeness: none of them is an explanation")
 
 
 def plot_candidates(report: LoopReport) -> Figure:
@@ -152,7 +163,7 @@ def _draw_friction(axes: Axes, report: LoopReport) -> None:
     if isinstance(reference, float | int):
         axes.axvline(reference, color=TRUTH, lw=1.2, ls=":")
         caption(axes, f"dotted: reference {reference:.4g} {report.friction_after['unit']}")
-    axes.set_yticks(range(len(rows)), [label.strip() for label, *_ in rows])
+    _name_rows(axes, [label.strip() for label, *_ in rows])
     for text, (label, *_) in zip(axes.get_yticklabels(), rows, strict=True):
         text.set_color("#666666" if label.startswith("  ") else "#111111")
     axes.set_ylim(len(rows) - 0.5, -0.5)

@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.text import words
 from friction_bayes.loop.result import RecordTrace
+from friction_bayes.plotting.motion_units import motion_unit
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
 __all__ = ["draw_signal", "plot_loop_force", "plot_loop_residual", "plot_loop_signal", "plot_turning_points"]
@@ -120,7 +121,7 @@ def plot_loop_residual(trace: RecordTrace) -> Figure:
             _scatter(over_amplitude, amplitude, residual[moving])
             _amplitude_spread(over_amplitude, amplitude, residual[moving])
             over_amplitude.locator_params(axis="x", nbins=6)
-            over_amplitude.set_xlabel(f"amplitude [{_displacement_unit(trace)}]")
+            over_amplitude.set_xlabel(f"amplitude [{motion_unit(trace.quantity, trace.unit, 0)}]")
             low, high = np.quantile(residual[free], [0.001, 0.999])
             reach = 1.2 * max(abs(low), abs(high), 1e-300)
             for axes in panels[:, column]:
@@ -169,14 +170,6 @@ def _amplitude_spread(axes: Axes, amplitude: Array, residual: Array) -> None:
         axes.plot(middle, sign * rms, color=MODEL, lw=1.8)
 
 
-def _displacement_unit(trace: RecordTrace) -> str:
-    """Unit of the turning points, which are displacements whatever was measured."""
-    known = {"m": "m", "m/s": "m", "m/s2": "m", "rad": "rad", "rad/s": "rad", "rad/s2": "rad"}
-    order = {"velocity": 1, "angular_velocity": 1, "acceleration": 2, "angular_acceleration": 2}
-    power = order.get(trace.quantity, 0)
-    return known.get(trace.unit, f"{trace.unit} s{power if power > 1 else ''}" if power else trace.unit)
-
-
 def plot_turning_points(trace: RecordTrace) -> Figure:
     """Draw the amplitude over time, and what each half cycle takes from it, by record and both models.
 
@@ -191,7 +184,7 @@ def plot_turning_points(trace: RecordTrace) -> Figure:
     -------
     matplotlib.figure.Figure
     """
-    unit = _displacement_unit(trace)
+    unit = motion_unit(trace.quantity, trace.unit, 0)
     after = np.abs(trace.turning_points)
     before = np.abs(trace.turning_points_before)
     kept, measured = _measured_amplitudes(trace)

@@ -59,6 +59,7 @@ CHANNELS = {
 _FAULTS = {
     "coarse_sampling": "few samples per period",
     "noise_lifts_maxima": "noise that raises the highest samples",
+    "no_scatter": "friction samples that do not scatter (its interval measures no error)",
     "telescoping_drops": "successive drops that share a peak (its interval is too wide)",
 }
 _MOST_NAMED = 3
@@ -73,6 +74,8 @@ _UNSEEN = 0.1
 _CERTAIN = 0.95
 """The same from which on its upper limit is not told."""
 
+_SAME_ERROR = 1.05
+"""Ratio of two errors of a forecast up to which they are the same."""
 _LEAST_SHARE = 0.1
 """Of what depends on the motion, below which a shape does not describe it."""
 
@@ -100,8 +103,7 @@ def verdict_sentence(report: Report, records: int = 1) -> str:
 def _worse_forecast(error: Report) -> str:
     """A second sentence where the law that was found forecasts the part held out worse than Coulomb alone."""
     before, after = error["before"], error["after"]
-    # as the ratio is shown: what differs by less is the same
-    if not before or after is None or round(after / before, 2) <= 1.0:
+    if not before or after is None or after <= _SAME_ERROR * before:
         return ""
     return (
         " Yet it forecasts the part held out worse than Coulomb friction alone: the error is "
@@ -152,7 +154,7 @@ def known_within(friction: Report) -> str:
         return "No friction is seen."
     if not of_one_sign((low, high)):
         return f"It lies between {number(low)} and {number(high)} {friction['unit']}, with 90 % probability."
-    below, above = (f"{100.0 * abs(end / mean - 1.0):.2g}" for end in (low, high))
+    below, above = (number(100.0 * abs(end / mean - 1.0), 2) for end in (low, high))
     return f"Friction is known within -{below} and +{above} %, with 90 % probability."
 
 
@@ -320,6 +322,9 @@ def _held_out(error: Mapping[str, Any]) -> str:
     text = f"{number(before, 3)} {unit} before, {number(after, 3)} {unit} after"
     if before and after is not None:
         text += f", ratio {number(after / before, 2)}"
+    else:
+        model = "Coulomb friction alone" if before is None else "the law that was found"
+        text += f" ({model} cannot be fitted to the first 70 % of the record by itself)"
     text += f"; noise floor {number(error['noise_floor'], 3)} {unit}"
     inside = error.get("inside90")
     if inside is None:

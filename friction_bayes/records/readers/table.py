@@ -125,7 +125,8 @@ def record_from_table(
         time, values if factor == 1.0 else factor * values, kind.name, unit=unit, name=chosen
     )
     record.attrs.update({key: v for key, v in column.attrs.items() if key not in record.attrs})
-    record.attrs["read"] = f"{signal_name} [{unit}] {clock}"
+    named = signal_name if signal_name.endswith(f"[{unit}]") else f"{signal_name} [{unit}]"
+    record.attrs["read"] = f"{named} {clock}"
     kept = within(record, start, end)
     record, rows = record[kept], None if column.rows is None else column.rows[kept]
     return validate_record(record, rows=rows, time_unit=time_unit)
@@ -295,4 +296,5 @@ def _named_clock(place: str, name: str, clock: Column) -> str:
     """Say which column the times are from, and in which unit."""
     if clock.since is not None:
         return f"{name} [s since {clock.since}]"
-    return f"{name} [{_time_unit(place, name, clock)}]"
+    unit = _time_unit(place, name, clock)
+    return name if name.endswith(f"[{unit}]") else f"{name} [{unit}]"

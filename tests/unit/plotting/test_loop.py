@@ -21,6 +21,7 @@ from friction_bayes.plotting.loop import (
     plot_loop_signal,
     plot_turning_points,
 )
+from friction_bayes.plotting.motion_units import motion_unit
 
 
 def texts(figure: Figure) -> str:
@@ -42,7 +43,7 @@ def test_candidates_that_explain_nothing_are_drawn_without_a_probability(loop_re
         said = texts(figure)
         assert "%" not in said.replace("90 % intervals", "")
         assert "posterior probability" not in said
-        assert "none of which is an explanation" in said
+        assert "none of them is an explanation" in said
     assert "what comes closest: unexplained" in said
 
 
@@ -133,6 +134,34 @@ def test_clipped_samples_have_no_residual(loop_report: LoopReport) -> None:
 def test_amplitude_is_a_displacement(quantity: str, unit: str, shown: str, loop_report: LoopReport) -> None:
     record = replace(loop_report.traces[0], quantity=quantity, unit=unit)
     assert plot_turning_points(record).axes[0].get_ylabel() == f"amplitude {shown}"
+
+
+@pytest.mark.parametrize(
+    ("quantity", "unit", "order", "shown"),
+    [
+        ("displacement", "px", 1, "px/s"),
+        ("angular_velocity", "V", 1, "V"),
+        ("displacement", "counts", 0, "counts"),
+        ("acceleration", "m/s2", 1, "m/s"),
+        ("acceleration", "V", 1, "V s"),
+        ("angle", "rad", 2, "rad/s2"),
+    ],
+)
+def test_units_of_the_motion(quantity: str, unit: str, order: int, shown: str) -> None:
+    assert motion_unit(quantity, unit, order) == shown
+
+
+def test_labels_of_three_lines_are_smaller(loop_report: LoopReport) -> None:
+    long = ["quadratic_drag", "cubic_stiffness", "random_force", "sensor_nonlinearity", "sensor_drift"]
+    candidates = [
+        {"effects": [*long, "timing_jitter"], "probability": 0.6},
+        {"effects": [], "probability": 0.4},
+    ]
+    sizes = [
+        plot_candidates(replace(loop_report, candidates=some)).axes[0].get_yticklabels()[0].get_fontsize()
+        for some in (candidates, candidates[1:])
+    ]
+    assert sizes[0] < sizes[1]
 
 
 def test_measured_turning_points(loop_report: LoopReport) -> None:

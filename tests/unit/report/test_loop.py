@@ -20,7 +20,7 @@ from friction_bayes.loop.result import LoopReport
 from friction_bayes.plotting import figure_files
 from friction_bayes.plotting.loop import loop_figures
 from friction_bayes.report.loop import loop_page
-from friction_bayes.report.story import loop_story, shown_parameters, verdict_sentence
+from friction_bayes.report.story import known_within, loop_story, shown_parameters, verdict_sentence
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
@@ -306,13 +306,27 @@ def test_candidates_that_explain_nothing_have_no_probability(
 
 
 @pytest.mark.parametrize(
-    ("after", "worse"), [(1e-4, False), (4.01e-4, False), (6e-4, True), (float("nan"), False)]
+    ("after", "worse"), [(1e-4, False), (4.15e-4, False), (6e-4, True), (float("nan"), False)]
 )
 def test_a_forecast_that_got_worse_is_said_with_the_verdict(
     after: float, worse: bool, loop_report: LoopReport
 ) -> None:
     report = replace(loop_report, held_out_error=loop_report.held_out_error | {"after": after}).to_dict()
     assert ("worse than Coulomb friction alone: the error is 1.5 times" in verdict_sentence(report)) == worse
+
+
+def test_a_law_without_a_forecast_says_why(loop_report: LoopReport) -> None:
+    error = loop_report.held_out_error | {"after": float("nan")}
+    told = dict(loop_story(replace(loop_report, held_out_error=error).to_dict()))["held-out error"]
+    assert "the law that was found cannot be fitted to the first 70 %" in told
+
+
+@pytest.mark.parametrize(
+    ("interval", "words"),
+    [((1e-4, 1.64), "within -100 and +64 %"), ((0.99, 1.012), "within -1 and +1.2 %")],
+)
+def test_how_well_friction_is_known(interval: tuple[float, float], words: str) -> None:
+    assert words in known_within({"mean": 1.0, "interval90": list(interval), "unit": "N"})
 
 
 def test_a_damping_ratio_comes_with_its_quality_factor(
@@ -364,7 +378,7 @@ def test_story_of_what_could_not_be_had(loop_report: LoopReport) -> None:
     )
     told = dict(loop_story(report.to_dict()))
     assert told["paper's procedure"] == "no result: it is clipped"
-    assert told["held-out error"].startswith("– m before, – m after;")
+    assert told["held-out error"].startswith("– m before, – m after (Coulomb friction alone cannot be fitted")
     assert {"effects", "next experiment", "reference", "emcee"}.isdisjoint(told)
 
 
