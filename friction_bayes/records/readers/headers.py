@@ -55,7 +55,7 @@ def read_header(name: str) -> Header:
     """
     found = _WITH_UNIT.fullmatch(name.strip())
     if found is None:
-        return _column_name(name.strip().split("/")[-1])
+        return _quotient(name.strip()) or _column_name(name.strip().split("/")[-1])
     unit = plain_unit(found["unit"] or found["u"])
     subject = _subject((found["name"] or found["n"]).split("/")[-1].partition(",")[0])
     if subject in _TIMES:
@@ -73,6 +73,16 @@ def split_run(name: str) -> tuple[str, int | None]:
     """Split ``Angle (rad) Run #3``, as PASCO Capstone writes it, into the name and the number of the run."""
     found = _RUN.fullmatch(name)
     return (name, None) if found is None else (found["name"], int(found["run"]))
+
+
+def _quotient(name: str) -> Header | None:
+    """Read ``t/s`` and ``x/cm``, a symbol over its unit; any other slash is of a path."""
+    symbol, _, denominator = name.partition("/")
+    subject, unit = _subject(symbol), plain_unit(denominator)
+    if subject in _TIMES and unit in TIME_UNITS:
+        return Header(True, None, unit)
+    spelled = _spelled(subject)
+    return Header(False, spelled, unit) if spelled is not None and unit in known_units(spelled) else None
 
 
 def _column_name(name: str) -> Header:

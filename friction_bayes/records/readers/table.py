@@ -193,12 +193,21 @@ def _time_name(table: Table, place: str, wanted: str | int | None) -> str | None
     if wanted is not None:
         return _named(table, place, "--time-column", wanted)
     found = [name for name, column in table.columns.items() if is_time(name, column)]
+    found = found or _in_seconds(table)
     elapsed = [name for name in found if table.columns[name].since is None]
     # a stamp beside the seconds of a measurement says when that was
     found = elapsed or found
     if len(found) > 1:
         raise InputError(place, f"several time columns: {', '.join(found)}", "name one with --time-column")
     return found[0] if found else None
+
+
+def _in_seconds(table: Table) -> list[str]:
+    """Return the one column whose name, in whatever language, gives seconds for its unit, if there is one."""
+    units = {name: read_header(name).unit or column.unit for name, column in table.columns.items()}
+    # minutes and hours are left out: "min" is as often a minimum, "h" a height
+    found = [name for name, unit in units.items() if unit and plain_unit(unit) in {"s", "ms", "us", "ns"}]
+    return found if len(found) == 1 else []
 
 
 def is_time(name: str, column: Column) -> bool:

@@ -20,6 +20,9 @@ from friction_bayes.records.readers.headers import read_header, split_run
         ("Position (mm)", "displacement", "mm"),
         ("rig/Velocity (m/s)", "velocity", "m/s"),
         ("x / mm", "displacement", "mm"),
+        ("x/mm", "displacement", "mm"),
+        ("v/m/s", "velocity", "m/s"),
+        ("rig/displacement_m", "displacement", "m"),
         ("a_x / g", "acceleration", "g"),
         ("Acceleration y (g)", "acceleration", "g"),
         ("Acceleration (m/s^2)", "acceleration", "m/s2"),
@@ -83,6 +86,8 @@ def test_a_quantity_that_is_not_certain_is_not_read(name: str, unit: str | None)
         ("Time (s)", "s"),
         ("Time (sec)", "s"),
         ("t / ms", "ms"),
+        ("t/s", "s"),
+        ("rig/time", None),
         ("t [min]", "min"),
     ],
 )

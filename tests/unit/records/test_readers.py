@@ -377,6 +377,16 @@ def test_headers_as_people_write_them(tmp_path, header) -> None:
     assert_is_the_signal(read_record(save(tmp_path, ROWS, header)), scale=1e-3)
 
 
+@pytest.mark.parametrize("clock", ["Zeit [s]", "temps (s)"])
+def test_seconds_are_times_in_any_language(tmp_path, clock) -> None:
+    assert_is_the_signal(read_record(save(tmp_path, ROWS, f"{clock},Weg [m]")))
+    rows = [f"{row},1" for row in ROWS]
+    with pytest.raises(InputError, match="no time column among"):
+        read_record(save(tmp_path, rows, f"{clock},Weg [m],Dauer [s]"))
+    with pytest.raises(InputError, match="no time column among"):
+        read_record(save(tmp_path, ROWS, "Zeit [min],Weg [m]"))
+
+
 def test_a_bracket_that_is_no_unit_leaves_the_word_to_the_option(tmp_path) -> None:
     path = save(tmp_path, ROWS, "Time (s),Angle (encoder 1)")
     told = {"signal_column": 1, "quantity": "angle"}
