@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -70,15 +71,19 @@ class Mixture(FrozenDistribution):
         """Return the distribution of ``factor`` times the variable, ``factor`` > 0."""
         return replace(self, location=self.location * factor, scale=self.scale * factor)
 
-    def with_part(self, weight: float, location: float, scale: float, degrees: float) -> Mixture:
-        """Mixture of this one and one more part, of probability ``weight``."""
-        return replace(
-            self,
-            weight=np.append(self.weight * (1.0 - weight), weight),
-            location=np.append(self.location, location),
-            scale=np.append(self.scale, scale),
-            degrees=np.append(self.degrees, degrees),
-            atom=self.atom * (1.0 - weight),
+    @classmethod
+    def of(cls, parts: Sequence[Mixture], share: ArrayLike) -> Mixture:
+        """Mixture of mixtures, all of them cut at zero or none, in shares that add up to one, shape (m,)."""
+        if len({each.positive for each in parts}) != 1:
+            raise InputError("mixture", "of parts cut at zero and others", "give one kind")
+        shares = np.asarray(share, dtype=np.float64)
+        return cls(
+            np.concatenate([each.weight * p for each, p in zip(parts, shares, strict=True)]),
+            np.concatenate([each.location for each in parts]),
+            np.concatenate([each.scale for each in parts]),
+            np.concatenate([each.degrees for each in parts]),
+            parts[0].positive,
+            float(shares @ [each.atom for each in parts]),
         )
 
     @cached_property

@@ -18,9 +18,10 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import Whiteness
+from friction_bayes.estimators.random_force.noise_accounts import NoiseAccount
 from friction_bayes.estimators.priors import DeclaredSignal
 
-__all__ = ["Estimator", "Fit", "Fits", "FreeDecays", "RandomForce"]
+__all__ = ["Estimator", "Fit", "Fits", "FittedMotion", "FreeDecays", "RandomForce"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,31 +36,40 @@ class RandomForce:
         Its standard deviation, given that there is one, in the unit of :attr:`Fit.coefficient`.
     correlation_time : frozen scipy.stats distribution
         Given that there is one [s].
-    coefficient_without, coefficient_with : frozen scipy.stats distribution, Mixture
+    coefficient_without, coefficient_with : Mixture
         Friction coefficient of the signal without it, and with it.
     innovations : Whiteness
         Test of the whitened residuals at the most probable random force.
-    build_target : callable, () -> Target
-        Makes :attr:`target`.
     """
 
     probability: float
     sd: Any
     correlation_time: Any
-    coefficient_without: Any
+    coefficient_without: Mixture
     coefficient_with: Mixture
     innovations: Whiteness
-    build_target: Callable[[], Target] = field(repr=False)
-
-    @property
-    def target(self) -> Target:
-        """The posterior given that there is one, for the sampler; :attr:`Fit.target` is that without."""
-        return self.build_target()
 
     @property
     def share_of_friction(self) -> float:
         """Mean of its sd over the mean friction with it."""
         return float(self.sd.mean()) / abs(float(self.coefficient_with.mean()))
+
+
+@dataclass(frozen=True, eq=False)
+class FittedMotion:
+    """The motion that was fitted to a whole signal.
+
+    Attributes
+    ----------
+    states : ndarray, shape (n, 2)
+        Displacement about the rest position and velocity, times the power of the angular frequency that gives
+        them the unit of the signal.
+    phase_sd : float
+        Standard deviation of the phase, where it is known least.
+    """
+
+    states: Array
+    phase_sd: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,8 +101,13 @@ class Fit:
         Makes :attr:`target`.
     notes : tuple of str
         What a reader must know: assumptions, negative samples, residuals that are not noise.
+    motion : FittedMotion or None
+        Of a method that fits the whole signal.
+    accounts : tuple of NoiseAccount
+        Of what a fit of the whole signal leaves, that of white noise alone first; empty where they were not
+        asked for or could not be weighed.
     random_force : RandomForce or None
-        What the record says of one; None where it was not asked, or is not asked by the method.
+        What the record says of one; None where there are no accounts.
     """
 
     coefficient: Any
@@ -107,6 +122,8 @@ class Fit:
     prediction: Array | None
     build_target: Callable[[], Target] = field(repr=False)
     notes: tuple[str, ...] = ()
+    motion: FittedMotion | None = None
+    accounts: tuple[NoiseAccount, ...] = ()
     random_force: RandomForce | None = None
 
     @cached_property
@@ -171,8 +188,8 @@ class Fits:
         Its shapes, location and scale.
     frequency, frequency_sd, rest_position, noise_sd : ndarray, shape (records,)
         As in :class:`Fit`.
-    residual : callable, int -> ndarray, or None
-        Residual of the moving part of a record with a posterior; None where the method predicts no signal.
+    motion : callable, int -> FittedMotion, or None
+        Of the moving part of a record with a posterior; None where the method predicts no signal.
     """
 
     family: Any
@@ -181,7 +198,7 @@ class Fits:
     frequency_sd: Array
     rest_position: Array
     noise_sd: Array
-    residual: Callable[[int], Array] | None = field(default=None, repr=False)
+    motion: Callable[[int], FittedMotion] | None = field(default=None, repr=False)
 
     @property
     def found(self) -> Mask:

@@ -21,7 +21,7 @@ from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
-from friction_bayes.estimators.waveform.averaged import averaged_over_random_force
+from friction_bayes.estimators.waveform.averaged import averaged_over_accounts
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.held_readings import set_held_readings_aside
@@ -134,7 +134,7 @@ def estimate(
     chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
     fit = estimator.fit(decay, chosen, peaks=peaks)
     if random_force == "auto" and method == WaveformEstimator.name:
-        fit = averaged_over_random_force(decay, fit)
+        fit = averaged_over_accounts(decay, fit)
     warned = _proportion_note(decay)
     acceptance = None
     if accept_precision is not None:

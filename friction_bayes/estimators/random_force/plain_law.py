@@ -1,15 +1,16 @@
-r"""The plain law under a random force: start, friction, stiffness, rest position, along the measured motion.
+r"""The plain law as a regression: start, friction, stiffness, rest position, along a motion.
 
 In natural units, about the rest position,
 
 .. math:: x'' = -x - c\,\mathrm{sign}\,v - \kappa x + d
 
 or, for a pendulum, ``x'' = -sin x - c sign v - kappa sin x + d``, with the reference frequency taken from
-the fit without a random force: ``kappa`` corrects it. The forces are evaluated along the smoothed motion, so
-that the signal is linear in start, ``c``, ``kappa`` and rest position, and the average over the random force
-is that of :mod:`friction_bayes.estimators.random_force.posterior`.
+the fit under white noise: ``kappa`` corrects it. The forces are evaluated along a motion, so that the signal
+is linear in start, ``c``, ``kappa`` and rest position. Along the trajectory that was fitted this is the
+expansion of that fit, exact without a random force; along the motion smoothed under a random force it holds
+for one of any size.
 
-Priors, of the scale of this record: friction ``F`` as fitted without a random force and amplitude ``A``;
+Priors, of the scale of this record: friction ``F`` as fitted under white noise and amplitude ``A``;
 ``c`` normal with sd 2 F about zero, ``kappa`` 0.05, rest position 0.1 A, start 10 A; the random force as in
 :class:`friction_bayes.estimators.random_force.posterior.ForcePrior` about 0.3 F.
 """
@@ -17,44 +18,43 @@ Priors, of the scale of this record: friction ``F`` as fitted without a random f
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
 
-from friction_bayes.conjugate.likelihood import Target
-from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
-from friction_bayes.decay.whiteness import Whiteness, whiteness
+from friction_bayes.estimators.random_force.coloured_noise import Autoregression
+from friction_bayes.estimators.random_force.free_corners import (
+    corner_columns,
+    corner_scale,
+    near_corners,
+)
 from friction_bayes.estimators.random_force.law_regression import LawRegression, frequency_change
 from friction_bayes.estimators.random_force.measured_path import NEAR_TURN, MeasuredPath
-from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, integrate
+from friction_bayes.estimators.random_force.posterior import ForcePrior, integrate
 from friction_bayes.estimators.random_force.response import at_sensor, force_response
-from friction_bayes.estimators.random_force.sampler_target import force_target, half_cycle_blocks
 from friction_bayes.estimators.random_force.smoothing import LEAST_NOISE, Motion, first_motion
 from friction_bayes.estimators.random_force.subsets import all_sets
 from friction_bayes.estimators.random_force.transition import initial_response
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
 from friction_bayes.records.quantisation import quantisation_step
 
-__all__ = ["PlainDecay", "PlainPosterior", "plain_posterior"]
+__all__ = ["LEAST_SAMPLES", "Laid", "PlainDecay", "PreparedDecay"]
 
 _CENTRE = 0.3
 """Median of the random force's sd over the friction that explains the loss of amplitude."""
 _SURELY_SLIDES = 3.0
 """Amplitude over ``r/k`` below which a half cycle may end in sticking, and is left out."""
-_LEAST_SAMPLES = 64
-_SLIGHT = 0.05
-"""Share of friction below which a random force may be what the turning points of its path are off by."""
+LEAST_SAMPLES = 64
+"""Samples of which noise can be told from a random force."""
 _MOST_ROUNDS = 4
 """Motions that are smoothed with a law: one serves but for a pendulum that swings far."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlainDecay:
-    """One decay and what the fit without a random force has found in it.
+    """One decay and what the fit under white noise, without a random force, has found in it.
 
     Attributes
     ----------
@@ -70,8 +70,13 @@ class PlainDecay:
         Friction coefficient of the signal, ``u = w0**q r/k``.
     rest_position : float
         Unit of the signal.
+    states : ndarray, shape (n, 2)
+        Displacement about the rest position and velocity that were fitted, times the power of the frequency
+        that gives them the unit of the signal.
+    phase_sd : float
+        Standard deviation of the phase that was fitted, where it is known least.
     rest_known : bool
-        Whether that was given.
+        Whether the rest position was given.
     pendulum : bool
         Whether the restoring force is that of a pendulum at large swings.
     noise_sd : float
@@ -84,6 +89,8 @@ class PlainDecay:
     frequency: float
     coefficient: float
     rest_position: float
+    states: Array
+    phase_sd: float
     rest_known: bool = False
     pendulum: bool = False
     noise_sd: float
@@ -106,128 +113,169 @@ class PlainDecay:
 
     @property
     def usable(self) -> bool:
-        """Whether a random force can be told from anything here."""
+        """Whether white noise can be told from anything else here."""
         return (
             # an oscillation that grows is no free decay
             self.coefficient > 0.0
-            and self.values.size // self.block >= _LEAST_SAMPLES
+            and self.values.size // self.block >= LEAST_SAMPLES
             and self.frequency * self.step < 0.5 * math.pi
             and self.noise_sd > LEAST_NOISE * self.amplitude
         )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PlainPosterior:
-    """What the regression says, in units of the signal.
+class Laid:
+    """A regression along a path, of a derivative of some order, in natural units of a frequency [rad/s]."""
+
+    path: MeasuredPath
+    regression: LawRegression
+    order: int
+    frequency: float
+
+    @property
+    def unit(self) -> float:
+        """Natural unit in the unit of the signal."""
+        return self.frequency**self.order
+
+    def with_variance(self, variance: Array) -> Laid:
+        """The same with samples left out where a relative variance, shape (n,), is infinite."""
+        own = self.regression.clock
+        clock = replace(own, variance=np.where(np.isfinite(variance), own.variance, np.inf))
+        return replace(self, regression=replace(self.regression, clock=clock))
+
+    def with_noise(self, least: float, colour: Autoregression | None = None) -> Laid:
+        """The same under noise of at least so much, white or coloured, natural units."""
+        regression = self.regression
+        clock = replace(regression.clock, autoregression=colour)
+        least = max(least, regression.least_noise)
+        return replace(self, regression=replace(regression, clock=clock, least_noise=least))
+
+    def with_free_corners(self, friction: float) -> Laid:
+        """The same with corners of any shape, for a displacement ``r/k``; natural units."""
+        path, regression = self.path, self.regression
+        columns, scale = corner_columns(path), corner_scale(path, self.order, friction)
+        extra = scale.size
+        names = tuple(f"corner_{j}" for j in range(extra))
+        clock = regression.clock
+        if self.order == 2:
+            jump = (friction / regression.motion.noise) ** 2 * near_corners(path)
+            clock = replace(clock, variance=clock.variance + jump)
+        n = clock.phase.size
+        return replace(
+            self,
+            regression=replace(
+                regression,
+                clock=clock,
+                names=(*regression.names, *names),
+                columns=np.hstack([regression.columns, columns]),
+                states=np.concatenate([regression.states, np.zeros((n, 2, extra))], axis=2),
+                scale=np.append(regression.scale, scale),
+                positive=np.zeros(len(regression.names) + extra, np.bool_),
+                sets=np.ones((1, len(regression.names) + extra), np.bool_),
+            ),
+        )
+
+
+class PreparedDecay:
+    """A decay in natural units, in means of blocks, up to where it may stick.
+
+    Parameters
+    ----------
+    decay : PlainDecay
 
     Attributes
     ----------
-    probability : float
-        That there is a random force.
-    coefficient : Mixture
-        Friction coefficient ``u`` of the signal, given that there is.
-    sd : frozen scipy.stats distribution
-        Standard deviation of the random force in the unit of ``coefficient``, given that there is one.
-    correlation_time : frozen scipy.stats distribution
-        Of the random force [s], given that there is one.
-    frequency, frequency_sd : float
-        Given that there is one [rad/s].
-    noise_sd : float
-        Of a sample, given that there is one.
-    innovations : Whiteness
-        Of the whitened residuals at the most probable random force.
-    target : callable, float -> Target
-        The same posterior given that there is a random force, for a sampler; from the factor from
-        ``coefficient`` to force.
+    signal : ndarray, shape (n,)
+        About the rest position, unit of the signal.
+    time : ndarray, shape (n,)
+        [s], the first at zero.
+    friction : float
+        Displacement ``r/k`` that was fitted, in natural units of the frequency that was fitted.
+    prior : ForcePrior
+        Of a random force.
     """
 
-    probability: float
-    coefficient: Mixture
-    sd: stats.distributions.rv_frozen
-    correlation_time: stats.distributions.rv_frozen
-    frequency: float
-    frequency_sd: float
-    noise_sd: float
-    innovations: Whiteness
-    target: Callable[[float], Target] = field(repr=False)
+    def __init__(self, decay: PlainDecay) -> None:
+        self.decay, block = decay, decay.block
+        whole = ~torn_blocks(decay.time, block)
+        time = block_means(decay.time, block)[whole]
+        unit = decay.frequency**decay.order
+        states = np.column_stack([block_means(column, block)[whole] for column in decay.states.T]) / unit
+        amplitude = float(np.max(np.hypot(*states.T)))
+        self.friction = max(decay.coefficient / unit, 1e-6 * amplitude)
+        n = max(_surely_sliding(states, self.friction, decay.frequency * decay.step * block), 0)
+        self.signal = block_means(decay.values - decay.rest_position, block)[whole][:n]
+        self.time = (time - time[0])[:n]
+        self.prior = ForcePrior(centre=_CENTRE * self.friction)
+        self._states = states[:n]
+        # of the sensor's rounding; a signal without noise is known no better than its interpolated motion
+        rounding = (quantisation_step(decay.values) or 0.0) / math.sqrt(12.0)
+        self._least_noise = max(rounding, LEAST_NOISE * decay.amplitude) / math.sqrt(block)
 
+    @property
+    def noise_unit(self) -> float:
+        """Noise of a sample, unit of the signal, where that of a mean of a block is one in natural units."""
+        return self.decay.frequency**self.decay.order * math.sqrt(self.decay.block)
 
-def plain_posterior(decay: PlainDecay) -> PlainPosterior | None:
-    """Average over the random force; None where nothing can be said of one."""
-    if not decay.usable:
-        return None
-    frequency, block = decay.frequency, decay.block
-    whole = ~torn_blocks(decay.time, block)
-    averaged = block_means(decay.values - decay.rest_position, block)[whole]
-    step = decay.step * block
-    phase = block_means(decay.time, block)[whole]
-    phase = phase - phase[0]
-    motion = first_motion(
-        averaged / frequency**decay.order, Clock.of(frequency * phase), sensor_row(decay.order)
-    )
-    amplitude = float(np.max(np.hypot(motion.states[:, 0], motion.states[:, 1])))
-    friction = max(decay.coefficient / frequency**decay.order, 1e-6 * amplitude)
-    n = _surely_sliding(motion, friction, frequency * step)
-    if n < _LEAST_SAMPLES:
-        return None
-    prior = ForcePrior(centre=_CENTRE * friction)
-    # of the sensor's rounding; a signal without noise is known no better than its interpolated motion
-    rounding = (quantisation_step(decay.values) or 0.0) / math.sqrt(12.0)
-    least_noise = max(rounding, LEAST_NOISE * decay.amplitude) / math.sqrt(block)
-
-    def along(
-        motion: Motion, frequency: float, variance: Array | None = None
-    ) -> tuple[MeasuredPath, LawRegression]:
-        unit = frequency**decay.order
-        x, v = motion.states[:n, :2].T.copy()
-        path = MeasuredPath.through(
-            frequency * phase[:n], x, v, motion.velocity_sd[:n], pendulum=decay.pendulum
+    def along_fit(self) -> Laid:
+        """Regression along the trajectory that was fitted."""
+        decay, n = self.decay, self.time.size
+        covariance = np.zeros((n, 3, 3))
+        covariance[:, 1, 1] = decay.phase_sd**2 * (self._states**2).sum(axis=1)
+        motion = Motion(
+            states=np.column_stack([self._states, np.zeros(n)]),
+            covariance=covariance,
+            noise=decay.noise_sd / self.noise_unit,
+            force_sd=0.0,
+            tau=1.0,
         )
-        if variance is None:
-            variance = _relative_variance(path, decay.order)
-        regression = _regression(averaged[:n] / unit, path, variance, motion, friction, decay)
-        return path, replace(regression, least_noise=least_noise / unit)
+        return self._along(motion, decay.frequency)
 
-    path, regression = along(motion, frequency)
-    for _ in range(_MOST_ROUNDS):
-        guessed = integrate(regression.problem, prior, regression.motion.noise, only_mode=True)
-        law = guessed.best_law()
-        change = frequency_change(law[regression.stiffness])
-        frequency *= change
-        motion = regression.smoothed(law, guessed.best).at_frequency(change)
-        last, (path, regression) = path, along(motion, frequency)
-        if last.serves(path.x, prior.centre):
-            break
-    posterior = integrate(regression.problem, prior, regression.motion.noise)
-    for _ in range(_MOST_ROUNDS):
-        if not 0.0 < _mean_force(posterior) < _SLIGHT * friction:
-            break
-        still = posterior.among((posterior.ratio == 0.0)[:, None])
-        law = still.best_law()
-        change = frequency_change(law[regression.stiffness])
-        alone = regression.smoothed(law, still.best).at_frequency(change)
-        # evidences compare where they are of the same samples
-        _, other = along(alone, frequency * change, regression.clock.variance)
-        beside = integrate(other.problem, prior, other.motion.noise)
-        if beside.log_evidence <= posterior.log_evidence:
-            break
-        frequency, regression, posterior = frequency * change, other, beside
-    signal = averaged[:n] + decay.rest_position
-    return _in_units_of_the_signal(posterior, regression, prior, decay, frequency, signal)
+    def along_smoothed(self, least_noise: float) -> Laid:
+        """Regression along the motion smoothed under a random force, in natural units of its frequency.
+
+        The noise is at least ``least_noise``, natural units.
+        """
+        decay, frequency = self.decay, self.decay.frequency
+        motion = first_motion(
+            self.signal / frequency**decay.order, Clock.of(frequency * self.time), sensor_row(decay.order)
+        )
+        laid = self._along(motion, frequency).with_noise(least_noise)
+        for _ in range(_MOST_ROUNDS):
+            regression = laid.regression
+            guessed = integrate(regression.problem, self.prior, regression.motion.noise, only_mode=True)
+            law = guessed.best_law()
+            change = frequency_change(law[regression.stiffness])
+            frequency *= change
+            motion = regression.smoothed(law, guessed.best).at_frequency(change)
+            last, laid = laid.path, self._along(motion, frequency).with_noise(least_noise)
+            if last.serves(laid.path.x, self.prior.centre):
+                break
+        return laid
+
+    def _along(self, motion: Motion, frequency: float) -> Laid:
+        decay, unit = self.decay, frequency**self.decay.order
+        x, v = motion.states[:, :2].T.copy()
+        path = MeasuredPath.through(
+            frequency * self.time, x, v, motion.velocity_sd, pendulum=decay.pendulum
+        )
+        variance = _relative_variance(path, decay.order)
+        regression = _regression(self.signal / unit, path, variance, motion, self.friction, decay)
+        return Laid(
+            path=path,
+            regression=replace(regression, least_noise=self._least_noise / unit),
+            order=decay.order,
+            frequency=frequency,
+        )
 
 
-def _mean_force(posterior: Posterior) -> float:
-    """Sd of the random force over all that is probable, natural units."""
-    return posterior.probability * float(posterior.force_sd.mean()) if posterior.probability > 0.0 else 0.0
-
-
-def _surely_sliding(motion: Motion, friction: float, step: float) -> int:
+def _surely_sliding(states: Array, friction: float, step: float) -> int:
     """How many samples come before the half cycles that may end in sticking.
 
     The amplitude falls by ``2 r/k`` a half cycle.
     """
-    n = len(motion.states)
-    last = motion.states[-max(round(math.pi / step), 1) :, :2]
+    n = len(states)
+    last = states[-max(round(math.pi / step), 1) :]
     left = float(np.mean(np.hypot(last[:, 0], last[:, 1])))
     half_cycles = min(max((_SURELY_SLIDES * friction - left) / (2.0 * friction), 0.0), _SURELY_SLIDES)
     return n - math.ceil(half_cycles * math.pi / step)
@@ -277,60 +325,4 @@ def _regression(
         log_prior=np.zeros(1),
         stiffness=names.index("stiffness"),
         motion=motion,
-    )
-
-
-def _in_units_of_the_signal(
-    posterior: Posterior,
-    regression: LawRegression,
-    prior: ForcePrior,
-    decay: PlainDecay,
-    frequency: float,
-    signal: Array,
-) -> PlainPosterior:
-    kappa = posterior.coefficient("stiffness", given_force=True)
-    found = frequency * frequency_change(kappa.mean())
-    # c is r / m over the reference frequency squared, u is w0**q r/k at the frequency found
-    unit = frequency**2 * found ** (decay.order - 2)
-    # of a sample, where the regression has means of blocks
-    noise_unit = frequency**decay.order * math.sqrt(decay.block)
-    with_force = [point for point in posterior.points if point.ratio > 0.0]
-    share = np.array([weight.sum() for weight in posterior.weight[posterior.ratio > 0.0]])
-    noise = float(share @ [point.noise for point in with_force] / share.sum())
-    best = posterior.best
-    innovations = regression.innovations(posterior.best_law(), best.ratio, best.tau)
-    sd, tau = posterior.force_sd, posterior.correlation_time
-
-    def target(force_factor: float) -> Target:
-        friction = regression.names.index("friction")
-
-        def natural(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
-            change = [frequency_change(kappa) for kappa in law[:, regression.stiffness]]
-            return {
-                "friction": force_factor * unit * law[:, friction],
-                "frequency": frequency * np.array(change),
-                "precision": (noise_unit * noise) ** -2.0,
-                "random_force_sd": force_factor * unit * q,
-                "correlation_time": tau / frequency,
-            }
-
-        return force_target(
-            regression,
-            prior,
-            natural=natural,
-            blocks=half_cycle_blocks(regression.clock.phase),
-            signal=signal,
-            unit=frequency**decay.order,
-        )
-
-    return PlainPosterior(
-        probability=posterior.probability,
-        coefficient=posterior.coefficient("friction", given_force=True).scaled(unit),
-        sd=stats.lognorm(*sd.args, scale=sd.kwds["scale"] * unit),
-        correlation_time=stats.lognorm(*tau.args, scale=tau.kwds["scale"] / frequency),
-        frequency=found,
-        frequency_sd=0.5 * frequency**2 / found * kappa.std(),
-        noise_sd=noise * noise_unit,
-        innovations=whiteness(innovations[np.isfinite(regression.clock.variance)]),
-        target=target,
     )

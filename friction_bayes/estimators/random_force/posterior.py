@@ -90,6 +90,11 @@ class ForcePrior:
         if not (sizes and 0.0 < self.none <= 1.0):
             raise InputError("random force", f"prior {self}", "give positive sizes and 0 < none <= 1")
 
+    @property
+    def without_force(self) -> ForcePrior:
+        """That there is none, for certain."""
+        return replace(self, none=1.0)
+
     def log_density(self, q: ArrayLike, tau: ArrayLike) -> Any:
         """Log density in ``(log q, log tau)`` of the part with a force, its probability included.
 

@@ -24,6 +24,11 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
+from friction_bayes.estimators.random_force.coloured_noise import (
+    Autoregression,
+    coloured_gains,
+    coloured_innovations,
+)
 from friction_bayes.estimators.random_force.transition import distinct_steps, transition_table
 
 __all__ = [
@@ -41,6 +46,8 @@ __all__ = [
 _VARIANCES = ((0, 0), (0, 4), (0, 7), (0, 9), (4, 4), (4, 7), (4, 9), (7, 7), (7, 9), (9, 9))
 """Places of the two variances that belong to each entry of a covariance's upper triangle, row by row."""
 _ROUNDING = 4e-15
+_EVEN = 0.5
+"""Of the mean step, by which steps may differ: stamps with jitter, but no sample missing."""
 _TELLING = 0.02
 """Of the median of the information on a jump, below which a sample is too near the end to tell of one."""
 
@@ -107,6 +114,8 @@ class Clock:
         Noise variances relative to each other; infinite for samples that are not to be used.
     error : CorrelatedError
         Of the sensor.
+    autoregression : Autoregression or None
+        Coloured noise in place of the white noise and the correlated error, from sample to sample.
     """
 
     phase: Array
@@ -116,6 +125,7 @@ class Clock:
     index: Indices
     variance: Array
     error: CorrelatedError = CorrelatedError()
+    autoregression: Autoregression | None = None
 
     @classmethod
     def of(
@@ -143,6 +153,11 @@ class Clock:
                 "give a positive number for every sample",
             )
         return cls(phase, *distinct_steps(phase, stiffness, jump), variance)
+
+    @property
+    def even(self) -> bool:
+        """Whether all steps are the same, as nearly as matters to noise that goes from sample to sample."""
+        return bool(np.ptp(self.steps) < _EVEN * float(np.mean(self.steps)))
 
     def error_table(self) -> tuple[Array, Array]:
         """Decay of the sensor's error over each distinct step and the variance added, both of shape (m,)."""
@@ -209,16 +224,33 @@ def whiten(
     keep : bool
         Whether the whitened columns are wanted too.
     """
-    columns = np.ascontiguousarray(columns, dtype=np.float64)
-    transitions, gains = _filter(clock, row, ratio, tau, np.empty((0, 4, 4)))
-    white = _innovations(columns, clock.index, transitions, clock.error_table()[0], row.reshape(-1, 3), gains)
-    used = gains[:, 4] > 0.0
-    log_determinant = -2.0 * float(np.sum(np.log(gains[used, 4])))
+    columns, rows = np.ascontiguousarray(columns, dtype=np.float64), row.reshape(-1, 3)
+    if clock.autoregression is None:
+        transitions, gains = _filter(clock, row, ratio, tau, np.empty((0, 4, 4)))
+        white = _innovations(columns, clock.index, transitions, clock.error_table()[0], rows, gains)
+    else:
+        transitions, forced = clock.force_table(ratio, tau)
+        noise = clock.autoregression
+        gains = coloured_gains(
+            clock.index,
+            transitions,
+            forced,
+            ratio * ratio,
+            rows,
+            clock.variance,
+            noise.coefficients,
+            noise.covariance,
+            noise.innovation_variance,
+        )
+        white = coloured_innovations(columns, clock.index, transitions, rows, noise.coefficients, gains)
+    scale = gains[:, -1]
+    used = scale > 0.0
+    log_determinant = -2.0 * float(np.sum(np.log(scale[used])))
     whitened = Whitened(white.T @ white, log_determinant, int(np.count_nonzero(used)))
     if not keep:
         return whitened
     variances = np.full(used.size, np.nan)
-    variances[used] = gains[used, 4] ** -2.0
+    variances[used] = scale[used] ** -2.0
     return replace(whitened, columns=white, variances=variances)
 
 

@@ -31,6 +31,7 @@ __all__ = [
     "near_turns",
     "signal_derivatives",
     "signals",
+    "states",
     "turning_samples",
 ]
 
@@ -79,6 +80,12 @@ def signals(samples: Samples, order: int, p: Array, kappa: float, stop: int) -> 
                 end = _half_cycle_end(half, stop, p[row], samples)
             out[row, i] = _value(place(samples, i), order, half, stop, p[row], kappa)
     return out
+
+
+def states(samples: Samples, p: Array, kappa: float, stop: int) -> Array:
+    """Displacement about the rest position and velocity, shape (n, 2), in the unit of the signal."""
+    about_rest = np.where(np.arange(COEFFICIENTS) == OFFSET, 0.0, p)[None]
+    return np.column_stack([signals(samples, order, about_rest, kappa, stop)[0] for order in (0, 1)])
 
 
 @njit(cache=True, nogil=True)

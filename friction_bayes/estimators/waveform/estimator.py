@@ -24,7 +24,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay, no_decay_fits
 from friction_bayes.decay.sensor_calibration import swing_frequency
-from friction_bayes.estimators.base import Fit, Fits, FreeDecays
+from friction_bayes.estimators.base import Fit, Fits, FittedMotion, FreeDecays
 from friction_bayes.estimators.priors import TabulatedPrior, coefficient_bounds
 from friction_bayes.estimators.random_force.measured_path import NEAR_TURN
 from friction_bayes.estimators.waveform.coulomb_signal import (
@@ -34,6 +34,7 @@ from friction_bayes.estimators.waveform.coulomb_signal import (
     near_turns,
     signal_derivatives,
     signals,
+    states,
     turning_samples,
 )
 from friction_bayes.estimators.waveform.least_squares import fit_waveforms, prior_of
@@ -91,6 +92,8 @@ class WaveformEstimator(TabulatedPrior):
         free = slice(OFFSET + 1 if decay.rest_known else OFFSET, COEFFICIENTS)
         before = prior_of(prior, p[free].size)
         after = before.update_statistics(fits.linearised([samples.size], free).record(0))
+        phase_variance = np.diag(after.coefficients.shape)[[ADVANCE - COEFFICIENTS, PHASE - COEFFICIENTS]]
+        phase_sd = math.sqrt(float(phase_variance.sum()))
         return signal_fit(
             decay,
             lambda: _model(decay, p, kappa, stop, after, prior["coefficient_precision"]),
@@ -101,7 +104,8 @@ class WaveformEstimator(TabulatedPrior):
             half_cycles=turning_samples(samples, p, stop).size - 1,
             rest_position=float(p[OFFSET]),
             prediction=signals(samples, decay.quantity.order, p[None], kappa, stop)[0],
-            jumps=decay.quantity.order == 2 and _SURELY * _phase_sd(after) > NEAR_TURN,
+            motion=FittedMotion(states(samples, p, kappa, stop), phase_sd),
+            jumps=decay.quantity.order == 2 and _SURELY * phase_sd > NEAR_TURN,
         )
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
@@ -126,13 +130,11 @@ class WaveformEstimator(TabulatedPrior):
         posterior = CoefficientMarginals.of(prior_of(prior, COEFFICIENTS), data, fits.found)
         half_duration = np.where(counts > 1, 0.5 * (counts - 1) * decays.step, np.nan)
 
-        def residual(row: int) -> Array:
-            start, n = decays.located.start[row], counts[row]
-            coefficients, kappa, stop = fits.coefficients[row], fits.kappa[row], fits.stop[row]
-            signal = signals(
-                Samples(n, EVENLY), decays.quantity.order, coefficients[None], float(kappa), int(stop)
-            )[0]
-            return np.asarray(decays.values[row, start : start + n] - signal)
+        def motion(row: int) -> FittedMotion:
+            samples = Samples(int(counts[row]), EVENLY)
+            p, kappa, stop = fits.coefficients[row], float(fits.kappa[row]), int(fits.stop[row])
+            spread = math.hypot(posterior.scale[row, ADVANCE], posterior.scale[row, PHASE])
+            return FittedMotion(states(samples, p, kappa, stop), spread)
 
         return Fits(
             family=stats.t,
@@ -141,14 +143,8 @@ class WaveformEstimator(TabulatedPrior):
             frequency_sd=posterior.scale[:, ADVANCE] / half_duration,
             rest_position=fits.coefficients[:, OFFSET],
             noise_sd=posterior.noise_sd,
-            residual=residual,
+            motion=motion,
         )
-
-
-def _phase_sd(after: NormalInverseGamma) -> float:
-    """Of the phase at the ends of a record, where it is known least."""
-    variance = np.diag(after.coefficients.shape)[[ADVANCE - COEFFICIENTS, PHASE - COEFFICIENTS]]
-    return math.sqrt(float(variance.sum()))
 
 
 def _samples(decay: FreeDecay) -> Samples:

@@ -15,7 +15,7 @@ import numpy as np
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.free_decay import FreeDecay, no_decay_fits
-from friction_bayes.estimators.base import Fit
+from friction_bayes.estimators.base import Fit, FittedMotion
 from friction_bayes.estimators.priors import coefficient_bounds
 from friction_bayes.estimators.waveform.least_squares import prior_of
 from friction_bayes.estimators.waveform.pendulum_signal import (
@@ -24,6 +24,7 @@ from friction_bayes.estimators.waveform.pendulum_signal import (
     FREQUENCY,
     FRICTION,
     OFFSET,
+    VELOCITY,
     PendulumSignal,
 )
 from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion, agrees_near
@@ -75,6 +76,7 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
         before,
         after,
         coefficients=dict(zip(NAMES[skip:], q[skip:], strict=True)),
+        motion=FittedMotion(swing.states(q), _phase_sd(swing, q, after)),
         jumps=decay.quantity.order == 2,
         frequency_scale=1.0,
         half_cycles=swing.turning_samples(q).size - 1,
@@ -82,6 +84,15 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
         prediction=prediction,
         notes=("frequency and friction are those of a pendulum, integrated at its full swing",),
     )
+
+
+def _phase_sd(swing: PendulumSignal, q: Array, after: NormalInverseGamma) -> float:
+    """Of the phase at the end, from that of the start, told by its angle and velocity, and the frequency."""
+    sd = np.sqrt(np.diag(after.coefficients.shape))[[ANGLE - q.size, FREQUENCY - q.size, VELOCITY - q.size]]
+    states = swing.states(q) / q[FREQUENCY] ** swing.order
+    largest = float(np.max(np.hypot(*states.T)))
+    started = math.hypot(sd[0], sd[2] / q[FREQUENCY]) / largest
+    return math.hypot(started, float(sd[1]) * swing.decay.duration)
 
 
 def _continued(swing: PendulumSignal, weight: Array, skip: int) -> Array:

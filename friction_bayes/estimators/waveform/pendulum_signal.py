@@ -41,6 +41,17 @@ class PendulumSignal:
 
     def motion(self, q: Array, n: int) -> tuple[Array, Array]:
         """Signal over the first ``n`` samples and turning times."""
+        each, turns = self._followed(q, n)
+        return q[OFFSET] + each[self.order], turns
+
+    def states(self, q: Array) -> Array:
+        """Angle and angular velocity in the unit of the signal, natural for the frequency, shape (n, 2)."""
+        (x, v, _), _ = self._followed(q, self.n)
+        w = q[FREQUENCY]
+        return np.column_stack([x * w**self.order, v * w ** (self.order - 1)])
+
+    def _followed(self, q: Array, n: int) -> tuple[tuple[Array, Array, Array], Array]:
+        """Angle, velocity and acceleration over the first ``n`` samples, and turning times."""
         w = q[FREQUENCY]
         time = self.time[:n]
         status, x, v, acceleration, turns, _, _ = propagate(
@@ -57,8 +68,9 @@ class PendulumSignal:
             self.order,
         )
         if status != 0:
-            return np.full(n, np.inf), turns
-        return q[OFFSET] + (x, v, acceleration)[self.order], turns
+            far = np.full(n, np.inf)
+            return (far, far, far), turns
+        return (x, v, acceleration), turns
 
     def signal(self, q: Array, n: int) -> Array:
         """Signal over the first ``n`` samples."""

@@ -13,7 +13,7 @@ from friction_bayes.core.quantities import inverse_square
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.decay.whiteness import residual_notes
-from friction_bayes.estimators.base import Fit
+from friction_bayes.estimators.base import Fit, FittedMotion
 from friction_bayes.estimators.waveform.signal_target import SignalModel, signal_target
 
 __all__ = ["signal_fit"]
@@ -36,6 +36,7 @@ def signal_fit(
     half_cycles: int,
     rest_position: float,
     prediction: Array,
+    motion: FittedMotion,
     jumps: bool,
     notes: tuple[str, ...] = (),
 ) -> Fit:
@@ -59,6 +60,8 @@ def signal_fit(
         Unit of the signal.
     prediction : ndarray, shape (n,)
         The signal at the optimum.
+    motion : FittedMotion
+        Likewise.
     jumps : bool
         Whether a sample that counts may be of either half cycle, of which an acceleration makes a jump.
     notes : tuple of str
@@ -80,6 +83,7 @@ def signal_fit(
         rest_position=rest_position,
         noise_sd=float(mean_error_sd(alpha, beta)),
         prediction=prediction,
+        motion=motion,
         build_target=lambda: signal_target(
             build_model(),
             prior,

@@ -1,0 +1,276 @@
+r"""Coloured noise of the sensor: an autoregression of the samples, in place of white noise.
+
+.. math:: u_i = \sum_{k=1}^p a_k u_{i-k} + \epsilon_i
+
+Filters of the acquisition, differences of positions and interpolation make noise of this kind. The
+coefficients are those of the residual by Burg's recursion, which keeps the process stationary on short
+records; the order is the one with the least Bayesian information criterion (Schwarz, Annals of Statistics 6,
+1978), whose penalty then goes with the evidence of the hypothesis. The likelihood is exact: the filter of
+:func:`whiten_coloured` has the last ``p`` values of the noise as states, from their stationary covariance
+on, so that samples may be left out and a random force may act in addition.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from scipy.linalg import solve_toeplitz, toeplitz
+
+from friction_bayes.core.arrays import Array, Indices
+
+__all__ = ["Autoregression", "burg", "coloured_gains", "coloured_innovations"]
+
+MOST_LAGS = 30
+_SAMPLES_PER_LAG = 8
+"""A lag more is looked for in so many samples more."""
+_GRID = 4097
+"""Frequencies from zero to Nyquist's at which spectra are compared."""
+_REGULAR = 1.0 - 1e-10
+"""Factor on reflection coefficients that keeps the recursion regular where a residual is smooth to rounding."""
+_STEADY = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Autoregression:
+    """Noise of unit variance.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (p,)
+        ``a_1 .. a_p``.
+    innovation_variance : float
+        Of ``epsilon``, over that of the noise.
+    penalty : float
+        What its coefficients cost in log evidence: half the Bayesian information criterion's.
+    """
+
+    coefficients: Array
+    innovation_variance: float
+    penalty: float = 0.0
+
+    @property
+    def order(self) -> int:
+        """Number of lags."""
+        return int(self.coefficients.size)
+
+    @property
+    def covariance(self) -> Array:
+        """Of ``p`` successive values, shape (p, p), from the Yule-Walker equations."""
+        p = self.order
+        matrix = np.eye(p + 1)
+        for i in range(p + 1):
+            for k in range(1, p + 1):
+                matrix[i, abs(i - k)] -= self.coefficients[k - 1]
+        right = np.zeros(p + 1)
+        right[0] = self.innovation_variance
+        return np.asarray(toeplitz(np.linalg.solve(matrix, right)[:p]))
+
+    def spectrum(self, omega: Array) -> Array:
+        """Spectral density at ``omega`` [rad/sample], shape (m,); that of white noise is its variance."""
+        lags = np.arange(1, self.order + 1)
+        through = 1.0 - np.exp(-1j * omega[:, None] * lags) @ self.coefficients
+        return np.asarray(self.innovation_variance / np.abs(through) ** 2)
+
+    def level(self, omega: Array) -> float:
+        """Geometric mean of the spectral density over ``omega`` [rad/sample], shape (m,)."""
+        return float(np.exp(np.log(self.spectrum(np.minimum(omega, math.pi))).mean()))
+
+    def gain(self, samples: int) -> float:
+        """Log likelihood of so many samples over that of white noise of the same variance."""
+        return -0.5 * samples * math.log(self.innovation_variance)
+
+    def tempered(self, floor: float, angle: float, samples: int) -> Autoregression:
+        """The same but for a spectral density of ``floor`` below twice ``angle``, and of no less above, in as many lags.
+
+        What so many samples tell of the part below has paid for coefficients: the rest of the information
+        criterion's penalty is left.
+        """
+        omega = np.linspace(0.0, math.pi, _GRID)
+        spectrum = np.where(omega < 2.0 * angle, floor, np.maximum(self.spectrum(omega), floor))
+        covariance = np.fft.irfft(spectrum)[: self.order + 1]
+        coefficients = solve_toeplitz(covariance[:-1], covariance[1:])
+        known = float(coefficients @ covariance[1:]) / float(covariance[0])
+        raised = Autoregression(coefficients, 1.0 - known)
+        paid = self.gain(samples) - raised.gain(samples)
+        return replace(raised, penalty=max(self.penalty - max(paid, 0.0), 0.0))
+
+
+def burg(residual: Array, fitted: float) -> tuple[Autoregression, float]:
+    """Autoregression of a residual, shape (n,), to which ``fitted`` numbers have been fitted, and its variance.
+
+    Of order zero where the residual is white.
+    """
+    x = residual - residual.mean()
+    power = float(x @ x) / max(x.size - fitted, 1.0)
+    most = min(MOST_LAGS, x.size // _SAMPLES_PER_LAG)
+    if most < 1 or power == 0.0:
+        return Autoregression(np.empty(0), 1.0), power
+    coefficients, variances = _burg(x / math.sqrt(float(x @ x) / x.size), most)
+    criterion = x.size * np.log(variances) + np.arange(most + 1) * math.log(x.size)
+    order = int(np.argmin(criterion))
+    penalty = 0.5 * order * math.log(x.size)
+    return Autoregression(coefficients[order, :order].copy(), float(variances[order]), penalty), power
+
+
+@njit(cache=True, nogil=True)
+def _burg(x: Array, most: int) -> tuple[Array, Array]:
+    """Coefficients, row ``m`` those of order ``m``, and variances of the innovations, for unit variance."""
+    n = x.size
+    coefficients = np.zeros((most + 1, most))
+    variances = np.ones(most + 1)
+    forward, backward = x.copy(), x.copy()
+    for m in range(1, most + 1):
+        numerator, denominator = 0.0, 0.0
+        for i in range(m, n):
+            numerator += forward[i] * backward[i - 1]
+            denominator += forward[i] ** 2 + backward[i - 1] ** 2
+        reflection = _REGULAR * 2.0 * numerator / max(denominator, 1e-300)
+        for k in range(m - 1):
+            coefficients[m, k] = coefficients[m - 1, k] - reflection * coefficients[m - 1, m - 2 - k]
+        coefficients[m, m - 1] = reflection
+        variances[m] = variances[m - 1] * (1.0 - reflection * reflection)
+        for i in range(n - 1, m - 1, -1):
+            ahead, behind = forward[i], backward[i - 1]
+            forward[i] = ahead - reflection * behind
+            backward[i] = behind - reflection * ahead
+    return coefficients, variances
+
+
+@njit(cache=True, nogil=True)
+def coloured_gains(
+    index: Indices,
+    transitions: Array,
+    forced: Array,
+    square: float,
+    rows: Array,
+    variance: Array,
+    coefficients: Array,
+    covariance: Array,
+    added: float,
+) -> Array:
+    """Gains, shape (n, m + 1), of the ``m = 3 + p`` states, and last one over the innovation's sd.
+
+    The states are displacement, velocity, random force and the last ``p`` values of the noise. All are zero
+    of samples that are not ``used``.
+    """
+    p, n = coefficients.size, variance.size
+    m = 3 + p
+    gains = np.zeros((n, m + 1))
+    cov = np.zeros((m, m))
+    cov[2, 2] = square
+    cov[3:, 3:] = covariance
+    before, moved, half = cov.copy(), np.empty((m, m)), np.empty((m, m))
+    read, gain = np.zeros(m), np.empty(m)
+    read[3] = 1.0
+    changes = len(rows) > 1
+    steady = False
+    for i in range(n):
+        if i > 0:
+            k = index[i - 1]
+            if not (steady and k == index[max(i - 2, 0)]):
+                f = transitions[k]
+                _advanced(cov, f, coefficients, half)
+                _advanced(half, f, coefficients, moved)
+                for a in range(3):
+                    for b in range(3):
+                        moved[a, b] += forced[k, a, b]
+                moved[3, 3] += added
+                steady = _close(moved, before, added)
+                for a in range(m):
+                    for b in range(m):
+                        before[a, b] = moved[a, b]
+        row = rows[i if changes else 0]
+        same = i > 0 and variance[i] == variance[i - 1] < math.inf
+        if steady and same and not (changes and row[0] != rows[i - 1, 0]):
+            gains[i] = gains[i - 1]
+            continue
+        if variance[i] == math.inf:
+            cov[:] = before
+            steady = False
+            continue
+        steady = steady and same
+        for a in range(3):
+            read[a] = row[a]
+        total = variance[i] - 1.0
+        for a in range(m):
+            gain[a] = before[a, 0] * read[0] + before[a, 1] * read[1] + before[a, 2] * read[2] + before[a, 3]
+        for a in range(4):
+            total += read[a] * gain[a]
+        scale = 1.0 / math.sqrt(total)
+        for a in range(m):
+            gain[a] *= scale
+            gains[i, a] = gain[a]
+        gains[i, m] = scale
+        for a in range(m):
+            for b in range(m):
+                cov[a, b] = before[a, b] - gain[a] * gain[b]
+    return gains
+
+
+@njit(cache=True, nogil=True)
+def _advanced(matrix: Array, f: Array, coefficients: Array, out: Array) -> None:
+    """Fill the transpose of the states' transition times a matrix, (m, m)."""
+    m = matrix.shape[0]
+    p = coefficients.size
+    for j in range(m):
+        for a in range(3):
+            out[j, a] = f[a, 0] * matrix[0, j] + f[a, 1] * matrix[1, j] + f[a, 2] * matrix[2, j]
+        total = 0.0
+        for k in range(p):
+            total += coefficients[k] * matrix[3 + k, j]
+        out[j, 3] = total
+        for k in range(1, p):
+            out[j, 3 + k] = matrix[2 + k, j]
+
+
+@njit(cache=True, nogil=True)
+def _close(first: Array, second: Array, added: float) -> bool:
+    """Whether two covariances are the same to rounding; values of the noise that are known have none."""
+    m = first.shape[0]
+    for a in range(m):
+        own = max(first[a, a], added if a > 2 else 0.0)
+        for b in range(a + 1):
+            other = max(first[b, b], added if b > 2 else 0.0)
+            if abs(first[a, b] - second[a, b]) > _STEADY * math.sqrt(own * other):
+                return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def coloured_innovations(
+    columns: Array, index: Indices, transitions: Array, rows: Array, coefficients: Array, gains: Array
+) -> Array:
+    """Whitened innovations of every column, shape (n, q), zero in samples that are not used."""
+    n, q = columns.shape
+    p = coefficients.size
+    m = 3 + p
+    white = np.zeros((n, q))
+    state, after = np.zeros((m, q)), np.zeros((m, q))
+    changes = len(rows) > 1
+    for i in range(n):
+        if i > 0:
+            f = transitions[index[i - 1]]
+            for j in range(q):
+                total = 0.0
+                for k in range(p):
+                    total += coefficients[k] * state[3 + k, j]
+                after[3, j] = total
+                for a in range(3):
+                    after[a, j] = f[a, 0] * state[0, j] + f[a, 1] * state[1, j] + f[a, 2] * state[2, j]
+            for k in range(1, p):
+                for j in range(q):
+                    after[3 + k, j] = state[2 + k, j]
+            state, after = after, state
+        scale = gains[i, m]
+        if scale > 0.0:
+            row = rows[i if changes else 0]
+            for j in range(q):
+                e = columns[i, j] - row[0] * state[0, j] - row[1] * state[1, j] - row[2] * state[2, j]
+                white[i, j] = (e - state[3, j]) * scale
+            for a in range(m):
+                for j in range(q):
+                    state[a, j] += gains[i, a] * white[i, j]
+    return white
