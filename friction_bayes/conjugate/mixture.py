@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -67,6 +68,17 @@ class Mixture(FrozenDistribution):
         """Mixture of normals, cut at zero if ``positive``."""
         return cls(weight, location, scale, np.full(np.shape(weight), np.inf), positive, atom)
 
+    @classmethod
+    def of_student(cls, distribution: Any) -> Mixture:
+        """A frozen Student t as a mixture of one part."""
+        part = distribution.kwds
+        numbers = (np.array([part[name]], dtype=np.float64) for name in ("loc", "scale", "df"))
+        return cls(np.ones(1), *numbers)
+
+    def widened(self, factor: float) -> Mixture:
+        """The same with parts ``factor`` times as wide."""
+        return replace(self, scale=self.scale * factor)
+
     def scaled(self, factor: float) -> Mixture:
         """Return the distribution of ``factor`` times the variable, ``factor`` > 0."""
         return replace(self, location=self.location * factor, scale=self.scale * factor)
@@ -84,6 +96,25 @@ class Mixture(FrozenDistribution):
             np.concatenate([each.degrees for each in parts]),
             parts[0].positive,
             float(shares @ [each.atom for each in parts]),
+        )
+
+    def kept_positive(self) -> Mixture:
+        """The same given that the variable is positive, which it must be able to be.
+
+        Parts are normal then: a Student t is taken as the normal whose central 90 % it has.
+        """
+        if self.positive:
+            return self
+        student = stdtrit(np.where(self._normal, 1.0, self.degrees), 0.95) / ndtri(0.95)
+        scale = self.scale * np.where(self._normal, 1.0, student)
+        log_weight = np.log(self.weight) + log_ndtr(self.location / scale)
+        total = logsumexp(np.append(log_weight, math.log(self.atom) if self.atom > 0.0 else -np.inf))
+        return Mixture.of_normals(
+            np.exp(log_weight - total),
+            self.location,
+            scale,
+            positive=True,
+            atom=self.atom * math.exp(-total),
         )
 
     @cached_property

@@ -18,8 +18,9 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import Whiteness
-from friction_bayes.estimators.random_force.noise_accounts import NoiseAccount
 from friction_bayes.estimators.priors import DeclaredSignal
+from friction_bayes.estimators.random_force.noise_accounts import NoiseAccount
+from friction_bayes.estimators.witness import Witness, reconciled
 
 __all__ = ["Estimator", "Fit", "Fits", "FittedMotion", "FreeDecays", "RandomForce"]
 
@@ -108,6 +109,10 @@ class Fit:
         asked for or could not be weighed.
     random_force : RandomForce or None
         What the record says of one; None where there are no accounts.
+    witness : Witness or None
+        Friction by the loss of amplitude, of a method that averages over accounts.
+    answer : frozen scipy.stats distribution or Mixture
+        Friction coefficient as it is reported: :attr:`coefficient`, reconciled with the witness.
     """
 
     coefficient: Any
@@ -125,6 +130,19 @@ class Fit:
     motion: FittedMotion | None = None
     accounts: tuple[NoiseAccount, ...] = ()
     random_force: RandomForce | None = None
+    witness: Witness | None = None
+
+    @cached_property
+    def answer(self) -> Any:
+        if self.witness is None:
+            return self.coefficient
+        return reconciled(self.coefficient, self.witness, weighed=bool(self.accounts))
+
+    @property
+    def noise_model(self) -> str:
+        """``coloured`` or ``white``: of the noise that is the more probable."""
+        coloured = sum(account.probability for account in self.accounts if account.coloured)
+        return "coloured" if coloured > 0.5 else "white"
 
     @cached_property
     def target(self) -> Target:
@@ -160,6 +178,23 @@ class FreeDecays:
     def usable(self) -> Mask:
         """Rows in which a free decay was found."""
         return self.located.status == FOUND
+
+    def decay(self, row: int) -> FreeDecay:
+        """The moving part of a record by itself."""
+        located, start = self.located, int(self.located.start[row])
+        return FreeDecay(
+            name=f"record {row}",
+            values=self.values[row, start : int(located.stop[row])],
+            start_time=start * self.step,
+            step=self.step,
+            quantity=self.quantity,
+            unit=self.unit,
+            system=self.system,
+            frequency=float(located.frequency[row]) / self.step,
+            phase=float(located.phase[row]),
+            rest_position=float(located.rest_position[row]),
+            stops=bool(located.stops[row]),
+        )
 
     @property
     def counts(self) -> Integers:

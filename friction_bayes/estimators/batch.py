@@ -27,15 +27,20 @@ from friction_bayes.decay.leaps import LEAST_LEAP, find_leap
 from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
-from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.estimators.base import Estimator, Fits, FreeDecays
 from friction_bayes.estimators.equally_probable import EquallyProbable
 from friction_bayes.estimators.estimate import RANDOM_FORCE
 from friction_bayes.estimators.priors import complete_prior
-from friction_bayes.estimators.random_force.plain_law import PlainDecay, plain_posterior
 from friction_bayes.estimators.registry import estimator_named
-from friction_bayes.estimators.waveform.averaged import Averaged, averaged, force_probability
+from friction_bayes.estimators.waveform.averaged import (
+    Averaged,
+    accounts_of,
+    averaged,
+    random_force_of,
+    witness_of,
+)
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
+from friction_bayes.estimators.witness import reconciled
 from friction_bayes.records.clipping import SHORTEST_RUN, clipped_fraction
 from friction_bayes.records.clock import is_even, sampling_interval
 from friction_bayes.records.quantisation import ROUNDING
@@ -258,7 +263,7 @@ def _estimate_chunk(
     columns = (*friction, location * length, spread * length, over_low, over_high)
     rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
     table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
-    return _averaged_over_random_force(table, decays, fits) if with_force else table
+    return _averaged_over_accounts(table, decays, fits) if with_force else table
 
 
 def _set_leaps_apart(values: Array, located: Located) -> None:
@@ -322,50 +327,39 @@ def _in_force(family: Any, coefficient: tuple[Array, ...], factors: tuple[ForceF
     return np.array([mean, spread, *np.transpose(rows)])
 
 
-def _averaged_over_random_force(table: Array, decays: FreeDecays, fits: Fits) -> Array:
-    """Add the columns of a random force, and average those records over it whose residuals are not white."""
+def _averaged_over_accounts(table: Array, decays: FreeDecays, fits: Fits) -> Array:
+    """Add the columns of a random force, and answer as :func:`friction_bayes.estimate` does, row by row."""
     table = np.column_stack([table, np.full((len(table), len(_FORCE_COLUMNS)), np.nan)])
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
-    system, kind, unit = decays.system, decays.quantity, decays.unit
-    factor = force_factor(system, kind, unit)
-    assert fits.residual is not None
+    assert fits.motion is not None
     for row in np.flatnonzero(fits.found).tolist():
-        if whiteness(fits.residual(row)).white:
-            continue
         degrees, location, scale = (float(each[row]) for each in fits.parameters)
-        without = Averaged(
+        white = Averaged(
             coefficient=stats.t(df=degrees, loc=location, scale=scale),
             frequency=float(fits.frequency[row]),
             frequency_sd=float(fits.frequency_sd[row]),
             noise_sd=float(fits.noise_sd[row]),
         )
-        start = decays.located.start[row]
-        found = plain_posterior(
-            PlainDecay(
-                values=decays.values[row, start : start + decays.counts[row]],
-                time=decays.step * np.arange(decays.counts[row], dtype=np.float64),
-                order=kind.order,
-                frequency=without.frequency,
-                coefficient=location,
-                rest_position=float(fits.rest_position[row]),
-                noise_sd=without.noise_sd,
-            )
+        decay = decays.decay(row)
+        accounts = accounts_of(decay, white, fits.motion(row), float(fits.rest_position[row]))
+        found = averaged(white, accounts) if accounts else white
+        answer = reconciled(
+            found.coefficient, witness_of(decay, found.coefficient), weighed=bool(accounts)
         )
-        if found is None:
-            continue
-        both = averaged(without, found)
-        new = {
-            "random_force_probability": force_probability(found),
-            "random_force_sd": float(found.sd.mean()) * factor,
-        }
-        if both is not without:
-            new |= {"noise_sd": both.noise_sd, "frequency": both.frequency, "frequency_sd": both.frequency_sd}
-            factors = force_factors(system, kind, unit, both.frequency, both.frequency_sd)
-            friction = EquallyProbable([scaled(both.coefficient, f, relative_sd=sd) for f, sd in factors])
-            length = scaled(both.coefficient, both.frequency**-kind.order)
-            for name, distribution in (("friction", friction), ("friction_over_stiffness", length)):
-                new[f"{name}_mean"], new[f"{name}_sd"] = distribution.mean(), distribution.std()
-                new[f"{name}_low"], new[f"{name}_high"] = distribution.ppf(0.05), distribution.ppf(0.95)
+        new = {"noise_sd": found.noise_sd, "frequency": found.frequency, "frequency_sd": found.frequency_sd}
+        if accounts:
+            force = random_force_of(accounts)
+            factor = force_factor(decays.system, decays.quantity, decays.unit)
+            new["random_force_probability"] = force.probability
+            new["random_force_sd"] = float(force.sd.mean()) * factor
+        factors = force_factors(
+            decays.system, decays.quantity, decays.unit, found.frequency, found.frequency_sd
+        )
+        friction = EquallyProbable([scaled(answer, f, relative_sd=sd) for f, sd in factors])
+        length = scaled(answer, found.frequency**-decays.quantity.order)
+        for name, distribution in (("friction", friction), ("friction_over_stiffness", length)):
+            new[f"{name}_mean"], new[f"{name}_sd"] = distribution.mean(), distribution.std()
+            new[f"{name}_low"], new[f"{name}_high"] = distribution.ppf(0.05), distribution.ppf(0.95)
         for name, value in new.items():
             table[row, column[name]] = value
     return table

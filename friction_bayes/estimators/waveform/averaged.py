@@ -17,11 +17,21 @@ from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import residual_notes
-from friction_bayes.estimators.base import Fit, RandomForce
+from friction_bayes.estimators.base import Fit, FittedMotion, RandomForce
+from friction_bayes.estimators.envelope.loss_of_amplitude import loss_of_amplitude
 from friction_bayes.estimators.random_force.noise_accounts import NoiseAccount, noise_accounts
 from friction_bayes.estimators.random_force.plain_law import PlainDecay
+from friction_bayes.estimators.witness import Witness
 
-__all__ = ["SURELY_NONE", "Averaged", "averaged", "averaged_over_accounts", "random_force_of"]
+__all__ = [
+    "SURELY_NONE",
+    "Averaged",
+    "accounts_of",
+    "averaged",
+    "averaged_over_accounts",
+    "random_force_of",
+    "witness_of",
+]
 
 SURELY_NONE = 1e-3
 """Probability of an account below which it is left out of the answer."""
@@ -54,13 +64,7 @@ def averaged(white: Averaged, accounts: Sequence[NoiseAccount]) -> Averaged:
     frequency.
     """
     louder = max(accounts[0].noise_sd / white.noise_sd, 1.0)
-    part = white.coefficient.kwds
-    exact = Mixture(
-        weight=np.ones(1),
-        location=np.array([part["loc"]]),
-        scale=np.array([part["scale"] * louder]),
-        degrees=np.array([part["df"]], dtype=np.float64),
-    )
+    exact = Mixture.of_student(white.coefficient).widened(louder)
     frequency_sd = white.frequency_sd * louder
     parts = [
         replace(accounts[0], coefficient=exact, frequency=white.frequency, frequency_sd=frequency_sd),
@@ -97,8 +101,35 @@ def random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
     )
 
 
+def accounts_of(
+    decay: FreeDecay, white: Averaged, motion: FittedMotion, rest_position: float
+) -> tuple[NoiseAccount, ...]:
+    """Weigh the accounts of what a fit under white noise leaves of a decay; empty where nothing tells them."""
+    return noise_accounts(
+        PlainDecay(
+            values=decay.values,
+            time=decay.time,
+            order=decay.quantity.order,
+            frequency=white.frequency,
+            coefficient=float(white.coefficient.mean()),
+            rest_position=rest_position,
+            states=motion.states,
+            phase_sd=motion.phase_sd,
+            rest_known=decay.rest_known,
+            pendulum=swing_frequency(decay.system, decay.unit) > 0.0,
+            noise_sd=white.noise_sd,
+        )
+    )
+
+
+def witness_of(decay: FreeDecay, coefficient: Any) -> Witness | None:
+    """The loss of amplitude beside a posterior of the friction coefficient; None where it tells nothing."""
+    lost = loss_of_amplitude(decay)
+    return None if lost is None else Witness.beside(coefficient, lost)
+
+
 def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
-    """Average a fit of the whole signal over the accounts of what it leaves.
+    """Average a fit of the whole signal over the accounts of what it leaves, and set the witness beside it.
 
     Parameters
     ----------
@@ -106,44 +137,27 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
         The record.
     fit : Fit
         Under white noise, method ``waveform``.
-
-    Returns
-    -------
-    Fit
-        The same where nothing can be told of the noise (too few samples, no noise).
     """
     assert fit.motion is not None
-    accounts = noise_accounts(
-        PlainDecay(
-            values=decay.values,
-            time=decay.time,
-            order=decay.quantity.order,
-            frequency=fit.frequency,
-            coefficient=float(fit.coefficient.mean()),
-            rest_position=fit.rest_position,
-            states=fit.motion.states,
-            phase_sd=fit.motion.phase_sd,
-            rest_known=decay.rest_known,
-            pendulum=swing_frequency(decay.system, decay.unit) > 0.0,
-            noise_sd=fit.noise_sd,
-        )
-    )
-    if not accounts:
-        return fit
     white = Averaged(
         coefficient=fit.coefficient,
         frequency=fit.frequency,
         frequency_sd=fit.frequency_sd,
         noise_sd=fit.noise_sd,
     )
+    accounts = accounts_of(decay, white, fit.motion, fit.rest_position)
+    if not accounts:
+        return replace(fit, witness=witness_of(decay, fit.coefficient))
+    answer = averaged(white, accounts)
     doubts: tuple[str, ...] = ()
     if accounts[0].probability < 0.5 and fit.prediction is not None:
         # what residuals say against the interval under white noise is no longer said of this one
         doubts = residual_notes(decay.values - fit.prediction, fit.prediction)
     return replace(
         fit,
-        **vars(averaged(white, accounts)),
+        **vars(answer),
         notes=tuple(note for note in fit.notes if note not in doubts),
         accounts=accounts,
         random_force=random_force_of(accounts),
+        witness=witness_of(decay, answer.coefficient),
     )

@@ -1,0 +1,101 @@
+r"""Friction by the loss of amplitude alone: the witness beside an estimate of the whole signal.
+
+The amplitudes of the half cycles lie on a straight line, but for noise that is independent from one to the
+next and, where a force fluctuates, for steps that stay: a random walk. Both are judged by how the amplitudes
+scatter, so that neither the colour of the noise nor the shape of the motion within a half cycle enters,
+
+.. math:: y_k = X_k \beta + a_k w_k + \sigma e_k, \quad w_k = w_{k-1} + \rho \sigma n_k,
+
+with the rows ``X_k`` of :mod:`friction_bayes.estimators.envelope.half_cycle_rows`. Given ``rho`` this is a
+regression under a flat prior, Student t in closed form, and the average over ``rho`` a mixture of these: none
+with probability one half, log-uniform otherwise. What changes the loss itself (viscous damping, a gain that
+drifts) it takes for friction as every fit of dry friction alone does.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from scipy.linalg import solve_triangular
+from scipy.special import logsumexp
+
+from friction_bayes.conjugate.mixture import Mixture
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.decay.phase_tracking import tracked_phase
+from friction_bayes.decay.sensor_calibration import swing_frequency
+from friction_bayes.estimators.envelope.half_cycle_rows import half_cycle_rows
+
+__all__ = ["loss_of_amplitude"]
+
+_AMPLITUDE, _FRICTION = 0, 1
+"""Columns of the rows."""
+_WALKS = np.geomspace(0.01, 100.0, 25)
+"""Steps of the walk, over the standard error of an amplitude."""
+_LEAST_FREEDOM = 2
+"""Degrees of freedom below which the amplitudes do not tell how they scatter."""
+_EXACT = 1e-24
+"""Share of the response's sum of squares that is rounding."""
+
+
+def loss_of_amplitude(decay: FreeDecay) -> Mixture | None:
+    """Friction coefficient of the signal by its loss of amplitude.
+
+    Parameters
+    ----------
+    decay : FreeDecay
+
+    Returns
+    -------
+    Mixture or None
+        In the unit of the signal, as :attr:`friction_bayes.estimators.base.Fit.coefficient`; None where too
+        few half cycles tell it.
+    """
+    decay = decay.on_even_grid()
+    polynomial, values, reference = tracked_phase(decay)
+    swing = swing_frequency(decay.system, decay.unit)
+    response, design, _ = half_cycle_rows(values, polynomial, decay.quantity.order, swing)
+    freedom = response.size - design.shape[1]
+    if freedom < _LEAST_FREEDOM or not np.all(np.isfinite(response)):
+        return None
+    loading = np.ascontiguousarray(design[:, _AMPLITUDE])
+    columns = np.column_stack([design, response])
+    steps = np.concatenate([[0.0], _WALKS / np.max(np.abs(loading))])
+    log_prior = np.concatenate([[0.0], np.full(_WALKS.size, -math.log(_WALKS.size))])
+    log_weight, location, scale = np.empty((3, steps.size))
+    for j, step in enumerate(steps):
+        white, log_determinant = _whitened(columns, loading, step)
+        upper = np.linalg.qr(white, mode="r")
+        own, right, rest = upper[:-1, :-1], upper[:-1, -1], float(upper[-1, -1] ** 2)
+        rest = max(rest, _EXACT * float(response @ response))
+        if np.min(np.abs(np.diag(own))) <= 1e-12 * np.max(np.abs(own)):
+            return None
+        inverse = solve_triangular(own, np.eye(len(own)))
+        location[j] = inverse[_FRICTION] @ right
+        scale[j] = math.sqrt(rest / freedom) * float(np.linalg.norm(inverse[_FRICTION]))
+        log_weight[j] = log_prior[j] - 0.5 * (log_determinant + freedom * math.log(rest))
+        log_weight[j] -= float(np.sum(np.log(np.abs(np.diag(own)))))
+    weight = np.exp(log_weight - logsumexp(log_weight))
+    return Mixture(weight, location, scale, np.full(steps.size, float(freedom)))
+
+
+@njit(cache=True, nogil=True)
+def _whitened(columns: Array, loading: Array, step: float) -> tuple[Array, float]:
+    """Innovations of columns, shape (n, p), under a walk of this step over the noise, and log determinant."""
+    n, p = columns.shape
+    white = np.empty((n, p))
+    state, variance, log_determinant = np.zeros(p), 0.0, 0.0
+    for k in range(n):
+        if k > 0:
+            variance += step * step
+        total = 1.0 + loading[k] * variance * loading[k]
+        gain = variance * loading[k] / total
+        log_determinant += math.log(total)
+        for j in range(p):
+            innovation = columns[k, j] - loading[k] * state[j]
+            white[k, j] = innovation / math.sqrt(total)
+            state[j] += gain * innovation
+        variance -= gain * loading[k] * variance
+    return white, log_determinant

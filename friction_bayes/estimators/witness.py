@@ -1,0 +1,76 @@
+"""The witness beside an answer: friction by the loss of amplitude, and what becomes of an answer it contradicts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from friction_bayes.conjugate.mixture import Mixture
+from friction_bayes.core.summary import TAILS
+
+__all__ = ["Witness", "reconciled"]
+
+_APART = 2.0
+"""Standard deviations of their difference from which on two witnesses disagree: one in twenty by chance."""
+_EXACT_TO = 5e-4
+"""Share of friction to which the loss of amplitude is known where nothing disturbs it: phases and amplitudes
+of half cycles are exact to this for pendulums and for coarse sampling."""
+_NEGATIVE = 1e-4
+"""Probability of a negative friction from which on the answer is what is left of it above zero."""
+
+
+@dataclass(frozen=True, eq=False)
+class Witness:
+    """Friction by the loss of amplitude.
+
+    Attributes
+    ----------
+    coefficient : Mixture
+        Friction coefficient of the signal.
+    agrees : bool
+        Whether the posterior beside it does, within two standard deviations of their difference.
+    """
+
+    coefficient: Mixture
+    agrees: bool
+
+    @classmethod
+    def beside(cls, posterior: Any, coefficient: Mixture) -> Witness:
+        """Compare a posterior with it; the wider of two nested witnesses is as wide as their difference."""
+        spread = max(_spread(posterior), _spread(coefficient))
+        middle = posterior.median()
+        apart = abs(middle - coefficient.median())
+        return cls(coefficient, bool(apart <= _APART * math.hypot(spread, _EXACT_TO * middle)))
+
+
+def reconciled(posterior: Any, witness: Witness | None, *, weighed: bool) -> Any:
+    """The answer: the posterior, what spans it and a witness that disagrees, and nothing below zero.
+
+    Parameters
+    ----------
+    posterior : Mixture or frozen Student t
+        Of the friction coefficient.
+    witness : Witness or None
+    weighed : bool
+        Whether other accounts than white noise have been weighed; otherwise the answer is at least as wide as
+        the witness.
+    """
+    answer = posterior
+    if witness is not None and not witness.agrees:
+        answer = Mixture.of([_as_mixture(posterior), witness.coefficient], (0.5, 0.5))
+    elif witness is not None and not weighed:
+        wider = max(_spread(witness.coefficient) / _spread(posterior), 1.0)
+        answer = _as_mixture(posterior).widened(wider)
+    below = float(answer.cdf(0.0))
+    return _as_mixture(answer).kept_positive() if _NEGATIVE < below < 1.0 else answer
+
+
+def _as_mixture(distribution: Any) -> Mixture:
+    return distribution if isinstance(distribution, Mixture) else Mixture.of_student(distribution)
+
+
+def _spread(distribution: Any) -> float:
+    """Half the width of the central 90 % in units of that of a standard normal."""
+    low, high = (float(distribution.ppf(p)) for p in TAILS)
+    return (high - low) / (2.0 * 1.6448536269514722)
