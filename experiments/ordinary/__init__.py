@@ -1,0 +1,1 @@
+"""Recordings as an ordinary laboratory makes them, by a simulator that shares no code with the package."""
