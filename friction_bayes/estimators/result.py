@@ -119,7 +119,7 @@ class Estimate:
 
     @cached_property
     def friction(self) -> Any:
-        forces = [scaled(self.fit.coefficient, f, relative_sd=sd) for f, sd in self.force_factors]
+        forces = [scaled(self.fit.answer, f, relative_sd=sd) for f, sd in self.force_factors]
         return forces[0] if len(forces) == 1 else EquallyProbable(forces)
 
     @property
@@ -140,7 +140,7 @@ class Estimate:
 
     @cached_property
     def friction_over_stiffness(self) -> Any:
-        return scaled(self.fit.coefficient, self.fit.frequency**-self.decay.quantity.order)
+        return scaled(self.fit.answer, self.fit.frequency**-self.decay.quantity.order)
 
     @property
     def friction_over_stiffness_unit(self) -> str:
@@ -249,7 +249,15 @@ class Estimate:
                     "declared": system.natural_frequency,
                     "unit": "rad/s",
                 },
+                "noise": {"model": self.fit.noise_model, "sd": self.noise_sd, "unit": self.decay.unit},
                 "noise_sd": {"mean": self.noise_sd, "unit": self.decay.unit},
+                "witness": self._witness_summary(),
+                "fitted": {
+                    "from_s": self.decay.start_time,
+                    "to_s": self.decay.start_time + self.decay.duration,
+                    "samples": self.decay.values.size,
+                    "half_cycles": int(self.decay.duration * self.decay.frequency / math.pi),
+                },
                 "rest_position": {"mean": self.rest_position, "unit": self.decay.unit},
                 "prior": self.prior,
                 "peaks": self.peaks,
@@ -258,6 +266,20 @@ class Estimate:
                 "notes": self.notes,
             }
         )
+
+    @cached_property
+    def witness(self) -> Any | None:
+        """Posterior of the friction force by the loss of amplitude alone; None where there is no witness."""
+        if self.fit.witness is None:
+            return None
+        forces = [scaled(self.fit.witness.coefficient, f, relative_sd=sd) for f, sd in self.force_factors]
+        return forces[0] if len(forces) == 1 else EquallyProbable(forces)
+
+    def _witness_summary(self) -> dict[str, Any] | None:
+        if self.fit.witness is None:
+            return None
+        friction = Summary.of_distribution(self.witness, self.friction_unit)
+        return {"friction": friction.to_dict(), "agrees": self.fit.witness.agrees}
 
     def _random_force_summary(self) -> dict[str, Any] | None:
         force = self.random_force

@@ -7,8 +7,8 @@ below its level ``sigma**2`` near the motion's frequency,
 
 .. math:: S(\\omega) = \\max(S_r(\\omega), \\sigma^2) \\ (\\omega > 2 \\omega_0), \\quad \\sigma^2 \\ \\text{below},
 
-with ``S_r`` the spectrum of an autoregression of the residual. The level is told by means of a tenth of a period, which
-show nothing of what lies higher, and three ways: as the white noise that is most likely beside a random force,
+with ``S_r`` the spectrum of an autoregression of the residual. The level is told by means of a sixth of a period, which
+show nothing of what lies higher, and three ways: as the mean white noise beside a random force or none,
 whose mark is a resonance that no sensor has, and as the spectrum of the residual over the octave above the
 motion's frequency, with that force in it and without. A force raises the first of these spectra and lowers the
 second; noise that falls with frequency raises both, noise that rises lowers both. The median is right in all
@@ -21,17 +21,23 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means
 from friction_bayes.estimators.random_force.coloured_noise import Autoregression, burg
-from friction_bayes.estimators.random_force.smoothing import first_motion
-from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, shown
+from friction_bayes.estimators.random_force.posterior import at_resonance
+from friction_bayes.estimators.random_force.response import at_sensor
+from friction_bayes.estimators.random_force.transition import initial_response
+from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, shown, smooth, whiten
 
 __all__ = ["SensorNoise", "sensor_noise"]
 
-_PER_PERIOD = 10
-"""Means a period: their Nyquist frequency is five times the motion's."""
+_PER_PERIOD = 6
+"""Means a period: their Nyquist frequency is three times the motion's."""
+_SIZES = np.geomspace(0.1, 100.0, 7)
+_TIMES = (0.3, 1.0, 3.0, 10.0)
+"""Of forces that the level is averaged over: sd at resonance over the noise, and correlation times as phases."""
 _OCTAVE = np.geomspace(1.0, 2.0, 20)
 """Frequencies, over the motion's, at which a noise that rises with frequency is told."""
 
@@ -91,10 +97,36 @@ def sensor_noise(
 
 def _level(residual: Array, phase: Array, order: int, fitted: float) -> float:
     """Variance of the white noise that is as strong as the sensor's near the motion's frequency."""
-    row, octave = sensor_row(order), _OCTAVE * float(phase[-1] - phase[0]) / (phase.size - 1)
-    motion = first_motion(residual, Clock.of(phase), row)
-    levels = [motion.noise**2]
-    for left in (residual, residual - shown(motion.states, row)):
-        colour, variance = burg(left, fitted)
+    octave = _OCTAVE * float(phase[-1] - phase[0]) / (phase.size - 1)
+    beside, left = _beside_a_force(residual, Clock.of(phase), sensor_row(order))
+    levels = [beside]
+    for each in (residual, left):
+        colour, variance = burg(each, fitted)
         levels.append(variance * colour.level(octave))
     return float(np.median(levels))
+
+
+def _beside_a_force(residual: Array, clock: Clock, row: Array) -> tuple[float, Array]:
+    """Mean variance of white noise over the forces of a grid, none among them, and what the best one leaves."""
+    start = at_sensor(initial_response(clock.phase), row)
+    columns = np.column_stack([start, np.ones(residual.size), residual])
+    freedom = residual.size - columns.shape[1] + 1
+    forces = [(0.0, 1.0), *((size / float(at_resonance(tau)), tau) for size in _SIZES for tau in _TIMES)]
+    each_prior = math.log(0.5 / (len(forces) - 1))
+    laws, variances, log_weights = [], [], []
+    for ratio, tau in forces:
+        whitened = whiten(columns, clock, row, ratio, tau)
+        scale = np.sqrt(np.diag(whitened.gram))
+        lower = np.linalg.cholesky(whitened.gram / np.outer(scale, scale))
+        pivots = np.log(np.diag(lower) * scale)
+        laws.append(np.linalg.solve(lower[:-1, :-1].T, lower[-1, :-1]) * scale[-1] / scale[:-1])
+        variances.append(math.exp(2.0 * pivots[-1]) / freedom)
+        log_weight = -freedom * pivots[-1] - pivots[:-1].sum() - 0.5 * whitened.log_determinant
+        log_weights.append(log_weight + (each_prior if ratio > 0.0 else math.log(0.5)))
+    weight = np.exp(log_weights - logsumexp(log_weights))
+    best = int(np.argmax(weight))
+    beside = residual - columns[:, :-1] @ laws[best]
+    if best > 0:
+        states, _ = smooth(beside[:, None], clock, row, *forces[best])
+        beside = beside - shown(states[:, :3, 0], row)
+    return float(weight @ variances), beside
