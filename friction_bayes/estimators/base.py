@@ -134,9 +134,7 @@ class Fit:
 
     @cached_property
     def answer(self) -> Any:
-        if self.witness is None:
-            return self.coefficient
-        return reconciled(self.coefficient, self.witness, weighed=bool(self.accounts))
+        return self.coefficient if self.witness is None else reconciled(self.coefficient, self.witness)
 
     @property
     def noise_model(self) -> str:

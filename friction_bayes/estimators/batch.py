@@ -343,9 +343,7 @@ def _averaged_over_accounts(table: Array, decays: FreeDecays, fits: Fits) -> Arr
         decay = decays.decay(row)
         accounts = accounts_of(decay, white, fits.motion(row), float(fits.rest_position[row]))
         found = averaged(white, accounts) if accounts else white
-        answer = reconciled(
-            found.coefficient, witness_of(decay, found.coefficient), weighed=bool(accounts)
-        )
+        answer = reconciled(found.coefficient, witness_of(decay, found.coefficient, accounts))
         new = {"noise_sd": found.noise_sd, "frequency": found.frequency, "frequency_sd": found.frequency_sd}
         if accounts:
             force = random_force_of(accounts)

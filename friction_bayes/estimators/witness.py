@@ -30,21 +30,24 @@ class Witness:
         Friction coefficient of the signal.
     agrees : bool
         Whether the posterior beside it does, within two standard deviations of their difference.
+    bounds : bool
+        Whether the answer has to be as wide at least.
     """
 
     coefficient: Mixture
     agrees: bool
+    bounds: bool
 
     @classmethod
-    def beside(cls, posterior: Any, coefficient: Mixture) -> Witness:
+    def beside(cls, posterior: Any, coefficient: Mixture, *, bounds: bool) -> Witness:
         """Compare a posterior with it; the wider of two nested witnesses is as wide as their difference."""
         spread = max(_spread(posterior), _spread(coefficient))
         middle = posterior.median()
         apart = abs(middle - coefficient.median())
-        return cls(coefficient, bool(apart <= _APART * math.hypot(spread, _EXACT_TO * middle)))
+        return cls(coefficient, bool(apart <= _APART * math.hypot(spread, _EXACT_TO * middle)), bounds)
 
 
-def reconciled(posterior: Any, witness: Witness | None, *, weighed: bool) -> Any:
+def reconciled(posterior: Any, witness: Witness | None) -> Any:
     """The answer: the posterior, what spans it and a witness that disagrees, and nothing below zero.
 
     Parameters
@@ -52,14 +55,11 @@ def reconciled(posterior: Any, witness: Witness | None, *, weighed: bool) -> Any
     posterior : Mixture or frozen Student t
         Of the friction coefficient.
     witness : Witness or None
-    weighed : bool
-        Whether other accounts than white noise have been weighed; otherwise the answer is at least as wide as
-        the witness.
     """
     answer = posterior
     if witness is not None and not witness.agrees:
         answer = Mixture.of([_as_mixture(posterior), witness.coefficient], (0.5, 0.5))
-    elif witness is not None and not weighed:
+    elif witness is not None and witness.bounds:
         wider = max(_spread(witness.coefficient) / _spread(posterior), 1.0)
         answer = _as_mixture(posterior).widened(wider)
     below = float(answer.cdf(0.0))

@@ -122,10 +122,17 @@ def accounts_of(
     )
 
 
-def witness_of(decay: FreeDecay, coefficient: Any) -> Witness | None:
-    """The loss of amplitude beside a posterior of the friction coefficient; None where it tells nothing."""
+def witness_of(decay: FreeDecay, coefficient: Any, accounts: Sequence[NoiseAccount]) -> Witness | None:
+    """The loss of amplitude beside a posterior of the friction coefficient; None where it tells nothing.
+
+    It bounds the answer where no account but white noise could be weighed, and where an accelerometer's noise
+    is not white: such a sensor shows a force itself, which then passes for noise that moves nothing.
+    """
     lost = loss_of_amplitude(decay)
-    return None if lost is None else Witness.beside(coefficient, lost)
+    if lost is None:
+        return None
+    told_apart = bool(accounts) and (decay.quantity.order < 2 or accounts[0].probability > 0.5)
+    return Witness.beside(coefficient, lost, bounds=not told_apart)
 
 
 def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
@@ -147,7 +154,7 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
     )
     accounts = accounts_of(decay, white, fit.motion, fit.rest_position)
     if not accounts:
-        return replace(fit, witness=witness_of(decay, fit.coefficient))
+        return replace(fit, witness=witness_of(decay, fit.coefficient, ()))
     answer = averaged(white, accounts)
     doubts: tuple[str, ...] = ()
     if accounts[0].probability < 0.5 and fit.prediction is not None:
@@ -159,5 +166,5 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
         notes=tuple(note for note in fit.notes if note not in doubts),
         accounts=accounts,
         random_force=random_force_of(accounts),
-        witness=witness_of(decay, answer.coefficient),
+        witness=witness_of(decay, answer.coefficient, accounts),
     )
