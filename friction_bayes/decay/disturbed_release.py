@@ -22,9 +22,10 @@ from friction_bayes.decay.linear_least_squares import add_sample, regression, so
 __all__ = ["disturbed_half_cycles"]
 
 _SOUGHT = 4
-"""Steps of half a period from the start that may be disturbed."""
-_FEWEST_COMPARED, _MOST_COMPARED = 16, 20
-"""Steps after those that they are compared with: fewer say too little of larger amplitudes."""
+"""Steps of half a period from the start that may be disturbed, at most; of few a third."""
+_PART = 3
+_FEWEST_COMPARED, _MOST_COMPARED = 4, 20
+"""Steps after those that they are compared with; the limit of few is far out."""
 _FALSE_ALARM = 0.01
 """Probability of a cut, at most, in a record whose steps scatter normally about both fits."""
 _LIMITS: Array = np.asarray(
@@ -56,7 +57,8 @@ def disturbed_half_cycles(y: Array, omega: float) -> int:
     _, inphase, quadrature, _ = demodulate(y, omega)
     steps = inphase.size - 1
     # the last step may be one into the rest
-    compared = min(_MOST_COMPARED, steps - 1 - _SOUGHT)
+    sought = min(_SOUGHT, steps // _PART)
+    compared = min(_MOST_COMPARED, steps - 1 - sought)
     if compared < _FEWEST_COMPARED:
         return 0
     amplitude, lost, advanced = np.zeros(steps), np.zeros(steps), np.zeros(steps)
@@ -68,27 +70,29 @@ def disturbed_half_cycles(y: Array, omega: float) -> int:
         lost[k] = before - after
         advanced[k] = amplitude[k] * math.atan2(across, along)
     matters = 0.0
-    for k in range(_SOUGHT, _SOUGHT + compared):
+    for k in range(sought, sought + compared):
         matters += _MATTERS * lost[k] / compared
     last = max(
-        _last_apart(lost, amplitude, np.array([0.0, 1.0]), compared, abs(matters)),
-        _last_apart(advanced, amplitude, np.array([1.0, 3.0]), compared, abs(matters)),
+        _last_apart(lost, amplitude, np.array([0.0, 1.0]), sought, compared, abs(matters)),
+        _last_apart(advanced, amplitude, np.array([1.0, 3.0]), sought, compared, abs(matters)),
     )
     return last + 1 + _FADING if last >= 0 else 0
 
 
 @njit(cache=True, nogil=True)
-def _last_apart(step: Array, amplitude: Array, powers: Array, compared: int, matters: float) -> int:
+def _last_apart(
+    step: Array, amplitude: Array, powers: Array, sought: int, compared: int, matters: float
+) -> int:
     """Last of the first steps that powers of the amplitude, fitted to those after, miss; -1 for none."""
     matrix, right, square = np.zeros((2, 2)), np.zeros(2), 0.0
-    for k in range(_SOUGHT, _SOUGHT + compared):
+    for k in range(sought, sought + compared):
         add_sample(matrix, right, amplitude[k] ** powers, step[k], 1.0)
         square += step[k] ** 2
     law, rest = regression(matrix, right, square)
     if not rest < math.inf:
         return -1
     sd, last = math.sqrt(rest / (compared - 2)), -1
-    for k in range(_SOUGHT):
+    for k in range(sought):
         basis = amplitude[k] ** powers
         spread, _ = solve_spd(matrix, basis)
         limit = _LIMITS[compared] * sd * math.sqrt(1.0 + (basis * spread).sum())

@@ -82,6 +82,8 @@ class FreeDecay:
         Whether ``rest_position`` was given, not found.
     disturbed : int
         Half cycles after the release that are left out as a hand still acted on them.
+    driven : bool
+        Whether a part before is left out in which no amplitude was lost, as under a drive.
     other_frequency, other_share : float
         Angular frequency of the next strongest oscillation in the spectrum [rad/s] and its amplitude over
         that of the one followed; nan where there is none.
@@ -101,6 +103,7 @@ class FreeDecay:
     stamps: Array | None = None
     rest_known: bool = False
     disturbed: int = 0
+    driven: bool = False
     other_frequency: float = math.nan
     other_share: float = math.nan
 
@@ -149,6 +152,11 @@ class FreeDecay:
                 f"the first {self.disturbed} half cycles are left out, up to the turning point at "
                 f"{self.start_time:.4g} s"
             )
+        if self.driven:
+            notes.append(
+                f"{self.name}: no amplitude was lost up to {self.start_time:.4g} s, as under a drive or with a "
+                "hand on it: that part is left out"
+            )
         if self.other_share > 0.0:
             notes.append(
                 f"{self.name}: another oscillation at {self.other_frequency:.4g} rad/s, "
@@ -177,6 +185,7 @@ class FreeDecay:
             rest_position=np.array([self.rest_position]),
             stops=np.array([self.stops]),
             disturbed=np.array([self.disturbed], dtype=np.int64),
+            driven=np.array([self.driven]),
         )
 
 
@@ -293,6 +302,7 @@ def find_free_decay(
         stops=bool(found.stops[0]),
         rest_known=rest_position is not None,
         disturbed=int(found.disturbed[0]),
+        driven=bool(found.driven[0]),
         other_frequency=float(modes.other[0]) / step,
         other_share=float(modes.share[0]),
     )

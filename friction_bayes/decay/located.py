@@ -44,6 +44,8 @@ class Located(NamedTuple):
         Whether the motion ends within the record.
     disturbed : ndarray of int, shape (records,)
         Half cycles before ``start`` that are left out as a hand still acted on them.
+    driven : ndarray of bool, shape (records,)
+        Whether a part before ``start`` is left out in which no amplitude was lost.
     """
 
     status: Integers
@@ -54,3 +56,4 @@ class Located(NamedTuple):
     rest_position: Array
     stops: Mask
     disturbed: Integers
+    driven: Mask

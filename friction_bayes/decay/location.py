@@ -149,6 +149,7 @@ def _locate(
         rest_position=np.zeros(records),
         stops=np.zeros(records, dtype=np.bool_),
         disturbed=np.zeros(records, dtype=np.int64),
+        driven=np.zeros(records, dtype=np.bool_),
     )
     locate_moving_parts(values, modes.frequency, resolutions, order, start, alone, located)
     located.status[(located.status == FOUND) & modes.several] = SEVERAL_MODES

@@ -22,6 +22,7 @@ from friction_bayes.decay.demodulation import (
     rough_phase,
 )
 from friction_bayes.decay.disturbed_release import disturbed_half_cycles
+from friction_bayes.decay.drive import driven_half_cycles
 from friction_bayes.decay.linear_least_squares import add_sample, regression, restricted
 from friction_bayes.decay.located import (
     CONSTANT,
@@ -243,6 +244,12 @@ def locate_moving_parts(
         Receives what is found.
     """
     for r in range(values.shape[0]):
+        y, omega, resolution = values[r], frequencies[r], resolutions[r]
+        found = _moving_part(y, omega, resolution, order, given_start, alone)
+        undriven = found[8]
+        if undriven > 0:
+            # phase and rest of the free part are its own
+            found = _moving_part(y, omega, resolution, order, undriven, True)
         (
             located.status[r],
             located.start[r],
@@ -252,14 +259,16 @@ def locate_moving_parts(
             located.rest_position[r],
             located.stops[r],
             located.disturbed[r],
-        ) = _moving_part(values[r], frequencies[r], resolutions[r], order, given_start, alone)
+            _,
+        ) = found
+        located.driven[r] = undriven > 0
 
 
 @njit(cache=True, nogil=True)
 def _moving_part(
     y: Array, omega: float, resolution: float, order: int, given_start: int, alone: bool
-) -> tuple[int, int, int, float, float, float, bool, int]:
-    """The row of :class:`Located` that belongs to one record."""
+) -> tuple[int, int, int, float, float, float, bool, int, int]:
+    """The row of :class:`Located` that belongs to one record, its last entry the first sample after a drive."""
     low, high = math.inf, -math.inf
     for i in range(y.size):
         if not math.isfinite(y[i]):
@@ -306,12 +315,16 @@ def _moving_part(
     if (moving.size - still) * rate_of(polynomial, scale, still) > math.pi:
         turn = _nearest_turn(still, polynomial, scale, order)
         stop = min(math.floor(begin + turn * width + shift) + 1, stop)
-    disturbed = 0
+    disturbed, undriven = 0, 0
     if given_start < 0:
         half = math.pi / rate_of(polynomial, scale, start)
         # where the record begins with a hold, the release is known to about half a half cycle
         free = start + int(0.5 * half) if start > 0 else 0
         swing = moving[free : (stop - begin) // width] - rest
+        driven = driven_half_cycles(swing, math.pi / half)
+        if driven > 0:
+            turn = _nearest_turn(free + driven * half, polynomial, scale, order)
+            undriven = math.ceil(begin + turn * width + shift)
         disturbed = disturbed_half_cycles(swing, math.pi / half)
         if disturbed > 0:
             let_go = _nearest_turn(free + disturbed * half, polynomial, scale, order)
@@ -327,11 +340,11 @@ def _moving_part(
         return _nothing(TOO_SHORT)
     free_samples = moving[max((first_sample - begin) // width, 0) : (stop - begin) // width]
     if not amplitude_falls(free_samples, rate * width):
-        return _nothing(NOT_DECAYING)
+        return NOT_DECAYING, 0, 0, 0.0, 0.0, 0.0, False, 0, undriven
     phase = (phase_of(polynomial, scale, begun) - 0.5 * math.pi * order) % (2.0 * math.pi)
-    return FOUND, first_sample, stop, rate, phase, rest + offset, stop < y.size, disturbed
+    return FOUND, first_sample, stop, rate, phase, rest + offset, stop < y.size, disturbed, undriven
 
 
 @njit(cache=True, nogil=True)
-def _nothing(status: int) -> tuple[int, int, int, float, float, float, bool, int]:
-    return status, 0, 0, 0.0, 0.0, 0.0, False, 0
+def _nothing(status: int) -> tuple[int, int, int, float, float, float, bool, int, int]:
+    return status, 0, 0, 0.0, 0.0, 0.0, False, 0, 0
