@@ -22,7 +22,7 @@ from friction_bayes.estimators.priors import DeclaredSignal
 from friction_bayes.estimators.random_force.noise_accounts import NoiseAccount
 from friction_bayes.estimators.witness import Witness, reconciled
 
-__all__ = ["Estimator", "Fit", "Fits", "FittedMotion", "FreeDecays", "RandomForce"]
+__all__ = ["Estimator", "Fit", "Fits", "FittedMotion", "FreeDecays", "Part", "RandomForce"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +54,28 @@ class RandomForce:
     def share_of_friction(self) -> float:
         """Mean of its sd over the mean friction with it."""
         return float(self.sd.mean()) / abs(float(self.coefficient_with.mean()))
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One part of a posterior, which a sampler samples by itself.
+
+    Attributes
+    ----------
+    name : str
+        In words.
+    probability : float
+        Of the part.
+    forced : bool
+        Whether it has a random force.
+    build_target : callable, () -> Target
+        Makes the part as the sampler sees it.
+    """
+
+    name: str
+    probability: float
+    forced: bool
+    build_target: Callable[[], Target]
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,9 +126,13 @@ class Fit:
         What a reader must know: assumptions, negative samples, residuals that are not noise.
     motion : FittedMotion or None
         Of a method that fits the whole signal.
+    account_parts : tuple of Part
+        Those of the accounts that count.
     accounts : tuple of NoiseAccount
         Of what a fit of the whole signal leaves, that of white noise alone first; empty where they were not
         asked for or could not be weighed.
+    parts : tuple of Part
+        Of the posterior, those that count; one where there are no accounts.
     random_force : RandomForce or None
         What the record says of one; None where there are no accounts.
     witness : Witness or None
@@ -129,8 +155,13 @@ class Fit:
     notes: tuple[str, ...] = ()
     motion: FittedMotion | None = None
     accounts: tuple[NoiseAccount, ...] = ()
+    account_parts: tuple[Part, ...] = ()
     random_force: RandomForce | None = None
     witness: Witness | None = None
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        return self.account_parts or (Part("the whole posterior", 1.0, False, lambda: self.target),)
 
     @cached_property
     def answer(self) -> Any:

@@ -72,7 +72,7 @@ class Estimate:
     friction_unit : str
         N or N m; the signal's own unit where the sensor was not calibrated.
     friction_as_declared : frozen scipy.stats distribution
-        The same with mass and stiffness taken as exact.
+        The posterior that a sampler samples: mass and stiffness taken as exact, no witness beside it.
     force_factors : tuple of ForceFactor
         From the signal's friction coefficient to the friction force, one or two equally probable.
     force_factor : float

@@ -45,9 +45,10 @@ def check_estimate(
     """Sample the posterior of an estimate with emcee and compare it with the closed form.
 
     The comparison is made at the declared mass and stiffness, which is all that the sampler knows;
-    their uncertainty multiplies both sides afterwards. Where the estimate averages over a random force, its
-    parts are sampled one by one and mixed with their probability in the closed form: that probability, a
-    ratio of evidences, is what the check takes over. Convergence is the worst of the parts.
+    their uncertainty multiplies both sides afterwards. Where the estimate averages over accounts of the noise,
+    its parts are sampled one by one and mixed with their probability in the closed form: these probabilities,
+    ratios of evidences, are what the check takes over, and what a witness that disagrees adds to the answer
+    comes on top. Convergence is the worst of the parts.
 
     Parameters
     ----------
@@ -71,7 +72,7 @@ def check_estimate(
     own = [part["posterior"].dataset["friction"].attrs for part in parts]
     summary = {
         "sampler": "emcee",
-        "checked": _checked(estimate, parts),
+        "checked": _checked(parts),
         "friction": Summary.of_draws(friction, estimate.friction_unit, ddof=0).to_dict(),
         "rhat": max(float(attrs["nested_rhat"]) for attrs in own),
         "ess_bulk": min(float(attrs["ess_bulk"]) for attrs in own),
@@ -96,11 +97,7 @@ def _factor_draws(estimate: Estimate, shape: tuple[int, ...], rng: np.random.Gen
     return forces[0] if len(forces) == 1 else np.choose(rng.integers(len(forces), size=shape), forces)
 
 
-def _checked(estimate: Estimate, parts: tuple[xr.DataTree, ...]) -> str:
+def _checked(parts: tuple[xr.DataTree, ...]) -> str:
     """What was sampled, in words."""
-    if estimate.random_force is None:
-        return "the whole posterior"
-    if len(parts) > 1:
-        return "both parts, with a random force and without"
-    which = "with" if parts[0].attrs["random_force"] else "without"
-    return f"the part {which} a random force, the only one that counts"
+    names = [str(part.attrs["part"]) for part in parts]
+    return names[0] if len(names) == 1 else f"{len(names)} parts: {'; '.join(names)}"

@@ -1,8 +1,8 @@
-"""The posterior of an estimate sampled: one target, or one with a random force and one without."""
+"""The posterior of an estimate sampled: one target, or one for each account of the noise."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,13 +12,9 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.estimate import estimate
 from friction_bayes.estimators.result import Estimate
-from friction_bayes.estimators.waveform.averaged import SURELY_NONE
 from friction_bayes.reference.sampling import sample_target
 
 __all__ = ["parts_of", "sample_estimate", "sample_reference"]
-
-_OTHER_PART = "other_part"
-
 
 def sample_reference(
     record: xr.DataArray,
@@ -84,9 +80,9 @@ def sample_estimate(
 ) -> xr.DataTree:
     """Sample the posterior of an estimate, each of its parts on its own.
 
-    An estimate that averages over a random force has two parts, with one and without. They differ in their
-    parameters and are told apart by evidence, which a sampler does not give: each is sampled on its own
-    target, and both are mixed with the closed form's probability. A part below a thousandth is left out.
+    An estimate that averages over accounts of the noise has several parts. They differ in their parameters
+    and are told apart by evidence, which a sampler does not give: each is sampled on its own target, and all
+    are mixed with the closed form's probabilities. A part below a thousandth is left out.
 
     Parameters
     ----------
@@ -101,58 +97,62 @@ def sample_estimate(
     Returns
     -------
     xarray.DataTree
-        The only part, or the more probable one, as from :func:`friction_bayes.reference.sample_target`;
-        attribute ``random_force`` says (1 or 0) whether it has one. Where there are two, group ``other_part``
-        holds the other in the same layout, and ``mixture`` the friction of both, in proportion.
+        The most probable part, as from :func:`friction_bayes.reference.sample_target`; attribute
+        ``random_force`` says (1 or 0) whether it has one, ``part`` what it is. Where there are several,
+        groups ``other_part``, ``other_part_2``, ... hold the others in the same layout, and ``mixture`` the
+        friction of all, in proportion.
     """
-    force = closed_form.random_force
-    targets = {0: closed_form.fit.target}
-    probability = 0.0
-    if force is not None and force.probability >= SURELY_NONE:
-        probability = force.probability
-        targets[1] = force.target
-        if probability > 1.0 - SURELY_NONE:
-            del targets[0]
-    parts = {}
-    for has, target in targets.items():
-        parts[has] = sample_target(target, seed=seed, progress=progress, **options)
-        parts[has].attrs["random_force"] = has
-    if len(parts) == 1:
-        return next(iter(parts.values()))
-    first = int(probability > 0.5)
-    tree, ensembles = parts[first], int(parts[first].attrs["ensembles"])
+    declared = sorted(closed_form.fit.parts, key=lambda part: -part.probability)
+    trees = []
+    for part in declared:
+        tree = sample_target(part.build_target(), seed=seed, progress=progress, **options)
+        tree.attrs.update(random_force=int(part.forced), part=part.name)
+        trees.append(tree)
+    first, *others = trees
+    if not others:
+        return first
+    share = np.array([part.probability for part in declared])
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,)))
-    mixed = _mixed(parts[0], parts[1], probability, rng)
+    mixed, ensembles = _mixed(trees, share / share.sum(), rng), int(first.attrs["ensembles"])
     mixture = xr.Dataset(
         {"friction": (("chain", "draw"), mixed)},
         coords={"ensemble": ("chain", np.repeat(np.arange(ensembles), len(mixed) // ensembles))},
-        attrs={"probability_of_random_force": probability},
+        attrs={part.name: part.probability for part in declared},
     )
-    tree["mixture"] = xr.DataTree(mixture)
-    tree[_OTHER_PART] = parts[1 - first]
-    return tree
+    first["mixture"] = xr.DataTree(mixture)
+    for i, tree in enumerate(others, start=1):
+        first[_other_part(i)] = tree
+    return first
 
 
 def parts_of(tree: xr.DataTree) -> tuple[xr.DataTree, ...]:
-    """The one or two parts that :func:`sample_estimate` has sampled, the more probable one first."""
-    return (tree, tree.children[_OTHER_PART]) if _OTHER_PART in tree.children else (tree,)
+    """The parts that :func:`sample_estimate` has sampled, the most probable one first."""
+    parts = [tree]
+    while _other_part(len(parts)) in tree.children:
+        parts.append(tree.children[_other_part(len(parts))])
+    return tuple(parts)
 
 
-def _mixed(without: xr.DataTree, beside: xr.DataTree, probability: float, rng: np.random.Generator) -> Array:
-    """Friction of two parts, shape (chains, draws), each draw from one of them.
+def _other_part(number: int) -> str:
+    return "other_part" if number == 1 else f"other_part_{number}"
 
-    As many walkers of each ensemble, and as many draws, as both have: evenly taken where one has more.
+
+def _mixed(parts: Sequence[xr.DataTree], share: Array, rng: np.random.Generator) -> Array:
+    """Friction of several parts, shape (chains, draws), each draw from one of them.
+
+    As many walkers of each ensemble, and as many draws, as all have: evenly taken where one has more.
     """
     grouped = [
         np.asarray(part["posterior"].dataset["friction"].values).reshape(
             part.attrs["ensembles"], part.attrs["walkers"], -1
         )
-        for part in (without, beside)
+        for part in parts
     ]
     walkers, draws = (min(each.shape[axis] for each in grouped) for axis in (1, 2))
-    even = [
+    even = np.stack([
         each[:, :walkers][:, :, np.linspace(0, each.shape[2] - 1, draws).round().astype(int)]
         for each in grouped
-    ]
-    mixed = np.where(rng.random(even[0].shape) < probability, even[1], even[0])
+    ])
+    which = rng.choice(len(parts), size=even.shape[1:], p=share)
+    mixed = np.take_along_axis(even, which[None], axis=0)[0]
     return np.asarray(mixed.reshape(-1, draws))

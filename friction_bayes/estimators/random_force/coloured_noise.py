@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 from scipy.linalg import solve_toeplitz, toeplitz
+from scipy.signal import lfilter, lfiltic
 
 from friction_bayes.core.arrays import Array, Indices
 
@@ -67,6 +68,13 @@ class Autoregression:
         right = np.zeros(p + 1)
         right[0] = self.innovation_variance
         return np.asarray(toeplitz(np.linalg.solve(matrix, right)[:p]))
+
+    def drawn(self, samples: int, rng: np.random.Generator) -> Array:
+        """Draw so many successive values, shape (samples,)."""
+        first = np.linalg.cholesky(self.covariance) @ rng.standard_normal(self.order)
+        kicks = math.sqrt(self.innovation_variance) * rng.standard_normal(samples)
+        state = lfiltic([1.0], np.append(1.0, -self.coefficients), first[::-1])
+        return np.asarray(lfilter([1.0], np.append(1.0, -self.coefficients), kicks, zi=state)[0])
 
     def spectrum(self, omega: Array) -> Array:
         """Spectral density at ``omega`` [rad/sample], shape (m,); that of white noise is its variance."""

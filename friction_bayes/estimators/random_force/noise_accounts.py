@@ -23,9 +23,13 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import Whiteness, whiteness
 from friction_bayes.estimators.random_force.noise_level import SensorNoise, sensor_noise
 from friction_bayes.estimators.random_force.law_regression import frequency_change
-from friction_bayes.estimators.random_force.plain_law import LEAST_SAMPLES, Laid, PlainDecay, PreparedDecay
+from friction_bayes.estimators.random_force.plain_law import CORNER, LEAST_SAMPLES, Laid, PlainDecay, PreparedDecay
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, integrate
-from friction_bayes.estimators.random_force.sampler_target import force_target, half_cycle_blocks
+from friction_bayes.estimators.random_force.sampler_target import (
+    force_target,
+    half_cycle_blocks,
+    still_target,
+)
 from friction_bayes.estimators.random_force.whitening import shown, smooth
 
 __all__ = ["SLIGHT", "NoiseAccount", "noise_accounts"]
@@ -42,6 +46,8 @@ class NoiseAccount:
     ----------
     coloured, forced : bool
         Whether the noise is coloured, and whether there is a random force.
+    free_corners : bool
+        Whether the corners of the motion may have any shape.
     probability : float
         Of this account.
     coefficient : Mixture
@@ -60,6 +66,7 @@ class NoiseAccount:
 
     coloured: bool
     forced: bool
+    free_corners: bool
     probability: float
     coefficient: Mixture
     frequency: float
@@ -69,6 +76,14 @@ class NoiseAccount:
     correlation_time: stats.distributions.rv_frozen | None
     innovations: Whiteness
     target: Callable[[float], Target] = field(repr=False)
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        words = ["coloured noise" if self.coloured else "white noise"]
+        words += ["a random force"] if self.forced else []
+        words += ["corners of any shape"] if self.free_corners else []
+        return ", ".join(words)
 
 
 def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
@@ -192,6 +207,7 @@ def _account(part: _Weighed, probability: float, prepared: PreparedDecay) -> Noi
     return NoiseAccount(
         coloured=regression.clock.autoregression is not None,
         forced=forced,
+        free_corners=regression.names[-1].startswith(CORNER),
         probability=probability,
         coefficient=posterior.coefficient("friction").scaled(unit),
         frequency=found,
@@ -200,9 +216,38 @@ def _account(part: _Weighed, probability: float, prepared: PreparedDecay) -> Noi
         sd=_scaled_log_normal(posterior.force_sd, unit) if forced else None,
         correlation_time=_scaled_log_normal(posterior.correlation_time, 1.0 / frequency) if forced else None,
         innovations=whiteness(innovations[np.isfinite(regression.clock.variance)]),
-        target=lambda force_factor: None,
+        target=lambda force_factor: _target(part, prepared, unit, force_factor),
     )
 
 
 def _scaled_log_normal(distribution: Any, factor: float) -> Any:
     return stats.lognorm(*distribution.args, scale=distribution.kwds["scale"] * factor)
+
+
+def _target(part: _Weighed, prepared: PreparedDecay, unit: float, force_factor: float) -> Target:
+    """The posterior of an account for a sampler; ``unit`` is that of its friction in the signal."""
+    laid, regression = part.laid, part.laid.regression
+    friction = regression.names.index("friction")
+    noise_unit = laid.unit * math.sqrt(prepared.decay.block)
+
+    def still(law: Array, noise: Array) -> dict[str, Array]:
+        change = np.array([frequency_change(kappa) for kappa in law[:, regression.stiffness]])
+        return {
+            "friction": force_factor * unit * law[:, friction],
+            "frequency": laid.frequency * change,
+            "precision": (noise_unit * noise) ** -2.0,
+        }
+
+    def forced(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
+        return still(law, noise) | {
+            "random_force_sd": force_factor * unit * q,
+            "correlation_time": tau / laid.frequency,
+        }
+
+    blocks = half_cycle_blocks(regression.clock.phase)
+    signal = prepared.signal + prepared.decay.rest_position
+    if np.any(part.posterior.ratio > 0.0):
+        return force_target(
+            regression, prepared.prior, natural=forced, blocks=blocks, signal=signal, unit=laid.unit
+        )
+    return still_target(regression, natural=still, blocks=blocks, signal=signal, unit=laid.unit)

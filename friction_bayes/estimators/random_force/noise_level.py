@@ -38,6 +38,8 @@ _PER_PERIOD = 6
 _SIZES = np.geomspace(0.1, 100.0, 7)
 _TIMES = (0.3, 1.0, 3.0, 10.0)
 """Of forces that the level is averaged over: sd at resonance over the noise, and correlation times as phases."""
+_WHITE = 1.0
+"""Gain in log likelihood below which a colour is none."""
 _OCTAVE = np.geomspace(1.0, 2.0, 20)
 """Frequencies, over the motion's, at which a noise that rises with frequency is told."""
 
@@ -91,6 +93,8 @@ def sensor_noise(
     if own.order == 0 or not even:
         return SensorNoise(math.sqrt(floor2), None, math.sqrt(floor2))
     colour = own.tempered(floor2 / variance, angle, residual.size)
+    if colour.gain(residual.size) <= max(colour.penalty, _WHITE):
+        return SensorNoise(math.sqrt(floor2), None, math.sqrt(floor2))
     level = colour.level(angle * _OCTAVE)
     return SensorNoise(math.sqrt(floor2), colour, math.sqrt(floor2 / level))
 

@@ -40,7 +40,7 @@ from friction_bayes.estimators.random_force.transition import initial_response
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
 from friction_bayes.records.quantisation import quantisation_step
 
-__all__ = ["LEAST_SAMPLES", "Laid", "PlainDecay", "PreparedDecay"]
+__all__ = ["CORNER", "LEAST_SAMPLES", "Laid", "PlainDecay", "PreparedDecay"]
 
 _CENTRE = 0.3
 """Median of the random force's sd over the friction that explains the loss of amplitude."""
@@ -48,6 +48,8 @@ _SURELY_SLIDES = 3.0
 """Amplitude over ``r/k`` below which a half cycle may end in sticking, and is left out."""
 LEAST_SAMPLES = 64
 """Samples of which noise can be told from a random force."""
+CORNER = "corner_"
+"""What the names of the columns of free corners begin with."""
 _MOST_ROUNDS = 4
 """Motions that are smoothed with a law: one serves but for a pendulum that swings far."""
 
@@ -155,7 +157,7 @@ class Laid:
         path, regression = self.path, self.regression
         columns, scale = corner_columns(path), corner_scale(path, self.order, friction)
         extra = scale.size
-        names = tuple(f"corner_{j}" for j in range(extra))
+        names = tuple(f"{CORNER}{j}" for j in range(extra))
         clock = regression.clock
         if self.order == 2:
             jump = (friction / regression.motion.noise) ** 2 * near_corners(path)

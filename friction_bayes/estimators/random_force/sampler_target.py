@@ -30,7 +30,7 @@ from friction_bayes.estimators.random_force.replication import drawn_fluctuation
 from friction_bayes.estimators.random_force.subsets import WeighedSets, set_posterior
 from friction_bayes.estimators.random_force.whitening import shown
 
-__all__ = ["force_target", "half_cycle_blocks", "no_prior_draws"]
+__all__ = ["force_target", "half_cycle_blocks", "no_prior_draws", "still_target"]
 
 _REACH = 6.0
 """Prior standard deviations of ``log q`` within which the posterior is looked for."""
@@ -41,6 +41,8 @@ _DEPTH = 25.0
 _FINE = (56, 40)
 """Steps of the interpolation in ``u`` and in ``log tau``."""
 _LOG_LIMIT = 300.0
+_NO_FORCE = (0.0, 1.0)
+"""Its size over the noise, and any correlation time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +153,93 @@ def force_target(
         centre=centre,
         covariance=covariance,
         posterior=posterior,
+        log_prior=log_prior,
+        pointwise=pointwise,
+        predictive=predictive,
+        prior_draws=no_prior_draws,
+        observed=signal,
+        observed_name="signal",
+    )
+
+
+def still_target(
+    regression: LawRegression,
+    *,
+    natural: Callable[[Array, Array], dict[str, Array]],
+    blocks: Integers,
+    signal: Array,
+    unit: float,
+) -> Target:
+    """Build the target of a regression without a random force, under the noise that its clock describes.
+
+    Parameters
+    ----------
+    regression : LawRegression
+        On one set of columns.
+    natural : callable, (coefficients (m, p), noise sd (m,)) -> dict
+        Natural parameters of draws, from those in natural units.
+    blocks, signal, unit
+        As for :func:`force_target`.
+
+    Returns
+    -------
+    Target
+        Coordinates: the coefficients and ``log_variance`` of the sensor noise, natural units.
+    """
+    scale, reference, n = regression.scale, regression.reference, _samples(regression)
+    p = scale.size
+    whitened = regression.whiten_at(*_NO_FORCE)
+    factor = np.linalg.cholesky(whitened.gram).T[None]
+    found = regression.problem.weigh(*_NO_FORCE)
+    lam, noise2 = found.full_noise2, float(found.noise2[0])
+    mean, covariance = set_posterior(
+        whitened.gram, reference, np.ones(p, dtype=np.bool_), lam, noise2
+    )
+    precision = whitened.gram[:-1, :-1] + lam * np.eye(p)
+
+    def log_prior(theta: Array) -> Array:
+        law = regression.log_prior_density(theta[:, :-1] / scale)
+        inside = (theta[:, -1] >= regression.log_least_variance) & (np.abs(theta[:, -1]) < _LOG_LIMIT)
+        return np.where(inside, law, -np.inf)
+
+    def log_prob(theta: Array) -> Array:
+        log_v = np.clip(theta[:, -1], -_LOG_LIMIT, _LOG_LIMIT)
+        misfit = _misfit(factor, reference - theta[:, :-1] / scale)
+        likelihood = signal_log_likelihood(misfit, log_v, n) - 0.5 * whitened.log_determinant
+        return np.asarray(likelihood + log_prior(theta))
+
+    def closed_form(theta: Array) -> Array:
+        away, log_v = theta[:, :-1] / scale - mean, theta[:, -1]
+        square = np.einsum("mi,ij,mj->m", away, precision, away) + n * noise2
+        return np.asarray(-0.5 * (n + p) * log_v - 0.5 * square * np.exp(-log_v))
+
+    def pointwise(theta: Array) -> Array:
+        rows = [
+            np.add.reduceat(regression.log_densities(row[:-1], math.exp(row[-1]), *_NO_FORCE), blocks)
+            for row in theta
+        ]
+        return np.array(rows)
+
+    def predictive(theta: Array, rng: np.random.Generator) -> Array:
+        rows = [
+            signal
+            + unit
+            * (math.exp(0.5 * row[-1]) * drawn_noise(regression.clock, rng) - regression.residual(row[:-1]))
+            for row in theta
+        ]
+        return np.array(rows)
+
+    centre = np.append(mean * scale, math.log(noise2) + (math.sqrt(0.5 / n) if regression.least_noise else 0.0))
+    spread = np.zeros((p + 1, p + 1))
+    spread[:-1, :-1] = covariance * np.outer(scale, scale)
+    spread[-1, -1] = 2.0 / n
+    return Target(
+        names=(*regression.names, "log_variance"),
+        log_prob=log_prob,
+        closed_form=closed_form,
+        centre=centre,
+        covariance=spread,
+        posterior=lambda theta: natural(theta[:, :-1], np.exp(0.5 * theta[:, -1])),
         log_prior=log_prior,
         pointwise=pointwise,
         predictive=predictive,

@@ -9,15 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.sensor_calibration import swing_frequency
+from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
 from friction_bayes.decay.whiteness import residual_notes
-from friction_bayes.estimators.base import Fit, FittedMotion, RandomForce
+from friction_bayes.estimators.base import Fit, FittedMotion, Part, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import loss_of_amplitude
 from friction_bayes.estimators.random_force.noise_accounts import NoiseAccount, noise_accounts
 from friction_bayes.estimators.random_force.plain_law import PlainDecay
@@ -35,6 +36,8 @@ __all__ = [
 
 SURELY_NONE = 1e-3
 """Probability of an account below which it is left out of the answer."""
+_AS_LOUD = 1.01
+"""Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,6 +168,19 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
         **vars(answer),
         notes=tuple(note for note in fit.notes if note not in doubts),
         accounts=accounts,
+        account_parts=_parts(decay, fit, accounts),
         random_force=random_force_of(accounts),
         witness=witness_of(decay, answer.coefficient, accounts),
     )
+
+
+def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tuple[Part, ...]:
+    """Parts for a sampler: the fit itself under white noise, unless its account knows of more noise."""
+    factor = force_factor(decay.system, decay.quantity, decay.unit)
+    parts = []
+    for i, account in enumerate(accounts):
+        if account.probability >= SURELY_NONE:
+            own = i == 0 and account.noise_sd <= _AS_LOUD * fit.noise_sd
+            build = (lambda: fit.target) if own else partial(account.target, factor)
+            parts.append(Part(account.name, account.probability, account.forced, build))
+    return tuple(parts)
