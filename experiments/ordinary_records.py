@@ -97,7 +97,8 @@ def _words(records: xr.Dataset, label: str) -> str:
     own = records.sel(estimator=label)
     covered, error = share_error(own["covered"])
     return (
-        f"covers {with_error(100.0 * covered, 100.0 * error)} %, {float(own['ratio'].median()):.3f} of the truth, "
+        f"covers {with_error(100.0 * covered, 100.0 * error)} %, "
+        f"{float(own['ratio'].median()):.3f} of the truth, "
         f"width {100.0 * float(own['width'].median()):.2g} %"
     )
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, short_decay
-from friction_bayes.estimators.random_force.plain_law import PlainDecay, plain_posterior
 
 __all__ = ["use_kernels"]
 
@@ -21,16 +20,5 @@ def use_kernels(share: int) -> None:
         fb.estimate(record, SYSTEM, method="envelope")
         return
     short_decay(effects={"viscous_damping.damping_ratio": 0.01})
-    short_decay(effects=fluctuating_friction())
-    plain_posterior(
-        PlainDecay(
-            values=record.values,
-            time=record["time"].values,
-            order=0,
-            frequency=SYSTEM.natural_frequency,
-            coefficient=0.5 / SYSTEM.stiffness,
-            rest_position=0.0,
-            noise_sd=1e-4,
-        )
-    )
+    fb.estimate(short_decay(effects=fluctuating_friction()), SYSTEM)
     fb.estimate(record, SYSTEM, method="normal-gamma")

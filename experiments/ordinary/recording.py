@@ -104,7 +104,7 @@ def draw_layout(
 
 
 def noise_for(clean: NDArray[np.float64], snr_db: float) -> float:
-    """Standard deviation of a noise that many decibels below the root mean square of a signal about its mean."""
+    """Standard deviation of a noise so many decibels below a signal, by root mean squares about the mean."""
     return float(np.std(clean)) * 10.0 ** (-snr_db / 20.0)
 
 

@@ -21,7 +21,7 @@ def lines_of(row: str, records: xr.Dataset, estimators: Sequence[str]) -> list[M
     row : str
         What it is called.
     records : xarray.Dataset
-        Over ``replicate`` and ``estimator``, with the variables of :data:`experiments.ordinary.judged.VERDICT`.
+        Over ``replicate`` and ``estimator``, with :data:`experiments.ordinary.judged.VERDICT` as variables.
     estimators : sequence of str
         Which, in this order.
     """

@@ -72,8 +72,8 @@ class Mixture(FrozenDistribution):
     def of_student(cls, distribution: Any) -> Mixture:
         """A frozen Student t as a mixture of one part."""
         part = distribution.kwds
-        numbers = (np.array([part[name]], dtype=np.float64) for name in ("loc", "scale", "df"))
-        return cls(np.ones(1), *numbers)
+        location, scale, degrees = (np.array([float(part[name])]) for name in ("loc", "scale", "df"))
+        return cls(np.ones(1), location, scale, degrees)
 
     def widened(self, factor: float) -> Mixture:
         """The same with parts ``factor`` times as wide."""

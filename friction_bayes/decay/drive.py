@@ -1,4 +1,4 @@
-"""Periods at the start of a record in which something still drove the motion: no amplitude is lost, later it is.
+"""Periods at the start of a record in which something still drove the motion and no amplitude was lost.
 
 A free decay loses amplitude from its first period on. Where the amplitudes of the first periods stay or grow,
 on average, and those that follow fall by more than their scatter leaves to chance, the decay begins between.
@@ -24,7 +24,7 @@ _FEWEST_DRIVEN, _FEWEST_FREE = 2, 4
 """Periods that have to tell of either."""
 _MOST_COMPARED = 60
 _FALSE_ALARM = 1e-3
-"""Probability of a cut, at most, in a free decay whose losses scatter normally, over all places of the cut."""
+"""Probability of a cut, at most, in a free decay whose losses scatter normally, over all its places."""
 _POINTS = 60
 _LIMITS: Array = np.asarray(
     stats.t.isf(

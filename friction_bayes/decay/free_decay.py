@@ -154,8 +154,8 @@ class FreeDecay:
             )
         if self.driven:
             notes.append(
-                f"{self.name}: no amplitude was lost up to {self.start_time:.4g} s, as under a drive or with a "
-                "hand on it: that part is left out"
+                f"{self.name}: no amplitude was lost up to {self.start_time:.4g} s, as under a drive: that "
+                "part is left out"
             )
         if self.other_share > 0.0:
             notes.append(

@@ -268,7 +268,7 @@ def locate_moving_parts(
 def _moving_part(
     y: Array, omega: float, resolution: float, order: int, given_start: int, alone: bool
 ) -> tuple[int, int, int, float, float, float, bool, int, int]:
-    """The row of :class:`Located` that belongs to one record, its last entry the first sample after a drive."""
+    """The row of :class:`Located` that belongs to one record; its last entry: where a drive has ended."""
     low, high = math.inf, -math.inf
     for i in range(y.size):
         if not math.isfinite(y[i]):
@@ -321,14 +321,16 @@ def _moving_part(
         # where the record begins with a hold, the release is known to about half a half cycle
         free = start + int(0.5 * half) if start > 0 else 0
         swing = moving[free : (stop - begin) // width] - rest
-        driven = driven_half_cycles(swing, math.pi / half)
-        if driven > 0:
-            turn = _nearest_turn(free + driven * half, polynomial, scale, order)
-            undriven = math.ceil(begin + turn * width + shift)
         disturbed = disturbed_half_cycles(swing, math.pi / half)
+        let_go = float(free)
         if disturbed > 0:
             let_go = _nearest_turn(free + disturbed * half, polynomial, scale, order)
             first_sample = math.ceil(begin + let_go * width + shift)
+        after = max(math.ceil(let_go), free)
+        driven = driven_half_cycles(moving[after : (stop - begin) // width] - rest, math.pi / half)
+        if driven > 0:
+            released = _nearest_turn(after + driven * half, polynomial, scale, order)
+            undriven = math.ceil(begin + released * width + shift)
     last = (stop - begin - shift) / width
     begun = (first_sample - begin - shift) / width
     rate = (phase_of(polynomial, scale, last) - phase_of(polynomial, scale, begun)) / max(

@@ -173,6 +173,11 @@ class Fit:
         coloured = sum(account.probability for account in self.accounts if account.coloured)
         return "coloured" if coloured > 0.5 else "white"
 
+    @property
+    def probability_of_free_corners(self) -> float:
+        """That the corners of the motion do not show as dry friction makes them."""
+        return sum(account.probability for account in self.accounts if account.free_corners)
+
     @cached_property
     def target(self) -> Target:
         """The same posterior for the sampler, built when it is first asked for."""

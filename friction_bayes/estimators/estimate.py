@@ -23,6 +23,7 @@ from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
 from friction_bayes.estimators.waveform.averaged import averaged_over_accounts
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
+from friction_bayes.estimators.waveform.saturation import saturation_level
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.held_readings import set_held_readings_aside
 from friction_bayes.records.record import record_name, validate_record
@@ -32,6 +33,8 @@ __all__ = ["RANDOM_FORCE", "estimate", "prior_mapping", "refuse_clipped"]
 RANDOM_FORCE = ("auto", "none")
 """Whether a random force may be there."""
 
+_SURELY = 0.99
+"""Probability of a negative friction above which there is no answer."""
 _SPLINE = (
     "the times are uneven: this method goes from sample to sample, so that a cubic spline brings the signal "
     "to an even grid; waveform takes the samples at their own times"
@@ -127,6 +130,13 @@ def estimate(
     record, _ = set_excursions_aside(record, system)
     refuse_clipped(record)
     decay = find_free_decay(record, system, start=start, rest_position=rest_position)
+    level = saturation_level(decay)
+    if level is not None:
+        raise InputError(
+            record_name(record),
+            f"the sensor saturates: tops are flat some {level:.4g} {decay.unit} from the rest position",
+            "start after them (--start), or take a sensor with more range",
+        )
     spline: list[str] = []
     if method != WaveformEstimator.name and not decay.evenly_spaced:
         decay = decay.on_even_grid()
@@ -135,6 +145,7 @@ def estimate(
     fit = estimator.fit(decay, chosen, peaks=peaks)
     if random_force == "auto" and method == WaveformEstimator.name:
         fit = averaged_over_accounts(decay, fit)
+        _refuse_negative(decay, fit)
     warned = _proportion_note(decay)
     acceptance = None
     if accept_precision is not None:
@@ -173,6 +184,17 @@ def _precision_of(fit: Fit, method: str) -> Any:
             "method", f"{method} has no precision parameter to accept by", "use normal-gamma or waveform"
         )
     return fit.precision
+
+
+def _refuse_negative(decay: FreeDecay, fit: Fit) -> None:
+    """Refuse what loses no amplitude by any account."""
+    told = [fit.coefficient] + ([] if fit.witness is None else [fit.witness.coefficient])
+    if all(float(each.cdf(0.0)) > _SURELY for each in told):
+        raise InputError(
+            decay.name,
+            "friction is negative, which no contact has: the oscillation grows, as if driven",
+            "give the free decay alone (--start, --end)",
+        )
 
 
 def _refuse_other_signal(decay: FreeDecay, set_up: FreeDecay) -> None:

@@ -21,9 +21,9 @@ from friction_bayes.core.declared_force import (
 from friction_bayes.core.errors import RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.strict_json import plain
-from friction_bayes.core.summary import TAILS, Summary, summary_table
+from friction_bayes.core.summary import Summary, summary_table
 from friction_bayes.core.system import Oscillator
-from friction_bayes.core.text import interval90, number, of_friction
+from friction_bayes.core.text import interval90, number
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
 from friction_bayes.estimators.acceptance import Acceptance
@@ -34,10 +34,6 @@ __all__ = ["Estimate", "force_notes"]
 
 _SURELY = 0.99
 """Probability of a negative friction above which a note says what that means."""
-_WORTH_A_NOTE = 0.01
-"""Probability of a random force above which a note says what it means."""
-_NO_FLUCTUATION = 5.0
-"""Times friction itself, beyond which a random force stands for something else: a warning is given then."""
 _SUSPECT_PERIODS = 0.02
 """Correlation time of a random force below which a note doubts that it is one: the prior ends at 0.01."""
 _SUMMARISED = ("friction", "friction_over_stiffness", "precision", "frequency", "noise_sd", "rest_position")
@@ -249,7 +245,12 @@ class Estimate:
                     "declared": system.natural_frequency,
                     "unit": "rad/s",
                 },
-                "noise": {"model": self.fit.noise_model, "sd": self.noise_sd, "unit": self.decay.unit},
+                "noise": {
+                    "model": self.fit.noise_model,
+                    "sd": self.noise_sd,
+                    "unit": self.decay.unit,
+                    "probability_of_free_corners": self.fit.probability_of_free_corners,
+                },
                 "noise_sd": {"mean": self.noise_sd, "unit": self.decay.unit},
                 "witness": self._witness_summary(),
                 "fitted": {
@@ -322,7 +323,7 @@ def force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
         )
     elif _taken_as_exact(_force_factors(decay, fit)):
         notes.append(f"{_exact(system, order)} uncertainty is not in the friction interval")
-    return notes + _negative_note(fit) + _frequency_note(decay, fit) + _random_force_notes(decay, fit)
+    return notes + _negative_note(fit) + _frequency_note(decay, fit) + _random_force_notes(fit)
 
 
 def _negative_note(fit: Fit) -> list[str]:
@@ -337,32 +338,12 @@ def _negative_note(fit: Fit) -> list[str]:
     return [text]
 
 
-def _random_force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
-    """What a random force means for the interval of friction, and whether it explains the residuals."""
+def _random_force_notes(fit: Fit) -> list[str]:
+    """What a random force leaves open: whether it is one, and whether it explains the residuals."""
     force = fit.random_force
-    if force is None or force.probability < _WORTH_A_NOTE:
+    if force is None or force.probability <= 0.5:
         return []
-    size = float(force.sd.mean()) * force_factor(decay.system, decay.quantity, decay.unit)
-    unit = decay.system.friction_unit if _calibrated(decay) else decay.unit
-    interval = [float(fit.coefficient.ppf(p)) for p in TAILS]
-    about = f"by about {size:.2g} {unit}{of_friction(force.share_of_friction, interval)}"
-    if force.probability <= 0.5:
-        return [
-            f"a force that fluctuates {about}, cannot be excluded (probability {force.probability:.2g}): "
-            "the interval of friction counts it"
-        ]
-    notes = []
-    if force.share_of_friction > _NO_FLUCTUATION:
-        notes.append(
-            f"beside friction a force of {size:.2g} {unit} would have to act, more than {_NO_FLUCTUATION:g} "
-            "times as large, which is no fluctuation but a push, another law or an error of the sensor: do "
-            "not take friction from this record, unless close-loop, or a part of it (--start, --end), shows "
-            "which"
-        )
-        warnings.warn(notes[0], RecordWarning, stacklevel=4)
-    notes += [
-        f"the force fluctuates {about}, over {float(force.correlation_time.mean()):.2g} s "
-        f"(probability {force.probability:.3g}): the interval of friction counts it",
+    notes = [
         "an effect that dry friction alone lacks, such as viscous damping, can pass for such a force and "
         "shift friction by more than the interval says; close-loop tells them apart",
     ]

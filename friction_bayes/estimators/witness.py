@@ -1,4 +1,4 @@
-"""The witness beside an answer: friction by the loss of amplitude, and what becomes of an answer it contradicts."""
+"""The witness beside an answer, friction by the loss of amplitude, and an answer that it contradicts."""
 
 from __future__ import annotations
 

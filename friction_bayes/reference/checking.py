@@ -45,10 +45,10 @@ def check_estimate(
     """Sample the posterior of an estimate with emcee and compare it with the closed form.
 
     The comparison is made at the declared mass and stiffness, which is all that the sampler knows;
-    their uncertainty multiplies both sides afterwards. Where the estimate averages over accounts of the noise,
-    its parts are sampled one by one and mixed with their probability in the closed form: these probabilities,
-    ratios of evidences, are what the check takes over, and what a witness that disagrees adds to the answer
-    comes on top. Convergence is the worst of the parts.
+    their uncertainty multiplies both sides afterwards. Where the estimate averages over accounts of the
+    noise, its parts are sampled one by one and mixed with their probability in the closed form: these
+    probabilities, ratios of evidences, are what the check takes over, and what a witness that disagrees adds
+    to the answer comes on top. Convergence is the worst of the parts.
 
     Parameters
     ----------

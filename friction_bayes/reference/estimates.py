@@ -16,6 +16,7 @@ from friction_bayes.reference.sampling import sample_target
 
 __all__ = ["parts_of", "sample_estimate", "sample_reference"]
 
+
 def sample_reference(
     record: xr.DataArray,
     system: Oscillator,
@@ -149,10 +150,12 @@ def _mixed(parts: Sequence[xr.DataTree], share: Array, rng: np.random.Generator)
         for part in parts
     ]
     walkers, draws = (min(each.shape[axis] for each in grouped) for axis in (1, 2))
-    even = np.stack([
-        each[:, :walkers][:, :, np.linspace(0, each.shape[2] - 1, draws).round().astype(int)]
-        for each in grouped
-    ])
+    even = np.stack(
+        [
+            each[:, :walkers][:, :, np.linspace(0, each.shape[2] - 1, draws).round().astype(int)]
+            for each in grouped
+        ]
+    )
     which = rng.choice(len(parts), size=even.shape[1:], p=share)
     mixed = np.take_along_axis(even, which[None], axis=0)[0]
     return np.asarray(mixed.reshape(-1, draws))

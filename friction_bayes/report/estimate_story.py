@@ -9,6 +9,11 @@ from friction_bayes.core.text import duration, number, of_friction, with_interva
 
 __all__ = ["JUDGEMENTS", "apart", "estimate_story"]
 
+_LIKELY, _WORTH_A_WORD = 0.5, 0.01
+"""Probabilities from which on something is there, and cannot be excluded."""
+_MUCH_WIDER = 3.0
+"""Times the interval of the amplitudes alone, from which on it is said what made the answer's wide."""
+
 JUDGEMENTS = {
     True: "agrees with the closed form",
     False: "DOES NOT AGREE with the closed form",
@@ -17,16 +22,22 @@ JUDGEMENTS = {
 """Whether a sampler agrees, in words."""
 
 
-def estimate_story(result: Mapping[str, Any]) -> list[tuple[str, str]]:
+def estimate_story(result: Mapping[str, Any], notes: int | None = None) -> list[tuple[str, str]]:
     """Label and text of each line; texts may have several lines.
 
     Parameters
     ----------
     result : mapping
         The estimate as :meth:`Estimate.to_dict` gives it, its ``reference`` included where one was sampled.
+    notes : int, optional
+        How many notes to tell at most; all where left out.
     """
-    rows = [
-        ("friction", with_interval(result["friction"])),
+    rows = [("friction", with_interval(result["friction"]))]
+    if result["random_force"] is not None:
+        rows.append(("it rests on", _rests_on(result)))
+    if result["witness"] is not None:
+        rows.append(("loss of amplitude", _witness(result)))
+    rows += [
         ("friction / stiffness", with_interval(result["friction_over_stiffness"])),
         ("P(friction < 0)", number(result["probability_negative"], 2)),
     ]
@@ -39,13 +50,48 @@ def estimate_story(result: Mapping[str, Any]) -> list[tuple[str, str]]:
     noise, rest = result["noise_sd"], result["rest_position"]
     if noise["mean"] is not None:
         rows.append(("noise per sample", f"sd {number(noise['mean'])} {noise['unit']}"))
-    if result["random_force"] is not None:
-        rows.append(("random force", _random_force(result["random_force"], result["friction"])))
     rows.append(("rest position", f"{number(rest['mean'])} {rest['unit']}"))
     rows.append(("amplitudes", str(result["amplitudes"])))
     if result["reference"] is not None:
         rows.append(("emcee", _reference(result["reference"])))
-    return rows + [("note", text) for text in result["notes"]]
+    told = result["notes"] if notes is None else result["notes"][:notes]
+    rows += [("note", text) for text in told]
+    left = len(result["notes"]) - len(told)
+    return rows + ([("note", f"{left} more by --verbose, and on the page that --out makes")] if left else [])
+
+
+def _rests_on(result: Mapping[str, Any]) -> str:
+    """What the interval is that of: noise of the sensor, a force, and whether the corners count."""
+    noise, force = result["noise"], result["random_force"]
+    text = f"{noise['model']} noise of the sensor"
+    if noise["model"] == "coloured":
+        text += ", as behind a filter"
+    if force["probability"] > _LIKELY:
+        text += f" and a force that fluctuates: {_random_force(result)}"
+    elif force["probability"] > _WORTH_A_WORD:
+        text += f"; a force that fluctuates cannot be excluded: {_random_force(result)}"
+    if noise["probability_of_free_corners"] > _LIKELY:
+        text += (
+            "; the corners of the motion are not as dry friction makes them, as behind a filter, "
+            "and friction is told by the loss of amplitude"
+        )
+    return text
+
+
+def _witness(result: Mapping[str, Any]) -> str:
+    """What the amplitudes alone say, and what that means for the answer."""
+    witness = result["witness"]
+    text = f"{with_interval(witness['friction'])} by the amplitudes alone"
+    if not witness["agrees"]:
+        return f"{text}: DOES NOT AGREE with the shape of the motion, and the interval above spans both"
+    wide, narrow = (
+        high - low for low, high in (result["friction"]["interval90"], witness["friction"]["interval90"])
+    )
+    if wide > _MUCH_WIDER * narrow and result["random_force"] is not None:
+        return (
+            f"{text}: agrees; the interval above is wider as a force fluctuates, which moves amplitudes too"
+        )
+    return f"{text}: agrees"
 
 
 def _frequency(result: Mapping[str, Any]) -> str:
@@ -54,9 +100,10 @@ def _frequency(result: Mapping[str, Any]) -> str:
     return f"{number(frequency['mean'], 6)}{spread} rad/s, declared {number(frequency['declared'], 6)} rad/s"
 
 
-def _random_force(force: Mapping[str, Any], friction: Mapping[str, Any]) -> str:
+def _random_force(result: Mapping[str, Any]) -> str:
+    force, friction = result["random_force"], result["friction"]
     return (
-        f"probability {number(force['probability'], 2)}; if there, sd {with_interval(force['sd'], 2)}"
+        f"probability {number(force['probability'], 2)}, sd {with_interval(force['sd'], 2)}"
         f"{of_friction(force['share_of_friction'], friction['interval90'])}, "
         f"over {number(force['correlation_time']['mean'], 2)} s"
     )

@@ -60,6 +60,10 @@ examples:
 """
 
 
+_NOTES = 3
+"""Notes that are printed unless all are asked for."""
+
+
 class _Record(NamedTuple):
     """A record, its system and the warnings with which it was read."""
 
@@ -119,6 +123,7 @@ def add_parser(commands: Any) -> None:
         action="store_true",
         help="print JSON, a list where there are several records, and nothing else",
     )
+    output.add_argument("--verbose", action="store_true", help="print all notes, not the first three alone")
     add_output_folder(output)
     parser.set_defaults(handler=run)
 
@@ -142,7 +147,9 @@ def run(arguments: argparse.Namespace) -> None:
         from friction_bayes.cli.tables.estimate import estimate_table, records_table
 
         told = (
-            records_table(results, headings) if len(results) > 1 else estimate_table(results[0], headings[0])
+            records_table(results, headings)
+            if len(results) > 1
+            else estimate_table(results[0], headings[0], notes=None if arguments.verbose else _NOTES)
         )
         output_console().print(told)
     if arguments.out is not None:

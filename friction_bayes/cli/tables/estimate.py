@@ -23,7 +23,9 @@ _MARKS = {
 }
 
 
-def estimate_table(result: Mapping[str, Any], heading: Sequence[tuple[str, str]] = ()) -> Table:
+def estimate_table(
+    result: Mapping[str, Any], heading: Sequence[tuple[str, str]] = (), *, notes: int | None = None
+) -> Table:
     """Lay out one estimate, as :meth:`Estimate.to_dict` gives it.
 
     Parameters
@@ -33,13 +35,16 @@ def estimate_table(result: Mapping[str, Any], heading: Sequence[tuple[str, str]]
     heading : sequence of tuple of str
         Labels and what is to be seen before the number: what was understood of the file, and warnings, which
         are not repeated among the notes.
+    notes : int, optional
+        How many notes to print at most.
     """
     table = two_columns(f"{result['record']}, {result['method']}")
     for label, text in heading:
         table.add_row(label, Text(text, style="yellow" if label == "warning" else ""))
-    for label, text in estimate_story(result):
-        if ("warning", text) not in heading:
-            table.add_row(label, Text(text, style="bold" if label == "friction" else ""))
+    warned = [text for label, text in heading if label == "warning"]
+    unsaid = {**result, "notes": [text for text in result["notes"] if text not in warned]}
+    for label, text in estimate_story(unsaid, notes):
+        table.add_row(label, Text(text, style="bold" if label == "friction" else ""))
     return table
 
 

@@ -54,7 +54,7 @@ def loss_of_amplitude(decay: FreeDecay) -> Mixture | None:
         few half cycles tell it.
     """
     decay = decay.on_even_grid()
-    polynomial, values, reference = tracked_phase(decay)
+    polynomial, values, _ = tracked_phase(decay)
     swing = swing_frequency(decay.system, decay.unit)
     response, design, _ = half_cycle_rows(values, polynomial, decay.quantity.order, swing)
     freedom = response.size - design.shape[1]
@@ -67,7 +67,7 @@ def loss_of_amplitude(decay: FreeDecay) -> Mixture | None:
     log_weight, location, scale = np.empty((3, steps.size))
     for j, step in enumerate(steps):
         white, log_determinant = _whitened(columns, loading, step)
-        upper = np.linalg.qr(white, mode="r")
+        upper = np.asarray(np.linalg.qr(white, mode="r"))
         own, right, rest = upper[:-1, :-1], upper[:-1, -1], float(upper[-1, -1] ** 2)
         rest = max(rest, _EXACT * float(response @ response))
         if np.min(np.abs(np.diag(own))) <= 1e-12 * np.max(np.abs(own)):

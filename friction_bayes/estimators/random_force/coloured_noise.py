@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 from scipy.linalg import solve_toeplitz, toeplitz
-from scipy.signal import lfilter, lfiltic
 
 from friction_bayes.core.arrays import Array, Indices
 
@@ -30,7 +29,7 @@ _SAMPLES_PER_LAG = 8
 _GRID = 4097
 """Frequencies from zero to Nyquist's at which spectra are compared."""
 _REGULAR = 1.0 - 1e-10
-"""Factor on reflection coefficients that keeps the recursion regular where a residual is smooth to rounding."""
+"""Factor on reflection coefficients: the recursion stays regular where a residual is smooth to rounding."""
 _STEADY = 1e-12
 
 
@@ -73,8 +72,7 @@ class Autoregression:
         """Draw so many successive values, shape (samples,)."""
         first = np.linalg.cholesky(self.covariance) @ rng.standard_normal(self.order)
         kicks = math.sqrt(self.innovation_variance) * rng.standard_normal(samples)
-        state = lfiltic([1.0], np.append(1.0, -self.coefficients), first[::-1])
-        return np.asarray(lfilter([1.0], np.append(1.0, -self.coefficients), kicks, zi=state)[0])
+        return _run(self.coefficients, np.concatenate([first, kicks]))[self.order :]
 
     def spectrum(self, omega: Array) -> Array:
         """Spectral density at ``omega`` [rad/sample], shape (m,); that of white noise is its variance."""
@@ -90,11 +88,11 @@ class Autoregression:
         """Log likelihood of so many samples over that of white noise of the same variance."""
         return -0.5 * samples * math.log(self.innovation_variance)
 
-    def tempered(self, floor: float, angle: float, samples: int) -> Autoregression:
-        """The same but for a spectral density of ``floor`` below twice ``angle``, and of no less above, in as many lags.
+    def tempered(self, floor: float, angle: float, samples: int, *, paid: bool) -> Autoregression:
+        """The same with a spectral density of ``floor`` below twice ``angle`` and no less above.
 
-        What so many samples tell of the part below has paid for coefficients: the rest of the information
-        criterion's penalty is left.
+        What so many samples tell of the part below may have ``paid`` for coefficients: the rest of the
+        information criterion's penalty is left.
         """
         omega = np.linspace(0.0, math.pi, _GRID)
         spectrum = np.where(omega < 2.0 * angle, floor, np.maximum(self.spectrum(omega), floor))
@@ -102,12 +100,12 @@ class Autoregression:
         coefficients = solve_toeplitz(covariance[:-1], covariance[1:])
         known = float(coefficients @ covariance[1:]) / float(covariance[0])
         raised = Autoregression(coefficients, 1.0 - known)
-        paid = self.gain(samples) - raised.gain(samples)
-        return replace(raised, penalty=max(self.penalty - max(paid, 0.0), 0.0))
+        below = max(self.gain(samples) - raised.gain(samples), 0.0) if paid else 0.0
+        return replace(raised, penalty=max(self.penalty - below, 0.0))
 
 
 def burg(residual: Array, fitted: float) -> tuple[Autoregression, float]:
-    """Autoregression of a residual, shape (n,), to which ``fitted`` numbers have been fitted, and its variance.
+    """Autoregression of a residual, shape (n,), and its variance, ``fitted`` numbers being fitted to it.
 
     Of order zero where the residual is white.
     """
@@ -121,6 +119,16 @@ def burg(residual: Array, fitted: float) -> tuple[Autoregression, float]:
     order = int(np.argmin(criterion))
     penalty = 0.5 * order * math.log(x.size)
     return Autoregression(coefficients[order, :order].copy(), float(variances[order]), penalty), power
+
+
+@njit(cache=True, nogil=True)
+def _run(coefficients: Array, kicks: Array) -> Array:
+    """An autoregression driven by kicks, the first ones its own values."""
+    values, p = kicks.copy(), coefficients.size
+    for i in range(p, values.size):
+        for k in range(p):
+            values[i] += coefficients[k] * values[i - 1 - k]
+    return values
 
 
 @njit(cache=True, nogil=True)

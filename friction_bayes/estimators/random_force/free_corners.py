@@ -31,7 +31,7 @@ _FEWEST = 2
 def _harmonics(path: MeasuredPath) -> Array:
     step = float(np.max(np.diff(path.phase)))
     highest = min(_HIGHEST, int(_BELOW_NYQUIST * math.pi / step))
-    return np.arange(3, highest + 1, 2) if path.turning.size >= _FEWEST else np.empty(0, np.int64)
+    return np.arange(3.0, highest + 1.0, 2.0) if path.turning.size >= _FEWEST else np.empty(0)
 
 
 def corner_columns(path: MeasuredPath) -> Array:
@@ -46,7 +46,7 @@ def corner_columns(path: MeasuredPath) -> Array:
 
 def corner_scale(path: MeasuredPath, order: int, friction: float) -> Array:
     """Prior sd of their coefficients, shape (2 harmonics,), for a displacement ``r/k``."""
-    n = _harmonics(path).astype(np.float64)
+    n = _harmonics(path)
     return np.tile(4.0 * friction * n ** (order - 1) / (math.pi * (n * n - 1.0)), 2)
 
 

@@ -8,7 +8,7 @@ units of the frequency found.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,9 +17,10 @@ from scipy.linalg import cho_factor, cho_solve
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.estimators.random_force.posterior import GridPoint, Problem
 from friction_bayes.estimators.random_force.smoothing import Motion
+from friction_bayes.estimators.random_force.subsets import full_noise2
 from friction_bayes.estimators.random_force.whitening import Clock, Whitened, shown, smooth, whiten
 
-__all__ = ["LawRegression", "frequency_change", "likely_columns", "near_least_squares"]
+__all__ = ["LawRegression", "MarginalRegression", "frequency_change", "likely_columns", "near_least_squares"]
 
 _LIKELY = 0.25
 """Prior probability of a column from which on the reference law has it."""
@@ -206,6 +207,53 @@ class LawRegression:
             force_sd=force.ratio * force.noise,
             tau=force.tau,
         )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MarginalRegression(LawRegression):
+    """A regression of which other columns have been integrated out, for a sampler that need not draw them.
+
+    With their prior precision in units of the noise found with all columns, as in the closed form, the
+    integral is a Schur complement of the whitened sums, whatever the noise.
+
+    Attributes
+    ----------
+    nuisance : ndarray, shape (n, q)
+        These columns, times the prior sd of their coefficients.
+    nuisance_law : ndarray, shape (q,)
+        What of them has been taken from ``target``, in units of that sd.
+    """
+
+    nuisance: Array
+    nuisance_law: Array
+
+    @classmethod
+    def without(cls, regression: LawRegression, nuisance: Mask, law: Array) -> MarginalRegression:
+        """Integrate columns, shape (p,), out; ``law`` has them where one number is wanted."""
+        kept = regression.of_columns(~nuisance)
+        own = {each.name: getattr(kept, each.name) for each in fields(LawRegression)}
+        own["target"] = regression.target - regression.columns[:, nuisance] @ law[nuisance]
+        scaled = regression.columns[:, nuisance] * regression.scale[nuisance]
+        return cls(**own, nuisance=scaled, nuisance_law=law[nuisance] / regression.scale[nuisance])
+
+    def whiten_at(self, ratio: float, tau: float) -> Whitened:
+        """Whitened sums about the reference law with the other columns integrated out, remembered."""
+        if (ratio, tau) not in self._known:
+            about = self._about_reference
+            columns = np.column_stack(
+                [self.nuisance, about[:, :-1], about[:, -1] + self.nuisance @ self.nuisance_law]
+            )
+            whole = whiten(columns, self.clock, self.row, ratio, tau)
+            q = self.nuisance.shape[1]
+            lam = max(full_noise2(whole), self.least_noise**2)
+            factor = cho_factor(whole.gram[:q, :q] + lam * np.eye(q))
+            crossed = whole.gram[:q, q:]
+            gram = whole.gram[q:, q:] - crossed.T @ cho_solve(factor, crossed)
+            log_determinant = 2.0 * float(np.sum(np.log(np.diag(factor[0])))) - q * math.log(lam)
+            self._known[ratio, tau] = Whitened(
+                0.5 * (gram + gram.T), whole.log_determinant + log_determinant, whole.used
+            )
+        return self._known[ratio, tau]
 
 
 def likely_columns(sets: Mask, log_prior: Array) -> Mask:

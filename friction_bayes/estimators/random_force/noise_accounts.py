@@ -21,9 +21,15 @@ from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import Whiteness, whiteness
+from friction_bayes.estimators.random_force.law_regression import MarginalRegression, frequency_change
 from friction_bayes.estimators.random_force.noise_level import SensorNoise, sensor_noise
-from friction_bayes.estimators.random_force.law_regression import frequency_change
-from friction_bayes.estimators.random_force.plain_law import CORNER, LEAST_SAMPLES, Laid, PlainDecay, PreparedDecay
+from friction_bayes.estimators.random_force.plain_law import (
+    CORNER,
+    LEAST_SAMPLES,
+    Laid,
+    PlainDecay,
+    PreparedDecay,
+)
 from friction_bayes.estimators.random_force.posterior import ForcePrior, Posterior, integrate
 from friction_bayes.estimators.random_force.sampler_target import (
     force_target,
@@ -107,7 +113,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
 
 
 def _weigh(prepared: PreparedDecay, along: Sequence[Laid]) -> list[tuple[_Weighed, float]]:
-    """All accounts and their probabilities; without a force along the fit, with one along any of the paths."""
+    """All accounts and their probabilities; without a force along the fit, with one along any path."""
     free = [laid.with_free_corners(prepared.friction) for laid in along]
     stills = [_still(prepared, paths[0]) for paths in (along, free)]
     best = max(part.log_evidence for parts in stills for part in parts)
@@ -132,10 +138,12 @@ def _still(prepared: PreparedDecay, laid: Laid) -> list[_Weighed]:
 def _forced(prepared: PreparedDecay, paths: Sequence[Laid], floor: float) -> list[_Weighed]:
     """Accounts with a random force; that of white noise first."""
     white = _best([_weighed(laid.with_noise(floor), prepared.prior).forced for laid in paths])
-    noise = white.noise(least=floor)
+    noise = white.noise(least=floor, paid=False)
     if noise.colour is None:
         return [white]
-    coloured = [_weighed(laid.with_noise(noise.coloured_floor, noise.colour), prepared.prior).forced for laid in paths]
+    coloured = [
+        _weighed(laid.with_noise(noise.coloured_floor, noise.colour), prepared.prior).forced for laid in paths
+    ]
     return [white, _best(coloured)]
 
 
@@ -161,7 +169,7 @@ class _Weighed:
         """Given that there is a random force."""
         return replace(self, posterior=self.posterior.among((self.posterior.ratio > 0.0)[:, None]))
 
-    def noise(self, least: float = 0.0) -> SensorNoise:
+    def noise(self, *, least: float = 0.0, paid: bool = True) -> SensorNoise:
         """What the law and the most probable force leave; samples that do not count are bridged."""
         regression, force = self.laid.regression, self.posterior.best
         clock = regression.clock
@@ -178,6 +186,7 @@ class _Weighed:
             len(regression.names),
             least=least,
             even=clock.even,
+            paid=paid,
         )
 
 
@@ -227,6 +236,9 @@ def _scaled_log_normal(distribution: Any, factor: float) -> Any:
 def _target(part: _Weighed, prepared: PreparedDecay, unit: float, force_factor: float) -> Target:
     """The posterior of an account for a sampler; ``unit`` is that of its friction in the signal."""
     laid, regression = part.laid, part.laid.regression
+    corners = np.array([name.startswith(CORNER) for name in regression.names])
+    if corners.any():
+        regression = MarginalRegression.without(regression, corners, part.posterior.best_law())
     friction = regression.names.index("friction")
     noise_unit = laid.unit * math.sqrt(prepared.decay.block)
 

@@ -5,14 +5,14 @@ interpolation take the corners of the motion away together with the noise there,
 would speak against friction, or for a force in place of the noise. The noise is therefore taken to be nowhere
 below its level ``sigma**2`` near the motion's frequency,
 
-.. math:: S(\\omega) = \\max(S_r(\\omega), \\sigma^2) \\ (\\omega > 2 \\omega_0), \\quad \\sigma^2 \\ \\text{below},
+.. math:: S(\omega) = \max(S_r(\omega), \sigma^2) \ (\omega > 2 \omega_0), \quad \sigma^2 \ \text{else},
 
-with ``S_r`` the spectrum of an autoregression of the residual. The level is told by means of a sixth of a period, which
-show nothing of what lies higher, and three ways: as the mean white noise beside a random force or none,
-whose mark is a resonance that no sensor has, and as the spectrum of the residual over the octave above the
-motion's frequency, with that force in it and without. A force raises the first of these spectra and lowers the
-second; noise that falls with frequency raises both, noise that rises lowers both. The median is right in all
-three cases.
+with ``S_r`` the spectrum of an autoregression of the residual. The level is told by means of a sixth of a
+period, which show nothing of what lies higher, and three ways: as the mean white noise beside a random force
+or none, whose mark is a resonance that no sensor has, and as the spectrum of the residual over the octave
+above the motion's frequency, with that force in it and without. A force raises the first of these spectra and
+lowers the second; noise that falls with frequency raises both, noise that rises lowers both. The median is
+right in all three cases.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _PER_PERIOD = 6
 """Means a period: their Nyquist frequency is three times the motion's."""
 _SIZES = np.geomspace(0.1, 100.0, 7)
 _TIMES = (0.3, 1.0, 3.0, 10.0)
-"""Of forces that the level is averaged over: sd at resonance over the noise, and correlation times as phases."""
+"""Of forces that the level is averaged over: sd at resonance over the noise, correlation times as phases."""
 _WHITE = 1.0
 """Gain in log likelihood below which a colour is none."""
 _OCTAVE = np.geomspace(1.0, 2.0, 20)
@@ -64,7 +64,14 @@ class SensorNoise:
 
 
 def sensor_noise(
-    residual: Array, phase: Array, order: int, fitted: int, *, least: float = 0.0, even: bool = True
+    residual: Array,
+    phase: Array,
+    order: int,
+    fitted: int,
+    *,
+    least: float = 0.0,
+    even: bool = True,
+    paid: bool = True,
 ) -> SensorNoise:
     """Noise of the sensor from what a fit leaves.
 
@@ -81,6 +88,9 @@ def sensor_noise(
         Of which the floor is known to be, at least.
     even : bool
         Whether the samples are evenly spaced; without, no colour is looked for.
+    paid : bool
+        Whether the part of a colour that is below the floor pays for its coefficients: not where a force has
+        been taken off, which leaves noise of less than its own.
     """
     angle = float(phase[-1] - phase[0]) / (phase.size - 1)
     own, variance = burg(residual, fitted)
@@ -92,7 +102,7 @@ def sensor_noise(
     floor2 = max(floor2, least**2)
     if own.order == 0 or not even:
         return SensorNoise(math.sqrt(floor2), None, math.sqrt(floor2))
-    colour = own.tempered(floor2 / variance, angle, residual.size)
+    colour = own.tempered(floor2 / variance, angle, residual.size, paid=paid)
     if colour.gain(residual.size) <= max(colour.penalty, _WHITE):
         return SensorNoise(math.sqrt(floor2), None, math.sqrt(floor2))
     level = colour.level(angle * _OCTAVE)
@@ -111,7 +121,7 @@ def _level(residual: Array, phase: Array, order: int, fitted: float) -> float:
 
 
 def _beside_a_force(residual: Array, clock: Clock, row: Array) -> tuple[float, Array]:
-    """Mean variance of white noise over the forces of a grid, none among them, and what the best one leaves."""
+    """Mean variance of white noise over a grid of forces, none among them, and what the best one leaves."""
     start = at_sensor(initial_response(clock.phase), row)
     columns = np.column_stack([start, np.ones(residual.size), residual])
     freedom = residual.size - columns.shape[1] + 1

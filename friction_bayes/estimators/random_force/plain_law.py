@@ -258,9 +258,7 @@ class PreparedDecay:
     def _along(self, motion: Motion, frequency: float) -> Laid:
         decay, unit = self.decay, frequency**self.decay.order
         x, v = motion.states[:, :2].T.copy()
-        path = MeasuredPath.through(
-            frequency * self.time, x, v, motion.velocity_sd, pendulum=decay.pendulum
-        )
+        path = MeasuredPath.through(frequency * self.time, x, v, motion.velocity_sd, pendulum=decay.pendulum)
         variance = _relative_variance(path, decay.order)
         regression = _regression(self.signal / unit, path, variance, motion, self.friction, decay)
         return Laid(

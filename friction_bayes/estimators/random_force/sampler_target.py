@@ -189,12 +189,10 @@ def still_target(
     scale, reference, n = regression.scale, regression.reference, _samples(regression)
     p = scale.size
     whitened = regression.whiten_at(*_NO_FORCE)
-    factor = np.linalg.cholesky(whitened.gram).T[None]
+    factor = np.asarray(np.linalg.cholesky(whitened.gram).T[None], dtype=np.float64)
     found = regression.problem.weigh(*_NO_FORCE)
     lam, noise2 = found.full_noise2, float(found.noise2[0])
-    mean, covariance = set_posterior(
-        whitened.gram, reference, np.ones(p, dtype=np.bool_), lam, noise2
-    )
+    mean, covariance = set_posterior(whitened.gram, reference, np.ones(p, dtype=np.bool_), lam, noise2)
     precision = whitened.gram[:-1, :-1] + lam * np.eye(p)
 
     def log_prior(theta: Array) -> Array:
@@ -229,7 +227,9 @@ def still_target(
         ]
         return np.array(rows)
 
-    centre = np.append(mean * scale, math.log(noise2) + (math.sqrt(0.5 / n) if regression.least_noise else 0.0))
+    centre = np.append(
+        mean * scale, math.log(noise2) + (math.sqrt(0.5 / n) if regression.least_noise else 0.0)
+    )
     spread = np.zeros((p + 1, p + 1))
     spread[:-1, :-1] = covariance * np.outer(scale, scale)
     spread[-1, -1] = 2.0 / n

@@ -34,7 +34,7 @@ __all__ = [
     "witness_of",
 ]
 
-SURELY_NONE = 1e-3
+SURELY_NONE = 0.01
 """Probability of an account below which it is left out of the answer."""
 _AS_LOUD = 1.01
 """Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
@@ -78,7 +78,8 @@ def averaged(white: Averaged, accounts: Sequence[NoiseAccount]) -> Averaged:
 
 def _mean_of(parts: Sequence[NoiseAccount]) -> Averaged:
     share = np.array([each.probability for each in parts])
-    share /= share.sum()
+    # none of a kind may have any probability to rounding
+    share = share / share.sum() if share.sum() > 0.0 else np.eye(len(parts))[0]
     mean = float(share @ [each.frequency for each in parts])
     spread = [each.frequency_sd**2 + (each.frequency - mean) ** 2 for each in parts]
     return Averaged(
@@ -107,7 +108,7 @@ def random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
 def accounts_of(
     decay: FreeDecay, white: Averaged, motion: FittedMotion, rest_position: float
 ) -> tuple[NoiseAccount, ...]:
-    """Weigh the accounts of what a fit under white noise leaves of a decay; empty where nothing tells them."""
+    """Weigh the accounts of what a fit under white noise leaves; empty where nothing tells them."""
     return noise_accounts(
         PlainDecay(
             values=decay.values,

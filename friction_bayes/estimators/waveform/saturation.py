@@ -4,7 +4,7 @@ The samples well inside the range determine frequency, phase and amplitude of ev
 the others should show. Where these stay at one level instead, whatever they should show beyond it, the
 likelihood of a saturated sensor exceeds that of half cycles of the right shape, each of any size ``g``,
 
-.. math:: \Lambda(L) = \sum_{|s_i| > L} \frac{(y_i - g s_i)^2 - (y_i - L)^2}{2 (\sigma^2 + \mathrm{var}\,s_i)},
+.. math:: \Lambda(L) = \sum_{|s_i| > L} \frac{(y_i - g s_i)^2 - (y_i - L)^2}{2 \mathrm{var}(y_i - s_i)},
 
 with the level ``L`` averaged over the range, on either side or on both.
 """
@@ -40,7 +40,7 @@ _LIKE_NOISE = 3.0
 
 
 def saturation_level(decay: FreeDecay) -> float | None:
-    """Level about the rest position at which the sensor saturates, unit of the signal; None where it does not.
+    """Level about the rest position at which the sensor saturates, unit of the signal; None where it is none.
 
     Nor is it told of a pendulum's large swings, or where too few samples lie inside.
     """
@@ -57,8 +57,13 @@ def saturation_level(decay: FreeDecay) -> float | None:
     located = decay.located._replace(
         stop=np.array([count]), frequency=np.array([2.0 * advance / (count - 1)])
     )
-    fits = fit_waveforms(away[inside][None], located._replace(rest_position=np.zeros(1)), order, 0.0,
-                         places=np.ascontiguousarray(places[inside]))
+    fits = fit_waveforms(
+        away[inside][None],
+        located._replace(rest_position=np.zeros(1)),
+        order,
+        0.0,
+        places=np.ascontiguousarray(places[inside]),
+    )
     if not fits.found[0]:
         return None
     p, kappa, stop = fits.coefficients[0], float(fits.kappa[0]), int(fits.stop[0])
@@ -84,9 +89,14 @@ def saturation_level(decay: FreeDecay) -> float | None:
 
 
 def _gain(
-    away: Array, expected: Array, variance: Array, half_cycle: Integers, sides: tuple[float, ...], level: float
+    away: Array,
+    expected: Array,
+    variance: Array,
+    half_cycle: Integers,
+    sides: tuple[float, ...],
+    level: float,
 ) -> tuple[float, bool]:
-    """Log likelihood ratio of a sensor that saturates at a level, and whether its tops scatter as noise does."""
+    """Log likelihood ratio of a sensor that saturates at a level, and whether its tops scatter as noise."""
     beyond = np.logical_or.reduce([side * expected > level for side in sides])
     y, s, weight = away[beyond], expected[beyond], 1.0 / variance[beyond]
     _, own = np.unique(half_cycle[beyond], return_inverse=True)
@@ -94,4 +104,4 @@ def _gain(
     size = (crossed / np.where(square > 0.0, square, 1.0))[own]
     flat = weight * (np.abs(y) - level) ** 2
     gain = 0.5 * float(np.sum(weight * (y - size * s) ** 2 - flat))
-    return gain, float(flat.sum()) <= _LIKE_NOISE**2 * np.count_nonzero(weight)
+    return gain, bool(flat.sum() <= _LIKE_NOISE**2 * np.count_nonzero(weight))

@@ -28,7 +28,7 @@ def mixtures(draw: st.DrawFn) -> Mixture:
     weight = weight * (1.0 - atom) / weight.sum()
     mixture = Mixture.of_normals(weight, location, np.exp(log_scale), positive=positive, atom=atom)
     if not positive and draw(st.booleans()):
-        mixture = mixture.with_part(0.3, 1.0, 0.2, 30.0)
+        mixture = Mixture.of([mixture, Mixture.of_student(stats.t(df=30.0, loc=1.0, scale=0.2))], (0.7, 0.3))
     return mixture
 
 

@@ -31,11 +31,13 @@ STRUCTURE = {
 @pytest.mark.parametrize("push", [-6.0, -3.0, 3.0, 6.0])
 def test_a_hand_is_cut_at_the_first_turning_point_after(push: float, seed: int) -> None:
     decay = find_free_decay(pushed_decay(push=push, seed=seed), SYSTEM)
-    assert decay.disturbed in (2, 3)
+    # one that pushes along leaves no loss, as a drive does
+    assert decay.disturbed in (2, 3) or (push > 0.0 and decay.driven)
     assert PUSHED_UNTIL <= decay.start_time <= PUSHED_UNTIL + 2.0 * HALF_CYCLE
     assert math.sin(decay.phase) == pytest.approx(0.0, abs=0.2)
     (note,) = decay.notes
-    assert note.startswith("pushed.csv: the release was still disturbed, as by a hand or another mode")
+    cut = "no amplitude was lost up to" if decay.driven else "the release was still disturbed, as by a hand"
+    assert note.startswith(f"pushed.csv: {cut}")
     assert f"{decay.start_time:.4g} s" in note
 
 
@@ -63,8 +65,9 @@ def test_a_hold_before_the_release_is_no_hand(seed: int) -> None:
     assert decay.disturbed == 0
 
 
-def test_a_short_record_says_too_little() -> None:
-    assert find_free_decay(pushed_decay().isel(time=slice(0, 660)), SYSTEM).disturbed == 0
+def test_few_half_cycles_tell_a_hand_and_fewer_do_not() -> None:
+    decays = [find_free_decay(pushed_decay().isel(time=slice(0, n)), SYSTEM) for n in (660, 250)]
+    assert [decay.disturbed > 0 or decay.driven for decay in decays] == [True, False]
 
 
 def test_false_alarms_are_one_in_a_hundred_at_most(rng: np.random.Generator) -> None:
@@ -79,6 +82,6 @@ def test_false_alarms_are_one_in_a_hundred_at_most(rng: np.random.Generator) -> 
 def test_one_record_or_many_are_cut_alike(seed: int) -> None:
     records = np.stack([pushed_decay(push=push, seed=seed).values for push in (-6.0, 0.0, 6.0)])
     together = locate_free_decays(records, 0.01, SYSTEM.natural_frequency, 0)
-    np.testing.assert_array_equal(together.disturbed > 0, [True, False, True])
+    np.testing.assert_array_equal((together.disturbed > 0) | together.driven, [True, False, True])
     many = fb.estimate_batch(records, SYSTEM, sampling_rate=100.0, random_force="none")
     np.testing.assert_allclose(many["friction_mean"], FRICTION, rtol=0.01)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,8 +10,8 @@ import friction_bayes as fb
 from decays import SYSTEM, slow_decay
 from fluctuating_force import fluctuating_decay
 from friction_bayes.core.errors import InputError
-from friction_bayes.estimators.random_force.plain_law import PlainDecay, PlainPosterior, plain_posterior
 from friction_bayes.estimators.result import Estimate
+from friction_bayes.report.estimate_story import estimate_story
 
 FREQUENCY, RELEASE, FRICTION, STEP = 10.0, 0.1, 0.001, 0.01
 LINEAR = fb.Oscillator(mass=2.0, stiffness=200.0)
@@ -59,13 +57,13 @@ def simulated(system: fb.Oscillator = LINEAR, **changes) -> xr.DataArray:
 
 @pytest.mark.parametrize("rate", [100.0, 200.0, 1000.0])
 def test_a_random_force_without_noise_of_the_sensor(rate: float) -> None:
-    """The regression takes no noise below what the smoothed motion is exact to."""
+    """The noise is nowhere below its level near the motion, where the force alone is seen."""
     force = {"random_force.sd": 0.06, "random_force.correlation_time": 0.1}
     record = simulated(initial_displacement=0.02, sampling_rate=rate, duration=15.0, effects=force)
     found = fb.estimate(record, LINEAR)
     assert found.random_force is not None
     assert found.random_force.probability > 0.99
-    assert abs(found.friction.mean() - 0.2) < 4.0 * found.friction.std() < 0.04
+    assert abs(found.friction.mean() - 0.2) < 4.0 * found.friction.std() < 0.05
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
@@ -89,7 +87,8 @@ def test_a_fluctuating_force_widens_the_interval_and_is_reported(order: int, rng
     assert report["random_force"]["correlation_time"]["unit"] == "s"
     low, high = report["friction"]["interval90"]
     assert low <= report["friction"]["mean"] <= high
-    assert any(note.startswith("the force fluctuates by about") for note in report["notes"])
+    rests = dict(estimate_story(report))["it rests on"]
+    assert rests.startswith("white noise of the sensor and a force that fluctuates: probability 1")
     assert not any("residuals are not white" in note for note in report["notes"])
 
 
@@ -111,7 +110,9 @@ def test_without_it_the_numbers_are_nearly_those_of_the_plain_fit(rng) -> None:
     assert both.random_force.probability < 0.3
     assert plain.random_force is None
     assert plain.to_dict()["random_force"] is None
-    assert both.random_force.coefficient_without.mean() == plain.friction.mean()
+    assert (
+        abs(both.random_force.coefficient_without.mean() - plain.friction.mean()) < 0.5 * plain.friction.std()
+    )
     assert abs(both.friction.mean() - plain.friction.mean()) < 0.5 * plain.friction.std()
     # the part with a force, whose size goes to zero, contains the plain law
     assert both.random_force.coefficient_with.cdf(plain.friction.mean()) == pytest.approx(0.5, abs=0.4)
@@ -176,17 +177,3 @@ def test_what_says_nothing_of_a_force_keeps_the_plain_numbers() -> None:
     assert fb.estimate(short, LINEAR, method="envelope").random_force is None
     with pytest.raises(InputError, match=r"random_force: unknown choice 'some'"):
         fb.estimate(short, LINEAR, random_force="some")
-
-
-def test_a_probability_that_rounding_takes_beyond_one(rng, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is left for the part without a force would be negative, and its density not a number."""
-
-    def beyond_one(decay: PlainDecay) -> PlainPosterior | None:
-        found = plain_posterior(decay)
-        return None if found is None else replace(found, probability=1.0 + 2e-14)
-
-    monkeypatch.setattr("friction_bayes.estimators.waveform.averaged.plain_posterior", beyond_one)
-    found = estimated(motion(rng, 0.4)[0], "displacement", rng)
-    assert found.random_force is not None
-    assert found.random_force.probability == 1.0
-    assert found.friction.pdf(found.friction.mean()) > 0.0

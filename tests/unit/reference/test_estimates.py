@@ -48,28 +48,30 @@ def run(undecided: fb.Estimate) -> checking.ReferenceRun:
         return checking.check_estimate(undecided, seed=3)
 
 
-def test_both_parts(undecided: fb.Estimate, run: checking.ReferenceRun, tmp_path) -> None:
-    parts = parts_of(run.tree)
-    assert len(parts) == 2
-    force = undecided.random_force
-    assert parts[0].attrs["random_force"] == int(force.probability > 0.5)
-    assert sorted(part.attrs["random_force"] for part in parts) == [0, 1]
-    by_kind = {part.attrs["random_force"]: part["posterior"].dataset for part in parts}
-    assert {"random_force_sd", "correlation_time"} <= set(by_kind[1].data_vars)
-    assert "random_force_sd" not in by_kind[0].data_vars
-    # the mixture has draws of both, in proportion
+def test_every_part(undecided: fb.Estimate, run: checking.ReferenceRun, tmp_path) -> None:
+    parts, declared = parts_of(run.tree), undecided.fit.parts
+    assert len(parts) == len(declared) >= 2
+    assert parts[0].attrs["part"] == max(declared, key=lambda part: part.probability).name
+    assert {bool(part.attrs["random_force"]) for part in parts} == {True, False}
+    for part in parts:
+        found = part["posterior"].dataset.data_vars
+        assert ("random_force_sd" in found) == ("correlation_time" in found) == part.attrs["random_force"]
+    # the mixture has draws of all, in proportion
     mixed = run.tree["mixture"].dataset["friction"]
     assert mixed.dims == ("chain", "draw")
-    share = np.isin(mixed.values, by_kind[1]["friction"].values).mean()
-    assert share == pytest.approx(force.probability, abs=4.0 * np.sqrt(0.25 / mixed.size))
+    total = sum(part.probability for part in declared)
+    for part in parts:
+        share = np.isin(mixed.values, part["posterior"].dataset["friction"].values).mean()
+        (expected,) = (each.probability for each in declared if each.name == part.attrs["part"])
+        assert share == pytest.approx(expected / total, abs=4.0 * np.sqrt(0.25 / mixed.size))
     save_tree(run.tree, tmp_path / "reference.nc")
-    assert len(parts_of(load_tree(tmp_path / "reference.nc"))) == 2
+    assert len(parts_of(load_tree(tmp_path / "reference.nc"))) == len(parts)
 
 
 def test_the_check_is_of_the_mixture(undecided: fb.Estimate, run: checking.ReferenceRun) -> None:
     summary = run.summary
     assert summary["converged"]
-    assert summary["checked"] == "both parts, with a random force and without"
+    assert summary["checked"].startswith(f"{len(undecided.fit.parts)} parts: ")
     assert summary["rhat"] < 1.01
     assert summary["agrees"] is True, summary["because"]
     assert abs(summary["difference_in_sd"]) < 0.05
@@ -77,13 +79,16 @@ def test_the_check_is_of_the_mixture(undecided: fb.Estimate, run: checking.Refer
 
 def test_a_part_that_does_not_count_is_not_sampled() -> None:
     tree = fb.sample_reference(record(0.3, 1), SYSTEM, seed=3, ess=300.0)
-    assert len(parts_of(tree)) == 1
-    assert tree.attrs["random_force"] == 1
-    assert tree.attrs["friction_unit"] == "N"
     closed = fb.estimate(record(0.3, 1), SYSTEM)
+    parts = parts_of(tree)
+    assert len(parts) == len(closed.fit.parts) < len(closed.fit.accounts)
+    assert all(part.attrs["random_force"] == 1 for part in parts)
+    assert tree.attrs["friction_unit"] == "N"
     verdict = compare(
         closed.friction,
-        tree["posterior"]["friction"].values.reshape(4, tree.attrs["walkers"], -1),
+        tree["mixture" if len(parts) > 1 else "posterior"]["friction"].values.reshape(
+            4, tree.attrs["walkers"], -1
+        ),
         minimum_ess=300.0,
         false_alarm_rate=1e-4,
     )
