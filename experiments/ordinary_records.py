@@ -1,10 +1,10 @@
 """What does ``estimate`` say by default of the recordings an ordinary laboratory makes?
 
 Records of filters, conversions, fluctuating friction, hands and drives, by a simulator that shares no code
-with the package; see :mod:`experiments.ordinary`. :func:`score` prints the table of chosen rows, on seeds of
+with the package; see :mod:`experiments.ordinary`. :func:`score` prints the table of chosen rows on seeds of
 its own, for use while an estimator is changed:
 
-    python -c "from experiments.ordinary_records import score; score(['low pass'], records=9)"
+    python -m experiments.ordinary "low pass" --records 9
 """
 
 from __future__ import annotations
@@ -28,6 +28,9 @@ from experiments.tables import Row, markdown
 
 __all__ = ["EXPERIMENT", "score"]
 
+_COMPARED = ("default", "white noise alone")
+_MOST_OFF = 0.1
+"""Share of records with the truth a whole interval off, above which a row is named."""
 _FACTS = {
     "gain": ("1", "by what the way from sensor to file multiplies the motion"),
     "sensor": ("1", "0 displacement, 1 velocity, 2 acceleration, as it stands in the file"),
@@ -78,7 +81,25 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
 
 def rows(dataset: xr.Dataset) -> list[Row]:
     """The default of each row beside white noise alone, and which estimator is nearest to the truth."""
-    return [_row(row, dataset.sel(row=row)) for row in dataset["row"].values.tolist()]
+    names = dataset["row"].values.tolist()
+    return [*(_row(name, dataset.sel(row=name)) for name in names), *_over_all_rows(dataset)]
+
+
+def _over_all_rows(dataset: xr.Dataset) -> list[Row]:
+    """How often each answer is whole intervals off, and in which rows the default is."""
+    off = dataset["off"].mean("replicate")
+    default, white = (_percent(dataset["off"].sel(estimator=label)) for label in _COMPARED)
+    worst = off.sel(estimator="default")
+    wrong = dataset["row"].values[(worst > _MOST_OFF).values].tolist()
+    return [
+        Row("a whole interval off, all rows", default, white),
+        Row(f"rows with more than {_MOST_OFF:.0%} of that", str(len(wrong)), "", ", ".join(wrong)),
+    ]
+
+
+def _percent(hits: xr.DataArray) -> str:
+    share, error = share_error(hits)
+    return f"{with_error(100.0 * share, 100.0 * error)} %"
 
 
 def _row(name: str, records: xr.Dataset) -> Row:
@@ -88,17 +109,17 @@ def _row(name: str, records: xr.Dataset) -> Row:
     if "default" not in answered:
         refused = int(records["refused"].sel(estimator="default").sum())
         return Row(name, f"{refused} of {records.sizes['replicate']} refused")
-    return Row(
-        name, _words(records, "default"), _words(records, "white noise alone"), _nearest(records, answered)
-    )
+    default, white = (_words(records, label) for label in _COMPARED)
+    return Row(name, default, white, _nearest(records, answered))
 
 
 def _words(records: xr.Dataset, label: str) -> str:
     own = records.sel(estimator=label)
-    covered, error = share_error(own["covered"])
+    if not np.isfinite(own["ratio"]).any():
+        return "refused"
     return (
-        f"covers {with_error(100.0 * covered, 100.0 * error)} %, {float(own['ratio'].median()):.3f} of the truth, "
-        f"width {100.0 * float(own['width'].median()):.2g} %"
+        f"covers {_percent(own['covered'])}, "
+        f"{float(own['ratio'].median()):.3f} of the truth, width {100.0 * float(own['width'].median()):.2g} %"
     )
 
 

@@ -1,4 +1,4 @@
-"""Records of a motion that something else acts on: a hand that lets go slowly, a drive that is switched off."""
+"""Records of a motion that something else acts on: a hand that lets go slowly, a drive that is cut."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Motion under dry friction of any size and a force of any shape, by Runge-Kutta steps that end at turning points.
+"""Motion under any friction and any force, by Runge-Kutta steps that end at turning points.
 
 ``m x'' + r(t, x, n) sign(x') + k x = f(t)``: the force is given on a grid and linear between its points, the
 friction is a function of time, place and half cycle. A mass whose pull does not exceed its friction sticks

@@ -104,7 +104,7 @@ def draw_layout(
 
 
 def noise_for(clean: NDArray[np.float64], snr_db: float) -> float:
-    """Standard deviation of a noise that many decibels below the root mean square of a signal about its mean."""
+    """Standard deviation of a noise that many decibels below that of a signal."""
     return float(np.std(clean)) * 10.0 ** (-snr_db / 20.0)
 
 
@@ -133,7 +133,8 @@ def recorded(
     sensor : {"displacement", "velocity", "acceleration"}
         What is sensed.
     snr_db, noise_sd : float
-        Of the sensor's noise, one of the two: decibels by root mean square, or in the unit of the signal.
+        Of the sensor's noise, one of the two: decibels below the standard deviation of the signal, or in its
+        unit.
     process : Process, optional
         What signal and noise go through.
     margin : int

@@ -64,7 +64,8 @@ class OrdinaryRecord:
     mass, stiffness : float
         [kg], [N/m].
     truth : callable (start, stop) -> float, or None
-        Mean friction [N] along the path between two times of the recording; None where there is no free decay.
+        Mean friction [N] along the path between two times of the recording; None where nothing decays
+        freely.
     gain : float
         By what the way from sensor to file multiplies a signal at the motion's frequency.
     facts : mapping
