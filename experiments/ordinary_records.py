@@ -28,7 +28,7 @@ from experiments.tables import Row, markdown
 
 __all__ = ["EXPERIMENT", "score"]
 
-_COMPARED = ("default", "white noise alone")
+_COMPARED = ("default", "no random force")
 _MOST_OFF = 0.1
 """Share of records with the truth a whole interval off, above which a row is named."""
 _FACTS = {
@@ -80,7 +80,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """The default of each row beside white noise alone, and which estimator is nearest to the truth."""
+    """The default of each row beside no random force, and which estimator is nearest to the truth."""
     names = dataset["row"].values.tolist()
     return [*(_row(name, dataset.sel(row=name)) for name in names), *_over_all_rows(dataset)]
 
@@ -88,11 +88,11 @@ def rows(dataset: xr.Dataset) -> list[Row]:
 def _over_all_rows(dataset: xr.Dataset) -> list[Row]:
     """How often each answer is whole intervals off, and in which rows the default is."""
     off = dataset["off"].mean("replicate")
-    default, white = (_percent(dataset["off"].sel(estimator=label)) for label in _COMPARED)
+    default, without = (_percent(dataset["off"].sel(estimator=label)) for label in _COMPARED)
     worst = off.sel(estimator="default")
     wrong = dataset["row"].values[(worst > _MOST_OFF).values].tolist()
     return [
-        Row("a whole interval off, all rows", default, white),
+        Row("a whole interval off, all rows", default, without),
         Row(f"rows with more than {_MOST_OFF:.0%} of that", str(len(wrong)), "", ", ".join(wrong)),
     ]
 
@@ -109,8 +109,8 @@ def _row(name: str, records: xr.Dataset) -> Row:
     if "default" not in answered:
         refused = int(records["refused"].sel(estimator="default").sum())
         return Row(name, f"{refused} of {records.sizes['replicate']} refused")
-    default, white = (_words(records, label) for label in _COMPARED)
-    return Row(name, default, white, _nearest(records, answered))
+    default, without = (_words(records, label) for label in _COMPARED)
+    return Row(name, default, without, _nearest(records, answered))
 
 
 def _words(records: xr.Dataset, label: str) -> str:
@@ -125,7 +125,7 @@ def _words(records: xr.Dataset, label: str) -> str:
 
 def _nearest(records: xr.Dataset, labels: Sequence[str]) -> str:
     """Say which estimate has the smallest median error and which covers most."""
-    errors = {label: float(np.abs(records["ratio"].sel(estimator=label) - 1.0).median()) for label in labels}
+    errors = {label: float(abs(records["ratio"].sel(estimator=label) - 1.0).median()) for label in labels}
     covers = {label: share_error(records["covered"].sel(estimator=label))[0] for label in labels}
     nearest, surest = min(errors, key=errors.__getitem__), max(covers, key=covers.__getitem__)
     text = f"nearest: {nearest}, off by {100.0 * errors[nearest]:.2g} % (median)"
@@ -200,7 +200,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     details=details,
-    beside="white noise alone",
+    beside="no random force",
     group="own",
 )
 

@@ -15,7 +15,7 @@ from experiments.ordinary.processing import (
     zero_phase_low_pass,
 )
 from experiments.ordinary.recording import Layout, draw_layout, recorded
-from experiments.ordinary.rig import SENSORS, OrdinaryRecord, Rig
+from experiments.ordinary.rig import SENSORS, OrdinaryRecord, Recipe, Rig
 
 __all__ = ["FILTERED"]
 
@@ -78,7 +78,7 @@ def _fixed(sensor: str, process: Process, rng: np.random.Generator, replicate: i
     )
 
 
-FILTERED = {
+FILTERED: dict[str, Recipe] = {
     **{
         f"low pass: {kind}": partial(_drawn, kind)
         for kind in ("causal", "zero phase", "Savitzky-Golay", "moving mean")
@@ -94,4 +94,4 @@ FILTERED = {
         _fixed, "displacement", savitzky_golay(_SAVITZKY_GOLAY_WINDOW)
     ),
 }
-"""Recipes by the row of the table: a record from a generator and its number."""
+"""By the row of the table."""

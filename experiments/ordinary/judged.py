@@ -16,9 +16,9 @@ from friction_bayes.records.record import make_record
 
 __all__ = ["ESTIMATORS", "VERDICT", "judged"]
 
-_OPTIONS: dict[str, dict[str, str]] = {
+_OPTIONS: dict[str, dict[str, Any]] = {
     "default": {},
-    "white noise alone": {"random_force": "none"},
+    "no random force": {"random_force": "none"},
     "envelope": {"method": "envelope"},
 }
 _WITNESS = "witness"
@@ -70,7 +70,7 @@ def judged(ordinary: OrdinaryRecord) -> dict[str, list[float]]:
 
 
 def _estimated(
-    record: xr.DataArray, system: fb.Oscillator, options: Mapping[str, str]
+    record: xr.DataArray, system: fb.Oscillator, options: Mapping[str, Any]
 ) -> tuple[dict[str, float], dict[str, Any] | None, tuple[float, float]]:
     """Verdict so far, the estimate as plain numbers, and from when to when it took the decay for free."""
     began = process_time()

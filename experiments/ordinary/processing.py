@@ -89,7 +89,7 @@ def integrated_twice(step: float) -> Process:
 
     def process(values: NDArray[np.float64]) -> NDArray[np.float64]:
         for _ in range(2):
-            summed = cumulative_trapezoid(values, dx=step, initial=0.0)
+            summed = cumulative_trapezoid(values, dx=step, initial=0)
             values = summed - summed.mean()
         return values
 

@@ -146,7 +146,7 @@ def recorded(
     **facts : float
         What else was drawn.
     """
-    times = layout.begin + layout.step * np.arange(-margin, layout.samples + margin)
+    times = layout.begin + layout.step * np.arange(-margin, layout.samples + margin, dtype=np.float64)
     clean = motion.sample(times, sensor)
     kept = slice(margin, margin + layout.samples)
     if noise_sd is None:
@@ -162,7 +162,7 @@ def recorded(
     if after is not None:
         values = after(values)
     return OrdinaryRecord(
-        times=layout.step * np.arange(layout.samples),
+        times=layout.step * np.arange(layout.samples, dtype=np.float64),
         values=values,
         quantity=SENSORS[SENSORS.index(sensor) + order],
         mass=layout.rig.mass,

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SENSORS", "Motion", "OrdinaryRecord", "Rig"]
+__all__ = ["SENSORS", "Motion", "OrdinaryRecord", "Recipe", "Rig"]
 
 SENSORS = ("displacement", "velocity", "acceleration")
 """Quantities that are recorded; each the derivative of the one before."""
@@ -80,3 +80,7 @@ class OrdinaryRecord:
     truth: Callable[[float, float], float] | None
     gain: float = 1.0
     facts: Mapping[str, float] = field(default_factory=dict)
+
+
+Recipe = Callable[[np.random.Generator, int], OrdinaryRecord]
+"""A record from a generator and its number within the row; what goes round goes by the number."""

@@ -53,15 +53,15 @@ def _line(row: str, label: str, records: xr.Dataset) -> Mapping[str, str]:
         "a whole interval off, %": _percent(own["off"]),
         "friction / truth (5 .. 95 %)": quantiles,
         "width, %": _middle(100.0 * own["width"]),
-        "width / white": _beside_white(records) if label == "default" else "",
+        "width / no force's": _beside_no_force(records) if label == "default" else "",
         "P(force)": _middle(own["force"]) if label == "default" else "",
     }
 
 
-def _beside_white(records: xr.Dataset) -> str:
-    """Median of the width of the default over that of white noise alone."""
+def _beside_no_force(records: xr.Dataset) -> str:
+    """Median of the width of the default over that without a random force."""
     return _middle(
-        records["width"].sel(estimator="default") / records["width"].sel(estimator="white noise alone")
+        records["width"].sel(estimator="default") / records["width"].sel(estimator="no random force")
     )
 
 

@@ -230,17 +230,17 @@ def made_up(row: str, ratio: dict[str, float]) -> xr.Dataset:
 
 
 def test_the_table_says_which_estimate_is_nearest() -> None:
-    dataset = made_up("x", {"default": 0.7, "white noise alone": 1.001, "envelope": 0.97})
+    dataset = made_up("x", {"default": 0.7, "no random force": 1.001, "envelope": 0.97})
     row, everywhere, wrong = EXPERIMENT.rows(dataset)
     assert row.ours.startswith("covers 0 ")
     assert "0.700 of the truth" in row.ours
-    assert row.remark.startswith("nearest: white noise alone, off by 0.1 % (median), the default by 30 %")
+    assert row.remark.startswith("nearest: no random force, off by 0.1 % (median), the default by 30 %")
     assert (everywhere.ours[:4], everywhere.paper[:4]) == ("100 ", "0 ± ")
     assert (wrong.ours, wrong.remark) == ("1", "x")
     lines = EXPERIMENT.details(dataset)
-    assert [line["estimate"] for line in lines] == ["default", "white noise alone", "envelope"]
+    assert [line["estimate"] for line in lines] == ["default", "no random force", "envelope"]
     assert lines[0]["a whole interval off, %"].startswith("100")
-    assert lines[0]["width / white"] == "1"
+    assert lines[0]["width / no force's"] == "1"
 
 
 def test_a_row_that_was_refused_says_so() -> None:
