@@ -21,7 +21,7 @@ import xarray as xr
 from experiments.method_tables import share_error, with_error
 from experiments.ordinary.judged import ESTIMATORS, VERDICT, judged
 from experiments.ordinary.recipes import RECIPES
-from experiments.ordinary.table import lines_of
+from experiments.ordinary.table import lines_of, short
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
 from experiments.tables import Row, markdown
@@ -119,7 +119,7 @@ def _words(records: xr.Dataset, label: str) -> str:
         return "refused"
     return (
         f"covers {_percent(own['covered'])}, "
-        f"{float(own['ratio'].median()):.3f} of the truth, width {100.0 * float(own['width'].median()):.2g} %"
+        f"{float(own['ratio'].median()):.3f} of the truth, width {short(100.0 * float(own['width'].median()))} %"
     )
 
 
@@ -128,8 +128,8 @@ def _nearest(records: xr.Dataset, labels: Sequence[str]) -> str:
     errors = {label: float(abs(records["ratio"].sel(estimator=label) - 1.0).median()) for label in labels}
     covers = {label: share_error(records["covered"].sel(estimator=label))[0] for label in labels}
     nearest, surest = min(errors, key=errors.__getitem__), max(covers, key=covers.__getitem__)
-    text = f"nearest: {nearest}, off by {100.0 * errors[nearest]:.2g} % (median)"
-    text += "" if nearest == "default" else f", the default by {100.0 * errors['default']:.2g} %"
+    text = f"nearest: {nearest}, off by {short(100.0 * errors[nearest])} % (median)"
+    text += "" if nearest == "default" else f", the default by {short(100.0 * errors['default'])} %"
     text += f"; covers most: {surest}, {100.0 * covers[surest]:.0f} %"
     gain = float(records["gain"].median())
     return text if abs(gain - 1.0) < 5e-4 else f"{text}; the signal itself is {gain:.4f} of the motion's"

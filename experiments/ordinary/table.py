@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from experiments.method_tables import share_error, with_error
 
-__all__ = ["lines_of"]
+__all__ = ["lines_of", "short"]
 
 _SAME_GAIN = 1e-5
 """Relative difference below which no interval sees a gain."""
@@ -72,7 +72,12 @@ def _as_moved(records: xr.Dataset) -> bool:
 
 def _middle(values: xr.DataArray) -> str:
     kept = _kept(values)
-    return f"{np.median(kept):.2g}" if kept.size else "–"
+    return short(float(np.median(kept))) if kept.size else "–"
+
+
+def short(value: float) -> str:
+    """Two digits, and all that stand before the point."""
+    return f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"
 
 
 def _percent(hits: xr.DataArray) -> str:

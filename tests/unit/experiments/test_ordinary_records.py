@@ -27,6 +27,7 @@ from experiments.ordinary.processing import (
 from experiments.ordinary.recipes import RECIPES
 from experiments.ordinary.recording import Layout, draw_layout, recorded
 from experiments.ordinary.rig import SENSORS, OrdinaryRecord, Rig
+from experiments.ordinary.table import short
 from experiments.ordinary_records import EXPERIMENT, Config, score
 
 RIG = Rig(mass=10.0, stiffness=1000.0, friction=1.0)
@@ -241,6 +242,7 @@ def test_the_table_says_which_estimate_is_nearest() -> None:
     assert [line["estimate"] for line in lines] == ["default", "no random force", "envelope"]
     assert lines[0]["a whole interval off, %"].startswith("100")
     assert lines[0]["width / no force's"] == "1"
+    assert [short(value) for value in (0.0123, 3.14, 99.9, 1234.5)] == ["0.012", "3.1", "100", "1234"]
 
 
 def test_a_row_that_was_refused_says_so() -> None:
