@@ -117,10 +117,8 @@ def _words(records: xr.Dataset, label: str) -> str:
     own = records.sel(estimator=label)
     if not np.isfinite(own["ratio"]).any():
         return "refused"
-    return (
-        f"covers {_percent(own['covered'])}, "
-        f"{float(own['ratio'].median()):.3f} of the truth, width {short(100.0 * float(own['width'].median()))} %"
-    )
+    ratio, width = (float(own[name].median()) for name in ("ratio", "width"))
+    return f"covers {_percent(own['covered'])}, {ratio:.3f} of the truth, width {short(100.0 * width)} %"
 
 
 def _nearest(records: xr.Dataset, labels: Sequence[str]) -> str:
