@@ -1,10 +1,10 @@
 """What does ``estimate`` say by default of the recordings an ordinary laboratory makes?
 
 Records of filters, conversions, fluctuating friction, hands and drives, by a simulator that shares no code
-with the package; see :mod:`experiments.ordinary`. :func:`score` prints the table of chosen rows, on seeds of
+with the package; see :mod:`experiments.ordinary`. :func:`score` prints the table of chosen rows on seeds of
 its own, for use while an estimator is changed:
 
-    python -c "from experiments.ordinary_records import score; score(['low pass'], records=9)"
+    python -m experiments.ordinary "low pass" --records 9
 """
 
 from __future__ import annotations
@@ -21,13 +21,16 @@ import xarray as xr
 from experiments.method_tables import share_error, with_error
 from experiments.ordinary.judged import ESTIMATORS, VERDICT, judged
 from experiments.ordinary.recipes import RECIPES
-from experiments.ordinary.table import lines_of
+from experiments.ordinary.table import lines_of, short
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
 from experiments.tables import Row, markdown
 
 __all__ = ["EXPERIMENT", "score"]
 
+_COMPARED = ("default", "no random force")
+_MOST_OFF = 0.1
+"""Share of records with the truth a whole interval off, above which a row is named."""
 _FACTS = {
     "gain": ("1", "by what the way from sensor to file multiplies the motion"),
     "sensor": ("1", "0 displacement, 1 velocity, 2 acceleration, as it stands in the file"),
@@ -77,8 +80,26 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """The default of each row beside white noise alone, and which estimator is nearest to the truth."""
-    return [_row(row, dataset.sel(row=row)) for row in dataset["row"].values.tolist()]
+    """The default of each row beside no random force, and which estimator is nearest to the truth."""
+    names = dataset["row"].values.tolist()
+    return [*(_row(name, dataset.sel(row=name)) for name in names), *_over_all_rows(dataset)]
+
+
+def _over_all_rows(dataset: xr.Dataset) -> list[Row]:
+    """How often each answer is whole intervals off, and in which rows the default is."""
+    off = dataset["off"].mean("replicate")
+    default, without = (_percent(dataset["off"].sel(estimator=label)) for label in _COMPARED)
+    worst = off.sel(estimator="default")
+    wrong = dataset["row"].values[(worst > _MOST_OFF).values].tolist()
+    return [
+        Row("a whole interval off, all rows", default, without),
+        Row(f"rows with more than {_MOST_OFF:.0%} of that", str(len(wrong)), "", ", ".join(wrong)),
+    ]
+
+
+def _percent(hits: xr.DataArray) -> str:
+    share, error = share_error(hits)
+    return f"{with_error(100.0 * share, 100.0 * error)} %"
 
 
 def _row(name: str, records: xr.Dataset) -> Row:
@@ -88,28 +109,25 @@ def _row(name: str, records: xr.Dataset) -> Row:
     if "default" not in answered:
         refused = int(records["refused"].sel(estimator="default").sum())
         return Row(name, f"{refused} of {records.sizes['replicate']} refused")
-    return Row(
-        name, _words(records, "default"), _words(records, "white noise alone"), _nearest(records, answered)
-    )
+    default, without = (_words(records, label) for label in _COMPARED)
+    return Row(name, default, without, _nearest(records, answered))
 
 
 def _words(records: xr.Dataset, label: str) -> str:
     own = records.sel(estimator=label)
-    covered, error = share_error(own["covered"])
-    return (
-        f"covers {with_error(100.0 * covered, 100.0 * error)} %, "
-        f"{float(own['ratio'].median()):.3f} of the truth, "
-        f"width {100.0 * float(own['width'].median()):.2g} %"
-    )
+    if not np.isfinite(own["ratio"]).any():
+        return "refused"
+    ratio, width = (float(own[name].median()) for name in ("ratio", "width"))
+    return f"covers {_percent(own['covered'])}, {ratio:.3f} of the truth, width {short(100.0 * width)} %"
 
 
 def _nearest(records: xr.Dataset, labels: Sequence[str]) -> str:
     """Say which estimate has the smallest median error and which covers most."""
-    errors = {label: float(np.abs(records["ratio"].sel(estimator=label) - 1.0).median()) for label in labels}
+    errors = {label: float(abs(records["ratio"].sel(estimator=label) - 1.0).median()) for label in labels}
     covers = {label: share_error(records["covered"].sel(estimator=label))[0] for label in labels}
     nearest, surest = min(errors, key=errors.__getitem__), max(covers, key=covers.__getitem__)
-    text = f"nearest: {nearest}, off by {100.0 * errors[nearest]:.2g} % (median)"
-    text += "" if nearest == "default" else f", the default by {100.0 * errors['default']:.2g} %"
+    text = f"nearest: {nearest}, off by {short(100.0 * errors[nearest])} % (median)"
+    text += "" if nearest == "default" else f", the default by {short(100.0 * errors['default'])} %"
     text += f"; covers most: {surest}, {100.0 * covers[surest]:.0f} %"
     gain = float(records["gain"].median())
     return text if abs(gain - 1.0) < 5e-4 else f"{text}; the signal itself is {gain:.4f} of the motion's"
@@ -180,7 +198,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     details=details,
-    beside="white noise alone",
+    beside="no random force",
     group="own",
 )
 

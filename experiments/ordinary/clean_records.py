@@ -8,7 +8,7 @@ import numpy as np
 
 from experiments.ordinary.coulomb_motion import CoulombMotion
 from experiments.ordinary.recording import Layout, draw_layout, recorded
-from experiments.ordinary.rig import SENSORS, OrdinaryRecord, Rig
+from experiments.ordinary.rig import SENSORS, OrdinaryRecord, Recipe, Rig
 
 __all__ = ["CLEAN"]
 
@@ -56,10 +56,10 @@ def _white(rng: np.random.Generator, layout: Layout, sensor: str, snr_db: float)
     return recorded(rng, layout, motion, sensor, snr_db=snr_db)
 
 
-CLEAN = {
+CLEAN: dict[str, Recipe] = {
     "short, one accelerometer": _one_accelerometer,
     "short and clean": _short,
     "few samples": _few_samples,
     **{f"control: white noise, {sensor}": partial(_control, sensor) for sensor in SENSORS},
 }
-"""Recipes by the row of the table: a record from a generator and its number."""
+"""By the row of the table."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from experiments.ordinary.coulomb_motion import CoulombMotion
 from experiments.ordinary.processing import ac_coupling, differentiated, integrated_twice, straight_lines
 from experiments.ordinary.recording import draw_layout, noise_for, recorded
-from experiments.ordinary.rig import SENSORS, OrdinaryRecord
+from experiments.ordinary.rig import SENSORS, OrdinaryRecord, Recipe
 
 __all__ = ["CONVERTED"]
 
@@ -97,7 +97,7 @@ def _saturated(rng: np.random.Generator, replicate: int) -> OrdinaryRecord:
     )
 
 
-CONVERTED = {
+CONVERTED: dict[str, Recipe] = {
     "straight lines between every tenth sample": _straight_lines,
     "displacement differentiated once": partial(_differentiated, 1),
     "displacement differentiated twice": partial(_differentiated, 2),
@@ -105,4 +105,4 @@ CONVERTED = {
     "AC coupled": _ac_coupled,
     "saturated": _saturated,
 }
-"""Recipes by the row of the table: a record from a generator and its number."""
+"""By the row of the table."""

@@ -1,4 +1,4 @@
-"""Records of a motion that something else acts on: a hand that lets go slowly, a drive switched off."""
+"""Records of a motion that something else acts on: a hand that lets go slowly, a drive that is cut."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from experiments.ordinary.forced_motion import ForcedMotion
 from experiments.ordinary.loads import hand, steady_friction
 from experiments.ordinary.recording import Layout, draw_layout, log_uniform, noise_for, recorded
-from experiments.ordinary.rig import SENSORS, OrdinaryRecord
+from experiments.ordinary.rig import SENSORS, OrdinaryRecord, Recipe
 
 __all__ = ["DISTURBED"]
 
@@ -87,7 +87,7 @@ def _steady_drive(rng: np.random.Generator, replicate: int) -> OrdinaryRecord:
     mass, w = log_uniform(rng, 0.05, 50.0), 2.0 * math.pi * log_uniform(rng, 0.5, 3.0)
     rise, size = 10.0, 0.01
     step = 2.0 * math.pi / w / log_uniform(rng, 60.0, 120.0)
-    times = step * np.arange(round(rng.uniform(25.0, 60.0) / step))
+    times = step * np.arange(round(rng.uniform(25.0, 60.0) / step), dtype=np.float64)
     growing = times < rise
     grown = np.where(growing, times / rise, 1.0)
     rate = np.where(growing, 1.0 / rise, 0.0)
@@ -104,10 +104,10 @@ def _steady_drive(rng: np.random.Generator, replicate: int) -> OrdinaryRecord:
     )
 
 
-DISTURBED = {
+DISTURBED: dict[str, Recipe] = {
     "hand at the start": partial(_hand_at_the_start, (8.0, 60.0), (60.0, 500.0)),
     "hand at the start, 200 half cycles": partial(_hand_at_the_start, (200.0, 200.0), (60.0, 120.0)),
     "driven, then free": _driven_then_free,
     "steady drive alone": _steady_drive,
 }
-"""Recipes by the row of the table: a record from a generator and its number."""
+"""By the row of the table."""

@@ -15,7 +15,7 @@ from experiments.ordinary.processing import (
     zero_phase_low_pass,
 )
 from experiments.ordinary.recording import Layout, draw_layout, recorded
-from experiments.ordinary.rig import SENSORS, OrdinaryRecord, Rig
+from experiments.ordinary.rig import SENSORS, OrdinaryRecord, Recipe, Rig
 
 __all__ = ["FILTERED"]
 
@@ -23,8 +23,10 @@ _CORNERS = (5.0, 10.0, 20.0)
 """Over the motion's frequency."""
 _SNR_DB = (60.0, 45.0, 30.0)
 _SAVITZKY_GOLAY_WINDOW = 21
-_SAVITZKY_GOLAY_CORNER = 0.073
-"""Corner of the cubic over 21 samples, in cycles a sample (its gain there is -3 dB)."""
+_SAVITZKY_GOLAY_CORNER = 0.051
+"""Corner of the cubic over 21 samples, in cycles a sample."""
+_SAVITZKY_GOLAY_PER_PERIOD = (60.0, 120.0, 240.0)
+"""Samples a period: corners at 3, 6 and 12 times the motion's frequency."""
 _MOVING_MEAN_CORNER = 0.443
 """Corner of a moving mean times its length, in cycles."""
 _LEAST_WINDOW = 3.0
@@ -46,10 +48,11 @@ def _drawn(kind: str, rng: np.random.Generator, replicate: int) -> OrdinaryRecor
     """Sensors, corners and noises in turn; every other record was cut from a longer filtered one."""
     i = replicate
     # each sensor meets each corner in nine records, and each of these each noise in 27
-    sensor, corner, snr_db = SENSORS[i % 3], _CORNERS[i // 3 % 3], _SNR_DB[(i + i // 3 + i // 9) % 3]
-    per_period = (60.0, 500.0)
+    sensor, which, snr_db = SENSORS[i % 3], i // 3 % 3, _SNR_DB[(i + i // 3 + i // 9) % 3]
+    corner, per_period = _CORNERS[which], (60.0, 500.0)
     if kind == "Savitzky-Golay":
-        per_period = (0.95 * corner / _SAVITZKY_GOLAY_CORNER, 1.05 * corner / _SAVITZKY_GOLAY_CORNER)
+        middle = _SAVITZKY_GOLAY_PER_PERIOD[which]
+        corner, per_period = _SAVITZKY_GOLAY_CORNER * middle, (0.95 * middle, 1.05 * middle)
     if kind == "moving mean":
         per_period = (max(60.0, _LEAST_WINDOW / _MOVING_MEAN_CORNER * corner), 500.0)
     layout = draw_layout(rng, per_period=per_period)
@@ -75,7 +78,7 @@ def _fixed(sensor: str, process: Process, rng: np.random.Generator, replicate: i
     )
 
 
-FILTERED = {
+FILTERED: dict[str, Recipe] = {
     **{
         f"low pass: {kind}": partial(_drawn, kind)
         for kind in ("causal", "zero phase", "Savitzky-Golay", "moving mean")
@@ -91,4 +94,4 @@ FILTERED = {
         _fixed, "displacement", savitzky_golay(_SAVITZKY_GOLAY_WINDOW)
     ),
 }
-"""Recipes by the row of the table: a record from a generator and its number."""
+"""By the row of the table."""

@@ -17,7 +17,7 @@ from experiments.ordinary.loads import (
     telegraph_friction,
 )
 from experiments.ordinary.recording import Layout, draw_layout, log_uniform, recorded
-from experiments.ordinary.rig import SENSORS, OrdinaryRecord
+from experiments.ordinary.rig import SENSORS, OrdinaryRecord, Recipe
 
 __all__ = ["FLUCTUATING"]
 
@@ -71,7 +71,7 @@ def _random_force(
     )
 
 
-FLUCTUATING = {
+FLUCTUATING: dict[str, Recipe] = {
     **{
         f"friction: {kind}": partial(_friction_varies, kind)
         for kind in ("each half cycle anew", "telegraph", "1/f", "locked to the place")
@@ -79,4 +79,4 @@ FLUCTUATING = {
     "random force": partial(_random_force, (4.0, 60.0)),
     "control: random force, long": partial(_random_force, (20.0, 60.0)),
 }
-"""Recipes by the row of the table: a record from a generator and its number."""
+"""By the row of the table."""

@@ -1,4 +1,4 @@
-"""Motion under dry friction of any size and any force, by Runge-Kutta steps that end at turning points.
+"""Motion under any friction and any force, by Runge-Kutta steps that end at turning points.
 
 ``m x'' + r(t, x, n) sign(x') + k x = f(t)``: the force is given on a grid and linear between its points, the
 friction is a function of time, place and half cycle. A mass whose pull does not exceed its friction sticks
@@ -85,11 +85,12 @@ class ForcedMotion:
                     turns.append(t)
                     self._half_cycle += 1
                     sign = self._direction(t, x, f)
-        self._pieces = _Piece(*np.array(pieces).T)
+        # ends of all pieces by name, shape (n,) each
+        self._pieces = dict(zip(_Piece._fields, np.array(pieces).T, strict=True))
         self.turning_times: NDArray[np.float64] = np.array(turns)
-        travel = np.abs(self._pieces.x1 - self._pieces.x0)
-        work = 0.5 * (self._pieces.r0 + self._pieces.r1) * travel
-        self._ends = np.append(self._pieces.t0, self._pieces.t1[-1])
+        travel = np.abs(self._pieces["x1"] - self._pieces["x0"])
+        work = 0.5 * (self._pieces["r0"] + self._pieces["r1"]) * travel
+        self._ends = np.append(self._pieces["t0"], self._pieces["t1"][-1])
         self._travel = np.concatenate(([0.0], np.cumsum(travel)))
         self._work = np.concatenate(([0.0], np.cumsum(work)))
 
@@ -150,12 +151,12 @@ class ForcedMotion:
         quantity : {"displacement", "velocity", "acceleration"}
         """
         p = self._pieces
-        owner = np.clip(np.searchsorted(p.t0, times, side="right") - 1, 0, p.t0.size - 1)
+        owner = np.clip(np.searchsorted(p["t0"], times, side="right") - 1, 0, p["t0"].size - 1)
         x0, x1, v0, v1, f0, f1, r0, r1, sign = (
-            getattr(p, name)[owner] for name in ("x0", "x1", "v0", "v1", "f0", "f1", "r0", "r1", "sign")
+            p[name][owner] for name in ("x0", "x1", "v0", "v1", "f0", "f1", "r0", "r1", "sign")
         )
-        length = p.t1[owner] - p.t0[owner]
-        s = np.clip((times - p.t0[owner]) / length, 0.0, 1.0)
+        length = p["t1"][owner] - p["t0"][owner]
+        s = np.clip((times - p["t0"][owner]) / length, 0.0, 1.0)
         before = times < 0.0
         if quantity == "velocity":
             rise = (x1 - x0) / length

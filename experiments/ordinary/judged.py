@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from time import process_time
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
@@ -17,9 +16,9 @@ from friction_bayes.records.record import make_record
 
 __all__ = ["ESTIMATORS", "VERDICT", "judged"]
 
-_OPTIONS: dict[str, dict[str, str]] = {
+_OPTIONS: dict[str, dict[str, Any]] = {
     "default": {},
-    "white noise alone": {"random_force": "none"},
+    "no random force": {"random_force": "none"},
     "envelope": {"method": "envelope"},
 }
 _WITNESS = "witness"
@@ -31,6 +30,7 @@ VERDICT: dict[str, tuple[str, str]] = {
     "ratio": ("1", "mean of the friction over the true one"),
     "width": ("1", "width of the 90 % interval over the true friction"),
     "covered": ("1", "whether the interval holds the true friction"),
+    "covered_in_signal": ("1", "whether it holds what the recorded signal shows: the gain times the truth"),
     "off": ("1", "whether the mean is more than the whole width of the interval off the truth"),
     "warned": ("1", "whether the estimate warned"),
     "force": ("1", "probability of a random force; of the default"),
@@ -57,7 +57,7 @@ def judged(ordinary: OrdinaryRecord) -> dict[str, list[float]]:
         verdict, told, part = _estimated(record, system, options)
         if told is not None and ordinary.truth is not None:
             truth = ordinary.truth(*part)
-            verdict |= _beside(told["friction"], truth)
+            verdict |= _beside(told["friction"], truth, ordinary.gain)
         said[label] = verdict
         if label == "default":
             said[_WITNESS] = {"refused": 1.0}
@@ -65,12 +65,12 @@ def judged(ordinary: OrdinaryRecord) -> dict[str, list[float]]:
             if witness is not None:
                 said[_WITNESS] = {"refused": 0.0, "agrees": float(witness["agrees"])}
                 if ordinary.truth is not None:
-                    said[_WITNESS] |= _beside(witness["friction"], truth)
+                    said[_WITNESS] |= _beside(witness["friction"], truth, ordinary.gain)
     return {name: [said[label].get(name, math.nan) for label in ESTIMATORS] for name in VERDICT}
 
 
 def _estimated(
-    record: xr.DataArray, system: fb.Oscillator, options: Mapping[str, str]
+    record: xr.DataArray, system: fb.Oscillator, options: Mapping[str, Any]
 ) -> tuple[dict[str, float], dict[str, Any] | None, tuple[float, float]]:
     """Verdict so far, the estimate as plain numbers, and from when to when it took the decay for free."""
     began = process_time()
@@ -94,12 +94,13 @@ def _estimated(
     return verdict, told, (first, first + float(decay.time[-1]))
 
 
-def _beside(friction: Mapping[str, Any], truth: float) -> dict[str, float]:
+def _beside(friction: Mapping[str, Any], truth: float, gain: float) -> dict[str, float]:
     low, high = friction["interval90"]
     mean = friction["mean"]
     return {
         "ratio": mean / truth,
         "width": (high - low) / truth,
         "covered": float(low <= truth <= high),
-        "off": float(np.abs(mean - truth) > high - low),
+        "covered_in_signal": float(low <= gain * truth <= high),
+        "off": float(abs(mean - truth) > high - low),
     }

@@ -30,7 +30,7 @@ Process = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 def causal_low_pass(corner: float, sampling_rate: float) -> Process:
-    """Butterworth of order 2, its corner at ``corner`` [Hz], begun as if the first sample had stood long."""
+    """Butterworth of order 2 with its corner at ``corner`` [Hz], begun as if the first sample had stood."""
     sos = signal.butter(2, corner, fs=sampling_rate, output="sos")
     return lambda values: signal.sosfilt(sos, values, zi=signal.sosfilt_zi(sos) * values[0])[0]
 
@@ -58,7 +58,7 @@ def moving_mean(window: int) -> Process:
 
 
 def ac_coupling(corner: float, sampling_rate: float) -> Process:
-    """High pass of order 1, begun as if the first sample had stood long."""
+    """High pass of order 1, begun as if the first sample had stood."""
     sos = signal.butter(1, corner, btype="highpass", fs=sampling_rate, output="sos")
     return lambda values: signal.sosfilt(sos, values, zi=signal.sosfilt_zi(sos) * values[0])[0]
 
@@ -89,7 +89,7 @@ def integrated_twice(step: float) -> Process:
 
     def process(values: NDArray[np.float64]) -> NDArray[np.float64]:
         for _ in range(2):
-            summed = cumulative_trapezoid(values, dx=step, initial=0.0)
+            summed = cumulative_trapezoid(values, dx=step, initial=0)
             values = summed - summed.mean()
         return values
 
@@ -107,7 +107,8 @@ def gain_at(process: Process, frequency: float, step: float, order: int = 0) -> 
     step : float
         Between samples [s].
     order : int
-        How many times the process differentiates, negative for integrals: what that alone does is left out.
+        How many times the process differentiates, negative for integrals; what that alone would do is left
+        out.
     """
     n = math.ceil(40.0 * math.pi / frequency / step)
     phase = frequency * step * np.arange(n)

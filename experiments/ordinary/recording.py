@@ -104,7 +104,7 @@ def draw_layout(
 
 
 def noise_for(clean: NDArray[np.float64], snr_db: float) -> float:
-    """Standard deviation of a noise so many decibels below a signal, by root mean squares about the mean."""
+    """Standard deviation of a noise that many decibels below that of a signal."""
     return float(np.std(clean)) * 10.0 ** (-snr_db / 20.0)
 
 
@@ -133,7 +133,8 @@ def recorded(
     sensor : {"displacement", "velocity", "acceleration"}
         What is sensed.
     snr_db, noise_sd : float
-        Of the sensor's noise, one of the two: decibels by root mean square, or in the unit of the signal.
+        Of the sensor's noise, one of the two: decibels below the standard deviation of the signal, or in its
+        unit.
     process : Process, optional
         What signal and noise go through.
     margin : int
@@ -145,7 +146,7 @@ def recorded(
     **facts : float
         What else was drawn.
     """
-    times = layout.begin + layout.step * np.arange(-margin, layout.samples + margin)
+    times = layout.begin + layout.step * np.arange(-margin, layout.samples + margin, dtype=np.float64)
     clean = motion.sample(times, sensor)
     kept = slice(margin, margin + layout.samples)
     if noise_sd is None:
@@ -161,7 +162,7 @@ def recorded(
     if after is not None:
         values = after(values)
     return OrdinaryRecord(
-        times=layout.step * np.arange(layout.samples),
+        times=layout.step * np.arange(layout.samples, dtype=np.float64),
         values=values,
         quantity=SENSORS[SENSORS.index(sensor) + order],
         mass=layout.rig.mass,

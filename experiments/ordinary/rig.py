@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SENSORS", "Motion", "OrdinaryRecord", "Rig"]
+__all__ = ["SENSORS", "Motion", "OrdinaryRecord", "Recipe", "Rig"]
 
 SENSORS = ("displacement", "velocity", "acceleration")
 """Quantities that are recorded; each the derivative of the one before."""
@@ -64,7 +64,8 @@ class OrdinaryRecord:
     mass, stiffness : float
         [kg], [N/m].
     truth : callable (start, stop) -> float, or None
-        Mean friction [N] along the path between two times of the recording; None where no decay is free.
+        Mean friction [N] along the path between two times of the recording; None where nothing decays
+        freely.
     gain : float
         By what the way from sensor to file multiplies a signal at the motion's frequency.
     facts : mapping
@@ -79,3 +80,7 @@ class OrdinaryRecord:
     truth: Callable[[float, float], float] | None
     gain: float = 1.0
     facts: Mapping[str, float] = field(default_factory=dict)
+
+
+Recipe = Callable[[np.random.Generator, int], OrdinaryRecord]
+"""A record from a generator and its number within the row; what goes round goes by the number."""

@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 
 from experiments.method_tables import share_error, with_error
 
-__all__ = ["lines_of"]
+__all__ = ["lines_of", "short"]
+
+_SAME_GAIN = 1e-5
+"""Relative difference below which no interval sees a gain."""
 
 
 def lines_of(row: str, records: xr.Dataset, estimators: Sequence[str]) -> list[Mapping[str, str]]:
@@ -21,7 +24,7 @@ def lines_of(row: str, records: xr.Dataset, estimators: Sequence[str]) -> list[M
     row : str
         What it is called.
     records : xarray.Dataset
-        Over ``replicate`` and ``estimator``, with :data:`experiments.ordinary.judged.VERDICT` as variables.
+        Over ``replicate`` and ``estimator``; what :data:`experiments.ordinary.judged.VERDICT` names.
     estimators : sequence of str
         Which, in this order.
     """
@@ -34,7 +37,7 @@ def lines_of(row: str, records: xr.Dataset, estimators: Sequence[str]) -> list[M
 
 def _line(row: str, label: str, records: xr.Dataset) -> Mapping[str, str]:
     own = records.sel(estimator=label)
-    ratio, width = _kept(own["ratio"]), _kept(own["width"])
+    ratio = _kept(own["ratio"])
     quantiles = "–"
     if ratio.size:
         middle, low, high = np.quantile(ratio, [0.5, 0.05, 0.95])
@@ -46,21 +49,35 @@ def _line(row: str, label: str, records: xr.Dataset) -> Mapping[str, str]:
         "refused": f"{int(own['refused'].sum())}",
         "warned": f"{int(own['warned'].sum())}",
         "covers, %": _percent(own["covered"]),
+        "covers signal's, %": "" if _as_moved(records) else _percent(own["covered_in_signal"]),
         "a whole interval off, %": _percent(own["off"]),
         "friction / truth (5 .. 95 %)": quantiles,
-        "width, %": f"{100.0 * np.median(width):.2g}" if width.size else "–",
-        "width / white": _beside_white(records) if label == "default" else "",
-        "P(force)": f"{float(np.median(_kept(own['force']))):.2f}"
-        if label == "default" and width.size
-        else "",
+        "width, %": _middle(100.0 * own["width"]),
+        "width / no force's": _beside_no_force(records) if label == "default" else "",
+        "P(force)": _middle(own["force"]) if label == "default" else "",
     }
 
 
-def _beside_white(records: xr.Dataset) -> str:
-    """Median of the width of the default over that of white noise alone."""
-    over = records["width"].sel(estimator="default") / records["width"].sel(estimator="white noise alone")
-    kept = _kept(over)
-    return f"{np.median(kept):.2g}" if kept.size else "–"
+def _beside_no_force(records: xr.Dataset) -> str:
+    """Median of the width of the default over that without a random force."""
+    return _middle(
+        records["width"].sel(estimator="default") / records["width"].sel(estimator="no random force")
+    )
+
+
+def _as_moved(records: xr.Dataset) -> bool:
+    """Whether all signals are as large as the motion itself."""
+    return bool(np.all(np.abs(records["gain"] - 1.0) < _SAME_GAIN))
+
+
+def _middle(values: xr.DataArray) -> str:
+    kept = _kept(values)
+    return short(float(np.median(kept))) if kept.size else "–"
+
+
+def short(value: float) -> str:
+    """Two digits, and all that stand before the point."""
+    return f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"
 
 
 def _percent(hits: xr.DataArray) -> str:
