@@ -9,6 +9,7 @@ from typing import Any
 
 import xarray as xr
 
+from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.system import Oscillator
@@ -122,40 +123,49 @@ def estimate(
         choices = ", ".join(RANDOM_FORCE)
         raise InputError("random_force", f"unknown choice {random_force!r}", f"give one of {choices}")
     estimator = estimator_named(method)
-    validate_record(record)
-    record, _ = set_held_readings_aside(record)
-    record, _ = set_excursions_aside(record, system)
-    refuse_clipped(record)
-    decay = find_free_decay(record, system, start=start, rest_position=rest_position)
-    spline: list[str] = []
-    if method != WaveformEstimator.name and not decay.evenly_spaced:
-        decay = decay.on_even_grid()
-        spline.append(_SPLINE)
-    chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
-    fit = estimator.fit(decay, chosen, peaks=peaks)
-    if random_force == "auto" and method == WaveformEstimator.name:
-        fit = averaged_over_random_force(decay, fit)
-    warned = _proportion_note(decay)
-    acceptance = None
-    if accept_precision is not None:
-        acceptance = accept_by_threshold(
-            _precision_of(fit, method), accept_precision, unit=fit.precision_unit
+    # no decorator, whose frame would stand where warnings name the caller's line
+    with single_threaded_blas():
+        validate_record(record)
+        record, _ = set_held_readings_aside(record)
+        record, _ = set_excursions_aside(record, system)
+        refuse_clipped(record)
+        decay = find_free_decay(record, system, start=start, rest_position=rest_position)
+        spline: list[str] = []
+        if method != WaveformEstimator.name and not decay.evenly_spaced:
+            decay = decay.on_even_grid()
+            spline.append(_SPLINE)
+        chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
+        fit = estimator.fit(decay, chosen, peaks=peaks)
+        if random_force == "auto" and method == WaveformEstimator.name:
+            fit = averaged_over_random_force(decay, fit)
+        warned = _proportion_note(decay)
+        acceptance = None
+        if accept_precision is not None:
+            acceptance = accept_by_threshold(
+                _precision_of(fit, method), accept_precision, unit=fit.precision_unit
+            )
+        elif setup is not None:
+            reference = estimate(setup, system, method=method, prior=prior, peaks=peaks, random_force="none")
+            _refuse_other_signal(decay, reference.decay)
+            acceptance = accept_by_set_up(
+                _precision_of(fit, method), _precision_of(reference.fit, method), unit=fit.precision_unit
+            )
+        return Estimate(
+            method=method,
+            decay=decay,
+            fit=fit,
+            prior=chosen,
+            peaks=peaks,
+            acceptance=acceptance,
+            notes=(
+                *warned,
+                *decay.notes,
+                *fit.notes,
+                *force_notes(decay, fit),
+                *spline,
+                *_provenance(record),
+            ),
         )
-    elif setup is not None:
-        reference = estimate(setup, system, method=method, prior=prior, peaks=peaks, random_force="none")
-        _refuse_other_signal(decay, reference.decay)
-        acceptance = accept_by_set_up(
-            _precision_of(fit, method), _precision_of(reference.fit, method), unit=fit.precision_unit
-        )
-    return Estimate(
-        method=method,
-        decay=decay,
-        fit=fit,
-        prior=chosen,
-        peaks=peaks,
-        acceptance=acceptance,
-        notes=(*warned, *decay.notes, *fit.notes, *force_notes(decay, fit), *spline, *_provenance(record)),
-    )
 
 
 def prior_mapping(prior: Any) -> Mapping[str, float] | None:
