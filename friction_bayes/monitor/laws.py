@@ -1,7 +1,7 @@
 """Laws of wear weighed by their evidence, and the remaining life averaged over them.
 
-Steady, accelerating, decelerating and saturating wear, and wear in jumps, are equally probable beforehand; so
-are the values of the one shape parameter that a law has, over its range. Each value is a clock
+Steady, accelerating, decelerating, saturating and kinked wear, and wear in jumps, are equally probable
+beforehand; so are the values of the shape parameters that a law has, over their range. Each value is a clock
 (:mod:`friction_bayes.monitor.clocks`), on which the wear model is fitted in closed form; the probability of a
 clock follows from the marginal likelihood of the estimates. The remaining life is the mixture over clocks.
 """
@@ -9,14 +9,15 @@ clock follows from the marginal likelihood of the estimates. The remaining life 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Protocol, TypeVar
 
 import numpy as np
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.monitor.clocks import LAWS, Clock, ExponentialClock, JumpClock, PowerClock
+from friction_bayes.monitor.clocks import LAWS, Clock, ExponentialClock, JumpClock, KinkClock, PowerClock
 from friction_bayes.monitor.remaining_life import RemainingLife, remaining_life
 from friction_bayes.monitor.wear import WearPosterior, default_wear_prior, fit_wear
 
@@ -57,6 +58,41 @@ _FAMILIES = (
     _Family("saturating", ExponentialClock, -8.0, -0.1),
 )
 """Wear grows at most by e^8 within the time observed, or began at T1 or half that time before."""
+_STEEPEST_KINK = 10.0
+"""Largest ratio of the rates after and before a kink. It is at least 1, and its logarithm uniform."""
+
+
+class _Weighed(Protocol):
+    """What has an evidence, so that values of a shape parameter can be laid where it is."""
+
+    @property
+    def log_evidence(self) -> float:
+        """Log marginal likelihood."""
+
+
+_Fit = TypeVar("_Fit", bound=_Weighed)
+
+
+@dataclass(frozen=True, eq=False)
+class _Kinks:
+    """Kinks of one ratio at all times.
+
+    Attributes
+    ----------
+    clocks : list of KinkClock
+    shares : ndarray
+        Of each, given the ratio.
+    fits : list of WearPosterior
+    """
+
+    clocks: list[KinkClock]
+    shares: Array
+    fits: list[WearPosterior]
+
+    @property
+    def log_evidence(self) -> float:
+        """Of the ratio, averaged over the time of the kink."""
+        return float(logsumexp([each.log_evidence for each in self.fits], b=self.shares))
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,11 +218,16 @@ def fit_laws(times: Array, friction: Array, sd: Array) -> WearLaws:
         found.append(("jumps", jumps, share, fit_wear(jumps.reading(time), friction, sd, alike)))
     for family in _FAMILIES:
         families = sum(other.law == family.law for other in _FAMILIES)
-        shapes, fits = _along(family, fit)
-        shares = np.gradient(shapes) / (family.high - family.low) / families
+        shapes, fits = _along(family.low, family.high, lambda shape, clock=family.clock: fit(clock(shape)))
         found += [
-            (family.law, family.clock(shape), float(part), each)
-            for shape, part, each in zip(shapes.tolist(), shares, fits, strict=True)
+            (family.law, family.clock(shape), float(part) / families, each)
+            for shape, part, each in zip(shapes.tolist(), _shares(shapes), fits, strict=True)
+        ]
+    ratios, kinks = _along(0.0, math.log(_STEEPEST_KINK), lambda ratio: _kinks(math.exp(ratio), fit))
+    for share, each_ratio in zip(_shares(ratios), kinks, strict=True):
+        found += [
+            ("kinked", clock, float(share * part), each)
+            for clock, part, each in zip(each_ratio.clocks, each_ratio.shares, each_ratio.fits, strict=True)
         ]
     score = np.array([math.log(share) + each.log_evidence for _, _, share, each in found])
     kept = np.flatnonzero(score > score.max() + math.log(_KEPT))
@@ -219,10 +260,22 @@ def _jumps(time: Array, friction: Array, sd: Array) -> list[tuple[JumpClock, flo
     ]
 
 
-def _along(family: _Family, fit: Callable[[Clock], WearPosterior]) -> tuple[Array, Sequence[WearPosterior]]:
-    """Return values of the shape parameter, dense where the evidence is, and the fit of each."""
-    shapes = np.linspace(family.low, family.high, _NODES)
-    fits = [fit(family.clock(shape)) for shape in shapes.tolist()]
+def _kinks(ratio: float, fit: Callable[[Clock], WearPosterior]) -> _Kinks:
+    """Fit kinks of one ratio, at times that are laid where the evidence is."""
+    times, fits = _along(0.0, 1.0, lambda time: fit(KinkClock(time, ratio)))
+    return _Kinks([KinkClock(time, ratio) for time in times.tolist()], _shares(times), fits)
+
+
+def _shares(shapes: Array) -> Array:
+    """Return the share of a uniform prior that each of some values stands for, by the trapezoidal rule."""
+    steps = np.diff(shapes)
+    return np.asarray((np.append(steps, 0.0) + np.append(0.0, steps)) / (2.0 * (shapes[-1] - shapes[0])))
+
+
+def _along(low: float, high: float, fit: Callable[[float], _Fit]) -> tuple[Array, list[_Fit]]:
+    """Return values of a shape parameter, dense where the evidence is, and the fit of each."""
+    shapes = np.linspace(low, high, _NODES)
+    fits = [fit(shape) for shape in shapes.tolist()]
     for _ in range(_HALVINGS):
         evidence = np.array([each.log_evidence for each in fits])
         near = np.maximum(evidence[1:], evidence[:-1]) > evidence.max() - _NEGLIGIBLE
@@ -236,5 +289,5 @@ def _along(family: _Family, fit: Callable[[Clock], WearPosterior]) -> tuple[Arra
         between = 0.5 * (shapes[wide] + shapes[wide + 1])
         shapes = np.insert(shapes, wide + 1, between)
         for place, shape in reversed(list(zip(wide + 1, between.tolist(), strict=True))):
-            fits.insert(int(place), fit(family.clock(shape)))
+            fits.insert(int(place), fit(shape))
     return shapes, fits
