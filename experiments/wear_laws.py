@@ -1,9 +1,9 @@
 """Does the remaining life hold under laws of wear that are not the model's? One law, and laws averaged.
 
 Paths of friction are drawn from laws written here, none of which knows the model: steady, quadratic,
-exponential, square root, saturating (crossing the threshold or stopping short of it), a kink (the rate
-rises four- to fivefold), a gamma process, shocks, one jump, none. Estimates at the detection points are the friction with normal errors of known size;
-some machines scatter from run to run besides.
+exponential, square root, saturating (crossing the threshold or stopping short of it), a kink (the rate rises
+four- to fivefold), a gamma process, shocks, one jump, none. Estimates at the detection points are the friction
+with normal errors of known size; some machines scatter from run to run besides.
 """
 
 from __future__ import annotations
