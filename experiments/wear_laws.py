@@ -2,8 +2,8 @@
 
 Paths of friction are drawn from laws written here, none of which knows the model: steady, quadratic,
 exponential, square root, saturating (crossing the threshold or stopping short of it), a kink (the rate rises
-four- to fivefold), a gamma process, shocks, one jump, none. Estimates at the detection points are the friction
-with normal errors of known size; some machines scatter from run to run besides.
+four- to fivefold), a gamma process, shocks, one jump, none. Estimates at the detection points are the
+friction with normal errors of known size; some machines scatter from run to run besides.
 """
 
 from __future__ import annotations
