@@ -30,6 +30,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 import friction_bayes
 from experiments.sources import sources_digest
 from experiments.tables import Row, closing_table, page
+from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, settings_key, write_json, write_whole
 
@@ -95,7 +96,9 @@ def _cell_seed(experiment: Experiment, cell: Cell, seed: int) -> np.random.SeedS
     return np.random.SeedSequence(int(_key(experiment, own, seed), 16))
 
 
+@single_threaded_blas()
 def _run_cell(experiment: Experiment, cell: Cell, seed: int, target: Path) -> None:
+    """Run one cell on one core, so that its times are those of one core and workers do not fight for them."""
     numbers = experiment.run(experiment.config, cell, _cell_seed(experiment, cell, seed))
     write_whole(target, lambda path: write_json(path, numbers))
 
@@ -114,9 +117,6 @@ def _compute(tasks: list[Any], scheduler: str | None, workers: int) -> None:
                     future.result()
                     progress.advance(bar)
             return
-        # one core a worker, so that times are those of one core and workers do not fight for them
-        for library in ("OMP", "OPENBLAS", "MKL"):
-            os.environ.setdefault(f"{library}_NUM_THREADS", "1")
         # processes, not threads: a sampler's Python steps hold the interpreter lock and would queue up
         chosen = {"scheduler": "processes", "num_workers": workers} if workers > 1 else {"scheduler": "sync"}
         # cells are handed out one by one: their times differ by a hundred

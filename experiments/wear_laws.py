@@ -1,9 +1,9 @@
 """Does the remaining life hold under laws of wear that are not the model's? One law, and laws averaged.
 
 Paths of friction are drawn from laws written here, none of which knows the model: steady, quadratic,
-exponential, square root, saturating (crossing the threshold or stopping short of it), a gamma process,
-shocks, one jump, none. Estimates at the detection points are the friction with normal errors of known size;
-some machines scatter from run to run besides.
+exponential, square root, saturating (crossing the threshold or stopping short of it), a kink (the rate rises
+four- to fivefold), a gamma process, shocks, one jump, none. Estimates at the detection points are the
+friction with normal errors of known size; some machines scatter from run to run besides.
 """
 
 from __future__ import annotations
@@ -93,6 +93,14 @@ def _saturating(crosses: bool) -> Callable[..., Path]:
     return draw
 
 
+def _kink(times: Array, gain: float, rng: np.random.Generator) -> Path:
+    when, faster = float(rng.uniform(0.3, 0.9)), float(rng.uniform(4.0, 5.0))
+    slow = gain / (when + faster * (1.0 - when))
+    left = gain * float(rng.uniform(0.2, 1.5))
+    worn = np.where(times < when, slow * times, gain - faster * slow * (1.0 - times))
+    return Path(worn, left, left / (faster * slow))
+
+
 def _increasing(
     increment: Callable[[float, float, int, np.random.Generator], Array],
 ) -> Callable[..., Path]:
@@ -130,6 +138,7 @@ LAWS: dict[str, Callable[[Array, float, np.random.Generator], Path]] = {
     "square root": _deterministic(np.sqrt, lambda worn: worn**2),
     "saturating, crosses": _saturating(True),
     "saturating, stops short": _saturating(False),
+    "kink": _kink,
     "gamma process": _increasing(lambda shape, size, n, rng: rng.gamma(shape, size, n)),
     "shocks": _increasing(_shocks),
     "one jump": _jump,

@@ -1,4 +1,4 @@
-"""One seed for every test, and the environment that must stand before numba or matplotlib is imported."""
+"""One seed for every test, one thread of BLAS, and the environment that numba and matplotlib must find."""
 
 from __future__ import annotations
 
@@ -28,7 +28,11 @@ os.environ["MPLBACKEND"] = "Agg"
 
 import numpy as np  # noqa: E402  (after the environment is set)
 
+from blas_threads import set_blas_threads  # noqa: E402
 from friction_bayes.testing import base_seed  # noqa: E402
+
+# they spin, and those of the workers of a parallel run fight for the cores
+set_blas_threads(1)
 
 
 def pytest_sessionstart() -> None:

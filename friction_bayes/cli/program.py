@@ -146,6 +146,8 @@ def command() -> int:
     A library may leave a damaged file half open. What that raises when Python throws it away, after this
     program has said what is wrong with the file, is not shown.
     """
+    # the threads of SciPy's BLAS spin from when it is loaded, a tenth of the time of an estimate
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
     gc.set_threshold(_COLLECTED_AFTER)
     if not os.environ.get(_DEBUG):
         sys.unraisablehook = lambda _: None

@@ -14,6 +14,7 @@ from scipy import stats
 
 from friction_bayes.conjugate.scaled_distribution import scaled, scaled_moments, scaled_quantiles
 from friction_bayes.core.arrays import Array, Indices, Mask
+from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.checks import positive
 from friction_bayes.core.declared_force import ForceFactor, declared_forces, frequencies_disagree
 from friction_bayes.core.errors import InputError
@@ -217,6 +218,7 @@ def _as_stack(
     return stack, kind, str(stack.attrs.get("units", kind.unit)), step
 
 
+@single_threaded_blas()
 def _estimate_rows(
     values: NDArray[Any],
     *,

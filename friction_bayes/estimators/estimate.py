@@ -9,6 +9,7 @@ from typing import Any
 
 import xarray as xr
 
+from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.system import Oscillator
@@ -125,48 +126,51 @@ def estimate(
         choices = ", ".join(RANDOM_FORCE)
         raise InputError("random_force", f"unknown choice {random_force!r}", f"give one of {choices}")
     estimator = estimator_named(method)
-    validate_record(record)
-    record, _ = set_held_readings_aside(record)
-    record, _ = set_excursions_aside(record, system)
-    refuse_clipped(record)
-    decay = find_free_decay(record, system, start=start, rest_position=rest_position)
-    level = saturation_level(decay)
-    if level is not None:
-        raise InputError(
-            record_name(record),
-            f"the sensor saturates: tops are flat some {level:.4g} {decay.unit} from the rest position",
-            "start after them (--start), or take a sensor with more range",
+    # no decorator, whose frame would stand where warnings name the caller's line
+    with single_threaded_blas():
+        validate_record(record)
+        record, _ = set_held_readings_aside(record)
+        record, _ = set_excursions_aside(record, system)
+        refuse_clipped(record)
+        decay = find_free_decay(record, system, start=start, rest_position=rest_position)
+        _refuse_saturated(decay)
+        spline: list[str] = []
+        if method != WaveformEstimator.name and not decay.evenly_spaced:
+            decay = decay.on_even_grid()
+            spline.append(_SPLINE)
+        chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
+        fit = estimator.fit(decay, chosen, peaks=peaks)
+        if random_force == "auto" and method == WaveformEstimator.name:
+            fit = averaged_over_accounts(decay, fit)
+            _refuse_negative(decay, fit)
+        warned = _proportion_note(decay)
+        acceptance = None
+        if accept_precision is not None:
+            acceptance = accept_by_threshold(
+                _precision_of(fit, method), accept_precision, unit=fit.precision_unit
+            )
+        elif setup is not None:
+            reference = estimate(setup, system, method=method, prior=prior, peaks=peaks, random_force="none")
+            _refuse_other_signal(decay, reference.decay)
+            acceptance = accept_by_set_up(
+                _precision_of(fit, method), _precision_of(reference.fit, method), unit=fit.precision_unit
+            )
+        return Estimate(
+            method=method,
+            decay=decay,
+            fit=fit,
+            prior=chosen,
+            peaks=peaks,
+            acceptance=acceptance,
+            notes=(
+                *warned,
+                *decay.notes,
+                *fit.notes,
+                *force_notes(decay, fit),
+                *spline,
+                *_provenance(record),
+            ),
         )
-    spline: list[str] = []
-    if method != WaveformEstimator.name and not decay.evenly_spaced:
-        decay = decay.on_even_grid()
-        spline.append(_SPLINE)
-    chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
-    fit = estimator.fit(decay, chosen, peaks=peaks)
-    if random_force == "auto" and method == WaveformEstimator.name:
-        fit = averaged_over_accounts(decay, fit)
-        _refuse_negative(decay, fit)
-    warned = _proportion_note(decay)
-    acceptance = None
-    if accept_precision is not None:
-        acceptance = accept_by_threshold(
-            _precision_of(fit, method), accept_precision, unit=fit.precision_unit
-        )
-    elif setup is not None:
-        reference = estimate(setup, system, method=method, prior=prior, peaks=peaks, random_force="none")
-        _refuse_other_signal(decay, reference.decay)
-        acceptance = accept_by_set_up(
-            _precision_of(fit, method), _precision_of(reference.fit, method), unit=fit.precision_unit
-        )
-    return Estimate(
-        method=method,
-        decay=decay,
-        fit=fit,
-        prior=chosen,
-        peaks=peaks,
-        acceptance=acceptance,
-        notes=(*warned, *decay.notes, *fit.notes, *force_notes(decay, fit), *spline, *_provenance(record)),
-    )
 
 
 def prior_mapping(prior: Any) -> Mapping[str, float] | None:
@@ -184,6 +188,16 @@ def _precision_of(fit: Fit, method: str) -> Any:
             "method", f"{method} has no precision parameter to accept by", "use normal-gamma or waveform"
         )
     return fit.precision
+
+
+def _refuse_saturated(decay: FreeDecay) -> None:
+    level = saturation_level(decay)
+    if level is not None:
+        raise InputError(
+            decay.name,
+            f"the sensor saturates: tops are flat some {level:.4g} {decay.unit} from the rest position",
+            "start after them (--start), or take a sensor with more range",
+        )
 
 
 def _refuse_negative(decay: FreeDecay, fit: Fit) -> None:

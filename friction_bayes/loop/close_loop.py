@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
@@ -44,6 +45,7 @@ _ALONG_MOTION = (
 """Why an effect that the search does not try was not weighed."""
 
 
+@single_threaded_blas()
 def close_loop(
     records: Sequence[xr.DataArray],
     system: Oscillator,

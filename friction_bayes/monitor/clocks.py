@@ -1,6 +1,6 @@
 """Laws of wear as clocks: a Wiener process with drift that runs on a clock of its own.
 
-Wear that accelerates, slows down or saturates is the same process as steady wear on another clock
+Wear that accelerates, slows down, saturates or kinks is the same process as steady wear on another clock
 (Whitmore & Schenkelberg 1997): friction is ``level + drift u + sqrt(v) W(u)`` at the reading ``u`` of a clock
 that shows zero at T1 and the time observed at Tn. Every clock thus has the same two coefficients with the
 same meaning, so that the evidence of laws can be compared, and the first passage on the clock has the closed
@@ -21,9 +21,9 @@ from scipy.special import betainc
 from friction_bayes.core.arrays import Array
 from friction_bayes.monitor.remaining_life import RemainingLife
 
-__all__ = ["LAWS", "Clock", "ExponentialClock", "JumpClock", "PowerClock"]
+__all__ = ["LAWS", "Clock", "ExponentialClock", "JumpClock", "KinkClock", "PowerClock"]
 
-LAWS = ("linear", "accelerating", "decelerating", "saturating", "jumps")
+LAWS = ("linear", "accelerating", "decelerating", "saturating", "kinked", "jumps")
 """Names of the laws of wear, equally probable beforehand."""
 
 _LARGEST_EXPONENT = 600.0
@@ -127,6 +127,39 @@ class ExponentialClock(_SmoothClock):
         """Return the times of these readings, of those that the clock ever shows."""
         grown = reading * math.expm1(self.growth)
         return np.log1p(grown[grown > -1.0]) / self.growth
+
+
+@dataclass(frozen=True)
+class KinkClock(_SmoothClock):
+    """Steady wear whose rate changes once, at a kink, and stays what it then is.
+
+    Attributes
+    ----------
+    kink : float
+        When, in units of the time observed, from 0 to 1.
+    ratio : float
+        Rate after the kink over the rate before it, positive.
+    """
+
+    kink: float
+    ratio: float
+
+    @property
+    def _whole(self) -> float:
+        return self.kink + self.ratio * (1.0 - self.kink)
+
+    def reading(self, time: Array) -> Array:
+        """Return what the clock shows."""
+        return (time + (self.ratio - 1.0) * np.maximum(time - self.kink, 0.0)) / self._whole
+
+    @property
+    def pace(self) -> float:
+        """Pace at Tn, after the kink."""
+        return self.ratio / self._whole
+
+    def when(self, reading: Array) -> Array:
+        """Return the times of these readings, each at least 1."""
+        return 1.0 + (reading - 1.0) / self.pace
 
 
 @dataclass(frozen=True)

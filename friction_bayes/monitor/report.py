@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from scipy import stats
 
+from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.checks import positive
 from friction_bayes.core.summary import Summary
 from friction_bayes.monitor.laws import WearLaws, fit_laws
@@ -248,6 +249,7 @@ class MonitorReport:
         )
 
 
+@single_threaded_blas()
 def follow(
     points: DetectionPoints,
     threshold: float | None,

@@ -16,7 +16,7 @@ from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, cap
 
 __all__ = ["monitor_figures", "plot_detection_points", "plot_fleet", "plot_remaining_life", "plot_tracking"]
 
-_LINES = ("-", "--", "-.", ":", (0, (1, 4)))
+_LINES = ("-", "--", "-.", ":", (0, (8, 2)), (0, (1, 4)))
 """Of the laws of wear, in their order."""
 _SHOWN = 0.02
 """Laws of wear less probable than this are not drawn."""

@@ -14,6 +14,7 @@ import xarray as xr
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.errors import InputError, NotConvergedWarning
 from friction_bayes.reference.convergence import MINIMUM_LENGTH, Convergence, diagnose
 from friction_bayes.reference.ensembles import Ensembles
@@ -31,6 +32,7 @@ _MARGIN = 1.15
 """Steps run over those needed, since the need is itself an estimate."""
 
 
+@single_threaded_blas()
 def sample_target(
     target: Target,
     *,
@@ -105,7 +107,8 @@ def sample_target(
                 break
             if run.steps >= max_steps:
                 message = f"emcee used up its {max_steps} steps: {worst.describe(ess=ess, steps=kept)}"
-                warnings.warn(message, NotConvergedWarning, stacklevel=2)
+                # over the decorator's frame, to the caller's line
+                warnings.warn(message, NotConvergedWarning, stacklevel=3)
                 break
             needed = max(needed, 1.2 * run.steps)
         due = min(math.ceil(_MARGIN * needed), 2 * run.steps, max_steps)

@@ -62,6 +62,7 @@ ROOMS: dict[str, set[str]] = {
     "pooch": {"records"},
     "pyuff": {"records"},
     "rich": {"cli"},
+    "threadpoolctl": {"core"},
     "zarr": {"records"},
 }
 

@@ -1,4 +1,6 @@
-"""The remaining life on synthetic wear: uniform over seeded machines, and planted bugs are found."""
+"""The remaining life on synthetic wear: uniform over seeded machines, held where wear kinks, and planted bugs
+are found.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +9,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from friction_bayes import testing
 from friction_bayes.core.arrays import Array
+from friction_bayes.monitor import laws
 from friction_bayes.monitor.remaining_life import remaining_life
 from friction_bayes.monitor.wear import WearPosterior, WearPrior, fit_wear
 
@@ -108,3 +112,39 @@ BUGS: dict[str, Callable[[WearPosterior], WearPosterior]] = {
 def test_planted_bug_is_found(bug: str, seed: int) -> None:
     with pytest.raises(AssertionError, match="not calibrated"):
         testing.assert_calibrated(draw_prior, simulate, pit(BUGS[bug], seed), replications=FEW, seed=seed)
+
+
+KINKED = 16
+FASTER = 4.5
+
+
+def held_where_wear_kinks(rng: np.random.Generator) -> int:
+    """Of machines whose rate of wear rises at once, how many 90 % intervals hold the remaining life."""
+    held = 0
+    for _ in range(KINKED):
+        times = np.sort(np.append(rng.uniform(0.0, 10.0, 22), [0.0, 10.0]))
+        when, rate = rng.uniform(4.0, 8.0), 0.02
+        friction = 1.0 + rate * times + (FASTER - 1.0) * rate * np.maximum(times - when, 0.0)
+        estimates = friction + 0.005 * rng.standard_normal(times.size)
+        life = rng.uniform(2.0, 15.0)
+        found = laws.fit_laws(times, estimates, np.full(times.size, 0.005)).remaining_life(
+            friction[-1] + FASTER * rate * life
+        )
+        held += found.ppf(0.05) <= life <= found.ppf(0.95)
+    return held
+
+
+def least_held() -> int:
+    """Fewer hold with the false-alarm rate, where as many should as the interval says."""
+    return int(stats.binom.ppf(RARE, KINKED, 0.9))
+
+
+def test_wear_that_kinks_is_held(rng: np.random.Generator) -> None:
+    assert held_where_wear_kinks(rng) >= least_held()
+
+
+def test_wear_that_kinks_is_missed_without_its_law(
+    rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(laws, "_STEEPEST_KINK", 1.0 + 1e-9)
+    assert held_where_wear_kinks(rng) < least_held()

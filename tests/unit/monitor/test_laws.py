@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.monitor.clocks import Clock, ExponentialClock, JumpClock, PowerClock
+from friction_bayes.monitor.clocks import Clock, ExponentialClock, JumpClock, KinkClock, PowerClock
 from friction_bayes.monitor.laws import fit_laws
 from friction_bayes.monitor.points import DetectionPoints
 from friction_bayes.monitor.remaining_life import remaining_life
@@ -17,7 +17,11 @@ from friction_bayes.monitor.report import follow
 from friction_bayes.monitor.wear import default_wear_prior, fit_wear
 
 TIME = np.linspace(0.0, 1.0, 40)
-CLOCKS = [PowerClock(), PowerClock(2.0), PowerClock(0.3, 0.5), ExponentialClock(3.0), ExponentialClock(-2.0)]
+CLOCKS = [
+    *(PowerClock(), PowerClock(2.0), PowerClock(0.3, 0.5)),
+    *(ExponentialClock(3.0), ExponentialClock(-2.0)),
+    *(KinkClock(0.6, 4.5), KinkClock(0.0, 3.0)),
+]
 
 
 @pytest.mark.parametrize("clock", CLOCKS, ids=repr)
@@ -42,6 +46,7 @@ SHAPES: dict[str, tuple[Callable[[Array], Array], str, float]] = {
     "square": (lambda t: t**2, "accelerating", math.sqrt(2.0) - 1.0),
     "root": (np.sqrt, "decelerating", 3.0),
     "saturates": (lambda t: np.expm1(-3.0 * t) / math.expm1(-3.0), "saturating", math.inf),
+    "kinks": (lambda t: np.where(t < 0.7, t, 5.0 * t - 2.8) / 2.2, "kinked", 2.2 / 5.0),
     "jumps": (lambda t: (t > 0.4) * 1.0, "jumps", math.inf),
 }
 
@@ -57,6 +62,18 @@ def test_the_evidence_names_the_law_and_the_life_holds(shape: str) -> None:
     low, high = (told.ppf(q) / 100.0 for q in (0.05, 0.95))
     assert low <= life <= high
     assert math.isinf(high) == math.isinf(life)
+
+
+def test_two_points_leave_the_laws_of_smooth_wear_equally_probable() -> None:
+    # every clock shows 0 and 1 there, so that nothing but what a law was given beforehand is left
+    found = fit_laws(np.array([0.0, 3.0]), np.array([1.0, 1.2]), np.full(2, 0.01)).probabilities
+    smooth = [found[law] for law in ("linear", "accelerating", "decelerating", "saturating", "kinked")]
+    assert smooth == pytest.approx([smooth[0]] * 5, rel=1e-6)
+
+
+def test_before_the_kink_wear_is_slower_by_the_ratio() -> None:
+    rates = np.diff(KinkClock(0.6, 4.5).reading(np.array([0.0, 0.1, 0.6, 0.7, 1.0]))) / [0.1, 0.5, 0.1, 0.3]
+    np.testing.assert_allclose(rates[1:] / rates[0], [1.0, 4.5, 4.5])
 
 
 def test_steady_wear_alone_is_the_wear_model() -> None:
