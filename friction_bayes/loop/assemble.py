@@ -139,7 +139,10 @@ def assemble_report(
     forecasts = forecast_records(before), best.forecasts()
     reference = _compare_with_reference(after, frictions_before, reference_friction) or {}
     if check:
-        reference["sampler"] = best.check(seed)
+        found = best.check(seed)
+        share = mixture.share_of_best * found.pop("share")
+        sampled = {"effects": list(effects), "probability": share}
+        reference["sampler"] = found | {"sampled": sampled}
     return LoopReport(
         verdict=word,
         effects=[

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.random_force.smoothing import LEAST_NOISE
@@ -26,6 +26,7 @@ from friction_bayes.loop.random_force.contender import drawn_contender
 from friction_bayes.loop.random_force.contradictions import contradictions
 from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
 from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.random_force.joint_check import check_together
 from friction_bayes.loop.random_force.joint_draws import joint_draws
 from friction_bayes.loop.random_force.joint_fit import JointFit, fit_together
 from friction_bayes.loop.random_force.motion_family import MotionFamily, too_large
@@ -159,9 +160,14 @@ class JointFamily(MotionFamily):
         drawn = self.laws.first
         return self.cells.places(self.sets)[0, drawn.point, drawn.chosen]
 
+    @property
+    def _of_candidate(self) -> Mask:
+        """Points and sets of the records that are the most probable candidate, shape (g, m)."""
+        return np.asarray((self.cells.places(self.sets[:1]) == 0).any(axis=0))
+
     @cached_property
     def best(self) -> tuple[ForceFit, ...]:
-        return self.fit.among(self.cells.places(self.sets[:1])[0] == 0).fits
+        return self.fit.among(self._of_candidate).fits
 
     @cached_property
     def reading(self) -> Reading:
@@ -189,8 +195,10 @@ class JointFamily(MotionFamily):
         fit = fit_model(law.model, [NoiseModel(law.ar)], law.z)
         return law.model, law.z if fit is None else fit.z
 
-    def check(self, seed: int) -> None:
-        """No sampler has the likelihood of several records."""
+    def check(self, seed: int) -> dict[str, Any]:
+        factor, unit = friction_scale(self.before.model)
+        mine = self._of_candidate[:, self.fit.problem.number] & (self._weight > 0.0)
+        return check_together(self.fit, mine, factor, unit, seed, forced=self._fluctuates)
 
     def witnesses(self) -> None:
         """Each record would have its own."""
