@@ -18,7 +18,7 @@ from friction_bayes.core.text import words
 from friction_bayes.loop.assemble import assemble_report
 from friction_bayes.loop.candidate import searched
 from friction_bayes.loop.family import Family
-from friction_bayes.loop.one_record import families_of_one
+from friction_bayes.loop.one_record import families_of_one, knows_the_range
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.joint_family import joint_family
 from friction_bayes.loop.random_force.moving_record import why_not_weighed
@@ -131,7 +131,7 @@ def close_loop(
     tried = tuple(name for name in searched(allowed, named=effects is not None) if name not in barred)
     rng_search, rng_force, rng_report, rng_joint = np.random.default_rng(seed).spawn(4)
     sought = random_force == "auto" and noise == "auto" and RANDOM_FORCE.name in allowed
-    several = len(segments) > 1
+    several = len(segments) > 1 and knows_the_range(segments, allowed)
     joint = None
     if varying_friction or (sought and several):
         unwanted = () if random_force == "auto" else (RANDOM_FORCE.name,)

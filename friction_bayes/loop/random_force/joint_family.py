@@ -35,6 +35,8 @@ from friction_bayes.loop.random_force.unknowable import unknowable
 from friction_bayes.loop.searched import coulomb_model
 from friction_bayes.loop.segment import Segment
 from friction_bayes.loop.slight_effects import SlightEffect
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
 __all__ = ["JointFamily", "joint_family"]
@@ -91,7 +93,7 @@ def joint_family(
         return None
     white = tuple(np.zeros(0) for _ in segments)
     before = coulomb_model(system, segments, white, SENSOR_OFFSET.name)
-    return JointFamily(before, fit, own, tolerance, rng)
+    return JointFamily(before, fit, allowed, own, tolerance, rng)
 
 
 class JointFamily(MotionFamily):
@@ -105,8 +107,10 @@ class JointFamily(MotionFamily):
     before : LoopFit
         The Coulomb model alone.
     fit : JointFit
+    allowed : sequence of str
+        Effects that may act.
     own : sequence of str
-        Effects that a search does not try.
+        Those of them that a search does not try.
     tolerance : float
         Share of friction below which a force that depends on the motion does not matter.
     rng : numpy.random.Generator
@@ -117,6 +121,7 @@ class JointFamily(MotionFamily):
         self,
         before: LoopFit,
         fit: JointFit,
+        allowed: Sequence[str],
         own: Sequence[str],
         tolerance: float,
         rng: np.random.Generator,
@@ -127,11 +132,17 @@ class JointFamily(MotionFamily):
         effects = fit.along[0].sets.effects
         nothing = set.intersection(*(unknowable(one) for one in fit.alone))
         known = np.array([not names & nothing for names in effects])
-        cells = Cells((known * self.fit.weight)[None], self.fit.posterior.ratio > 0.0, effects)
+        clipped = any(one.segment.clipped for one in fit.alone)
+        certain = frozenset({SENSOR_CLIPPING.name} if clipped and SENSOR_CLIPPING.name in allowed else ())
+        spoilt = _outliers_somewhere(fit.alone)
+        noises = {certain: 1.0 - spoilt, certain | {OUTLIERS.name}: spoilt}
+        weights = [share * known * self.fit.weight for share in noises.values() if share > 0.0]
+        kinds = [noise for noise, share in noises.items() if share > 0.0]
+        cells = Cells(np.array(weights), self.fit.posterior.ratio > 0.0, effects, kinds)
         self.cells, left_out = cells.counted(own, -math.log(float(cells.total.sum())))
         # all mixtures have the empty set
-        weights = {frozenset[str](): 0.0} | self.cells.probabilities
-        ranked = sorted(weights.items(), key=lambda pair: -pair[1])
+        by_set = {frozenset[str](): 0.0} | self.cells.probabilities
+        ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
         self.sets = tuple(names for names, _ in ranked)
         with np.errstate(divide="ignore"):
             self.log_weights = np.log([p for _, p in ranked])
@@ -158,7 +169,9 @@ class JointFamily(MotionFamily):
     @cached_property
     def candidate(self) -> Integers:
         drawn = self.laws.first
-        return self.cells.places(self.sets)[0, drawn.point, drawn.chosen]
+        upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
+        kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
+        return self.cells.places(self.sets)[kind, drawn.point, drawn.chosen]
 
     @property
     def _of_candidate(self) -> Mask:
@@ -220,9 +233,9 @@ class JointFamily(MotionFamily):
 
     @property
     def knows_the_noise(self) -> bool:
-        """Whether the sensors have the noise that columns along the motion know: white, without outliers.
+        """Whether the sensors have the noise that columns along the motion know: white but for outliers.
 
-        A search knows coloured noise and outliers too, and none at all.
+        A search knows coloured noise too, and none at all.
         """
         return not any(
             fit.noise_sd <= _NO_NOISE * fit.scales.signal
@@ -230,6 +243,15 @@ class JointFamily(MotionFamily):
             or has_heavy_tails(fit.innovations[np.isfinite(fit.clock.variance)])
             for fit in self.best
         )
+
+
+def _outliers_somewhere(alone: Sequence[ForceFit]) -> float:
+    """Probability that at least one record has outliers."""
+    none = 1.0
+    for fit in alone:
+        noises = fit.sensor_noise.probabilities
+        none *= sum(p for names, p in noises.items() if OUTLIERS.name not in names)
+    return 1.0 - min(none, 1.0)
 
 
 def _beside_motion(fit: ForceFit) -> Array:
