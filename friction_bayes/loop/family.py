@@ -90,6 +90,8 @@ class Family(Protocol):
         Of what the most probable candidate leaves.
     explains : bool
         Whether that is noise, or too little to matter.
+    contradicted : bool
+        Whether several records contradict each other.
     trail : tuple of str
         The steps that led to them.
     notes : tuple of str
@@ -122,6 +124,9 @@ class Family(Protocol):
 
     @property
     def explains(self) -> bool: ...
+
+    @property
+    def contradicted(self) -> bool: ...
 
     @property
     def notes(self) -> tuple[str, ...]: ...

@@ -35,6 +35,7 @@ from friction_bayes.loop.random_force.unknowable import unknowable
 from friction_bayes.loop.searched import coulomb_model
 from friction_bayes.loop.segment import Segment
 from friction_bayes.loop.slight_effects import SlightEffect
+from friction_bayes.loop.verdict import CREDIBLE_MASS
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
@@ -189,7 +190,24 @@ class JointFamily(MotionFamily):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        return (*super().notes, *contradictions(self.fit))
+        return (*super().notes, *self._contradictions)
+
+    @cached_property
+    def _contradictions(self) -> tuple[str, ...]:
+        """Effects that the records contradict one size of."""
+        return tuple(contradictions(self.fit))
+
+    @cached_property
+    def _differs(self) -> float:
+        """Probability that friction differs between the records."""
+        weight = self._weight
+        return float(weight[:, self.fit.spread_of > 0.0].sum() / weight.sum())
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the records contradict one friction for all, if it is not known to differ, or one law."""
+        known = bool((self.fit.spreads > 0.0).all())
+        return bool(self._contradictions) or (not known and self._differs >= CREDIBLE_MASS)
 
     def variables(self) -> dict[str, Array]:
         best = self._of_best
@@ -217,7 +235,6 @@ class JointFamily(MotionFamily):
         """Each record would have its own."""
 
     def between_records(self) -> dict[str, Any]:
-        differs, weight = self.fit.spread_of > 0.0, self._weight
         model = self.before.model
         _, unit = friction_scale(model)
         rng_scale, rng_alone = self._rng_reading.spawn(2)
@@ -225,7 +242,7 @@ class JointFamily(MotionFamily):
             self.laws,
             self.fit.alone,
             shift=self._friction - self.laws.friction,
-            probability=float(weight[:, differs].sum() / weight.sum()),
+            probability=self._differs,
             scale=scale_draws(model, self.laws.frequency, DRAWS, rng_scale),
             unit=unit,
             rng=rng_alone,

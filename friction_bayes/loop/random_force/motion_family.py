@@ -69,6 +69,7 @@ class MotionFamily(ABC):
     """
 
     holds_what_is_left = True
+    contradicted = False
     slight_force: SlightForce | None = None
     sets: tuple[frozenset[str], ...]
     log_weights: Array
