@@ -181,7 +181,7 @@ class LoopReport:
     """
 
     verdict: str
-    because: tuple[str, ...]
+    because: tuple[str, ...] = ()
     effects: list[dict[str, Any]]
     candidates: list[dict[str, Any]]
     friction_before: dict[str, Any]
