@@ -75,7 +75,7 @@ class Consequences:
     contradicted: bool
 
     def against(self) -> tuple[str, ...]:
-        """Name what forbids to use the number; empty where nothing does. A figure that is not known is no fault."""
+        """Name what forbids to use the number, if anything does; a figure that is not known is no fault."""
         held_out = self.held_out
         faults = {
             "left_over": not self.is_noise,

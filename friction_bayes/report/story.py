@@ -104,8 +104,8 @@ def _verdict(report: Report, records: int) -> str:
     left = "noise" if report["residual"]["after"]["passes"] else "too little to matter"
     if report["verdict"] == "adequate":
         known = known_within(report["friction_after"])
-        law = f"with {name}" if best["effects"] else "alone"
-        return f"Coulomb friction {law} explains {what}: what is left is {left}. {known}"
+        beside = f"with {name}" if best["effects"] else "alone"
+        return f"Coulomb friction {beside} explains {what}: what is left is {left}. {known}"
     if report["verdict"] == "explained":
         known = known_within(report["friction_after"])
         return f"Coulomb friction with {name} explains {what} ({share}): what is left is {left}. {known}"
@@ -171,8 +171,8 @@ def _contradiction(report: Report, what: str) -> str:
     unit = ordered[0]["friction"]["unit"]
     return (
         f"the records contradict each other: friction is {number(low)} {unit} in {ordered[0]['name']} and "
-        f"{number(high)} {unit} in {ordered[-1]['name']}, {number(100.0 * (high / low - 1.0), 2)} % more, and "
-        f"differs between the records with a probability of {percent(between['probability'])}"
+        f"{number(high)} {unit} in {ordered[-1]['name']}, {number(100.0 * (high / low - 1.0), 2)} % more; "
+        f"it differs between the records with a probability of {percent(between['probability'])}"
     )
 
 
@@ -198,7 +198,7 @@ def _sampled(check: Report | None) -> str:
     found = {True: "agrees", False: "DOES NOT AGREE", None: "cannot be compared"}[sampler["agrees"]]
     return (
         f" The sampler went over one part of the posterior, {part} ({share}), without slight effects or what "
-        f"is left over: {with_interval(sampler['friction'])}, with which the closed form of that part {found}."
+        f"is left over: {with_interval(sampler['friction'])}, with which the closed form {found}."
     )
 
 

@@ -244,7 +244,7 @@ class JointTarget:
             root = np.linalg.cholesky(precision).mT
             drawn = np.linalg.solve(root, scores[:, :, None])[:, :, 0]
             mine = mine + np.sqrt(variance)[:, None] * drawn
-        return value, mine
+        return value, np.asarray(mine)
 
     def _replicated(
         self, row: Array, signals: list[Array], unit: float, rng: np.random.Generator

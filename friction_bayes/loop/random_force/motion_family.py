@@ -69,7 +69,6 @@ class MotionFamily(ABC):
     """
 
     holds_what_is_left = True
-    contradicted = False
     slight_force: SlightForce | None = None
     sets: tuple[frozenset[str], ...]
     log_weights: Array
@@ -123,6 +122,11 @@ class MotionFamily(ABC):
     @cached_property
     def tests(self) -> ResidualTests:
         return worst_of(self._left)
+
+    @property
+    def contradicted(self) -> bool:
+        """One record contradicts nothing."""
+        return False
 
     @property
     def explains(self) -> bool:

@@ -25,14 +25,14 @@ def releases(count: int, *, unsteady: bool) -> list[Any]:
     ]
 
 
-@pytest.mark.parametrize(
-    ("unsteady", "random_force"), [(False, "auto"), (True, "auto"), (False, "none")]
-)
+@pytest.mark.parametrize(("unsteady", "random_force"), [(False, "auto"), (True, "auto"), (False, "none")])
 @pytest.mark.parametrize("count", [1, 3])
 def test_every_other_number_stays(count: int, unsteady: bool, random_force: str) -> None:
     records = releases(count, unsteady=unsteady)
     plain, checked = (
-        fb.close_loop(records, SYSTEM, seed=1, effects=EFFECTS, random_force=random_force, check=check).to_dict()
+        fb.close_loop(
+            records, SYSTEM, seed=1, effects=EFFECTS, random_force=random_force, check=check
+        ).to_dict()
         for check in (False, True)
     )
     assert plain.pop("reference_check") is None

@@ -320,7 +320,7 @@ def test_candidates_that_explain_nothing_have_no_probability(
         ("band", "Only 35.0 % of the part held out lies in its 90 % band"),
         ("forecast", "worse than by Coulomb friction alone: the error is 1.5 times as large"),
         ("witnesses", "the loss of amplitude says 0.5 N, the shape within a cycle -0.2"),
-        ("records", "friction is 0.5 N in low and 0.7 N in high, 40 % more, and differs between the records"),
+        ("records", "friction is 0.5 N in low and 0.7 N in high, 40 % more; it differs between the records"),
     ],
 )
 def test_what_forbids_to_use_the_number_is_said(fault: str, words: str, loop_report: LoopReport) -> None:
@@ -362,7 +362,7 @@ def test_the_verdict_says_which_part_a_sampler_went_over(loop_report: LoopReport
     report = replace(loop_report, reference_check={"sampler": sampler}).to_dict()
     sentence = verdict_sentence(report)
     assert "one part of the posterior, viscous damping (60.0 %), without slight effects" in sentence
-    assert "0.5 N   sd 0.01   90 %: 0.48 .. 0.52, with which the closed form of that part agrees." in sentence
+    assert "0.5 N   sd 0.01   90 %: 0.48 .. 0.52, with which the closed form agrees." in sentence
     del report["reference_check"]["sampler"]["friction"]
     assert "could not go over viscous damping (60.0 %)" in verdict_sentence(report)
 
