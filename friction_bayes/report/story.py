@@ -285,8 +285,6 @@ def between_records(between: Mapping[str, Any]) -> str:
         lines[0] += f", by {with_interval(spread)}, {number(100.0 * between['share_of_friction'], 2)} % of it"
     if p > 0.5:
         lines.append("friction after is the mean of the distribution that each record's is drawn from")
-    chi_square = number(between["reduced_chi_square"], 2)
-    lines.append(f"reduced chi-square {chi_square} of the frictions that each has by itself")
     lines += [f"{record['name']}   {with_interval(record['friction'])}" for record in between["records"]]
     return "\n".join(lines)
 

@@ -355,7 +355,7 @@ def test_a_random_force_without_noise_of_the_sensor_is_weighed(rate: float) -> N
 
 
 def test_what_is_left_matters_beyond_the_tolerance_alone() -> None:
-    """The same force is an eighth of friction, which it moves by less than its interval; the forecast lacks it."""
+    """The same force is an eighth of friction, moved by less than its interval; the forecast lacks it."""
     record = fluctuating(0.1, **{"cubic_stiffness.cubic_stiffness": 3e4})
     report = fb.close_loop(
         [record], SYSTEM, seed=1, effects=["viscous_damping", "random_force"], tolerance=0.3
