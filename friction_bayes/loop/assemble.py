@@ -38,7 +38,13 @@ from friction_bayes.loop.reference_force import compare_forces
 from friction_bayes.loop.residual_tests import residual_tests
 from friction_bayes.loop.result import LoopReport, RecordTrace
 from friction_bayes.loop.unexplained import experiment_on_unexplained
-from friction_bayes.loop.verdict import AMBIGUOUS, UNEXPLAINED, credible_count, verdict
+from friction_bayes.loop.verdict import (
+    AMBIGUOUS,
+    UNEXPLAINED,
+    Consequences,
+    credible_count,
+    verdict,
+)
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["assemble_report"]
@@ -102,8 +108,22 @@ def assemble_report(
         )
 
     dry = whether_it_rubs(mixture.draws.friction)
-    word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, best.explains, dry["probability"])
     factor, unit = friction_scale(model)
+    shift = factor * left["friction_could_shift_by"]
+    forecasts = forecast_records(before), best.forecasts()
+    held_out = held_out_error(*forecasts, best.noise_floor(), segment.decay.unit)
+    witnesses = best.witnesses()
+    after = reported_friction(mixture.draws.friction, mixture.draws.frequency, model, rng_after)
+    against = Consequences(
+        is_noise=best.explains,
+        shift=shift,
+        loss=loss,
+        held_out=held_out,
+        friction=after.to_dict()["interval90"],
+        witnesses=witnesses,
+        contradicted=best.contradicted,
+    ).against()
+    word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
     sensitivity = prior_sensitivity(mixture.draws)
     alone, readings = coulomb_alone(before, rng_before), None
     if word == UNEXPLAINED:
@@ -119,8 +139,8 @@ def assemble_report(
             others = [r for family, r in zip(everyone, read, strict=True) if family is not best]
             in_question = [Reading("the candidates", mixture.draws.friction), *others]
         mixture = mixture.with_friction(pooled(in_question, rng_pool))
+        after = reported_friction(mixture.draws.friction, mixture.draws.frequency, model, rng_after)
     frictions_before = reported_friction(alone.friction, mixture.draws.frequency, model, rng_before)
-    after = reported_friction(mixture.draws.friction, mixture.draws.frequency, model, rng_after)
     residual: dict[str, Any] = {
         "before": residual_tests(before).to_dict(),
         "after": best.tests.to_dict(),
@@ -134,14 +154,17 @@ def assemble_report(
         further = _next_experiment(families, mixture)
     elif word == UNEXPLAINED:
         further = experiment_on_unexplained(
-            left["depends_on"], residual["after"]["failed"], len(model.segments)
+            left["depends_on"], residual["after"]["failed"], against, len(model.segments)
         )
-    forecasts = forecast_records(before), best.forecasts()
     reference = _compare_with_reference(after, frictions_before, reference_friction) or {}
     if check:
-        reference["sampler"] = best.check(seed)
+        found = best.check(seed)
+        share = mixture.share_of_best * found.pop("share")
+        sampled = {"effects": list(effects), "probability": share}
+        reference["sampler"] = found | {"sampled": sampled}
     return LoopReport(
         verdict=word,
+        because=against,
         effects=[
             {
                 "name": name,
@@ -160,15 +183,14 @@ def assemble_report(
         friction_range=friction_range(readings, factor, unit) if readings else None,
         prior_sensitivity=sensitivity,
         dry_friction=dry,
-        held_out_error=held_out_error(*forecasts, best.noise_floor(), segment.decay.unit),
+        held_out_error=held_out,
         residual=residual,
         noise=best.noise(),
         paper_procedure=paper_procedure(*best.simulated(), after, effects),
         frequency=_frequency(mixture.draws.frequency, model, mixture.draws.friction),
         random_force=_random_force(mixture, families, factor, unit),
-        witnesses=best.witnesses(),
-        left=left
-        | {"unit": segment.decay.unit, "friction_could_shift_by": factor * left["friction_could_shift_by"]},
+        witnesses=witnesses,
+        left=left | {"unit": segment.decay.unit, "friction_could_shift_by": shift},
         fitted=fitted,
         next_experiment=further,
         reference_check=reference or None,

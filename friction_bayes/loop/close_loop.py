@@ -19,7 +19,7 @@ from friction_bayes.core.text import words
 from friction_bayes.loop.assemble import assemble_report
 from friction_bayes.loop.candidate import searched
 from friction_bayes.loop.family import Family
-from friction_bayes.loop.one_record import families_of_one
+from friction_bayes.loop.one_record import families_of_one, knows_the_range
 from friction_bayes.loop.parameters import scales_of
 from friction_bayes.loop.random_force.joint_family import joint_family
 from friction_bayes.loop.random_force.moving_record import why_not_weighed
@@ -30,7 +30,6 @@ from friction_bayes.loop.searched import search_records
 from friction_bayes.loop.segment import Segment, cut_records
 from friction_bayes.mechanics.effects import EFFECTS, effect_named
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
-from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
 __all__ = ["close_loop"]
 
@@ -81,7 +80,7 @@ def close_loop(
         White, autoregressive, or decided by the spectrum of the residual above the motion's harmonics.
     random_force : {"auto", "none"}
         Whether candidates with a force that fluctuates are weighed beside those without. They are with
-        ``noise="auto"``; not for several records with ``check``.
+        ``noise="auto"``.
     varying_friction : bool
         Take it that friction differs between the records: each one's is drawn from one normal distribution,
         whose mean is the friction reported. Left out, records that are weighed along their motions together
@@ -91,7 +90,7 @@ def close_loop(
         force counts as complete although a test can tell that force from none; share of the loss of
         amplitude that dry friction takes where it matters.
     check : bool
-        Sample the final posterior with emcee too.
+        Sample the most probable candidate with emcee too; no other number depends on it.
     reference_friction : float, optional
         Friction known from elsewhere [N or N m], compared with.
     reference_force : array_like, shape (n,), optional
@@ -124,7 +123,7 @@ def close_loop(
     if reference_friction is not None:
         positive("reference_friction", reference_friction)
     if varying_friction:
-        _validate_varying(len(records), noise, check=check)
+        _validate_varying(len(records), noise)
     allowed = _allowed(effects, exclude)
     segments = cut_records(records, system)
     force = None if reference_force is None else validate_force(segments[0], reference_force)
@@ -134,7 +133,7 @@ def close_loop(
     tried = tuple(name for name in searched(allowed, named=effects is not None) if name not in barred)
     rng_search, rng_force, rng_report, rng_joint = np.random.default_rng(seed).spawn(4)
     sought = random_force == "auto" and noise == "auto" and RANDOM_FORCE.name in allowed
-    several = len(segments) > 1 and not check and not _clips(segments, allowed)
+    several = len(segments) > 1 and knows_the_range(segments, allowed)
     joint = None
     if varying_friction or (sought and several):
         unwanted = () if random_force == "auto" else (RANDOM_FORCE.name,)
@@ -186,20 +185,13 @@ def close_loop(
     return replace(report, notes=(*report.notes, *notes))
 
 
-def _clips(segments: Sequence[Segment], allowed: Sequence[str]) -> bool:
-    """Whether samples are held at an end of the sensor's range and may be so."""
-    return SENSOR_CLIPPING.name in allowed and any(segment.clipped for segment in segments)
-
-
-def _validate_varying(records: int, noise: str, *, check: bool) -> None:
+def _validate_varying(records: int, noise: str) -> None:
     """Friction that varies is weighed along the measured motions, which not everything goes with."""
     place = "varying_friction"
     if records < 2:
         raise InputError(place, "one record", "give the records between which friction differs")
     if noise == "ar":
         raise InputError(place, "with noise 'ar'", "leave the noise at auto or white")
-    if check:
-        raise InputError(place, "with check", "leave one of the two out")
 
 
 def _allowed(effects: Sequence[str] | None, exclude: Sequence[str]) -> tuple[str, ...]:

@@ -90,6 +90,8 @@ class Family(Protocol):
         Of what the most probable candidate leaves.
     explains : bool
         Whether that is noise, or too little to matter.
+    contradicted : bool
+        Whether several records contradict each other.
     trail : tuple of str
         The steps that led to them.
     notes : tuple of str
@@ -124,6 +126,9 @@ class Family(Protocol):
     def explains(self) -> bool: ...
 
     @property
+    def contradicted(self) -> bool: ...
+
+    @property
     def notes(self) -> tuple[str, ...]: ...
 
     @property
@@ -148,8 +153,11 @@ class Family(Protocol):
         """What the most probable candidate leaves; a shift of friction in the unit of force [N or N m]."""
         ...
 
-    def check(self, seed: int) -> dict[str, Any] | None:
-        """Compare the posterior of the most probable candidate with a sampler's; None where none has it."""
+    def check(self, seed: int) -> dict[str, Any]:
+        """Compare the posterior of the most probable candidate with a sampler's.
+
+        The ``share`` of the candidate says how much of it was sampled.
+        """
         ...
 
     def witnesses(self) -> dict[str, Any] | None:
@@ -202,12 +210,15 @@ class Mixture:
         Of the most probable candidate.
     draws : FamilyDraws
         Their ``candidate`` counts in ``sets``; -1 where that is not listed.
+    share_of_best : float
+        Probability of the most probable candidate in the family of that: another may have it too.
     """
 
     sets: tuple[Names, ...]
     probabilities: Array
     best: Family
     draws: FamilyDraws
+    share_of_best: float
 
     def probability(self, name: str) -> float:
         """Probability that an effect acts."""
@@ -274,9 +285,11 @@ def mixture_of(
         draws = replace(draws, friction=friction)
     # what a family tells in detail is of its own most probable set
     leads = np.array([family.sets[0] == listed[0] for family in families])[owner]
+    lead = int(np.argmax(np.where(place == 0, probability + leads, -1.0)))
     return Mixture(
         sets=tuple(listed),
         probabilities=kept / kept.sum(),
-        best=families[int(owner[np.argmax(np.where(place == 0, probability + leads, -1.0))])],
+        best=families[int(owner[lead])],
         draws=draws,
+        share_of_best=float(probability[lead]),
     )

@@ -22,7 +22,7 @@ from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
-__all__ = ["families_of_one"]
+__all__ = ["families_of_one", "knows_the_range"]
 
 _BEYOND = 50.0
 """Log evidence by which noise of the sensor alone has to fall behind for the search to be spared."""
@@ -61,9 +61,7 @@ def families_of_one(
         If no Coulomb decay can be fitted.
     """
     rng_search, rng_force = rngs
-    # samples at an end of the range are known to lie beyond it, if the sensor may clip
-    knows = not segment.clipped or SENSOR_CLIPPING.name in tried
-    fit = fit_random_force(segment, system, allowed) if knows else None
+    fit = fit_random_force(segment, system, allowed) if knows_the_range((segment,), tried) else None
 
     def search(*only: frozenset[str]) -> SearchResult:
         return search_records(system, (segment,), tried, "auto", progress, only)
@@ -77,6 +75,14 @@ def families_of_one(
     if fit is None or whole.is_silent:
         return whole, None
     return whole, ForceFamily(whole, fit, allowed, tolerance, rng_force)
+
+
+def knows_the_range(segments: Sequence[Segment], allowed: Sequence[str]) -> bool:
+    """Whether samples at an end of the range, if there are any, are known to lie beyond it.
+
+    They are where the sensor may clip.
+    """
+    return SENSOR_CLIPPING.name in allowed or not any(segment.clipped for segment in segments)
 
 
 def _sets_to_check(fit: ForceFit, tried: tuple[str, ...]) -> tuple[frozenset[str], ...]:

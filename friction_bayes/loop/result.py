@@ -121,6 +121,9 @@ class LoopReport:
     ----------
     verdict : str
         ``adequate``, ``explained``, ``ambiguous`` or ``unexplained``.
+    because : tuple of str
+        What forbids to use the number: see :class:`friction_bayes.loop.verdict.Consequences`; empty unless
+        the record is unexplained.
     effects : list of dict
         Of the most probable candidate: ``name``, ``probability``, ``parameters``, and ``lines``: of what is
         lines in the spectrum each with the number of its ``record``, ``frequency``, ``decay_time`` (None of
@@ -178,6 +181,7 @@ class LoopReport:
     """
 
     verdict: str
+    because: tuple[str, ...] = ()
     effects: list[dict[str, Any]]
     candidates: list[dict[str, Any]]
     friction_before: dict[str, Any]

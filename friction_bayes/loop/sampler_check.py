@@ -33,7 +33,8 @@ def sampler_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
     Returns
     -------
     dict
-        As from :func:`friction_bayes.loop.check_friction.check_friction`, with ``leave_one_out`` where it was
+        As from :func:`friction_bayes.loop.check_friction.check_friction`, with the ``share`` of the model
+        that was sampled, all of it, and ``leave_one_out`` where it was
         sampled: before, after and their difference, over blocks of a half cycle.
     """
     target = target_of(after, seed)
@@ -47,6 +48,7 @@ def sampler_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
         seed=seed,
         walkers=2 * max(after.z.size + 1, 8),
     )
+    check |= {"share": 1.0}
     return check if tree is None else check | {"leave_one_out": _leave_one_out(before, after, tree, seed)}
 
 

@@ -57,6 +57,7 @@ class SearchFamily:
 
     holds_what_is_left = False
     notes = ()
+    contradicted = False
     slight_force = None
 
     def __init__(

@@ -1,19 +1,22 @@
-"""The verdict in one word, and the candidates that hold 95 % of the probability."""
+"""The verdict in one word, by what may be done with the number; and the candidates that hold 95 %."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = [
     "AMBIGUOUS",
     "CREDIBLE_MASS",
     "UNEXPLAINED",
+    "Consequences",
     "credible_candidates",
     "credible_count",
     "verdict",
@@ -22,6 +25,13 @@ __all__ = [
 CREDIBLE_MASS = 0.95
 AMBIGUOUS = "ambiguous"
 UNEXPLAINED = "unexplained"
+
+_MOST_SHIFT = 0.5
+"""Shift of friction for what is left, over the friction that alone would explain the loss of amplitude."""
+_LEAST_INSIDE = 0.75
+"""Share of held-out samples in their 90 % band."""
+_SAME_ERROR = 1.05
+"""Ratio of two errors of a forecast up to which they are the same."""
 
 
 def credible_count(probabilities: ArrayLike) -> int:
@@ -34,14 +44,67 @@ def credible_candidates(candidates: Sequence[Mapping[str, Any]]) -> Sequence[Map
     return candidates[: credible_count([candidate["probability"] for candidate in candidates])]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Consequences:
+    """What friction and forecast have to answer for, whatever the law that was found is called.
+
+    Attributes
+    ----------
+    is_noise : bool
+        Whether what the most probable candidate leaves is noise at the motion's frequency, or too little to
+        matter.
+    shift, loss : float
+        How far friction could shift for what is left, and the friction that alone would explain the loss of
+        amplitude.
+    held_out : mapping
+        The report's ``held_out_error``.
+    friction : tuple of float
+        The 90 % interval of friction, over all candidates.
+    witnesses : mapping or None
+        The report's ``witnesses``.
+    contradicted : bool
+        Whether the records contradict each other.
+    """
+
+    is_noise: bool
+    shift: float
+    loss: float
+    held_out: Mapping[str, Any]
+    friction: tuple[float, float]
+    witnesses: Mapping[str, Any] | None
+    contradicted: bool
+
+    def against(self) -> tuple[str, ...]:
+        """Name what forbids to use the number, if anything does; a figure that is not known is no fault."""
+        held_out = self.held_out
+        faults = {
+            "left_over": not self.is_noise,
+            "shift": self.shift > _MOST_SHIFT * self.loss > 0.0,
+            "band": held_out["inside90"] < _LEAST_INSIDE,
+            "forecast": held_out["after"] > _SAME_ERROR * held_out["before"] > 0.0,
+            "witnesses": not self._spans_witnesses,
+            "records": self.contradicted,
+        }
+        return tuple(name for name, found in faults.items() if found)
+
+    @property
+    def _spans_witnesses(self) -> bool:
+        """Whether two witnesses agree, or the interval of friction reaches into those of both."""
+        if self.witnesses is None or self.witnesses["agree"]:
+            return True
+        low, high = self.friction
+        said = (self.witnesses[name]["interval90"] for name in ("loss", "shape"))
+        return all(least <= high and low <= most for least, most in said)
+
+
 def verdict(
-    sets: Sequence[frozenset[str]], probabilities: Array, agrees: Mask, is_noise: bool, rubs: float
+    sets: Sequence[frozenset[str]], probabilities: Array, agrees: Mask, against: Sequence[str], rubs: float
 ) -> str:
     """Return the verdict.
 
-    Coulomb friction alone is adequate where what holds 95 % agrees on friction: another effect may then act
-    or not. Nor is it where that friction itself is as uncertain: with so wide an interval all agree. An
-    effect explains a record where it holds as much by itself.
+    Coulomb friction alone, be it under a random force, is adequate where what holds 95 % agrees on friction:
+    another effect may then act or not. Nor is it where that friction itself is as uncertain: with so wide an
+    interval all agree. An effect explains a record where it holds as much by itself.
 
     Parameters
     ----------
@@ -50,14 +113,14 @@ def verdict(
     probabilities : ndarray, shape (candidates,)
     agrees : ndarray of bool, shape (candidates,)
         Which of them do not contradict what all of them say of friction.
-    is_noise : bool
-        Whether every residual test of the most probable candidate passes.
+    against : sequence of str
+        From :meth:`Consequences.against`.
     rubs : float
         Probability that dry friction matters.
     """
-    if not is_noise:
+    if against:
         return UNEXPLAINED
-    if not sets[0]:
+    if sets[0] <= {RANDOM_FORCE.name}:
         known = min(float(probabilities[agrees].sum()), rubs) >= CREDIBLE_MASS
         return "adequate" if known else AMBIGUOUS
     return "explained" if probabilities[0] >= CREDIBLE_MASS else AMBIGUOUS

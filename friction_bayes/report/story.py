@@ -17,7 +17,7 @@ from friction_bayes.core.text import (
     with_interval,
     words,
 )
-from friction_bayes.loop.verdict import AMBIGUOUS, UNEXPLAINED, credible_candidates
+from friction_bayes.loop.verdict import AMBIGUOUS, CREDIBLE_MASS, UNEXPLAINED, credible_candidates
 from friction_bayes.mechanics.effects import EFFECTS
 
 __all__ = [
@@ -65,8 +65,6 @@ _FAULTS = {
 _MOST_NAMED = 3
 _NOTABLE_ROUNDING = 0.1
 """Rounding over sensor noise below which a step is that of printed digits, or tells nothing of the noise."""
-_CONTRADICTORY = 4.0
-"""Reduced chi-square of the records' own frictions from which on they contradict each other."""
 _MOST_SPREAD = 0.3
 """Sd of a damping ratio over its mean up to which its inverse is near normal too."""
 _UNSEEN = 0.1
@@ -74,8 +72,6 @@ _UNSEEN = 0.1
 _CERTAIN = 0.95
 """The same from which on its upper limit is not told."""
 
-_SAME_ERROR = 1.05
-"""Ratio of two errors of a forecast up to which they are the same."""
 _LEAST_SHARE = 0.1
 """Of what depends on the motion, below which a shape does not describe it."""
 
@@ -88,7 +84,7 @@ def the_records(count: int) -> str:
 
 
 def verdict_sentence(report: Report, records: int = 1) -> str:
-    """Say the verdict in one sentence, and in a second one if the forecast got worse.
+    """Say the verdict in one sentence, and in a second one which part of it a sampler went over.
 
     Parameters
     ----------
@@ -97,18 +93,7 @@ def verdict_sentence(report: Report, records: int = 1) -> str:
     records : int
         Of how many records.
     """
-    return _verdict(report, records) + _worse_forecast(report["held_out_error"])
-
-
-def _worse_forecast(error: Report) -> str:
-    """A second sentence where the law that was found forecasts the part held out worse than Coulomb alone."""
-    before, after = error["before"], error["after"]
-    if not before or after is None or after <= _SAME_ERROR * before:
-        return ""
-    return (
-        " Yet it forecasts the part held out worse than Coulomb friction alone: the error is "
-        f"{number(after / before, 3)} times as large."
-    )
+    return _verdict(report, records) + _sampled(report["reference_check"])
 
 
 def _verdict(report: Report, records: int) -> str:
@@ -119,7 +104,8 @@ def _verdict(report: Report, records: int) -> str:
     left = "noise" if report["residual"]["after"]["passes"] else "too little to matter"
     if report["verdict"] == "adequate":
         known = known_within(report["friction_after"])
-        return f"Coulomb friction alone explains {what}: what is left is {left}. {known}"
+        beside = f"with {name}" if best["effects"] else "alone"
+        return f"Coulomb friction {beside} explains {what}: what is left is {left}. {known}"
     if report["verdict"] == "explained":
         known = known_within(report["friction_after"])
         return f"Coulomb friction with {name} explains {what} ({share}): what is left is {left}. {known}"
@@ -132,18 +118,87 @@ def _verdict(report: Report, records: int) -> str:
         if len(tied) > _MOST_NAMED:
             tied = [*tied[:_MOST_NAMED], f"{len(tied) - _MOST_NAMED} more"]
         return f"{what.capitalize()} cannot tell {listed(tied)} apart; friction is averaged over them."
+    against = "; ".join(_AGAINST[fault](report, what) for fault in report["because"])
+    # a sentence begins with it
+    against = against[0].upper() + against[1:]
+    return f"{against}; the closest candidate is {name}, which is not an explanation."
+
+
+def _left_over(report: Report, what: str) -> str:
     failed = [words(name) for name in report["residual"]["after"]["failed"]]
     tests = f" (failed tests: {', '.join(failed)})" if failed else ""
     on = report["left"]["depends_on"]
     if on:
-        return (
-            f"The force that is left depends on the {on}{tests}: an effect that the catalogue lacks"
-            f"{_like(report['left'])}; "
-            f"the closest candidate is {name}, which is not an explanation."
-        )
+        like = _like(report["left"])
+        return f"the force that is left depends on the {on}{tests}: an effect that the catalogue lacks{like}"
+    return f"what is left of {what} is neither noise nor an effect that was weighed{tests}"
+
+
+def _shift(report: Report, what: str) -> str:
+    shift = f"{number(report['left']['friction_could_shift_by'], 2)} {report['friction_after']['unit']}"
     return (
-        f"What is left of {what} is neither noise nor an effect that was weighed{tests}; "
-        f"the closest candidate is {name}, which is not an explanation."
+        f"what is left of {what} could shift friction by {shift}, more than half of the friction that alone "
+        "would explain the loss of amplitude"
+    )
+
+
+def _band(report: Report, what: str) -> str:
+    return f"only {percent(report['held_out_error']['inside90'])} of the part held out lies in its 90 % band"
+
+
+def _worse_forecast(report: Report, what: str) -> str:
+    error = report["held_out_error"]
+    return (
+        "the part held out is forecast worse than by Coulomb friction alone: the error is "
+        f"{number(error['after'] / error['before'], 3)} times as large"
+    )
+
+
+def _at_odds(report: Report, what: str) -> str:
+    loss, shape = (report["witnesses"][name] for name in ("loss", "shape"))
+    return (
+        "the witnesses disagree beyond what the interval of friction spans: the loss of amplitude says "
+        f"{number(loss['mean'])} {loss['unit']}, the shape within a cycle {number(shape['mean'])}"
+    )
+
+
+def _contradiction(report: Report, what: str) -> str:
+    between = report["friction_between_records"]
+    if between["probability"] < CREDIBLE_MASS:
+        return "the records contradict each other in an effect that they share (see the notes)"
+    ordered = sorted(between["records"], key=lambda record: record["friction"]["mean"])
+    low, high = (record["friction"]["mean"] for record in (ordered[0], ordered[-1]))
+    unit = ordered[0]["friction"]["unit"]
+    return (
+        f"the records contradict each other: friction is {number(low)} {unit} in {ordered[0]['name']} and "
+        f"{number(high)} {unit} in {ordered[-1]['name']}, {number(100.0 * (high / low - 1.0), 2)} % more; "
+        f"it differs between the records with a probability of {percent(between['probability'])}"
+    )
+
+
+_AGAINST = {
+    "left_over": _left_over,
+    "shift": _shift,
+    "band": _band,
+    "forecast": _worse_forecast,
+    "witnesses": _at_odds,
+    "records": _contradiction,
+}
+"""What forbids to use the number, in words (see :class:`friction_bayes.loop.verdict.Consequences`)."""
+
+
+def _sampled(check: Report | None) -> str:
+    """A further sentence on which part of what is reported a sampler went over, if one did."""
+    if check is None or "sampler" not in check:
+        return ""
+    sampler = check["sampler"]
+    part, share = set_words(sampler["sampled"]["effects"]), percent(sampler["sampled"]["probability"])
+    if "friction" not in sampler:
+        return f" The sampler could not go over {part} ({share})."
+    found = {True: "agrees", False: "DOES NOT AGREE", None: "cannot be compared"}[sampler["agrees"]]
+    return (
+        f" The sampler went over one part of the posterior, {part} ({share}), without slight effects or what "
+        f"is left over: {with_interval(sampler['friction'])}, with which the closed form {found}."
     )
 
 
@@ -230,12 +285,6 @@ def between_records(between: Mapping[str, Any]) -> str:
         lines[0] += f", by {with_interval(spread)}, {number(100.0 * between['share_of_friction'], 2)} % of it"
     if p > 0.5:
         lines.append("friction after is the mean of the distribution that each record's is drawn from")
-    chi_square = between["reduced_chi_square"]
-    if chi_square > _CONTRADICTORY:
-        lines.append(
-            f"fitted one by one they contradict each other (reduced chi-square {number(chi_square, 2)}): "
-            "--varying-friction takes it that friction differs"
-        )
     lines += [f"{record['name']}   {with_interval(record['friction'])}" for record in between["records"]]
     return "\n".join(lines)
 
@@ -490,7 +539,7 @@ def sampler_lines(sampler: Mapping[str, Any]) -> list[str]:
     lines = [
         with_interval(sampler["friction"]),
         f"R-hat {number(sampler['rhat'], 5)}, effective sample size {number(sampler['ess_bulk'], 5)}; "
-        f"{word} the normal approximation of the most probable candidate",
+        f"{word} the closed form of the part that was sampled",
     ]
     if not sampler["agrees"]:
         lines.append(sampler["because"])

@@ -11,6 +11,7 @@ from decays import SYSTEM, slow_decay
 from friction_bayes.loop.random_force.contradictions import compared_sizes
 from friction_bayes.loop.random_force.joint_fit import fit_together
 from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.verdict import CREDIBLE_MASS
 
 MEAN, EFFECTS = 0.07, ["viscous_damping", "random_force"]
 
@@ -83,3 +84,30 @@ def test_a_record_that_says_little_contradicts_nothing(seed: int) -> None:
         (damping,) = compared_sizes(fit)
         chi_square.append(damping.chi_square)
     assert sum(chi_square) < chi2.ppf(0.999, len(chi_square))
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3])
+def test_equal_frictions_seldom_contradict_each_other(share: float, seed: int) -> None:
+    """Twelve pairs of one friction, under a random force or none: false-alarm rate 0.3 %, at most.
+
+    Differing frictions are as probable as not beforehand, so that evidence of 19 to 1 for them comes of one
+    pair in nineteen at most where they do not differ; four and more of twelve are then one in 300.
+    """
+    force = {"random_force.sd": share * MEAN, "random_force.correlation_time": 0.1} if share else {}
+    told = 0
+    for pair in range(12):
+        records = [
+            slow_decay(
+                friction=MEAN,
+                initial_displacement=0.0147 - 0.002 * k,
+                duration=10.0,
+                sampling_rate=60.0,
+                seed=seed + 2 * pair + k,
+                effects=force,
+            )
+            for k in range(2)
+        ]
+        fit = fit_together(cut_records(records, SYSTEM), SYSTEM, EFFECTS, varying=False)
+        assert fit is not None
+        told += bool(fit.posterior.weight[:, fit.spread_of > 0.0].sum() >= CREDIBLE_MASS)
+    assert told <= 3

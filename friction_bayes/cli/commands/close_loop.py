@@ -43,7 +43,7 @@ _EPILOG = """verdicts:
   adequate     Coulomb friction alone leaves only noise
   explained    one set of effects holds at least 95 % of the probability
   ambiguous    several sets hold it together; the next experiment would tell them apart
-  unexplained  what is left is not noise, and nothing in the catalogue explains it
+  unexplained  what is left, the forecast, or records or witnesses at odds forbid to use the number
 
 examples:
   friction-bayes close-loop decay.csv --mass 10 --stiffness 1000 --out loop
@@ -104,7 +104,7 @@ def add_parser(commands: Any) -> None:
         "--check",
         action=argparse.BooleanOptionalAction,
         default=False,
-        help="sample the final posterior with emcee too (default: no)",
+        help="sample the most probable candidate with emcee too; changes no other number (default: no)",
     )
     reference = model.add_mutually_exclusive_group()
     reference.add_argument(

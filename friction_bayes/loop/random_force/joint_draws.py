@@ -48,7 +48,7 @@ def joint_draws(
             laws[:, r],
             point=point,
             chosen=chosen,
-            ratio=posterior.ratio[point] * member.force / member.noise,
+            ratio=posterior.ratio[point] * member.ratio(1.0),
             tau=posterior.tau[point],
             noise=noise * member.noise,
             rng=rng,

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.random_force.smoothing import LEAST_NOISE
@@ -26,6 +26,7 @@ from friction_bayes.loop.random_force.contender import drawn_contender
 from friction_bayes.loop.random_force.contradictions import contradictions
 from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
 from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.random_force.joint_check import check_together
 from friction_bayes.loop.random_force.joint_draws import joint_draws
 from friction_bayes.loop.random_force.joint_fit import JointFit, fit_together
 from friction_bayes.loop.random_force.motion_family import MotionFamily, too_large
@@ -34,6 +35,9 @@ from friction_bayes.loop.random_force.unknowable import unknowable
 from friction_bayes.loop.searched import coulomb_model
 from friction_bayes.loop.segment import Segment
 from friction_bayes.loop.slight_effects import SlightEffect
+from friction_bayes.loop.verdict import CREDIBLE_MASS
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
 __all__ = ["JointFamily", "joint_family"]
@@ -90,7 +94,7 @@ def joint_family(
         return None
     white = tuple(np.zeros(0) for _ in segments)
     before = coulomb_model(system, segments, white, SENSOR_OFFSET.name)
-    return JointFamily(before, fit, own, tolerance, rng)
+    return JointFamily(before, fit, allowed, own, tolerance, rng)
 
 
 class JointFamily(MotionFamily):
@@ -104,8 +108,10 @@ class JointFamily(MotionFamily):
     before : LoopFit
         The Coulomb model alone.
     fit : JointFit
+    allowed : sequence of str
+        Effects that may act.
     own : sequence of str
-        Effects that a search does not try.
+        Those of them that a search does not try.
     tolerance : float
         Share of friction below which a force that depends on the motion does not matter.
     rng : numpy.random.Generator
@@ -116,6 +122,7 @@ class JointFamily(MotionFamily):
         self,
         before: LoopFit,
         fit: JointFit,
+        allowed: Sequence[str],
         own: Sequence[str],
         tolerance: float,
         rng: np.random.Generator,
@@ -126,11 +133,17 @@ class JointFamily(MotionFamily):
         effects = fit.along[0].sets.effects
         nothing = set.intersection(*(unknowable(one) for one in fit.alone))
         known = np.array([not names & nothing for names in effects])
-        cells = Cells((known * self.fit.weight)[None], self.fit.posterior.ratio > 0.0, effects)
+        clipped = any(one.segment.clipped for one in fit.alone)
+        certain = frozenset({SENSOR_CLIPPING.name} if clipped and SENSOR_CLIPPING.name in allowed else ())
+        spoilt = _outliers_somewhere(fit.alone)
+        noises = {certain: 1.0 - spoilt, certain | {OUTLIERS.name}: spoilt}
+        weights = [share * known * self.fit.weight for share in noises.values() if share > 0.0]
+        kinds = [noise for noise, share in noises.items() if share > 0.0]
+        cells = Cells(np.array(weights), self.fit.posterior.ratio > 0.0, effects, kinds)
         self.cells, left_out = cells.counted(own, -math.log(float(cells.total.sum())))
         # all mixtures have the empty set
-        weights = {frozenset[str](): 0.0} | self.cells.probabilities
-        ranked = sorted(weights.items(), key=lambda pair: -pair[1])
+        by_set = {frozenset[str](): 0.0} | self.cells.probabilities
+        ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
         self.sets = tuple(names for names, _ in ranked)
         with np.errstate(divide="ignore"):
             self.log_weights = np.log([p for _, p in ranked])
@@ -157,11 +170,18 @@ class JointFamily(MotionFamily):
     @cached_property
     def candidate(self) -> Integers:
         drawn = self.laws.first
-        return self.cells.places(self.sets)[0, drawn.point, drawn.chosen]
+        upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
+        kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
+        return self.cells.places(self.sets)[kind, drawn.point, drawn.chosen]
+
+    @property
+    def _of_candidate(self) -> Mask:
+        """Points and sets of the records that are the most probable candidate, shape (g, m)."""
+        return np.asarray((self.cells.places(self.sets[:1]) == 0).any(axis=0))
 
     @cached_property
     def best(self) -> tuple[ForceFit, ...]:
-        return self.fit.among(self.cells.places(self.sets[:1])[0] == 0).fits
+        return self.fit.among(self._of_candidate).fits
 
     @cached_property
     def reading(self) -> Reading:
@@ -170,7 +190,24 @@ class JointFamily(MotionFamily):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        return (*super().notes, *contradictions(self.fit))
+        return (*super().notes, *self._contradictions)
+
+    @cached_property
+    def _contradictions(self) -> tuple[str, ...]:
+        """Effects that the records contradict one size of."""
+        return tuple(contradictions(self.fit))
+
+    @cached_property
+    def _differs(self) -> float:
+        """Probability that friction differs between the records."""
+        weight = self._weight
+        return float(weight[:, self.fit.spread_of > 0.0].sum() / weight.sum())
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the records contradict one friction for all, if it is not known to differ, or one law."""
+        known = bool((self.fit.spreads > 0.0).all())
+        return bool(self._contradictions) or (not known and self._differs >= CREDIBLE_MASS)
 
     def variables(self) -> dict[str, Array]:
         best = self._of_best
@@ -189,14 +226,15 @@ class JointFamily(MotionFamily):
         fit = fit_model(law.model, [NoiseModel(law.ar)], law.z)
         return law.model, law.z if fit is None else fit.z
 
-    def check(self, seed: int) -> None:
-        """No sampler has the likelihood of several records."""
+    def check(self, seed: int) -> dict[str, Any]:
+        factor, unit = friction_scale(self.before.model)
+        mine = self._of_candidate[:, self.fit.problem.number] & (self._weight > 0.0)
+        return check_together(self.fit, mine, factor, unit, seed, forced=self._fluctuates)
 
     def witnesses(self) -> None:
         """Each record would have its own."""
 
     def between_records(self) -> dict[str, Any]:
-        differs, weight = self.fit.spread_of > 0.0, self._weight
         model = self.before.model
         _, unit = friction_scale(model)
         rng_scale, rng_alone = self._rng_reading.spawn(2)
@@ -204,7 +242,7 @@ class JointFamily(MotionFamily):
             self.laws,
             self.fit.alone,
             shift=self._friction - self.laws.friction,
-            probability=float(weight[:, differs].sum() / weight.sum()),
+            probability=self._differs,
             scale=scale_draws(model, self.laws.frequency, DRAWS, rng_scale),
             unit=unit,
             rng=rng_alone,
@@ -212,9 +250,9 @@ class JointFamily(MotionFamily):
 
     @property
     def knows_the_noise(self) -> bool:
-        """Whether the sensors have the noise that columns along the motion know: white, without outliers.
+        """Whether the sensors have the noise that columns along the motion know: white but for outliers.
 
-        A search knows coloured noise and outliers too, and none at all.
+        A search knows coloured noise too, and none at all.
         """
         return not any(
             fit.noise_sd <= _NO_NOISE * fit.scales.signal
@@ -222,6 +260,15 @@ class JointFamily(MotionFamily):
             or has_heavy_tails(fit.innovations[np.isfinite(fit.clock.variance)])
             for fit in self.best
         )
+
+
+def _outliers_somewhere(alone: Sequence[ForceFit]) -> float:
+    """Probability that at least one record has outliers."""
+    none = 1.0
+    for fit in alone:
+        noises = fit.sensor_noise.probabilities
+        none *= sum(p for names, p in noises.items() if OUTLIERS.name not in names)
+    return 1.0 - min(none, 1.0)
 
 
 def _beside_motion(fit: ForceFit) -> Array:

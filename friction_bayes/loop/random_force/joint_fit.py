@@ -17,7 +17,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.random_force.law_regression import frequency_change
-from friction_bayes.estimators.random_force.posterior import GridPoint, Posterior, integrate
+from friction_bayes.estimators.random_force.posterior import ForcePrior, GridPoint, Posterior, integrate
 from friction_bayes.estimators.random_force.smoothing import Motion
 from friction_bayes.estimators.random_force.subsets import WeighedSets
 from friction_bayes.loop.friction import friction_of_loss
@@ -27,7 +27,6 @@ from friction_bayes.loop.random_force.joint_problem import JointProblem, Member,
 from friction_bayes.loop.random_force.lines import OF_LINES, Line
 from friction_bayes.loop.random_force.moving_record import LawAlongMotion, MovingRecord, force_prior
 from friction_bayes.loop.segment import Segment
-from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["SPREADS", "JointFit", "fit_together"]
@@ -60,6 +59,8 @@ class JointFit:
         Spreads of friction that were weighed, over ``level``; zero for none.
     level : float
         Friction that these are shares of, natural units.
+    prior : ForcePrior
+        Of the random force.
     """
 
     alone: tuple[ForceFit, ...]
@@ -69,6 +70,7 @@ class JointFit:
     posterior: Posterior
     spreads: Array
     level: float
+    prior: ForcePrior
 
     @property
     def spread_of(self) -> Array:
@@ -149,8 +151,6 @@ def fit_together(
         :func:`friction_bayes.loop.random_force.fit.fit_random_force`), or where faults of the sensor take the
         place of a motion.
     """
-    # records with outliers are left to the search: here no sample is taken for one
-    allowed = [name for name in allowed if name != OUTLIERS.name]
     fits = []
     for segment in segments:
         if progress is not None:
@@ -232,7 +232,9 @@ def _weighed(
     )
     noise = math.exp(float(np.mean([math.log(one.regression.motion.noise) for one in along])))
     prior = force_prior(friction)
-    posterior = integrate(problem, prior if forced else replace(prior, none=1.0), noise, only_mode=only_mode)
+    if not forced:
+        prior = replace(prior, none=1.0)
+    posterior = integrate(problem, prior, noise, only_mode=only_mode)
     return JointFit(
         alone=alone,
         records=records,
@@ -241,6 +243,7 @@ def _weighed(
         posterior=posterior,
         spreads=spreads,
         level=level,
+        prior=prior,
     )
 
 
@@ -284,7 +287,7 @@ def _alone_at(found: LawAlongMotion, member: Member, point: GridPoint, row: int,
     log_weight[chosen] = 0.0
     noise2 = np.full(size, float(point.found.noise2[row]) * member.noise**2)
     weighed = WeighedSets(log_weight, noise2, point.found.full_noise2 * member.noise**2)
-    ratio = point.ratio * member.force / member.noise
+    ratio = member.ratio(point.ratio)
     return Posterior(
         found.regression.problem, [GridPoint(ratio=ratio, tau=point.tau, log_volume=0.0, found=weighed)]
     )

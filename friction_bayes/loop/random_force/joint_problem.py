@@ -69,6 +69,10 @@ class Member:
     noise: float = 1.0
     force: float = 1.0
 
+    def ratio(self, common: float) -> float:
+        """Its random force over its noise, where that of the common ones is ``common``."""
+        return common * self.force / self.noise
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Spread:
@@ -165,6 +169,14 @@ class JointProblem:
             *self.shared_posterior(point, row, self.sets[row]), self.sets[row], self.positive
         )
 
+    def inside(self, row: int) -> Mask:
+        """Own columns in a set, shape (p,)."""
+        return np.asarray(self._own_sets[self._own_set[row]])
+
+    def deviation(self, row: int) -> tuple[int, float]:
+        """The column that differs between the records in a set, -1 for none, and the prior sd of that."""
+        return int(self._deviating[row]), float(self.spread.sd[self.spread_number[row]])
+
     def conditional(self, point: GridPoint, row: int) -> Conditional:
         """What the records say of all coefficients in one set at a point of the grid."""
         left = self._left(point, row)
@@ -176,9 +188,9 @@ class JointProblem:
             mean=mean * scale,
             covariance=covariance * np.outer(scale, scale),
             columns=columns,
-            inside=self._own_sets[self._own_set[row]],
-            deviating=int(self._deviating[row]),
-            deviation=float(self.spread.sd[self.spread_number[row]]),
+            inside=self.inside(row),
+            deviating=self.deviation(row)[0],
+            deviation=self.deviation(row)[1],
             noise=math.sqrt(float(point.found.noise2[row])),
             left=left,
             centre=self._centre(row),
@@ -237,7 +249,7 @@ class JointProblem:
     def _whitened(self, ratio: float, tau: float) -> tuple[Array, float, int]:
         grams, log_determinant, used = [], 0.0, 0
         for member, reference in zip(self.members, self.references, strict=True):
-            record = member.regression.whitened(reference, ratio * member.force / member.noise, tau)
+            record = member.regression.whitened(reference, member.ratio(ratio), tau)
             grams.append(record.gram / member.noise**2)
             log_determinant += record.log_determinant + record.used * math.log(member.noise**2)
             used += record.used
@@ -252,8 +264,8 @@ class JointProblem:
 
     def _eliminated(self, grams: Array, row: int, lam: float) -> _Eliminated:
         """Integrate out the own columns of a set, deviations among them."""
-        inside = self._own_sets[self._own_set[row]]
-        deviation = float(self.spread.sd[self.spread_number[row]])
+        inside = self.inside(row)
+        _, deviation = self.deviation(row)
         mixing = self._mixing(inside, self._deviating[[row]], deviation)
         # what the reference has and the set lacks goes back into the record
         mixing[:, :-1, -1] += np.where(self.own & ~inside, self.references, 0.0)
@@ -269,7 +281,7 @@ class JointProblem:
 
     def _centre(self, row: int) -> Array:
         """The reference of the own columns, shape (r, k); that of deviations is zero."""
-        inside = self._own_sets[self._own_set[row]]
+        inside = self.inside(row)
         none = np.zeros((len(self.members), int(self._deviating[row] >= 0)))
         return np.hstack([self.references[:, inside], none])
 

@@ -124,6 +124,11 @@ class MotionFamily(ABC):
         return worst_of(self._left)
 
     @property
+    def contradicted(self) -> bool:
+        """One record contradicts nothing."""
+        return False
+
+    @property
     def explains(self) -> bool:
         return not any(
             left.matters(self._tolerance, fit.comparable_friction(self.laws.friction))
@@ -160,10 +165,13 @@ class MotionFamily(ABC):
     def parameters(self, name: str) -> dict[str, dict[str, Any]]:
         fit = self.best[0]
         units = parameter_units(name, fit.segment, fit.system)
-        if name == SENSOR_CLIPPING.name:
-            return clipping_parameters(fit.segment, units)
-        if name == OUTLIERS.name and fit.sensor_noise.outliers is not None:
-            return outlier_parameters(fit.samples, fit.sensor_noise.outliers, units)
+        if name in (SENSOR_CLIPPING.name, OUTLIERS.name):
+            numbered = len(self.best) > 1
+            return {
+                f"{key}[{r}]" if numbered else key: value
+                for r, one in enumerate(self.best)
+                for key, value in _parameters_of_sensor(name, one, units).items()
+            }
         return {
             key: parameter_summary(values, units[key.partition("[")[0]])
             for key, values in self.laws.parameters(name, self._of_best).items()
@@ -224,7 +232,9 @@ class MotionFamily(ABC):
         return tuple(found)
 
     def noise_floor(self) -> float:
-        return float(self.best[0].sensor_noise.sd_of_samples(np.asarray(self.tests.rms)))
+        pairs = zip(self.best, self._left, strict=True)
+        each = [float(fit.sensor_noise.sd_of_samples(np.asarray(left.rms))) for fit, left in pairs]
+        return math.sqrt(float(np.mean(np.square(each))))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -275,6 +285,15 @@ def too_large(share: float) -> tuple[str, ...]:
     if share <= _LARGEST_SHARE:
         return ()
     return (f"{RANDOM_FORCE.name} is {share:.2g} times the friction that explains the loss: no fluctuation",)
+
+
+def _parameters_of_sensor(name: str, fit: ForceFit, units: dict[str, str]) -> dict[str, dict[str, Any]]:
+    """Of clipped samples or outliers in one record; none where it has none."""
+    if name == SENSOR_CLIPPING.name:
+        return clipping_parameters(fit.segment, units) if fit.segment.clipped else {}
+    if fit.sensor_noise.outliers is None or not fit.sensor_noise.contaminated:
+        return {}
+    return outlier_parameters(fit.samples, fit.sensor_noise.outliers, units)
 
 
 def _friction_shift(fit: ForceFit, left: LeftOver) -> float:

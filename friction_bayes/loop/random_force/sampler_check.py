@@ -76,11 +76,12 @@ def check_random_force(fit: ForceFit, factor: float, unit: str, seed: int, *, fo
     Returns
     -------
     dict
-        As from :func:`friction_bayes.loop.check_friction.check_friction`; ``leave_one_out`` is null where it
-        was sampled: the Coulomb model is not sampled along the measured motion, and under a random force half
-        cycles are not independent given the parameters.
+        As from :func:`friction_bayes.loop.check_friction.check_friction`, with the ``share`` of the fit that
+        was sampled; ``leave_one_out`` is null where it was: the Coulomb model is not sampled along the
+        measured motion, and under a random force half cycles are not independent given the parameters.
     """
     chosen = best_set(fit, forced=forced)
+    weight = fit.posterior.weight[(fit.posterior.ratio > 0.0) == forced]
     draws = law_draws(fit, np.random.default_rng(seed), _CLOSED_FORM_DRAWS)
     check, tree = check_friction(
         target_of_set(fit, chosen, forced=forced),
@@ -89,4 +90,5 @@ def check_random_force(fit: ForceFit, factor: float, unit: str, seed: int, *, fo
         unit=unit,
         seed=seed,
     )
+    check |= {"share": float(weight[:, chosen].sum() / weight.sum())}
     return check if tree is None else check | {"leave_one_out": None}

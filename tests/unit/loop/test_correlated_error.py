@@ -35,4 +35,4 @@ def test_the_report_calls_the_noise_autoregressive(rng: np.random.Generator) -> 
     assert (noise["model"], noise["order"]) == ("ar", 1)
     assert noise["correlation_length_s"] == pytest.approx(ERROR_TIME, rel=0.4)
     assert noise["sd"] == pytest.approx(math.hypot(WHITE, ERROR), rel=0.15)
-    assert report.verdict != "unexplained"
+    assert "left_over" not in report.because

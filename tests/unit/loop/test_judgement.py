@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,7 @@ from friction_bayes.core.summary import TAILS
 from friction_bayes.loop import LoopReport
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.friction_range import Reading, friction_range, pooled
-from friction_bayes.loop.verdict import credible_count, verdict
+from friction_bayes.loop.verdict import Consequences, credible_count, verdict
 from friction_bayes.mechanics.integrate import integrate
 
 NONE: frozenset[str] = frozenset()
@@ -30,29 +32,75 @@ def ambiguous() -> LoopReport:
 
 
 @pytest.mark.parametrize(
-    ("sets", "probabilities", "is_noise", "word"),
+    ("sets", "probabilities", "word"),
     [
-        ([NONE, VISCOUS], [0.96, 0.04], True, "adequate"),
-        ([NONE, VISCOUS], [0.6, 0.4], True, "ambiguous"),
-        ([NONE, DRIFT], [0.6, 0.4], True, "adequate"),
-        ([NONE, VISCOUS, DRIFT], [0.6, 0.06, 0.34], True, "ambiguous"),
-        ([NONE, VISCOUS], [0.99, 0.01], False, "unexplained"),
-        ([VISCOUS, DRIFT], [0.96, 0.04], True, "explained"),
-        ([VISCOUS, DRIFT], [0.94, 0.06], True, "ambiguous"),
-        ([VISCOUS, DRIFT], [0.96, 0.04], False, "unexplained"),
-        ([VISCOUS, VISCOUS | FORCE], [0.94, 0.06], True, "ambiguous"),
-        ([VISCOUS | FORCE, VISCOUS], [0.96, 0.04], True, "explained"),
-        ([VISCOUS, DRIFT | FORCE], [0.9, 0.1], True, "ambiguous"),
+        ([NONE, VISCOUS], [0.96, 0.04], "adequate"),
+        ([NONE, VISCOUS], [0.6, 0.4], "ambiguous"),
+        ([NONE, DRIFT], [0.6, 0.4], "adequate"),
+        ([NONE, VISCOUS, DRIFT], [0.6, 0.06, 0.34], "ambiguous"),
+        ([FORCE, NONE, DRIFT], [0.6, 0.06, 0.34], "adequate"),
+        ([FORCE, VISCOUS | FORCE], [0.9, 0.1], "ambiguous"),
+        ([VISCOUS, DRIFT], [0.96, 0.04], "explained"),
+        ([VISCOUS, DRIFT], [0.94, 0.06], "ambiguous"),
+        ([VISCOUS, VISCOUS | FORCE], [0.94, 0.06], "ambiguous"),
+        ([VISCOUS | FORCE, VISCOUS], [0.96, 0.04], "explained"),
+        ([VISCOUS, DRIFT | FORCE], [0.9, 0.1], "ambiguous"),
     ],
 )
-def test_verdict_follows_the_rule(
-    sets: list[frozenset[str]], probabilities: list[float], is_noise: bool, word: str
-) -> None:
-    agrees = np.array([not names or names == DRIFT for names in sets])
-    assert verdict(sets, np.array(probabilities), agrees, is_noise, 0.99) == word
+def test_verdict_follows_the_rule(sets: list[frozenset[str]], probabilities: list[float], word: str) -> None:
+    agrees = np.array([names <= FORCE or names == DRIFT for names in sets])
+    assert verdict(sets, np.array(probabilities), agrees, (), 0.99) == word
     # friction that may be none is not known, whatever agrees on that
     doubted = "ambiguous" if word == "adequate" else word
-    assert verdict(sets, np.array(probabilities), agrees, is_noise, 0.9) == doubted
+    assert verdict(sets, np.array(probabilities), agrees, (), 0.9) == doubted
+    assert verdict(sets, np.array(probabilities), agrees, ("band",), 0.99) == "unexplained"
+
+
+SOUND = Consequences(
+    is_noise=True,
+    shift=0.1,
+    loss=1.0,
+    held_out={"before": 2.0, "after": 2.0, "inside90": 0.9},
+    friction=(0.9, 1.1),
+    witnesses=None,
+    contradicted=False,
+)
+
+
+def heard(loss: float, shape: float, *, agree: bool) -> dict[str, Any]:
+    """Two witnesses, each known to within a tenth."""
+    both = {"loss": loss, "shape": shape}
+    return {name: {"interval90": [mean - 0.1, mean + 0.1]} for name, mean in both.items()} | {"agree": agree}
+
+
+def forecast(**figures: float) -> dict[str, Any]:
+    return {"held_out": dict(SOUND.held_out) | figures}
+
+
+@pytest.mark.parametrize(
+    ("found", "against"),
+    [
+        ({}, ()),
+        ({"is_noise": False}, ("left_over",)),
+        ({"shift": 0.49}, ()),
+        ({"shift": 0.51}, ("shift",)),
+        # a motion that loses no amplitude has no friction that what is left could be half of
+        ({"shift": 0.51, "loss": 0.0}, ()),
+        (forecast(inside90=0.76), ()),
+        (forecast(inside90=0.74), ("band",)),
+        (forecast(after=2.09), ()),
+        (forecast(after=2.11), ("forecast",)),
+        (forecast(before=math.nan, after=math.nan, inside90=math.nan), ()),
+        ({"witnesses": heard(1.0, 3.0, agree=True)}, ()),
+        ({"witnesses": heard(1.0, 1.19, agree=False)}, ()),
+        ({"witnesses": heard(1.0, -0.5, agree=False)}, ("witnesses",)),
+        ({"witnesses": heard(1.3, 1.0, agree=False)}, ("witnesses",)),
+        ({"contradicted": True}, ("records",)),
+        (forecast(after=3.0, inside90=0.35) | {"contradicted": True}, ("band", "forecast", "records")),
+    ],
+)
+def test_what_forbids_to_use_the_number(found: dict[str, Any], against: tuple[str, ...]) -> None:
+    assert replace(SOUND, **found).against() == against
 
 
 def test_credible_counts_what_holds_95_percent() -> None:

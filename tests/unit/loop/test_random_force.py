@@ -109,7 +109,7 @@ def test_a_fluctuating_force_is_found_with_its_size(report: fb.LoopReport) -> No
     low, high = found["correlation_time_s"]["interval90"]
     assert low < 0.1 < high
     assert report.noise["sd"] == pytest.approx(1e-5, rel=0.1)
-    assert report.verdict in ("explained", "ambiguous")
+    assert report.verdict == "adequate"
     assert report.effects[0]["name"] == "random_force"
     assert report.left["depends_on"] is None
 
@@ -197,7 +197,7 @@ def test_how_long_a_record_rests_does_not_speak_against_a_force() -> None:
     system = fb.Oscillator(mass=1.0, stiffness=100.0)
     report = fb.close_loop([record], system, seed=1, effects=["viscous_damping", "random_force"])
     assert any("autoregressive" in line for line in report.trail)
-    assert report.verdict == "explained"
+    assert report.verdict == "adequate"
     assert report.random_force is not None
     assert report.random_force["probability"] > 0.95
     low, high = report.friction_after["interval90"]
@@ -355,12 +355,12 @@ def test_a_random_force_without_noise_of_the_sensor_is_weighed(rate: float) -> N
 
 
 def test_what_is_left_matters_beyond_the_tolerance_alone() -> None:
-    """The same force is an eighth of friction, which it moves by less than its interval."""
+    """The same force is an eighth of friction, moved by less than its interval; the forecast lacks it."""
     record = fluctuating(0.1, **{"cubic_stiffness.cubic_stiffness": 3e4})
     report = fb.close_loop(
         [record], SYSTEM, seed=1, effects=["viscous_damping", "random_force"], tolerance=0.3
     )
-    assert report.verdict == "explained"
+    assert report.because == ("band",)
     assert "force_by_position" in report.residual["after"]["failed"]
     low, high = report.friction_after["interval90"]
     assert low < 0.07 < high

@@ -42,12 +42,13 @@ def test_summary_is_a_table_of_quantities(loop_report: LoopReport) -> None:
 def test_what_to_measure_next_where_nothing_explains(
     depends_on: str | None, failed: list[str], words: str
 ) -> None:
-    sentence = experiment_on_unexplained(depends_on, failed, 1)
+    sentence = experiment_on_unexplained(depends_on, failed, [], 1)
     assert words in sentence
     assert sentence.endswith(".")
     assert "\n" not in sentence
 
 
 def test_several_records_that_nothing_explains_are_to_be_looked_at_one_by_one() -> None:
-    assert "each record by itself" in experiment_on_unexplained(None, ["phase"], 2)
-    assert "half the amplitude" in experiment_on_unexplained("amplitude", [], 2)
+    assert "each record by itself" in experiment_on_unexplained(None, ["phase"], [], 2)
+    assert "half the amplitude" in experiment_on_unexplained("amplitude", [], [], 2)
+    assert "--varying-friction" in experiment_on_unexplained("amplitude", [], ["records"], 2)

@@ -165,21 +165,23 @@ def test_page_in_a_browser(loop_report: LoopReport, tmp_path: Path) -> None:
 )
 def test_verdict_in_a_sentence(verdict: str, best: list[str], words: str, loop_report: LoopReport) -> None:
     first = {"effects": best, "probability": 0.7}
-    report = replace(loop_report, verdict=verdict, candidates=[first, *loop_report.candidates[1:]])
+    candidates = [first, *loop_report.candidates[1:]]
+    report = replace(loop_report, verdict=verdict, because=("left_over",), candidates=candidates)
     assert words in verdict_sentence(report.to_dict())
 
 
 @pytest.mark.parametrize(
     ("verdict", "words"),
     [
-        ("adequate", "alone explains the records: "),
+        ("adequate", "Coulomb friction with viscous damping explains the records: "),
         ("explained", "explains the records (70.0 %)"),
         ("ambiguous", "The records cannot tell viscous damping"),
         ("unexplained", "What is left of the records is neither"),
     ],
 )
 def test_several_records_are_not_called_one(verdict: str, words: str, loop_report: LoopReport) -> None:
-    assert words in verdict_sentence(replace(loop_report, verdict=verdict).to_dict(), 2)
+    report = replace(loop_report, verdict=verdict, because=("left_over",))
+    assert words in verdict_sentence(report.to_dict(), 2)
 
 
 def test_what_tests_see_and_does_not_matter_is_not_called_noise(loop_report: LoopReport) -> None:
@@ -266,13 +268,14 @@ def test_dry_friction_that_is_uncertain_has_a_limit(
 
 def test_a_force_that_follows_the_motion_is_named(loop_report: LoopReport) -> None:
     left = loop_report.left | {"depends_on": "position", "shape": "a bump in the middle", "share": 0.71}
-    report = replace(loop_report, verdict="unexplained", left=left).to_dict()
+    unexplained = replace(loop_report, verdict="unexplained", because=("left_over",))
+    report = replace(unexplained, left=left).to_dict()
     assert "depends on the position" in verdict_sentence(report)
     assert "71.0 % of it like a bump in the middle" in verdict_sentence(report)
     told = dict(loop_story(report))["left over"]
     assert told.startswith("a force that depends on the position")
     assert told.endswith("a bump in the middle describes it best: 71.0 % of it")
-    report = replace(loop_report, verdict="unexplained", left=left | {"share": 0.02}).to_dict()
+    report = replace(unexplained, left=left | {"share": 0.02}).to_dict()
     assert "like a bump" not in verdict_sentence(report)
     assert "no simple shape describes it" in dict(loop_story(report))["left over"]
 
@@ -289,7 +292,12 @@ def test_candidates_that_explain_nothing_have_no_probability(
     effects = [effect | {"probability": 0.99999} for effect in loop_report.effects]
     candidates = [loop_report.candidates[0] | {"probability": 0.99999}, *loop_report.candidates[1:]]
     report = replace(
-        loop_report, verdict="unexplained", friction_range=spread, effects=effects, candidates=candidates
+        loop_report,
+        verdict="unexplained",
+        because=("left_over",),
+        friction_range=spread,
+        effects=effects,
+        candidates=candidates,
     )
     told = dict(loop_story(report.to_dict()))
     assert told["friction range"].startswith(
@@ -306,13 +314,57 @@ def test_candidates_that_explain_nothing_have_no_probability(
 
 
 @pytest.mark.parametrize(
-    ("after", "worse"), [(1e-4, False), (4.15e-4, False), (6e-4, True), (float("nan"), False)]
+    ("fault", "words"),
+    [
+        ("shift", "What is left of the record could shift friction by 0.01 N, more than half"),
+        ("band", "Only 35.0 % of the part held out lies in its 90 % band"),
+        ("forecast", "worse than by Coulomb friction alone: the error is 1.5 times as large"),
+        ("witnesses", "the loss of amplitude says 0.5 N, the shape within a cycle -0.2"),
+        ("records", "friction is 0.5 N in low and 0.7 N in high, 40 % more; it differs between the records"),
+    ],
 )
-def test_a_forecast_that_got_worse_is_said_with_the_verdict(
-    after: float, worse: bool, loop_report: LoopReport
-) -> None:
-    report = replace(loop_report, held_out_error=loop_report.held_out_error | {"after": after}).to_dict()
-    assert ("worse than Coulomb friction alone: the error is 1.5 times" in verdict_sentence(report)) == worse
+def test_what_forbids_to_use_the_number_is_said(fault: str, words: str, loop_report: LoopReport) -> None:
+    between = {
+        "probability": 0.99,
+        "records": [
+            {"name": name, "friction": {"mean": mean, "unit": "N"}}
+            for name, mean in (("high", 0.7), ("low", 0.5))
+        ],
+    }
+    report = replace(
+        loop_report,
+        verdict="unexplained",
+        because=(fault,),
+        held_out_error=loop_report.held_out_error | {"after": 6e-4, "inside90": 0.35},
+        friction_between_records=between,
+    )
+    sentence = verdict_sentence(report.to_dict())
+    assert words in sentence
+    assert sentence.endswith("viscous damping, which is not an explanation.")
+
+
+def test_records_that_contradict_an_effect_are_said_to(loop_report: LoopReport) -> None:
+    report = replace(
+        loop_report,
+        verdict="unexplained",
+        because=("records",),
+        friction_between_records={"probability": 0.2, "records": []},
+    )
+    assert "contradict each other in an effect that they share" in verdict_sentence(report.to_dict(), 2)
+
+
+def test_the_verdict_says_which_part_a_sampler_went_over(loop_report: LoopReport) -> None:
+    sampler = {
+        "friction": {"mean": 0.5, "sd": 0.01, "interval90": [0.48, 0.52], "unit": "N"},
+        "agrees": True,
+        "sampled": {"effects": ["viscous_damping"], "probability": 0.6},
+    }
+    report = replace(loop_report, reference_check={"sampler": sampler}).to_dict()
+    sentence = verdict_sentence(report)
+    assert "one part of the posterior, viscous damping (60.0 %), without slight effects" in sentence
+    assert "0.5 N   sd 0.01   90 %: 0.48 .. 0.52, with which the closed form agrees." in sentence
+    del report["reference_check"]["sampler"]["friction"]
+    assert "could not go over viscous damping (60.0 %)" in verdict_sentence(report)
 
 
 def test_a_law_without_a_forecast_says_why(loop_report: LoopReport) -> None:
@@ -413,6 +465,7 @@ def test_story_of_the_sampler(loop_report: LoopReport) -> None:
         "ess_bulk": 800.0,
         "agrees": False,
         "because": "the means differ by 5 standard errors",
+        "sampled": {"effects": ["viscous_damping"], "probability": 0.6},
         "sampler_s": 12.0,
         "leave_one_out": {"gain": 120.0, "gain_se": 9.0},
     }
@@ -420,6 +473,7 @@ def test_story_of_the_sampler(loop_report: LoopReport) -> None:
     for words in ("took 12.0 s", "R-hat 1.001", "DOES NOT AGREE", "differ by 5", "120 ± 9"):
         assert words in lines
     refused = {"sampler": {"converged": False, "agrees": None, "because": "not sampled: too long"}}
+    refused["sampler"]["sampled"] = sampler["sampled"]
     told = dict(loop_story(replace(loop_report, reference_check=refused).to_dict()))
     assert told["emcee"] == "not sampled: too long"
 
