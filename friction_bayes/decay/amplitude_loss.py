@@ -19,6 +19,8 @@ __all__ = ["amplitude_falls", "falls_in_proportion"]
 
 _FEWEST = 6
 """Amplitudes below which nothing is said of their course."""
+_MANY = 40
+"""Amplitudes, of twenty periods, from which on a free decay shows that it loses some."""
 _OVERLAP = 2.0
 """Amplitudes to one that is independent: each window shares its samples with those beside it."""
 _LEAST_LOSS = 0.01
@@ -26,7 +28,7 @@ _LEAST_LOSS = 0.01
 _CERTAIN = 4.0
 """Standard errors by which a course must be ruled out."""
 _NOT_EXCLUDED = 2.0
-"""Standard errors within which dry friction may be none."""
+"""Standard errors within which a loss, or dry friction, may be none."""
 
 
 @njit(cache=True, nogil=True)
@@ -65,7 +67,8 @@ def _regress(amplitude: Array, design: Array) -> tuple[Array, Array]:
 def amplitude_falls(y: Array, omega: float) -> bool:
     """Whether the amplitude may fall, from the first to the last, by a share that shows; true of few periods.
 
-    A steady motion and one that grows are no free decay: something drives them.
+    A steady motion and one that grows are no free decay: something drives them. Of many periods the loss has
+    to show itself: without, what moves steadily under noise would be given a friction of next to nothing.
 
     Parameters
     ----------
@@ -83,6 +86,8 @@ def amplitude_falls(y: Array, omega: float) -> bool:
         design[k, 1] = -k / (count - 1)
         largest = max(largest, amplitude[k])
     line, error = _regress(amplitude, design)
+    if count >= _MANY:
+        return line[1] > _NOT_EXCLUDED * error[1]
     return line[1] + _CERTAIN * error[1] > _LEAST_LOSS * largest
 
 

@@ -38,6 +38,8 @@ _LEAST_PER_PERIOD = 2.0
 """Samples a period of the declared frequency, which must be more: Nyquist's."""
 _RELEASE_KNOWN_TO = 1.0 / 16.0
 """Of a period, as it is looked for in strides of half as much."""
+_BEYOND_TURN = math.pi / 8.0
+"""Phase from a turning point, to which its time is known better than this."""
 _SAME_FREQUENCY = 0.03
 """Relative distance from a multiple of the declared frequency: a large swing or light damping shifts it."""
 _MULTIPLES = {
@@ -84,6 +86,8 @@ class FreeDecay:
         Half cycles after the release that are left out as a hand still acted on them.
     driven : bool
         Whether a part before is left out in which no amplitude was lost, as under a drive.
+    later : int
+        Half cycles of those after that are left out as a force acted on them that is gone later.
     other_frequency, other_share : float
         Angular frequency of the next strongest oscillation in the spectrum [rad/s] and its amplitude over
         that of the one followed; nan where there is none.
@@ -104,6 +108,7 @@ class FreeDecay:
     rest_known: bool = False
     disturbed: int = 0
     driven: bool = False
+    later: int = 0
     other_frequency: float = math.nan
     other_share: float = math.nan
 
@@ -118,6 +123,25 @@ class FreeDecay:
     def duration(self) -> float:
         """From the first to the last moving sample [s]."""
         return self.step * (self.values.size - 1)
+
+    @property
+    def half_cycles(self) -> int:
+        """Whole half cycles of it."""
+        return int(self.duration * self.frequency / math.pi)
+
+    def half_a_cycle_later(self) -> FreeDecay:
+        """The same from a sixteenth of a cycle after the next turning point on."""
+        to_turn = (-self.phase) % math.pi or math.pi
+        first = int(np.searchsorted(self.time, (to_turn + _BEYOND_TURN) / self.frequency))
+        start = float(self.time[first])
+        return replace(
+            self,
+            values=self.values[first:],
+            start_time=self.start_time + start,
+            stamps=None if self.stamps is None else self.stamps[first:] - start,
+            phase=(self.phase + self.frequency * start) % (2.0 * math.pi),
+            later=self.later + 1,
+        )
 
     @property
     def places(self) -> Array:
@@ -146,6 +170,11 @@ class FreeDecay:
     def notes(self) -> tuple[str, ...]:
         """What a reader must know of the record; empty where it shows one oscillation, released freely."""
         notes = []
+        if self.later:
+            notes.append(
+                f"{self.name}: the start was not free: what lies before {self.start_time:.4g} s is left out, "
+                "since the rest by itself says much more of friction"
+            )
         if self.disturbed:
             notes.append(
                 f"{self.name}: the release was still disturbed, as by a hand or another mode that dies out: "

@@ -257,8 +257,6 @@ class Fits:
         Its shapes, location and scale.
     frequency, frequency_sd, rest_position, noise_sd : ndarray, shape (records,)
         As in :class:`Fit`.
-    motion : callable, int -> FittedMotion, or None
-        Of the moving part of a record with a posterior; None where the method predicts no signal.
     """
 
     family: Any
@@ -267,7 +265,6 @@ class Fits:
     frequency_sd: Array
     rest_position: Array
     noise_sd: Array
-    motion: Callable[[int], FittedMotion] | None = field(default=None, repr=False)
 
     @property
     def found(self) -> Mask:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy import stats
 
 from friction_bayes.conjugate.scaled_distribution import scaled, scaled_moments, scaled_quantiles
 from friction_bayes.core.arrays import Array, Indices, Mask
@@ -25,23 +25,17 @@ from friction_bayes.decay.excursions import without_excursions
 from friction_bayes.decay.free_decay import after_leap, check_sampling
 from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.decay.leaps import LEAST_LEAP, find_leap
-from friction_bayes.decay.located import FOUND, Located
+from friction_bayes.decay.located import FOUND, NOT_DECAYING, Located
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
-from friction_bayes.estimators.base import Estimator, Fits, FreeDecays
+from friction_bayes.estimators.base import Estimator, FreeDecays
 from friction_bayes.estimators.equally_probable import EquallyProbable
 from friction_bayes.estimators.estimate import RANDOM_FORCE
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
-from friction_bayes.estimators.waveform.averaged import (
-    Averaged,
-    accounts_of,
-    averaged,
-    random_force_of,
-    witness_of,
-)
+from friction_bayes.estimators.waveform.averaged import answered, surely_negative
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
-from friction_bayes.estimators.witness import reconciled
+from friction_bayes.estimators.waveform.saturation import saturation_level
 from friction_bayes.records.clipping import SHORTEST_RUN, clipped_fraction
 from friction_bayes.records.clock import is_even, sampling_interval
 from friction_bayes.records.quantisation import ROUNDING
@@ -265,7 +259,7 @@ def _estimate_chunk(
     columns = (*friction, location * length, spread * length, over_low, over_high)
     rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
     table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
-    return _averaged_over_accounts(table, decays, fits) if with_force else table
+    return _answered(table, decays, found, estimator, prior) if with_force else table
 
 
 def _set_leaps_apart(values: Array, located: Located) -> None:
@@ -329,34 +323,35 @@ def _in_force(family: Any, coefficient: tuple[Array, ...], factors: tuple[ForceF
     return np.array([mean, spread, *np.transpose(rows)])
 
 
-def _averaged_over_accounts(table: Array, decays: FreeDecays, fits: Fits) -> Array:
-    """Add the columns of a random force, and answer as :func:`friction_bayes.estimate` does, row by row."""
+def _answered(
+    table: Array, decays: FreeDecays, found: Mask, estimator: Estimator, prior: Mapping[str, float]
+) -> Array:
+    """Answer as :func:`friction_bayes.estimate` does, row by row, and add the columns of a random force."""
     table = np.column_stack([table, np.full((len(table), len(_FORCE_COLUMNS)), np.nan)])
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
-    assert fits.motion is not None
-    for row in np.flatnonzero(fits.found).tolist():
-        degrees, location, scale = (float(each[row]) for each in fits.parameters)
-        white = Averaged(
-            coefficient=stats.t(df=degrees, loc=location, scale=scale),
-            frequency=float(fits.frequency[row]),
-            frequency_sd=float(fits.frequency_sd[row]),
-            noise_sd=float(fits.noise_sd[row]),
-        )
+    system, kind, unit = decays.system, decays.quantity, decays.unit
+    for row in np.flatnonzero(found).tolist():
         decay = decays.decay(row)
-        accounts = accounts_of(decay, white, fits.motion(row), float(fits.rest_position[row]))
-        found = averaged(white, accounts) if accounts else white
-        answer = reconciled(found.coefficient, witness_of(decay, found.coefficient, accounts))
-        new = {"noise_sd": found.noise_sd, "frequency": found.frequency, "frequency_sd": found.frequency_sd}
-        if accounts:
-            force = random_force_of(accounts)
-            factor = force_factor(decays.system, decays.quantity, decays.unit)
-            new["random_force_probability"] = force.probability
-            new["random_force_sd"] = float(force.sd.mean()) * factor
-        factors = force_factors(
-            decays.system, decays.quantity, decays.unit, found.frequency, found.frequency_sd
-        )
-        friction = EquallyProbable([scaled(answer, f, relative_sd=sd) for f, sd in factors])
-        length = scaled(answer, found.frequency**-decays.quantity.order)
+        status = _CLIPPED if saturation_level(decay) is not None else FOUND
+        if status == FOUND:
+            decay, fit = answered(decay, partial(estimator.fit, prior=prior, peaks=PEAKS[0]))
+            status = NOT_DECAYING if surely_negative(fit) else FOUND
+        if status != FOUND:
+            table[row] = np.nan
+            table[row, column["status"]] = status
+            continue
+        new = {
+            "noise_sd": fit.noise_sd,
+            "frequency": fit.frequency,
+            "frequency_sd": fit.frequency_sd,
+            "rest_position": fit.rest_position,
+        }
+        if fit.random_force is not None:
+            new["random_force_probability"] = fit.random_force.probability
+            new["random_force_sd"] = float(fit.random_force.sd.mean()) * force_factor(system, kind, unit)
+        factors = force_factors(system, kind, unit, fit.frequency, fit.frequency_sd)
+        friction = EquallyProbable([scaled(fit.answer, f, relative_sd=sd) for f, sd in factors])
+        length = scaled(fit.answer, fit.frequency**-kind.order)
         for name, distribution in (("friction", friction), ("friction_over_stiffness", length)):
             new[f"{name}_mean"], new[f"{name}_sd"] = distribution.mean(), distribution.std()
             new[f"{name}_low"], new[f"{name}_high"] = distribution.ppf(0.05), distribution.ppf(0.95)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import asdict, is_dataclass
+from functools import partial
 from typing import Any
 
 import xarray as xr
@@ -22,7 +23,7 @@ from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
-from friction_bayes.estimators.waveform.averaged import averaged_over_accounts
+from friction_bayes.estimators.waveform.averaged import answered, surely_negative
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.estimators.waveform.saturation import saturation_level
 from friction_bayes.records.clipping import clipped_fraction
@@ -34,8 +35,6 @@ __all__ = ["RANDOM_FORCE", "estimate", "prior_mapping", "refuse_clipped"]
 RANDOM_FORCE = ("auto", "none")
 """Whether a random force may be there."""
 
-_SURELY = 0.99
-"""Probability of a negative friction above which there is no answer."""
 _SPLINE = (
     "the times are uneven: this method goes from sample to sample, so that a cubic spline brings the signal "
     "to an even grid; waveform takes the samples at their own times"
@@ -139,10 +138,14 @@ def estimate(
             decay = decay.on_even_grid()
             spline.append(_SPLINE)
         chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
-        fit = estimator.fit(decay, chosen, peaks=peaks)
+        fit_of = partial(estimator.fit, prior=chosen, peaks=peaks)
         if random_force == "auto" and method == WaveformEstimator.name:
-            fit = averaged_over_accounts(decay, fit)
+            decay, fit = answered(decay, fit_of)
             _refuse_negative(decay, fit)
+            if decay.later:
+                warnings.warn(decay.notes[0], RecordWarning, stacklevel=2)
+        else:
+            fit = fit_of(decay)
         warned = _proportion_note(decay)
         acceptance = None
         if accept_precision is not None:
@@ -202,8 +205,7 @@ def _refuse_saturated(decay: FreeDecay) -> None:
 
 def _refuse_negative(decay: FreeDecay, fit: Fit) -> None:
     """Refuse what loses no amplitude by any account."""
-    told = [fit.coefficient] + ([] if fit.witness is None else [fit.witness.coefficient])
-    if all(float(each.cdf(0.0)) > _SURELY for each in told):
+    if surely_negative(fit):
         raise InputError(
             decay.name,
             "friction is negative, which no contact has: the oscillation grows, as if driven",

@@ -44,7 +44,7 @@ class Autoregression:
     innovation_variance : float
         Of ``epsilon``, over that of the noise.
     penalty : float
-        What its coefficients cost in log evidence: half the Bayesian information criterion's.
+        What its coefficients cost in log evidence: half the Bayesian information criterion's, and the order.
     """
 
     coefficients: Array
@@ -115,9 +115,11 @@ def burg(residual: Array, fitted: float) -> tuple[Autoregression, float]:
     if most < 1 or power == 0.0:
         return Autoregression(np.empty(0), 1.0), power
     coefficients, variances = _burg(x / math.sqrt(float(x @ x) / x.size), most)
-    criterion = x.size * np.log(variances) + np.arange(most + 1) * math.log(x.size)
-    order = int(np.argmin(criterion))
-    penalty = 0.5 * order * math.log(x.size)
+    penalties = 0.5 * np.arange(most + 1) * math.log(x.size)
+    # white or not, and if not, any order as probable as another
+    penalties[1:] += math.log(most)
+    order = int(np.argmin(0.5 * x.size * np.log(variances) + penalties))
+    penalty = float(penalties[order])
     return Autoregression(coefficients[order, :order].copy(), float(variances[order]), penalty), power
 
 

@@ -7,7 +7,7 @@ those of :mod:`friction_bayes.estimators.random_force.noise_accounts`.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.conjugate.mixture import Mixture
+from friction_bayes.core.summary import TAILS
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import force_factor, swing_frequency
 from friction_bayes.decay.whiteness import residual_notes
@@ -25,23 +26,28 @@ from friction_bayes.estimators.random_force.plain_law import PlainDecay
 from friction_bayes.estimators.witness import Witness
 
 __all__ = [
-    "SURELY_NONE",
-    "Averaged",
-    "accounts_of",
-    "averaged",
+    "answered",
     "averaged_over_accounts",
-    "random_force_of",
-    "witness_of",
+    "surely_negative",
 ]
 
-SURELY_NONE = 0.01
+_SURELY_NONE = 0.01
 """Probability of an account below which it is left out of the answer."""
+_SURELY = 0.99
+"""Probability of a negative friction above which there is no answer."""
+_MOST_LATER = 3
+"""Half cycles by which the start may be moved."""
+_FEWEST_HALF_CYCLES = 8
+"""Of a decay whose start is judged."""
+_MUCH_NARROWER = 0.5
+"""Width of the interval from half a cycle later over the one from the start, below which the later is taken.
+Of eight half cycles one less widens it by a fifth, give or take a quarter."""
 _AS_LOUD = 1.01
 """Noise of the account over that of the fit up to which the sampler takes the fit as it is."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Averaged:
+class _Averaged:
     """What a fit says of a signal, under white noise or averaged over the accounts; see :class:`Fit`.
 
     Attributes
@@ -60,7 +66,7 @@ class Averaged:
     noise_sd: float
 
 
-def averaged(white: Averaged, accounts: Sequence[NoiseAccount]) -> Averaged:
+def _averaged(white: _Averaged, accounts: Sequence[NoiseAccount]) -> _Averaged:
     """Average over the accounts; the fit under white noise is the answer where nothing else counts.
 
     The noise of the fit is then at least that of its account, which knows how strong it is near the motion's
@@ -73,16 +79,16 @@ def averaged(white: Averaged, accounts: Sequence[NoiseAccount]) -> Averaged:
         replace(accounts[0], coefficient=exact, frequency=white.frequency, frequency_sd=frequency_sd),
         *accounts[1:],
     ]
-    return _mean_of([each for each in parts if each.probability >= SURELY_NONE])
+    return _mean_of([each for each in parts if each.probability >= _SURELY_NONE])
 
 
-def _mean_of(parts: Sequence[NoiseAccount]) -> Averaged:
+def _mean_of(parts: Sequence[NoiseAccount]) -> _Averaged:
     share = np.array([each.probability for each in parts])
     # none of a kind may have any probability to rounding
     share = share / share.sum() if share.sum() > 0.0 else np.eye(len(parts))[0]
     mean = float(share @ [each.frequency for each in parts])
     spread = [each.frequency_sd**2 + (each.frequency - mean) ** 2 for each in parts]
-    return Averaged(
+    return _Averaged(
         coefficient=Mixture.of([each.coefficient for each in parts], share),
         frequency=mean,
         frequency_sd=math.sqrt(float(share @ spread)),
@@ -90,7 +96,7 @@ def _mean_of(parts: Sequence[NoiseAccount]) -> Averaged:
     )
 
 
-def random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
+def _random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
     """What the accounts with a random force say of it, and of friction with it and without."""
     forced = [each for each in accounts if each.forced]
     best = max(forced, key=lambda each: each.probability)
@@ -105,8 +111,8 @@ def random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
     )
 
 
-def accounts_of(
-    decay: FreeDecay, white: Averaged, motion: FittedMotion, rest_position: float
+def _accounts_of(
+    decay: FreeDecay, white: _Averaged, motion: FittedMotion, rest_position: float
 ) -> tuple[NoiseAccount, ...]:
     """Weigh the accounts of what a fit under white noise leaves; empty where nothing tells them."""
     return noise_accounts(
@@ -126,7 +132,7 @@ def accounts_of(
     )
 
 
-def witness_of(decay: FreeDecay, coefficient: Any, accounts: Sequence[NoiseAccount]) -> Witness | None:
+def _witness_of(decay: FreeDecay, coefficient: Any, accounts: Sequence[NoiseAccount]) -> Witness | None:
     """The loss of amplitude beside a posterior of the friction coefficient; None where it tells nothing.
 
     It bounds the answer where no account but white noise could be weighed, and where an accelerometer's noise
@@ -150,16 +156,16 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
         Under white noise, method ``waveform``.
     """
     assert fit.motion is not None
-    white = Averaged(
+    white = _Averaged(
         coefficient=fit.coefficient,
         frequency=fit.frequency,
         frequency_sd=fit.frequency_sd,
         noise_sd=fit.noise_sd,
     )
-    accounts = accounts_of(decay, white, fit.motion, fit.rest_position)
+    accounts = _accounts_of(decay, white, fit.motion, fit.rest_position)
     if not accounts:
-        return replace(fit, witness=witness_of(decay, fit.coefficient, ()))
-    answer = averaged(white, accounts)
+        return replace(fit, witness=_witness_of(decay, fit.coefficient, ()))
+    answer = _averaged(white, accounts)
     doubts: tuple[str, ...] = ()
     if accounts[0].probability < 0.5 and fit.prediction is not None:
         # what residuals say against the interval under white noise is no longer said of this one
@@ -170,9 +176,50 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
         notes=tuple(note for note in fit.notes if note not in doubts),
         accounts=accounts,
         account_parts=_parts(decay, fit, accounts),
-        random_force=random_force_of(accounts),
-        witness=witness_of(decay, answer.coefficient, accounts),
+        random_force=_random_force_of(accounts),
+        witness=_witness_of(decay, answer.coefficient, accounts),
     )
+
+
+def answered(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:
+    """Fit a decay and average over the accounts, from where it is free.
+
+    Where a force has to act, something may still have held the mass at first. Fewer half cycles say less of a
+    force that acts all the time; where they say much more, that force is over, and they are taken.
+
+    Parameters
+    ----------
+    decay : FreeDecay
+    fit_of : callable, FreeDecay -> Fit
+        Under white noise, method ``waveform``.
+
+    Returns
+    -------
+    decay, fit
+        What was fitted of it, and the fit.
+    """
+    fit = averaged_over_accounts(decay, fit_of(decay))
+    for _ in range(_MOST_LATER):
+        force = fit.random_force
+        if force is None or force.probability < 0.5 or decay.half_cycles < _FEWEST_HALF_CYCLES:
+            break
+        later = decay.half_a_cycle_later()
+        other = averaged_over_accounts(later, fit_of(later))
+        if _width(other) > _MUCH_NARROWER * _width(fit):
+            break
+        decay, fit = later, other
+    return decay, fit
+
+
+def surely_negative(fit: Fit) -> bool:
+    """Whether friction is negative by every account: nothing is lost."""
+    told = [fit.coefficient] + ([] if fit.witness is None else [fit.witness.coefficient])
+    return all(float(each.cdf(0.0)) > _SURELY for each in told)
+
+
+def _width(fit: Fit) -> float:
+    low, high = (float(fit.answer.ppf(p)) for p in TAILS)
+    return high - low
 
 
 def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tuple[Part, ...]:
@@ -180,7 +227,7 @@ def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tupl
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     parts = []
     for i, account in enumerate(accounts):
-        if account.probability >= SURELY_NONE:
+        if account.probability >= _SURELY_NONE:
             own = i == 0 and account.noise_sd <= _AS_LOUD * fit.noise_sd
             build = (lambda: fit.target) if own else partial(account.target, factor)
             parts.append(Part(account.name, account.probability, account.forced, build))

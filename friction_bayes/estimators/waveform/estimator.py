@@ -130,12 +130,6 @@ class WaveformEstimator(TabulatedPrior):
         posterior = CoefficientMarginals.of(prior_of(prior, COEFFICIENTS), data, fits.found)
         half_duration = np.where(counts > 1, 0.5 * (counts - 1) * decays.step, np.nan)
 
-        def motion(row: int) -> FittedMotion:
-            samples = Samples(int(counts[row]), EVENLY)
-            p, kappa, stop = fits.coefficients[row], float(fits.kappa[row]), int(fits.stop[row])
-            spread = math.hypot(posterior.scale[row, ADVANCE], posterior.scale[row, PHASE])
-            return FittedMotion(states(samples, p, kappa, stop), spread)
-
         return Fits(
             family=stats.t,
             parameters=(posterior.degrees, posterior.mean[:, FRICTION], posterior.scale[:, FRICTION]),
@@ -143,7 +137,6 @@ class WaveformEstimator(TabulatedPrior):
             frequency_sd=posterior.scale[:, ADVANCE] / half_duration,
             rest_position=fits.coefficients[:, OFFSET],
             noise_sd=posterior.noise_sd,
-            motion=motion,
         )
 
 
