@@ -140,7 +140,7 @@ def estimate(
         chosen = complete_prior(estimator.name, estimator.default_prior(decay), prior_mapping(prior))
         fit_of = partial(estimator.fit, prior=chosen, peaks=peaks)
         if random_force == "auto" and method == WaveformEstimator.name:
-            decay, fit = answered(decay, fit_of)
+            decay, fit = answered(decay, fit_of, from_here=start is not None)
             _refuse_negative(decay, fit)
             if decay.later:
                 warnings.warn(decay.notes[0], RecordWarning, stacklevel=2)

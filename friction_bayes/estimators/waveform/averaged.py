@@ -181,7 +181,9 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
     )
 
 
-def answered(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tuple[FreeDecay, Fit]:
+def answered(
+    decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit], *, from_here: bool = False
+) -> tuple[FreeDecay, Fit]:
     """Fit a decay and average over the accounts, from where it is free.
 
     Where a force has to act, something may still have held the mass at first. Fewer half cycles say less of a
@@ -192,6 +194,8 @@ def answered(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tuple[Free
     decay : FreeDecay
     fit_of : callable, FreeDecay -> Fit
         Under white noise, method ``waveform``.
+    from_here : bool
+        Whether the decay is known to be free from its start.
 
     Returns
     -------
@@ -199,7 +203,7 @@ def answered(decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit]) -> tuple[Free
         What was fitted of it, and the fit.
     """
     fit = averaged_over_accounts(decay, fit_of(decay))
-    for _ in range(_MOST_LATER):
+    for _ in range(0 if from_here else _MOST_LATER):
         force = fit.random_force
         if force is None or force.probability < 0.5 or decay.half_cycles < _FEWEST_HALF_CYCLES:
             break
