@@ -32,6 +32,7 @@ from friction_bayes.loop.random_force.unknowable import unknowable
 from friction_bayes.loop.random_force.witnesses import Witnesses, two_witnesses
 from friction_bayes.loop.search_family import SearchFamily
 from friction_bayes.loop.slight_effects import SlightEffect
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
@@ -212,10 +213,14 @@ def log_share_of_search(fit: ForceFit, tried: Collection[str]) -> float:
 
 
 def _known_to_search(fit: ForceFit, tried: Collection[str], noise: frozenset[str]) -> Mask:
-    """Points and sets that it has, under one kind of noise, shape (g, m): dry friction, and no knocks."""
+    """Points and sets that it has, under one kind of noise, shape (g, m): dry friction, and no knocks.
+
+    Its interference has one line.
+    """
     if fit.knocks:
         return np.zeros((fit.posterior.ratio.size, len(fit.sets.effects)), np.bool_)
-    has = np.array([(names | noise).issubset(tried) for names in fit.sets.effects]) & fit.rubs
+    several = {PERIODIC_INTERFERENCE.name} if sum(line.steady for line in fit.lines) > 1 else set()
+    has = np.array([(names | noise) <= set(tried) - several for names in fit.sets.effects]) & fit.rubs
     return np.asarray((fit.posterior.ratio == 0.0)[:, None] & has)
 
 
