@@ -35,8 +35,9 @@ class AnyDecay(NamedTuple):
 def any_decay(name: str, quantity: str, rng: np.random.Generator) -> AnyDecay:
     """Draw a record with an effect, of sizes that its prior has, as a sensor of a quantity reads it.
 
-    Of 3 to 15 periods, 12 to 250 samples each at 50 Hz to 5 kHz, 300 to 1500 in all; half of them begin in mid-motion, and an eighth
-    have no noise. Friction takes a third to all of the amplitude, so that some come to rest.
+    Of 3 to 15 periods, 12 to 250 samples each at 50 Hz to 5 kHz, 300 to 1500 in all; half of them begin in
+    mid-motion, an eighth have no noise, and a quarter is digitised. Friction takes a third to all of the
+    amplitude, so that some come to rest.
 
     Raises
     ------
@@ -67,6 +68,8 @@ def any_decay(name: str, quantity: str, rng: np.random.Generator) -> AnyDecay:
     )
     effect = EFFECTS[name]
     drawn = [prior.distribution.rvs(random_state=rng) for prior in effect.priors(scales)]
+    # an encoder or a converter: the swing is 30 to 4000 steps
+    bits = int(rng.integers(5, 13)) if rng.random() < 0.25 else None
     noise = 0.0 if rng.random() < 0.125 else _between(rng, 1e-4, 0.05) * scales.signal
     begins = rng.uniform(0.0, 1.0) if rng.random() < 0.5 else 0.0
     record = fb.simulate(
@@ -79,12 +82,14 @@ def any_decay(name: str, quantity: str, rng: np.random.Generator) -> AnyDecay:
         quantity=quantity,
         noise_sd=noise,
         seed=int(rng.integers(2**31)),
+        bits=bits,
+        sensor_range=None if bits is None else 2.0 * scales.signal,
         effects={f"{name}.{p.name}": float(v) for p, v in zip(effect.parameters, drawn, strict=True)},
     )
     sizes = ", ".join(f"{p.name} {v:.4g}" for p, v in zip(effect.parameters, drawn, strict=True))
     what = (
         f"{name} ({sizes}), {quantity}, {record.size} samples of {rate:.4g} Hz, {per_period:.3g} a period, "
-        f"begun at {begins:.2f}, noise {noise / scales.signal:.2g}, pendulum {system.pendulum}"
+        f"begun at {begins:.2f}, noise {noise / scales.signal:.2g}, {bits} bits, pendulum {system.pendulum}"
     )
     return AnyDecay(record, system, what)
 

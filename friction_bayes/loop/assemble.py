@@ -104,7 +104,7 @@ def assemble_report(
     dry = whether_it_rubs(mixture.draws.friction)
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, best.explains, dry["probability"])
     factor, unit = friction_scale(model)
-    sensitivity = prior_sensitivity(mixture.draws)
+    sensitivity = prior_sensitivity(mixture.draws, mixture.sets)
     alone, readings = coulomb_alone(before, rng_before), None
     if word == UNEXPLAINED:
         read = [family.reading for family in everyone]

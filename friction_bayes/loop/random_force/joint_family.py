@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import Any
 
@@ -28,7 +27,7 @@ from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
 from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.joint_draws import joint_draws
 from friction_bayes.loop.random_force.joint_fit import JointFit, fit_together
-from friction_bayes.loop.random_force.motion_family import MotionFamily, too_large
+from friction_bayes.loop.random_force.motion_family import MotionFamily
 from friction_bayes.loop.random_force.slight_beside_law import beside_joint_set
 from friction_bayes.loop.random_force.unknowable import unknowable
 from friction_bayes.loop.searched import coulomb_model
@@ -46,7 +45,6 @@ def joint_family(
     segments: tuple[Segment, ...],
     system: Oscillator,
     allowed: tuple[str, ...],
-    own: tuple[str, ...],
     tolerance: float,
     rng: np.random.Generator,
     *,
@@ -61,8 +59,6 @@ def joint_family(
     system : Oscillator
     allowed : tuple of str
         Effects that may act.
-    own : tuple of str
-        Those of them that a search does not try.
     tolerance : float
         Share of friction below which a force that depends on the motion does not matter.
     rng : numpy.random.Generator
@@ -90,7 +86,7 @@ def joint_family(
         return None
     white = tuple(np.zeros(0) for _ in segments)
     before = coulomb_model(system, segments, white, SENSOR_OFFSET.name)
-    return JointFamily(before, fit, own, tolerance, rng)
+    return JointFamily(before, fit, tolerance, rng)
 
 
 class JointFamily(MotionFamily):
@@ -104,8 +100,6 @@ class JointFamily(MotionFamily):
     before : LoopFit
         The Coulomb model alone.
     fit : JointFit
-    own : sequence of str
-        Effects that a search does not try.
     tolerance : float
         Share of friction below which a force that depends on the motion does not matter.
     rng : numpy.random.Generator
@@ -116,18 +110,15 @@ class JointFamily(MotionFamily):
         self,
         before: LoopFit,
         fit: JointFit,
-        own: Sequence[str],
         tolerance: float,
         rng: np.random.Generator,
     ) -> None:
         super().__init__(before, tolerance, rng)
-        self._everything = fit
-        self.fit = fit.without_force() if too_large(fit.share_of_loss) else fit
+        self.fit = fit
         effects = fit.along[0].sets.effects
         nothing = set.intersection(*(unknowable(one) for one in fit.alone))
         known = np.array([not names & nothing for names in effects])
-        cells = Cells((known * self.fit.weight)[None], self.fit.posterior.ratio > 0.0, effects)
-        self.cells, left_out = cells.counted(own, -math.log(float(cells.total.sum())))
+        self.cells = Cells((known * fit.weight)[None], fit.posterior.ratio > 0.0, effects)
         # all mixtures have the empty set
         weights = {frozenset[str](): 0.0} | self.cells.probabilities
         ranked = sorted(weights.items(), key=lambda pair: -pair[1])
@@ -137,8 +128,6 @@ class JointFamily(MotionFamily):
         self.trail = (
             f"along the measured motions: {len(effects)} sets of effects weighed on {len(fit.alone)} records "
             "together",
-            *too_large(fit.share_of_loss),
-            *left_out,
         )
 
     @property
@@ -165,8 +154,8 @@ class JointFamily(MotionFamily):
 
     @cached_property
     def reading(self) -> Reading:
-        laws = joint_draws(self._everything, self._rng_reading, DRAWS)
-        return self._reading("the sets weighed along the measured motions", self._everything.fits, laws)
+        laws = joint_draws(self.fit, self._rng_reading, DRAWS)
+        return self._reading("the sets weighed along the measured motions", self.fit.fits, laws)
 
     @property
     def notes(self) -> tuple[str, ...]:
