@@ -12,8 +12,7 @@ import friction_bayes as fb
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.mechanics.effects import EFFECTS, Scales
 
-LINEAR = ("displacement", "velocity", "acceleration")
-ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
+__all__ = ["AnyDecay", "any_decay"]
 
 
 class AnyDecay(NamedTuple):
@@ -50,8 +49,7 @@ def any_decay(name: str, quantity: str, rng: np.random.Generator) -> AnyDecay:
     frequency = rate / per_period
     moving = _between(rng, 0.01, 10.0)
     stiffness = moving * (2.0 * math.pi * frequency) ** 2
-    angular = quantity in ANGULAR
-    if angular:
+    if QUANTITIES[quantity].angular:
         kind = fb.Pendulum if rng.random() < 0.3 else fb.Oscillator
         system = kind(inertia=moving, stiffness=stiffness)
         amplitude = _between(rng, 0.05, 2.0)

@@ -19,8 +19,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import special
 
-from friction_bayes.loop.candidate import INCLUSION, PRIOR_LOG_ODDS
 from friction_bayes.loop.family import FamilyDraws
+from friction_bayes.loop.inclusion import INCLUSION, PRIOR_LOG_ODDS
 
 __all__ = ["prior_sensitivity"]
 

@@ -12,10 +12,10 @@ from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.text import percent
-from friction_bayes.loop.candidate import INCLUSION
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.friction import friction_scale
 from friction_bayes.loop.friction_range import Reading
+from friction_bayes.loop.inclusion import INCLUSION
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.random_force.cells import Cells
 from friction_bayes.loop.random_force.correlated_error import NO_ERROR
