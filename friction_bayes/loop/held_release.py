@@ -36,7 +36,7 @@ def held_samples(decay: FreeDecay) -> int:
         return 0
     angle = decay.frequency * decay.step
     values = decay.values[: int(math.pi / angle) + 1]
-    time = angle * np.arange(values.size)
+    time: Array = angle * np.arange(values.size, dtype=np.float64)
     longest = values.size // 2
     in_motion = np.column_stack([np.ones_like(time), _terms(time, 0), _terms(time, 1)])
     if values.size < 2 * in_motion.shape[1]:

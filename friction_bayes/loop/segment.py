@@ -187,9 +187,9 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     tame = np.where(spikes, smooth, values)
     decay = find_free_decay(with_values(record, tame), system, resolution=resolution)
     clips = clipped_fraction(values)[1] is not None
-    held = 0 if clips else held_samples(decay)
-    if held:
-        start = decay.start_time + held * decay.step
+    before_release = 0 if clips else held_samples(decay)
+    if before_release:
+        start = decay.start_time + before_release * decay.step
         decay = find_free_decay(with_values(record, tame), system, start=start, resolution=resolution)
     clock = np.asarray(record["time"].values, dtype=np.float64)
     first = int(np.searchsorted(clock, decay.start_time))
@@ -224,7 +224,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
         block=block,
         spread=spread[first : first + n],
         resolution=resolution,
-        held=held,
+        held=before_release,
     )
 
 
