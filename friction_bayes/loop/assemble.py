@@ -124,7 +124,7 @@ def assemble_report(
         contradicted=best.contradicted,
     ).against()
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
-    sensitivity = prior_sensitivity(mixture.draws)
+    sensitivity = prior_sensitivity(mixture.draws, mixture.sets)
     alone, readings = coulomb_alone(before, rng_before), None
     if word == UNEXPLAINED:
         read = [family.reading for family in everyone]

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.fit import LoopFit
+from friction_bayes.loop.inclusion import INCLUSION
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
 __all__ = [
-    "INCLUSION",
     "MOST_EFFECTS",
-    "PRIOR_LOG_ODDS",
     "SENSOR_ZERO",
     "Candidate",
     "EffectSets",
@@ -25,10 +24,6 @@ __all__ = [
     "set_name",
 ]
 
-INCLUSION = 0.1
-"""Prior probability that an effect acts, independently for each."""
-PRIOR_LOG_ODDS = math.log(INCLUSION / (1.0 - INCLUSION))
-"""Of one effect."""
 MOST_EFFECTS = 3
 """Effects at once, those of the sensor's zero and those that are certain not counted."""
 SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})

@@ -138,12 +138,10 @@ def close_loop(
     if varying_friction or (sought and several):
         unwanted = () if random_force == "auto" else (RANDOM_FORCE.name,)
         weighed = tuple(name for name in allowed if name not in unwanted)
-        own = tuple(name for name in weighed if name not in tried)
         joint = joint_family(
             segments,
             system,
             weighed,
-            own,
             tolerance,
             rng_joint,
             varying=varying_friction,

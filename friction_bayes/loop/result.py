@@ -140,7 +140,8 @@ class LoopReport:
         loss of amplitude, ``upper95`` below which it lies with 95 % if there is any, and ``unit``.
     prior_sensitivity : dict
         By how many of its sd the mean of friction after would move were the priors of all effects ``0.1`` or
-        ``10`` times as wide; None where the draws do not tell.
+        ``10`` times as wide, and were each effect half or twice as probable before the record
+        (``inclusion_halved``, ``inclusion_doubled``); None where the draws do not tell.
     held_out_error, residual, noise, paper_procedure : dict
     frequency : dict
         Mean and sd of what was found, ``declared`` sqrt(k/m), unit; where they differ ``from_stiffness`` and

@@ -11,7 +11,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.autoregression import correlation_length
-from friction_bayes.loop.candidate import INCLUSION, SearchResult
+from friction_bayes.loop.candidate import SearchResult
 from friction_bayes.loop.draws import candidate_draws
 from friction_bayes.loop.effect_summaries import (
     clipping_parameters,
@@ -24,6 +24,7 @@ from friction_bayes.loop.family import FamilyDraws
 from friction_bayes.loop.fit import LoopFit
 from friction_bayes.loop.forecast import Forecast, forecast_records
 from friction_bayes.loop.friction_range import Reading
+from friction_bayes.loop.inclusion import INCLUSION
 from friction_bayes.loop.model import LoopModel
 from friction_bayes.loop.next_experiment import Contender
 from friction_bayes.loop.noise import LEAST_NOISE

@@ -17,6 +17,7 @@ from friction_bayes.decay.block_means import amplitude_kept, block_means, sample
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.phase_tracking import nearest_turning_points
+from friction_bayes.loop.held_release import held_samples
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import sampling_interval
 from friction_bayes.records.held_readings import set_held_readings_aside
@@ -64,6 +65,8 @@ class Segment:
         Mean square distance of those samples from it.
     resolution : float or None
         Step of the digitiser or encoder, unit of the signal; None where none shows.
+    held : int
+        Values before the first of them that were read before the release.
     """
 
     decay: FreeDecay
@@ -77,11 +80,17 @@ class Segment:
     block: int
     spread: Array
     resolution: float | None = None
+    held: int = 0
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What a reader must know of the record and of what was done to it before any model."""
         notes = self.decay.notes
+        if self.held:
+            notes += (
+                f"{self.decay.name}: held at first: the {self.held * self.block} samples before the release, "
+                f"until {self.decay.start_time:.4g} s, are left out",
+            )
         if self.block > 1:
             notes += (
                 f"{self.decay.name}: averaged in blocks of {self.block} samples, as a period holds so many; "
@@ -177,13 +186,18 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     smooth, spikes = _spikes(values, system.natural_frequency * sampling_interval(record))
     tame = np.where(spikes, smooth, values)
     decay = find_free_decay(with_values(record, tame), system, resolution=resolution)
+    clips = clipped_fraction(values)[1] is not None
+    before_release = 0 if clips else held_samples(decay)
+    if before_release:
+        start = decay.start_time + before_release * decay.step
+        decay = find_free_decay(with_values(record, tame), system, start=start, resolution=resolution)
     clock = np.asarray(record["time"].values, dtype=np.float64)
     first = int(np.searchsorted(clock, decay.start_time))
     moving = decay.values.size
     n = min(values.size - first, moving + round(_REST_KEPT * moving) if decay.stops else moving)
     used = values[first : first + n]
     sides = np.zeros(n)
-    if clipped_fraction(values)[1] is not None:
+    if clips:
         # the sensor's range may be symmetric or not: an end is clipped where it is held
         for side, end in ((1.0, values.max()), (-1.0, values.min())):
             held = np.abs(used - end) <= ROUNDING * np.ptp(values)
@@ -210,6 +224,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
         block=block,
         spread=spread[first : first + n],
         resolution=resolution,
+        held=before_release,
     )
 
 

@@ -8,6 +8,7 @@ that neighbours share kept a law out of the mixture, five of twelve named timing
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import friction_bayes as fb
 
@@ -35,3 +36,23 @@ def test_nothing_beside_it(seed: int) -> None:
         assert probability.pop("periodic_interference") > 0.95
         others.append(max(probability.values(), default=0.0))
     assert np.sum(np.array(others) > 0.5) <= 1
+
+
+def test_several_lines_are_one_effect(seed: int) -> None:
+    """The search fits one line; both are in the law along the motion, which then leaves noise."""
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.3,
+        initial_displacement=0.02,
+        duration=6.0,
+        sampling_rate=400.0,
+        noise_sd=5e-5,
+        seed=seed,
+    )
+    angle = 2.0 * np.pi * record["time"].values
+    hum = 4e-4 * np.sin(50.0 * angle + 0.4) + 2e-4 * np.sin(150.0 * angle)
+    report = fb.close_loop([record.copy(data=record.values + hum)], SYSTEM, seed=1)
+    assert report.verdict != "unexplained"
+    (interference,) = report.effects
+    assert interference["name"] == "periodic_interference"
+    assert [line["frequency"]["mean"] for line in interference["lines"]] == pytest.approx([50, 150], abs=0.01)

@@ -6,30 +6,19 @@ that stand for the same effects.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.core.text import percent
-from friction_bayes.loop.candidate import INCLUSION
-from friction_bayes.mechanics.effects import EFFECTS, NoiseEffect
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
-__all__ = ["LEAST_COUNTED", "Cells"]
+__all__ = ["Cells"]
 
 Names = frozenset[str]
 
-LEAST_COUNTED = 0.05
-"""Probability of an effect that the search does not try below which no candidate has it.
-
-So little can neither keep a law from 95 % nor move friction's interval noticeably; but several effects at a
-few per cent each, which a record that says little of them leaves them, would keep any law from that. Of a
-kind of noise it is the probability before the record.
-"""
 _LEAST = 1e-12
 """Share of the probability of all that counts."""
 
@@ -99,43 +88,3 @@ class Cells:
             ]
         )
         return np.asarray(table[:, self.forced.astype(int)][:, :, which])
-
-    def counted(self, own: Iterable[str], log_share: float) -> tuple[Cells, tuple[str, ...]]:
-        """Leave out the candidates with effects that are too improbable (see :data:`LEAST_COUNTED`).
-
-        Parameters
-        ----------
-        own : iterable of str
-            Effects that the search does not try.
-        log_share : float
-            Logarithm of the factor from ``weight`` to probabilities over all families, which may be beyond
-            what a float holds where all that counts is improbable here.
-
-        Returns
-        -------
-        cells : Cells
-        steps : tuple of str
-            A line on each effect that is left out.
-        """
-        own = tuple(own)
-        own_sums = {name: sum(p for names, p in self.probabilities.items() if name in names) for name in own}
-        probability = {
-            name: math.exp(log_share + math.log(p)) if p > 0.0 else 0.0 for name, p in own_sums.items()
-        }
-        # how the noise is distributed moves friction's interval by next to nothing
-        least = {name: INCLUSION if isinstance(EFFECTS[name], NoiseEffect) else LEAST_COUNTED for name in own}
-        small = {name: p for name, p in probability.items() if p < least[name]}
-        steps = (
-            f"{name} has a probability of {percent(p)}: left out" for name, p in small.items() if p > 0.0
-        )
-        return self._without(small.keys()), tuple(steps)
-
-    def _without(self, effects: Iterable[str]) -> Cells:
-        """The same without candidates that have any of these effects."""
-        unwanted = set(effects)
-        kept = np.array([not names & unwanted for names in self.effects])
-        weight = self.weight * kept
-        if RANDOM_FORCE.name in unwanted:
-            weight[:, self.forced] = 0.0
-        weight[[bool(noise & unwanted) for noise in self.noises]] = 0.0
-        return replace(self, weight=weight)

@@ -167,10 +167,10 @@ def force_columns(
     coefficients += [c for c in others if along(c, c.prior.scale).any()]
     size = first.prior.scale
     base = along(first, size)
-    if not np.allclose(along(first, 2.0 * size), 2.0 * base, rtol=1e-6, atol=0.0):
+    if not _same_force(along(first, 2.0 * size), 2.0 * base):
         yield from _bent_friction(name, first, scales, evaluator)
         return
-    of_friction = not np.allclose(along(first, size, friction=2.0), base, rtol=1e-6, atol=0.0)
+    of_friction = not _same_force(along(first, size, friction=2.0), base)
     shaping = [c for c in others if c not in coefficients]
     for score in _SCORES if shaping else (0.0,):
         for coefficient in coefficients:
@@ -186,6 +186,11 @@ def force_columns(
             at_nodes, at_samples = (along(coefficient, 1.0, score, samples=s) for s in (False, True))
             for widened in column.in_widths():
                 yield widened, at_nodes, at_samples
+
+
+def _same_force(one: Array, other: Array) -> bool:
+    """Whether two forces are one but for rounding, of which the faintest values have most."""
+    return bool(np.max(np.abs(one - other)) <= 1e-6 * np.max(np.abs(other)))
 
 
 def _shape(coordinate: Coordinate, score: float, scores: Sequence[float]) -> Shape:

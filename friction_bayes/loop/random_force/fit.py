@@ -165,12 +165,6 @@ class ForceFit:
         return max(median, friction_of_loss(self.path.turning_x))
 
     @property
-    def share_of_loss(self) -> float:
-        """Sd of the random force over the friction that alone would explain the loss of amplitude."""
-        best = self.posterior.best
-        return best.ratio * best.noise / friction_of_loss(self.path.turning_x)
-
-    @property
     def log_gain(self) -> float:
         """Log evidence with a random force over that without one, both averaged over the sets."""
         points = self.posterior.points

@@ -12,18 +12,18 @@ from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.text import percent
-from friction_bayes.loop.candidate import INCLUSION
 from friction_bayes.loop.draws import DRAWS
 from friction_bayes.loop.friction import friction_scale
 from friction_bayes.loop.friction_range import Reading
+from friction_bayes.loop.inclusion import INCLUSION
 from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.random_force.cells import LEAST_COUNTED, Cells
+from friction_bayes.loop.random_force.cells import Cells
 from friction_bayes.loop.random_force.correlated_error import NO_ERROR
 from friction_bayes.loop.random_force.drawn_laws import DrawnLaws
-from friction_bayes.loop.random_force.draws import law_draws
+from friction_bayes.loop.random_force.draws import LEAST_PROBABILITY, law_draws
 from friction_bayes.loop.random_force.evidence import log_scale
 from friction_bayes.loop.random_force.fit import ForceFit
-from friction_bayes.loop.random_force.motion_family import MotionFamily, too_large
+from friction_bayes.loop.random_force.motion_family import MotionFamily
 from friction_bayes.loop.random_force.pushing import pushing
 from friction_bayes.loop.random_force.sampler_check import check_random_force
 from friction_bayes.loop.random_force.slight_beside_law import beside_set
@@ -32,6 +32,7 @@ from friction_bayes.loop.random_force.unknowable import unknowable
 from friction_bayes.loop.random_force.witnesses import Witnesses, two_witnesses
 from friction_bayes.loop.search_family import SearchFamily
 from friction_bayes.loop.slight_effects import SlightEffect
+from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
@@ -69,11 +70,7 @@ class ForceFamily(MotionFamily):
         self.found, self.fit = search.found, fit
         self.slight_force = slight_force(fit)
         shift = self._log_scale(allowed)
-        cells = self._weighed_here()
-        logs = shift + np.log([*cells.probabilities.values()])
-        total = np.logaddexp.reduce([*search.log_weights, *logs])
-        own = (name for name in allowed if name not in self.found.allowed)
-        self.cells, left_out = cells.counted(own, float(shift - total))
+        self.cells = self._weighed_here()
         ranked = sorted(self.cells.probabilities.items(), key=lambda pair: -pair[1])
         self.sets = tuple(names for names, _ in ranked)
         self.log_weights = np.array([math.log(p) + shift for _, p in ranked])
@@ -82,9 +79,7 @@ class ForceFamily(MotionFamily):
             f"along the measured motion: {len(fit.sets.effects)} sets of effects weighed with and without "
             f"a random force, log evidence {fit.log_gain:+.1f} with it"
             + (f"; lines that may be there: {lines}" if lines else ""),
-            *too_large(fit.share_of_loss),
             *self._left_out_as_pushing(),
-            *left_out,
         )
 
     def _log_scale(self, allowed: tuple[str, ...]) -> float:
@@ -104,7 +99,7 @@ class ForceFamily(MotionFamily):
 
     def _left_out_as_pushing(self) -> tuple[str, ...]:
         share = float(self.fit.posterior.weight[:, self._pushing].sum())
-        if share < LEAST_COUNTED:
+        if share < LEAST_PROBABILITY:
             return ()
         return (f"sets whose dry friction would drive the motion, {percent(share)} likely, are left out",)
 
@@ -124,10 +119,7 @@ class ForceFamily(MotionFamily):
     def _weighed_here(self) -> Cells:
         """All but what the search has, of which the samples say something, under each kind of noise."""
         fit, nothing = self.fit, unknowable(self.fit)
-        forced = fit.posterior.ratio > 0.0
         known = np.array([not names & nothing for names in fit.sets.effects]) & ~self._pushing
-        if too_large(fit.share_of_loss):
-            known = known & ~forced[:, None]
         # under errors that neighbours share a set is another hypothesis than under the search's white noise
         other_noise = fit.error != NO_ERROR and not any(ar.size for ar in self.found.ar)
         weights = []
@@ -135,7 +127,7 @@ class ForceFamily(MotionFamily):
             own = ~_known_to_search(fit, self.found.allowed, noise) | other_noise
             weights.append(probability * (own & known) * fit.posterior.weight)
         kinds = [noise | _certain(fit) for noise in fit.sensor_noise.probabilities]
-        return Cells(np.array(weights), forced, fit.sets.effects, kinds)
+        return Cells(np.array(weights), fit.posterior.ratio > 0.0, fit.sets.effects, kinds)
 
     @cached_property
     def laws(self) -> DrawnLaws:
@@ -159,7 +151,6 @@ class ForceFamily(MotionFamily):
 
     @cached_property
     def reading(self) -> Reading:
-        """A force too large for a fluctuation counts here: it stands for the unknown, which is what acts."""
         laws = DrawnLaws.of_one(law_draws(self.fit, self._rng_reading, DRAWS))
         return self._reading("the sets weighed along the measured motion", (self.fit,), laws)
 
@@ -212,10 +203,14 @@ def log_share_of_search(fit: ForceFit, tried: Collection[str]) -> float:
 
 
 def _known_to_search(fit: ForceFit, tried: Collection[str], noise: frozenset[str]) -> Mask:
-    """Points and sets that it has, under one kind of noise, shape (g, m): dry friction, and no knocks."""
+    """Points and sets that it has, under one kind of noise, shape (g, m): dry friction, and no knocks.
+
+    Its interference has one line.
+    """
     if fit.knocks:
         return np.zeros((fit.posterior.ratio.size, len(fit.sets.effects)), np.bool_)
-    has = np.array([(names | noise).issubset(tried) for names in fit.sets.effects]) & fit.rubs
+    several = {PERIODIC_INTERFERENCE.name} if sum(line.steady for line in fit.lines) > 1 else set()
+    has = np.array([(names | noise) <= set(tried) - several for names in fit.sets.effects]) & fit.rubs
     return np.asarray((fit.posterior.ratio == 0.0)[:, None] & has)
 
 

@@ -20,7 +20,7 @@ from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.posterior import Posterior
 from friction_bayes.estimators.random_force.subsets import weigh_sets
 from friction_bayes.estimators.random_force.whitening import Clock, whiten
-from friction_bayes.loop.candidate import PRIOR_LOG_ODDS
+from friction_bayes.loop.inclusion import PRIOR_LOG_ODDS
 from friction_bayes.mechanics.effects import GrowingNoiseEffect, Prior
 
 __all__ = ["NoiseGrowth", "find_noise_growth"]

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import Any
 
@@ -29,7 +28,7 @@ from friction_bayes.loop.random_force.fit import ForceFit
 from friction_bayes.loop.random_force.joint_check import check_together
 from friction_bayes.loop.random_force.joint_draws import joint_draws
 from friction_bayes.loop.random_force.joint_fit import JointFit, fit_together
-from friction_bayes.loop.random_force.motion_family import MotionFamily, too_large
+from friction_bayes.loop.random_force.motion_family import MotionFamily
 from friction_bayes.loop.random_force.slight_beside_law import beside_joint_set
 from friction_bayes.loop.random_force.unknowable import unknowable
 from friction_bayes.loop.searched import coulomb_model
@@ -50,7 +49,6 @@ def joint_family(
     segments: tuple[Segment, ...],
     system: Oscillator,
     allowed: tuple[str, ...],
-    own: tuple[str, ...],
     tolerance: float,
     rng: np.random.Generator,
     *,
@@ -65,8 +63,6 @@ def joint_family(
     system : Oscillator
     allowed : tuple of str
         Effects that may act.
-    own : tuple of str
-        Those of them that a search does not try.
     tolerance : float
         Share of friction below which a force that depends on the motion does not matter.
     rng : numpy.random.Generator
@@ -94,7 +90,7 @@ def joint_family(
         return None
     white = tuple(np.zeros(0) for _ in segments)
     before = coulomb_model(system, segments, white, SENSOR_OFFSET.name)
-    return JointFamily(before, fit, allowed, own, tolerance, rng)
+    return JointFamily(before, fit, allowed, tolerance, rng)
 
 
 class JointFamily(MotionFamily):
@@ -110,8 +106,6 @@ class JointFamily(MotionFamily):
     fit : JointFit
     allowed : sequence of str
         Effects that may act.
-    own : sequence of str
-        Those of them that a search does not try.
     tolerance : float
         Share of friction below which a force that depends on the motion does not matter.
     rng : numpy.random.Generator
@@ -123,13 +117,11 @@ class JointFamily(MotionFamily):
         before: LoopFit,
         fit: JointFit,
         allowed: Sequence[str],
-        own: Sequence[str],
         tolerance: float,
         rng: np.random.Generator,
     ) -> None:
         super().__init__(before, tolerance, rng)
-        self._everything = fit
-        self.fit = fit.without_force() if too_large(fit.share_of_loss) else fit
+        self.fit = fit
         effects = fit.along[0].sets.effects
         nothing = set.intersection(*(unknowable(one) for one in fit.alone))
         known = np.array([not names & nothing for names in effects])
@@ -139,8 +131,7 @@ class JointFamily(MotionFamily):
         noises = {certain: 1.0 - spoilt, certain | {OUTLIERS.name}: spoilt}
         weights = [share * known * self.fit.weight for share in noises.values() if share > 0.0]
         kinds = [noise for noise, share in noises.items() if share > 0.0]
-        cells = Cells(np.array(weights), self.fit.posterior.ratio > 0.0, effects, kinds)
-        self.cells, left_out = cells.counted(own, -math.log(float(cells.total.sum())))
+        self.cells = Cells(np.array(weights), fit.posterior.ratio > 0.0, effects, kinds)
         # all mixtures have the empty set
         by_set = {frozenset[str](): 0.0} | self.cells.probabilities
         ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
@@ -150,8 +141,6 @@ class JointFamily(MotionFamily):
         self.trail = (
             f"along the measured motions: {len(effects)} sets of effects weighed on {len(fit.alone)} records "
             "together",
-            *too_large(fit.share_of_loss),
-            *left_out,
         )
 
     @property
@@ -185,8 +174,8 @@ class JointFamily(MotionFamily):
 
     @cached_property
     def reading(self) -> Reading:
-        laws = joint_draws(self._everything, self._rng_reading, DRAWS)
-        return self._reading("the sets weighed along the measured motions", self._everything.fits, laws)
+        laws = joint_draws(self.fit, self._rng_reading, DRAWS)
+        return self._reading("the sets weighed along the measured motions", self.fit.fits, laws)
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -90,21 +90,9 @@ class JointFit:
         sets = len(self.along[0].sets.effects)
         return np.array([np.bincount(self.problem.number, point, sets) for point in self.posterior.weight])
 
-    @property
-    def share_of_loss(self) -> float:
-        """Sd of the random force over the friction that alone would explain the loss of amplitude."""
-        best = self.posterior.best
-        return best.ratio * best.noise / _friction_of_loss(self.along)
-
     def among(self, cells: Mask) -> JointFit:
         """The same given that the truth is at some of the points and sets, ``cells`` of shape (g, m)."""
         return replace(self, posterior=self.posterior.among(cells[:, self.problem.number]))
-
-    def without_force(self) -> JointFit:
-        """All sets weighed anew along these motions, without a random force."""
-        some = self.spreads[self.spreads > 0.0]
-        varying = some.size == self.spreads.size
-        return _weighed(self.alone, self.records, self.along, some, varying=varying, forced=False)
 
     @cached_property
     def fits(self) -> tuple[ForceFit, ...]:

@@ -44,19 +44,11 @@ from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
-__all__ = ["MotionFamily", "too_large"]
-
-_LARGEST_SHARE = 1.5
-"""Sd of a random force, over the friction that alone would explain the loss of amplitude, above which it is
-no fluctuation but stands for the unknown."""
+__all__ = ["MotionFamily"]
 
 
 class MotionFamily(ABC):
     """Candidates weighed along measured motions (see :class:`friction_bayes.loop.family.Family`).
-
-    What is improbable of the effects that the search does not try is left out (see
-    :data:`friction_bayes.loop.random_force.cells.LEAST_COUNTED`), and no random force is larger than what the
-    loss of amplitude could be friction of (:func:`too_large`): its prior ends there.
 
     Parameters
     ----------
@@ -272,19 +264,6 @@ class MotionFamily(ABC):
 
     def contender(self, names: frozenset[str]) -> Contender | None:
         return drawn_contender(self.laws, self.candidate == self.sets.index(names))
-
-
-def too_large(share: float) -> tuple[str, ...]:
-    """What the trail says of a random force that is no fluctuation; empty where it may be one.
-
-    Parameters
-    ----------
-    share : float
-        Its sd over the friction that alone would explain the loss of amplitude.
-    """
-    if share <= _LARGEST_SHARE:
-        return ()
-    return (f"{RANDOM_FORCE.name} is {share:.2g} times the friction that explains the loss: no fluctuation",)
 
 
 def _parameters_of_sensor(name: str, fit: ForceFit, units: dict[str, str]) -> dict[str, dict[str, Any]]:

@@ -17,7 +17,7 @@ from scipy.special import logsumexp
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.estimators.random_force.law_regression import LawRegression
 from friction_bayes.estimators.random_force.posterior import Posterior, integrate
-from friction_bayes.loop.candidate import PRIOR_LOG_ODDS
+from friction_bayes.loop.inclusion import PRIOR_LOG_ODDS
 from friction_bayes.loop.noise import NoiseFit
 from friction_bayes.loop.random_force.growing_noise import NoiseGrowth, find_noise_growth
 from friction_bayes.loop.random_force.knocks import log_odds_of_knocks

@@ -10,7 +10,8 @@ from itertools import chain, combinations, product
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.loop.candidate import INCLUSION, MOST_EFFECTS, SENSOR_ZERO
+from friction_bayes.loop.candidate import MOST_EFFECTS, SENSOR_ZERO
+from friction_bayes.loop.inclusion import INCLUSION
 from friction_bayes.loop.random_force.columns import LawColumns
 from friction_bayes.loop.random_force.lines import OF_LINES
 from friction_bayes.mechanics.effects import EFFECTS

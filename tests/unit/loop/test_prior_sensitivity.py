@@ -10,6 +10,9 @@ from decays import SYSTEM, slow_decay
 from friction_bayes.loop.family import FamilyDraws
 from friction_bayes.loop.prior_sensitivity import prior_sensitivity
 
+ONE = (frozenset({"viscous_damping"}),)
+TWO = (frozenset[str](), frozenset({"viscous_damping"}))
+
 
 def draws(likelihood_mean: float, likelihood_sd: float, size: int = 200_000) -> FamilyDraws:
     """Friction equal to one coefficient with a standard normal prior and a normal likelihood."""
@@ -34,12 +37,12 @@ def test_shift_is_that_of_the_other_posterior(factor: float) -> None:
     variance = 1.0 / (1.0 + sd**-2)
     other = mean / sd**2 / (factor**-2 + sd**-2)
     expected = (other - variance * mean / sd**2) / np.sqrt(variance)
-    assert prior_sensitivity(draws(mean, sd))[f"{factor:g}"] == pytest.approx(expected, abs=0.02)
+    assert prior_sensitivity(draws(mean, sd), ONE)[f"{factor:g}"] == pytest.approx(expected, abs=0.02)
 
 
 def test_a_posterior_that_lies_elsewhere_is_not_told() -> None:
     # two standard deviations of the prior, known to a tenth: a tenth of the prior pulls it half way to zero
-    assert prior_sensitivity(draws(2.0, 0.1, 4000))["0.1"] is None
+    assert prior_sensitivity(draws(2.0, 0.1, 4000), ONE)["0.1"] is None
 
 
 def test_occam_factors_count() -> None:
@@ -56,9 +59,12 @@ def test_occam_factors_count() -> None:
         coefficients=with_one,
         squares=nothing,
     )
-    moved = prior_sensitivity(some)
+    moved = prior_sensitivity(some, TWO)
     assert moved["10"] == pytest.approx((1.0 / 11.0 - 0.5) / 0.5, abs=1e-3)
     assert moved["0.1"] == pytest.approx((10.0 / 11.0 - 0.5) / 0.5, abs=1e-3)
+    # prior odds of 1/9 become 1/19 and 2/8
+    for name, factor in (("inclusion_halved", 9.0 / 19.0), ("inclusion_doubled", 9.0 / 4.0)):
+        assert moved[name] == pytest.approx((factor / (1.0 + factor) - 0.5) / 0.5, abs=1e-3)
 
 
 def test_a_report_says_it() -> None:
@@ -66,7 +72,7 @@ def test_a_report_says_it() -> None:
     record = slow_decay(duration=20.0, sampling_rate=100.0, effects=damping, seed=1)
     report = fb.close_loop([record], SYSTEM, seed=1)
     shifts = report.prior_sensitivity
-    assert set(shifts) == {"0.1", "10"}
+    assert set(shifts) == {"0.1", "10", "inclusion_halved", "inclusion_doubled"}
     assert any(shift is not None and shift != 0.0 for shift in shifts.values())
 
 
@@ -84,5 +90,5 @@ def test_what_a_few_far_draws_decide_is_not_told() -> None:
         coefficients=far.astype(int),
         squares=nothing,
     )
-    assert prior_sensitivity(some)["0.1"] is None
-    assert prior_sensitivity(some)["10"] is not None
+    assert prior_sensitivity(some, TWO)["0.1"] is None
+    assert prior_sensitivity(some, TWO)["10"] is not None

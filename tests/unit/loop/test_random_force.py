@@ -18,7 +18,6 @@ from friction_bayes.decay.block_means import block_means
 from friction_bayes.estimators.random_force.measured_path import MeasuredPath
 from friction_bayes.estimators.random_force.whitening import sensor_row
 from friction_bayes.loop.evidence import log_evidence
-from friction_bayes.loop.random_force.cells import LEAST_COUNTED
 from friction_bayes.loop.random_force.columns import law_columns
 from friction_bayes.loop.random_force.evidence import log_evidence_without_force
 from friction_bayes.loop.random_force.fit import fit_random_force
@@ -169,7 +168,7 @@ def test_no_force_is_made_of_the_jumps_in_an_acceleration(seed: int) -> None:
 def test_a_record_without_one_hardly_notices(seed: int) -> None:
     record = short_decay(seed=seed)
     alone, averaged = (fb.close_loop([record], SYSTEM, seed=1, random_force=r) for r in ("none", "auto"))
-    assert averaged.random_force is None or LEAST_COUNTED <= averaged.random_force["probability"] < 0.2
+    assert averaged.random_force is None or averaged.random_force["probability"] < 0.2
     assert averaged.candidates[0]["effects"] == alone.candidates[0]["effects"]
     assert averaged.friction_after["mean"] == pytest.approx(
         alone.friction_after["mean"], abs=alone.friction_after["sd"]
@@ -251,14 +250,10 @@ def test_a_lag_of_the_sensor_is_followed_until_the_turning_points_stay(seed: int
     assert right >= 3
 
 
-def test_what_is_improbable_is_left_out_and_said_to_be(seed: int) -> None:
+def test_no_hypothesis_is_dropped_for_being_improbable(seed: int) -> None:
     report = fb.close_loop([short_decay(seed=seed)], SYSTEM, seed=1)
-    left_out = [step.split()[0] for step in report.trail if step.endswith("left out")]
-    assert "presliding" in left_out
     for name in ("random_force", "presliding", "sensor_hysteresis", "timing_jitter"):
-        held = sum(c["probability"] for c in report.candidates if name in c["effects"])
-        # what is kept is so by its probability before the others were left out
-        assert held == 0.0 if name in left_out else held > 0.9 * LEAST_COUNTED
+        assert 0.0 < sum(c["probability"] for c in report.candidates if name in c["effects"]) < 0.5
     assert sum(c["probability"] for c in report.candidates) == pytest.approx(1.0)
 
 

@@ -9,7 +9,6 @@ from scipy.signal import lfilter
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.core.errors import InputError
-from friction_bayes.loop.random_force.cells import LEAST_COUNTED
 from friction_bayes.plotting.loop import plot_friction_between_records
 from friction_bayes.report.story import loop_story
 
@@ -184,14 +183,11 @@ def test_one_spoilt_record_spoils_no_other(fault: str, unsteady: bool) -> None:
     assert found.held_out_error["noise_floor"] < 3.0 * whole.held_out_error["noise_floor"]
 
 
-def test_what_is_improbable_is_left_out_of_several_records_too() -> None:
+def test_what_is_improbable_is_weighed_in_several_records_too() -> None:
     found = fb.close_loop(releases(0.07, 0.07), SYSTEM, seed=1)
-    left_out = [step.split()[0] for step in found.trail if step.endswith("left out")]
-    assert "random_force" in left_out
     for name in ("random_force", "presliding", "sensor_hysteresis"):
-        held = sum(c["probability"] for c in found.candidates if name in c["effects"])
-        assert held == 0.0 if name in left_out else held > LEAST_COUNTED
-    assert found.random_force is None
+        assert 0.0 < sum(c["probability"] for c in found.candidates if name in c["effects"]) < 0.5
+    assert found.random_force is not None
     assert all(trace.fluctuation is None for trace in found.traces)
     assert found.friction_between_records is not None
 

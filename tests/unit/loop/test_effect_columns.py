@@ -1,0 +1,47 @@
+"""Effects as columns along a path, where the path is far from what the record moves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from decays import SYSTEM
+from friction_bayes.core.quantities import QUANTITIES
+from friction_bayes.estimators.random_force.measured_path import MeasuredPath
+from friction_bayes.loop.random_force.effect_columns import ForceEvaluator, force_columns
+from friction_bayes.mechanics.effects import Scales
+
+
+@pytest.mark.parametrize("swing", [1.0, 2.72])
+def test_a_force_is_linear_in_its_size_however_fast_the_motion(swing: float) -> None:
+    """At 27 Stribeck velocities the excess is so faint that rounding is as large as it is."""
+    scales = Scales(
+        system=SYSTEM, quantity=QUANTITIES["acceleration"], amplitude=0.01, duration=4.0, sampling_rate=500.0
+    )
+    phase = np.linspace(0.0, 40.0, 2000)
+    path = MeasuredPath.through(phase, swing * 0.01 * np.cos(phase), -swing * 0.01 * np.sin(phase))
+    evaluator = ForceEvaluator(path, 10.0, 10.0, 1000.0, friction=1e-3, duration=4.0)
+    columns = [column for column, _, _ in force_columns("stribeck_friction", scales, evaluator)]
+    assert {column.kind for column in columns} == {"effect"}
+    assert {column.parameter for column in columns} == {"static_excess"}
+    assert all(column.of_friction for column in columns)
+
+
+def test_a_drift_larger_than_the_swing_of_an_accelerometer_is_traced(seed: int) -> None:
+    """Before any law is known it is a motion of fifteen times the swing."""
+    record = fb.simulate(
+        SYSTEM,
+        friction=0.1,
+        initial_displacement=0.01,
+        duration=10.0,
+        sampling_rate=200.0,
+        quantity="acceleration",
+        noise_sd=2e-3,
+        seed=seed,
+    )
+    begun = record["time"].values > 0.2
+    drift = 0.3 * record["time"].values / 10.0
+    report = fb.close_loop([record.copy(data=record.values + drift)[begun]], SYSTEM, seed=1)
+    assert [effect["name"] for effect in report.effects] == ["sensor_drift"]
+    assert report.friction_after["mean"] == pytest.approx(0.1, abs=4.0 * report.friction_after["sd"])

@@ -1,0 +1,54 @@
+"""Samples that were read before the mass was let go are no outliers of the sensor."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import friction_bayes as fb
+from decays import SYSTEM, short_decay
+from friction_bayes.decay.free_decay import find_free_decay
+from friction_bayes.loop.held_release import held_samples
+
+
+def held(count: int, quantity: str, seed: int) -> xr.DataArray:
+    """A decay of 63 samples a period behind so many samples at rest where it was released."""
+    moving = short_decay(quantity=quantity, noise_sd=0.0).values
+    before = np.full(count, moving[0])
+    noise = 2e-3 * np.max(np.abs(moving)) * np.random.default_rng(seed).standard_normal(moving.size + count)
+    signal = np.concatenate([before, moving]) + noise
+    return fb.make_record(np.arange(signal.size) / 100.0, signal, quantity, name="held.csv")
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "velocity"])
+@pytest.mark.parametrize("count", [3, 10])
+def test_the_decay_begins_behind_them(count: int, quantity: str, seed: int) -> None:
+    """A longer hold is found with the decay, to a few samples."""
+    decay = find_free_decay(held(count, quantity, seed), SYSTEM)
+    begins = 100.0 * decay.start_time + held_samples(decay)
+    assert count - 1.5 < begins < count + 2.5
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "velocity"])
+@pytest.mark.parametrize("after", [0, 3, 10, 25, 40])
+def test_a_record_that_begins_in_motion_has_none(after: int, quantity: str, seed: int) -> None:
+    record = held(0, quantity, seed)
+    assert held_samples(find_free_decay(record[after:], SYSTEM)) == 0
+
+
+def test_a_far_swing_stays_long_where_it_turns_and_is_not_held(seed: int) -> None:
+    pendulum = fb.Pendulum(inertia=0.1, stiffness=10.0)
+    swing = {"initial_displacement": 2.0, "friction": 0.4, "noise_sd": 1e-3}
+    assert held_samples(find_free_decay(short_decay(pendulum, seed=seed, **swing), pendulum)) == 0
+
+
+def test_the_loop_leaves_them_out_and_says_so(seed: int) -> None:
+    report = fb.close_loop([held(3, "displacement", seed)], SYSTEM, seed=1)
+    assert any("samples before the release" in note for note in report.notes)
+    assert report.fitted["from_s"] in (0.03, 0.04)
+    outliers = sum(c["probability"] for c in report.candidates if "outliers" in c["effects"])
+    assert outliers < 0.5
+    low, high = report.friction_after["interval90"]
+    # the middle 90 % widened to 99.7 %
+    assert abs(report.friction_after["mean"] - 0.5) < 0.91 * (high - low)
