@@ -257,6 +257,8 @@ class Fits:
         Its shapes, location and scale.
     frequency, frequency_sd, rest_position, noise_sd : ndarray, shape (records,)
         As in :class:`Fit`.
+    residual : callable, int -> ndarray, or None
+        Residual of the moving part of a record with a posterior; None where the method predicts no signal.
     """
 
     family: Any
@@ -265,6 +267,7 @@ class Fits:
     frequency_sd: Array
     rest_position: Array
     noise_sd: Array
+    residual: Callable[[int], Array] | None = field(default=None, repr=False)
 
     @property
     def found(self) -> Mask:

@@ -28,10 +28,11 @@ from friction_bayes.decay.leaps import LEAST_LEAP, find_leap
 from friction_bayes.decay.located import FOUND, NOT_DECAYING, Located
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
-from friction_bayes.estimators.base import Estimator, FreeDecays
+from friction_bayes.estimators.base import Estimator, Fits, FreeDecays
 from friction_bayes.estimators.equally_probable import EquallyProbable
 from friction_bayes.estimators.estimate import RANDOM_FORCE
 from friction_bayes.estimators.priors import complete_prior
+from friction_bayes.estimators.random_force.noise_level import looks_white
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.waveform.averaged import answered, surely_negative
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
@@ -57,6 +58,8 @@ STATUS = (
 )
 """Meaning of ``status`` 0, 1, 2, ..."""
 
+_COEFFICIENTS = 5
+"""Fitted to each record."""
 _NO_FIT, _CLIPPED, _LEAPS = (STATUS.index(word) for word in ("no_fit", "clipped", "leaps"))
 _CHUNK_VALUES = 4_000_000
 """Most samples worked on at a time, for the memory their spectra take."""
@@ -259,7 +262,7 @@ def _estimate_chunk(
     columns = (*friction, location * length, spread * length, over_low, over_high)
     rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
     table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
-    return _answered(table, decays, found, estimator, prior) if with_force else table
+    return _answered(table, decays, fits, estimator, prior) if with_force else table
 
 
 def _set_leaps_apart(values: Array, located: Located) -> None:
@@ -324,14 +327,22 @@ def _in_force(family: Any, coefficient: tuple[Array, ...], factors: tuple[ForceF
 
 
 def _answered(
-    table: Array, decays: FreeDecays, found: Mask, estimator: Estimator, prior: Mapping[str, float]
+    table: Array, decays: FreeDecays, fits: Fits, estimator: Estimator, prior: Mapping[str, float]
 ) -> Array:
-    """Answer as :func:`friction_bayes.estimate` does, row by row, and add the columns of a random force."""
+    """Add the columns of a random force, and answer as :func:`friction_bayes.estimate` does.
+
+    But where a glance at the residual shows white noise alone: the fit is the answer there, and what
+    ``estimate`` adds to it is the few per cent of a force that no record excludes.
+    """
+    assert fits.residual is not None
     table = np.column_stack([table, np.full((len(table), len(_FORCE_COLUMNS)), np.nan)])
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
     system, kind, unit = decays.system, decays.quantity, decays.unit
-    for row in np.flatnonzero(found).tolist():
+    for row in np.flatnonzero(fits.found).tolist():
         decay = decays.decay(row)
+        phase = fits.frequency[row] * decay.time
+        if looks_white(fits.residual(row), phase, kind.order, _COEFFICIENTS):
+            continue
         status = _CLIPPED if saturation_level(decay) is not None else FOUND
         if status == FOUND:
             decay, fit = answered(decay, partial(estimator.fit, prior=prior, peaks=PEAKS[0]))

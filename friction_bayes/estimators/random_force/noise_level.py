@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import logsumexp
@@ -31,13 +32,15 @@ from friction_bayes.estimators.random_force.response import at_sensor
 from friction_bayes.estimators.random_force.transition import initial_response
 from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, shown, smooth, whiten
 
-__all__ = ["SensorNoise", "sensor_noise"]
+__all__ = ["SensorNoise", "looks_white", "sensor_noise"]
 
 _PER_PERIOD = 6
 """Means a period: their Nyquist frequency is three times the motion's."""
 _SIZES = np.geomspace(0.1, 100.0, 7)
 _TIMES = (0.3, 1.0, 3.0, 10.0)
 """Of forces that the level is averaged over: sd at resonance over the noise, correlation times as phases."""
+_PRIOR_NONE = 0.5
+"""Prior probability of none in that average."""
 _WHITE = 1.0
 """Gain in log likelihood below which a colour is none."""
 _OCTAVE = np.geomspace(1.0, 2.0, 20)
@@ -109,24 +112,47 @@ def sensor_noise(
     return SensorNoise(math.sqrt(floor2), colour, math.sqrt(floor2 / level))
 
 
+def looks_white(residual: Array, phase: Array, order: int, fitted: int) -> bool:
+    """Whether nothing in a residual speaks for coloured noise or for a force: a glance before a long look.
+
+    Parameters as for :func:`sensor_noise`. Both autoregressions are of order zero by their criterion, and a
+    force is no more probable than it was.
+    """
+    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
+    block = max(int(2.0 * math.pi / angle / _PER_PERIOD), 1)
+    thinned = block_means(residual, block)
+    if burg(residual, fitted)[0].order or burg(thinned, fitted / block)[0].order:
+        return False
+    clock = Clock.of(block_means(phase, block))
+    return _beside_a_force(thinned, clock, sensor_row(order)).none >= _PRIOR_NONE
+
+
+class _Beside(NamedTuple):
+    """What a grid of forces says of a residual: mean variance of the white noise, what is left, P(none)."""
+
+    variance: float
+    left: Array
+    none: float
+
+
 def _level(residual: Array, phase: Array, order: int, fitted: float) -> float:
     """Variance of the white noise that is as strong as the sensor's near the motion's frequency."""
     octave = _OCTAVE * float(phase[-1] - phase[0]) / (phase.size - 1)
-    beside, left = _beside_a_force(residual, Clock.of(phase), sensor_row(order))
-    levels = [beside]
-    for each in (residual, left):
+    beside = _beside_a_force(residual, Clock.of(phase), sensor_row(order))
+    levels = [beside.variance]
+    for each in (residual, beside.left):
         colour, variance = burg(each, fitted)
         levels.append(variance * colour.level(octave))
     return float(np.median(levels))
 
 
-def _beside_a_force(residual: Array, clock: Clock, row: Array) -> tuple[float, Array]:
-    """Mean variance of white noise over a grid of forces, none among them, and what the best one leaves."""
+def _beside_a_force(residual: Array, clock: Clock, row: Array) -> _Beside:
+    """Average over a grid of forces, none among them."""
     start = at_sensor(initial_response(clock.phase), row)
     columns = np.column_stack([start, np.ones(residual.size), residual])
     freedom = residual.size - columns.shape[1] + 1
     forces = [(0.0, 1.0), *((size / float(at_resonance(tau)), tau) for size in _SIZES for tau in _TIMES)]
-    each_prior = math.log(0.5 / (len(forces) - 1))
+    each_prior = math.log((1.0 - _PRIOR_NONE) / (len(forces) - 1))
     laws, variances, log_weights = [], [], []
     for ratio, tau in forces:
         whitened = whiten(columns, clock, row, ratio, tau)
@@ -136,11 +162,11 @@ def _beside_a_force(residual: Array, clock: Clock, row: Array) -> tuple[float, A
         laws.append(np.linalg.solve(lower[:-1, :-1].T, lower[-1, :-1]) * scale[-1] / scale[:-1])
         variances.append(math.exp(2.0 * pivots[-1]) / freedom)
         log_weight = -freedom * pivots[-1] - pivots[:-1].sum() - 0.5 * whitened.log_determinant
-        log_weights.append(log_weight + (each_prior if ratio > 0.0 else math.log(0.5)))
+        log_weights.append(log_weight + (each_prior if ratio > 0.0 else math.log(_PRIOR_NONE)))
     weight = np.exp(log_weights - logsumexp(log_weights))
     best = int(np.argmax(weight))
     beside = residual - columns[:, :-1] @ laws[best]
     if best > 0:
         states, _ = smooth(beside[:, None], clock, row, *forces[best])
         beside = beside - shown(states[:, :3, 0], row)
-    return float(weight @ variances), beside
+    return _Beside(float(weight @ variances), beside, float(weight[0]))

@@ -130,6 +130,14 @@ class WaveformEstimator(TabulatedPrior):
         posterior = CoefficientMarginals.of(prior_of(prior, COEFFICIENTS), data, fits.found)
         half_duration = np.where(counts > 1, 0.5 * (counts - 1) * decays.step, np.nan)
 
+        def residual(row: int) -> Array:
+            start, n = decays.located.start[row], counts[row]
+            coefficients, kappa, stop = fits.coefficients[row], fits.kappa[row], fits.stop[row]
+            signal = signals(
+                Samples(n, EVENLY), decays.quantity.order, coefficients[None], float(kappa), int(stop)
+            )[0]
+            return np.asarray(decays.values[row, start : start + n] - signal)
+
         return Fits(
             family=stats.t,
             parameters=(posterior.degrees, posterior.mean[:, FRICTION], posterior.scale[:, FRICTION]),
@@ -137,6 +145,7 @@ class WaveformEstimator(TabulatedPrior):
             frequency_sd=posterior.scale[:, ADVANCE] / half_duration,
             rest_position=fits.coefficients[:, OFFSET],
             noise_sd=posterior.noise_sd,
+            residual=residual,
         )
 
 

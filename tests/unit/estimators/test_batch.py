@@ -244,17 +244,20 @@ def test_refusals(change: dict, message: str) -> None:
         estimate_batch(arguments.pop("records"), arguments.pop("system"), **arguments)
 
 
-def test_records_are_averaged_over_accounts_as_one_record_is(rng) -> None:
+def test_records_that_are_not_white_are_averaged_over_accounts_as_one_record_is(rng) -> None:
+    """Those that are keep the numbers of the first pass."""
     values = records("displacement", 3)
     wander = np.cumsum(rng.standard_normal(values.shape[1]))
     values[1] += 0.05 * values[1].std() * np.sin(0.02 * wander)
     result = estimate_batch(values, SYSTEM, sampling_rate=RATE)
     first = plain_batch(values, SYSTEM, sampling_rate=RATE)
     assert set(result) - set(first) == {"random_force_probability", "random_force_sd"}
-    assert (result["random_force_probability"].values > 0.5).tolist() == [False, True, False]
-    for row in (2, 0, 1):
-        one = estimate(make_record(np.arange(values.shape[1]) / RATE, values[row], "displacement"), SYSTEM)
-        assert_same(result, row, one)
+    examined = np.isfinite(result["random_force_probability"].values)
+    assert examined.tolist() == [False, True, False]
+    for name in first:
+        np.testing.assert_array_equal(result[name][[0, 2]], first[name][[0, 2]])
+    one = estimate(make_record(np.arange(values.shape[1]) / RATE, values[1], "displacement"), SYSTEM)
+    assert_same(result, 1, one)
     assert one.random_force is not None
     assert one.random_force.probability > 0.99
     assert result["random_force_probability"][1] == pytest.approx(one.random_force.probability)
