@@ -11,6 +11,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.decay.located import (
     FOUND,
     LEAST_HALF_CYCLES,
+    NOT_DECAYING,
     SEVERAL_DECAYS,
     SEVERAL_MODES,
     TOO_SHORT,
@@ -19,6 +20,7 @@ from friction_bayes.decay.located import (
 from friction_bayes.decay.release_and_rest import locate_moving_parts
 from friction_bayes.decay.releases import parts_between_releases
 from friction_bayes.decay.spectral_modes import spectral_modes
+from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.quantisation import quantisation_step
 
 __all__ = ["DecayWithin", "decays_within", "locate_free_decays"]
@@ -151,8 +153,18 @@ def _locate(
         disturbed=np.zeros(records, dtype=np.int64),
         driven=np.zeros(records, dtype=np.bool_),
     )
-    locate_moving_parts(values, modes.frequency, resolutions, order, start, alone, located)
-    located.status[(located.status == FOUND) & modes.several] = SEVERAL_MODES
+    locate_moving_parts(values, modes.frequency, resolutions, order, start, alone, True, located)
+    for row in np.flatnonzero(located.driven | (located.disturbed > 0)).tolist():
+        if clipped_fraction(values[row])[1] is not None:
+            # amplitudes beyond the sensor's range look alike, whatever acts
+            one = slice(row, row + 1)
+            own = Located._make(field[one] for field in located)
+            locate_moving_parts(
+                values[one], modes.frequency[one], resolutions[one], order, start, alone, False, own
+            )
+    # two modes that beat do not decay either, and are what is to be told
+    told = (located.status == FOUND) | (located.status == NOT_DECAYING)
+    located.status[told & modes.several] = SEVERAL_MODES
     frequency = np.minimum(located.frequency, _FASTER * natural_frequency * step)
     brief = frequency * (located.stop - located.start) < LEAST_HALF_CYCLES * math.pi
     located.status[(located.status == FOUND) & brief] = TOO_SHORT

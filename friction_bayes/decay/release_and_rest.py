@@ -221,6 +221,7 @@ def locate_moving_parts(
     order: int,
     given_start: int,
     alone: bool,
+    judged: bool,
     located: Located,
 ) -> None:
     """Find the moving part of every record.
@@ -240,16 +241,18 @@ def locate_moving_parts(
     alone : bool
         Whether each record is taken to hold one decay; otherwise :data:`SEVERAL_DECAYS` is the status of
         those with several releases.
+    judged : bool
+        Whether a start on which a hand or a drive acts is left out, as amplitudes show it.
     located : Located
         Receives what is found.
     """
     for r in range(values.shape[0]):
         y, omega, resolution = values[r], frequencies[r], resolutions[r]
-        found = _moving_part(y, omega, resolution, order, given_start, alone)
+        found = _moving_part(y, omega, resolution, order, given_start, alone, judged)
         undriven = found[8]
         if undriven > 0:
             # phase and rest of the free part are its own
-            found = _moving_part(y, omega, resolution, order, undriven, True)
+            found = _moving_part(y, omega, resolution, order, undriven, True, judged)
         (
             located.status[r],
             located.start[r],
@@ -266,7 +269,7 @@ def locate_moving_parts(
 
 @njit(cache=True, nogil=True)
 def _moving_part(
-    y: Array, omega: float, resolution: float, order: int, given_start: int, alone: bool
+    y: Array, omega: float, resolution: float, order: int, given_start: int, alone: bool, judged: bool
 ) -> tuple[int, int, int, float, float, float, bool, int, int]:
     """The row of :class:`Located` that belongs to one record; its last entry: where a drive has ended."""
     low, high = math.inf, -math.inf
@@ -316,7 +319,7 @@ def _moving_part(
         turn = _nearest_turn(still, polynomial, scale, order)
         stop = min(math.floor(begin + turn * width + shift) + 1, stop)
     disturbed, undriven = 0, 0
-    if given_start < 0:
+    if given_start < 0 and judged:
         half = math.pi / rate_of(polynomial, scale, start)
         # where the record begins with a hold, the release is known to about half a half cycle
         free = start + int(0.5 * half) if start > 0 else 0

@@ -34,6 +34,8 @@ __all__ = ["Estimate", "force_notes"]
 
 _SURELY = 0.99
 """Probability of a negative friction above which a note says what that means."""
+_NO_FLUCTUATION = 5.0
+"""Times friction itself, beyond which a random force stands for something else: a warning is given then."""
 _SUSPECT_PERIODS = 0.02
 """Correlation time of a random force below which a note doubts that it is one: the prior ends at 0.01."""
 _SUMMARISED = ("friction", "friction_over_stiffness", "precision", "frequency", "noise_sd", "rest_position")
@@ -343,7 +345,15 @@ def _random_force_notes(fit: Fit) -> list[str]:
     force = fit.random_force
     if force is None or force.probability <= 0.5:
         return []
-    notes = [
+    notes = []
+    if force.share_of_friction > _NO_FLUCTUATION:
+        notes.append(
+            f"beside friction a force would have to act {force.share_of_friction:.0f} times as large, which "
+            "is rather a push, another law or an error of the sensor: close-loop, or a part of the record "
+            "(--start, --end), shows which"
+        )
+        warnings.warn(notes[0], RecordWarning, stacklevel=4)
+    notes += [
         "an effect that dry friction alone lacks, such as viscous damping, can pass for such a force and "
         "shift friction by more than the interval says; close-loop tells them apart",
     ]

@@ -185,7 +185,7 @@ def test_a_push_before_rest_is_warned_of(plain: Array, write_csv: WriteCsv, caps
     assert main(["estimate", str(record), *DECLARED]) == 0
     shown = " ".join(capsys.readouterr().out.split())
     assert -1 < shown.index("warning beside friction a force") < shown.index("friction / stiffness")
-    assert "would have to act, more than 5 times as large" in shown
+    assert re.search(r"would have to act \d+ times as large, which is rather a push", shown)
 
 
 @pytest.fixture
