@@ -25,8 +25,10 @@ def releases(count: int, *, unsteady: bool) -> list[Any]:
     ]
 
 
-@pytest.mark.parametrize(("unsteady", "random_force"), [(False, "auto"), (True, "auto"), (False, "none")])
-@pytest.mark.parametrize("count", [1, 3])
+@pytest.mark.parametrize(
+    ("count", "unsteady", "random_force"),
+    [(1, False, "auto"), (1, True, "auto"), (1, False, "none"), (3, False, "auto"), (3, True, "auto")],
+)
 def test_every_other_number_stays(count: int, unsteady: bool, random_force: str) -> None:
     records = releases(count, unsteady=unsteady)
     plain, checked = (

@@ -37,8 +37,10 @@ def record(share: float, seed: int) -> xr.DataArray:
 @pytest.fixture(scope="module")
 def undecided() -> fb.Estimate:
     """With a force of 2 to 4 % of friction, of which the record cannot say whether it is there."""
-    found = (fb.estimate(record(0.03, seed), SYSTEM) for seed in range(30))
-    return next(one for one in found if 0.2 < one.random_force.probability < 0.8)
+    found = [fb.estimate(record(0.03, seed), SYSTEM) for seed in range(16)]
+    # of those the one with the fewest parts, each of which is sampled
+    undecided = [one for one in found if 0.2 < one.random_force.probability < 0.8]
+    return min(undecided, key=lambda one: len(one.fit.parts))
 
 
 @pytest.fixture(scope="module")
