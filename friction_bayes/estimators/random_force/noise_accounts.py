@@ -42,6 +42,9 @@ __all__ = ["SLIGHT", "NoiseAccount", "noise_accounts"]
 
 SLIGHT = 1e-3
 """Probability of an account below which it is left out."""
+_SHIFTS_PATH = 0.05
+"""Probability of a force along the fitted trajectory, from which on the motion is smoothed under it: a
+force that is less probable is so slight that it moves the turning points by next to nothing."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -104,7 +107,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
         return ()
     along = [prepared.along_fit()]
     weighed = _weigh(prepared, along)
-    if sum(share for each, share in weighed if each.posterior.probability > 0.0) > SLIGHT:
+    if sum(share for each, share in weighed if each.posterior.probability > 0.0) > _SHIFTS_PATH:
         along.append(prepared.along_smoothed(weighed[0][0].laid.regression.least_noise))
         # evidences compare where they are of the same samples
         variance = np.maximum(*(each.regression.clock.variance for each in along))
