@@ -259,7 +259,7 @@ class Estimate:
                     "from_s": self.decay.start_time,
                     "to_s": self.decay.start_time + self.decay.duration,
                     "samples": self.decay.values.size,
-                    "half_cycles": int(self.decay.duration * self.decay.frequency / math.pi),
+                    "half_cycles": self.decay.half_cycles,
                 },
                 "rest_position": {"mean": self.rest_position, "unit": self.decay.unit},
                 "prior": self.prior,
