@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 
 from friction_bayes import close_loop, estimate, estimate_batch, sample_reference
-from friction_bayes.estimators.random_force.measured_path import MeasuredPath
-from friction_bayes.estimators.random_force.posterior import ForcePrior, Problem, integrate
-from friction_bayes.estimators.random_force.response import at_sensor, force_response
-from friction_bayes.estimators.random_force.smoothing import first_motion
-from friction_bayes.estimators.random_force.subsets import all_sets
-from friction_bayes.estimators.random_force.transition import initial_response
-from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, whiten
 from friction_bayes.mechanics.simulate import simulate
 from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM, paper_example
+from friction_bayes.statespace.force_grid import ForcePrior, Problem, integrate
+from friction_bayes.statespace.kalman import Clock, sensor_row, whiten
+from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.response import at_sensor, force_response
+from friction_bayes.statespace.smoother import first_motion
+from friction_bayes.statespace.subset_evidence import all_sets
+from friction_bayes.statespace.transition import initial_response
 
 METHODS = ["normal-gamma", "gamma-exponential", "envelope", "waveform"]
 SEEDS = range(20)

@@ -18,16 +18,16 @@ from scipy import stats
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array
-from friction_bayes.estimators.random_force.law_regression import LawRegression
-from friction_bayes.estimators.random_force.measured_path import MeasuredPath
-from friction_bayes.estimators.random_force.posterior import ForcePrior
-from friction_bayes.estimators.random_force.replication import drawn_fluctuation
-from friction_bayes.estimators.random_force.response import at_sensor, force_response
-from friction_bayes.estimators.random_force.sampler_target import force_target, half_cycle_blocks
-from friction_bayes.estimators.random_force.smoothing import Motion
-from friction_bayes.estimators.random_force.transition import initial_response
-from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
 from friction_bayes.reference.ensembles import Ensembles
+from friction_bayes.statespace.force_grid import ForcePrior
+from friction_bayes.statespace.force_target import force_target, half_cycle_blocks
+from friction_bayes.statespace.kalman import Clock, sensor_row
+from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.regression import LawRegression
+from friction_bayes.statespace.replication import drawn_fluctuation
+from friction_bayes.statespace.response import at_sensor, force_response
+from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.transition import initial_response
 from friction_bayes.validation.calibration import rank_pit, uniformity
 
 SAMPLES = 120

@@ -13,14 +13,14 @@ import friction_bayes as fb
 from experiments.bridge import bridged_log_evidence
 from experiments.runner import Cell, Experiment, main
 from experiments.tables import Row
-from friction_bayes.loop.candidate import searched
-from friction_bayes.loop.evidence import log_evidence
-from friction_bayes.loop.expansion import Expansion
-from friction_bayes.loop.fit import LoopFit, fit_growing_record, fit_model
-from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.noise import NoiseModel
-from friction_bayes.loop.segment import cut_records
-from friction_bayes.loop.starting_point import starting_point
+from friction_bayes.loop.data.effect_sets import searched
+from friction_bayes.loop.data.model import LoopModel
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.data.starting_point import starting_point
+from friction_bayes.loop.noise.likelihood import NoiseModel
+from friction_bayes.loop.search.expansion import Expansion
+from friction_bayes.loop.search.fit import LoopFit, fit_growing_record, fit_model
+from friction_bayes.loop.search.laplace_evidence import log_evidence
 from friction_bayes.mechanics.effects import EFFECTS
 
 __all__ = ["CASES", "EXPERIMENT", "fit_of_case"]

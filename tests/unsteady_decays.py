@@ -11,8 +11,8 @@ from scipy.signal import lfilter
 
 import friction_bayes as fb
 from fluctuating_force import fluctuating_decay
-from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
-from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
 
 # It swings at 10 rad/s.
 SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)

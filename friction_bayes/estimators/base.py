@@ -18,8 +18,8 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import Whiteness
+from friction_bayes.estimators.noise.noise_accounts import NoiseAccount
 from friction_bayes.estimators.priors import DeclaredSignal
-from friction_bayes.estimators.random_force.noise_accounts import NoiseAccount
 from friction_bayes.estimators.witness import Witness, reconciled
 
 __all__ = ["Estimator", "Fit", "Fits", "FittedMotion", "FreeDecays", "Part", "RandomForce"]

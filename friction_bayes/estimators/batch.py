@@ -31,8 +31,8 @@ from friction_bayes.decay.sensor_calibration import force_factor, force_factors
 from friction_bayes.estimators.base import Estimator, Fits, FreeDecays
 from friction_bayes.estimators.equally_probable import EquallyProbable
 from friction_bayes.estimators.estimate import RANDOM_FORCE
+from friction_bayes.estimators.noise.noise_level import looks_white
 from friction_bayes.estimators.priors import complete_prior
-from friction_bayes.estimators.random_force.noise_level import looks_white
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.waveform.averaged import answered, surely_negative
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator

@@ -5,7 +5,7 @@ from __future__ import annotations
 from friction_bayes.core.errors import InputError
 from friction_bayes.estimators.base import Estimator
 from friction_bayes.estimators.envelope.estimator import EnvelopeEstimator
-from friction_bayes.estimators.peaks import GammaExponentialEstimator, NormalGammaEstimator
+from friction_bayes.estimators.paper_methods import GammaExponentialEstimator, NormalGammaEstimator
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 
 __all__ = ["ESTIMATORS", "estimator_named", "register"]

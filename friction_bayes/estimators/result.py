@@ -7,7 +7,6 @@ import warnings
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from importlib import import_module
 from typing import Any
 
 from friction_bayes.conjugate.scaled_distribution import scaled
@@ -19,6 +18,7 @@ from friction_bayes.core.declared_force import (
     frequencies_disagree,
 )
 from friction_bayes.core.errors import RecordWarning
+from friction_bayes.core.figures import figure_of
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.strict_json import plain
 from friction_bayes.core.summary import Summary, summary_table
@@ -210,8 +210,7 @@ class Estimate:
 
     def plot(self) -> Any:
         """Draw the record with its fit, and the posterior of friction; needs matplotlib."""
-        # the one call upward, at run time only: plotting builds on estimates
-        return import_module("friction_bayes.plotting.estimate").plot_estimate(self)
+        return figure_of(self)
 
     def to_dict(self, reference: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Return everything as plain numbers and words, for JSON; None where there is no number.

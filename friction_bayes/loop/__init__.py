@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from friction_bayes.loop.close_loop import close_loop
-from friction_bayes.loop.result import LoopReport, RecordTrace
+from friction_bayes.loop.report.result import LoopReport, RecordTrace
 
 __all__ = ["LoopReport", "RecordTrace", "close_loop"]

@@ -16,18 +16,18 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import words
-from friction_bayes.loop.assemble import assemble_report
-from friction_bayes.loop.candidate import searched
-from friction_bayes.loop.family import Family
-from friction_bayes.loop.one_record import families_of_one, knows_the_range
-from friction_bayes.loop.parameters import scales_of
-from friction_bayes.loop.random_force.joint_family import joint_family
-from friction_bayes.loop.random_force.moving_record import why_not_weighed
-from friction_bayes.loop.reference_force import validate_force
-from friction_bayes.loop.result import LoopReport
-from friction_bayes.loop.search_family import SearchFamily
-from friction_bayes.loop.searched import search_records
-from friction_bayes.loop.segment import Segment, cut_records
+from friction_bayes.loop.build_report import assemble_report
+from friction_bayes.loop.data.effect_sets import searched
+from friction_bayes.loop.data.parameters import scales_of
+from friction_bayes.loop.data.prepared_record import Segment, cut_records
+from friction_bayes.loop.infer.moving_record import why_not_weighed
+from friction_bayes.loop.mixture.families_of_one import families_of_one, knows_the_range
+from friction_bayes.loop.mixture.joint_family import joint_family
+from friction_bayes.loop.mixture.mixture import Family
+from friction_bayes.loop.mixture.search_family import SearchFamily
+from friction_bayes.loop.report.reference_force import validate_force
+from friction_bayes.loop.report.result import LoopReport
+from friction_bayes.loop.search.run_search import search_records
 from friction_bayes.mechanics.effects import EFFECTS, effect_named
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 

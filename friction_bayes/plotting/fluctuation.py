@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.loop.result import FluctuationTrace, RecordTrace
+from friction_bayes.loop.report.result import FluctuationTrace, RecordTrace
 from friction_bayes.plotting.motion_units import motion_unit
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 

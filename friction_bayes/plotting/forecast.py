@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from friction_bayes.core.text import words
-from friction_bayes.loop.result import RecordTrace
+from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
 __all__ = ["plot_forecast"]

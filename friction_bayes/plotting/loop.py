@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.text import percent, set_words
-from friction_bayes.loop.result import LoopReport
-from friction_bayes.loop.verdict import UNEXPLAINED
+from friction_bayes.loop.report.result import LoopReport
+from friction_bayes.loop.report.verdict import UNEXPLAINED
 from friction_bayes.plotting.fluctuation import plot_fluctuation
 from friction_bayes.plotting.forecast import plot_forecast
 from friction_bayes.plotting.loop_record import (

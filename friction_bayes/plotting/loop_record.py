@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.text import words
-from friction_bayes.loop.result import RecordTrace
+from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.plotting.motion_units import motion_unit
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from friction_bayes.core.text import interval90, number, of_friction, words
-from friction_bayes.loop.verdict import UNEXPLAINED
+from friction_bayes.loop.report.verdict import UNEXPLAINED
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.report.page import render_page, reproduction
 from friction_bayes.report.story import (

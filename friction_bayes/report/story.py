@@ -17,7 +17,7 @@ from friction_bayes.core.text import (
     with_interval,
     words,
 )
-from friction_bayes.loop.verdict import AMBIGUOUS, CREDIBLE_MASS, UNEXPLAINED, credible_candidates
+from friction_bayes.loop.report.verdict import AMBIGUOUS, CREDIBLE_MASS, UNEXPLAINED, credible_candidates
 from friction_bayes.mechanics.effects import EFFECTS
 
 __all__ = [
@@ -184,7 +184,7 @@ _AGAINST = {
     "witnesses": _at_odds,
     "records": _contradiction,
 }
-"""What forbids to use the number, in words (see :class:`friction_bayes.loop.verdict.Consequences`)."""
+"""What forbids to use the number, in words (see :class:`friction_bayes.loop.report.verdict.Consequences`)."""
 
 
 def _sampled(check: Report | None) -> str:

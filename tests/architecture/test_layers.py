@@ -25,6 +25,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("records", "conjugate", "validation"),
     ("mechanics",),
     ("decay",),
+    ("statespace",),
     ("estimators",),
     ("reference", "monitor"),
     ("loop",),
@@ -37,12 +38,6 @@ TOP_LEVEL = {"__init__.py", "__main__.py", "testing.py", "py.typed"}
 ABOVE = ("", "__main__", "testing")
 # What stands beside the package and uses it; each counts as one module.
 BESIDE = ("experiments", "paper_figures", "benchmarks")
-
-# Methods of public results that open a face when they are called, and nothing before.
-ON_DEMAND = {
-    ("estimators.result", "plotting.estimate"): "Estimate.plot()",
-    ("loop.result", "plotting.loop"): "LoopReport.plot()",
-}
 
 # What every folder may import, and the folders that may import what is not for everybody.
 ANYWHERE = {"numpy", "scipy", "xarray"}
@@ -58,7 +53,7 @@ ROOMS: dict[str, set[str]] = {
     "jinja2": {"report"},
     "matplotlib": {"plotting"},
     "nptdms": {"records"},
-    "numba": {"mechanics", "decay", "estimators", "monitor", "loop"},
+    "numba": {"mechanics", "decay", "statespace", "estimators", "monitor", "loop"},
     "pooch": {"records"},
     "pyuff": {"records"},
     "rich": {"cli"},
@@ -100,7 +95,7 @@ class Module:
                 outside.add(top)
             else:
                 inside.add(below if below in tree else below.rpartition(".")[0])
-        inside -= {name} | {face for method, face in ON_DEMAND if method == name}
+        inside -= {name}
         return cls(ast.get_docstring(syntax) or "", frozenset(inside), frozenset(outside))
 
 
@@ -306,7 +301,7 @@ def test_a_cycle_of_folders_is_found_where_no_module_is_in_one() -> None:
 
 def test_contributing_has_each_folders_own_sentence() -> None:
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    rows = re.findall(r"^\| (\d) \| `(\w+)` \| (.*) \|$", text, re.MULTILINE)
+    rows = re.findall(r"^\| (\d+) \| `(\w+)` \| (.*) \|$", text, re.MULTILINE)
     own = {name: MODULES[name].docstring.replace("``", "`") for name in RANK}
     assert rows == [(str(rank + 1), name, own[name]) for name, rank in RANK.items()]
 

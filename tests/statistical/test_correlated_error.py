@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_bayes.loop.random_force.draws import law_draws
+from friction_bayes.loop.infer.law_draws import law_draws
 from unsteady_decays import ERROR, FRICTION, SYSTEM, correlated_record, fitted
 
 

@@ -15,8 +15,8 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
-from friction_bayes.loop.random_force.fit import ForceFit
-from friction_bayes.loop.random_force.knocked import knock_times
+from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.loop.report.knock_notes import knock_times
 from unsteady_decays import FRICTION, SYSTEM, WHITE, fitted, sensed, unsteady_motion
 
 OFFERED = ("viscous_damping", "sensor_offset")

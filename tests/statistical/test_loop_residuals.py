@@ -10,12 +10,12 @@ import pytest
 from scipy import stats
 
 from decays import SYSTEM, long_decay
-from friction_bayes.loop.fit import LoopFit, fit_growing_record
-from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.noise import NoiseModel
-from friction_bayes.loop.residual_tests import FALSE_ALARM_RATE, residual_tests
-from friction_bayes.loop.segment import cut_records
-from friction_bayes.loop.starting_point import starting_point
+from friction_bayes.loop.data.model import LoopModel
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.data.starting_point import starting_point
+from friction_bayes.loop.noise.likelihood import NoiseModel
+from friction_bayes.loop.search.fit import LoopFit, fit_growing_record
+from friction_bayes.loop.search.residual_tests import FALSE_ALARM_RATE, residual_tests
 
 RECORDS = 120
 

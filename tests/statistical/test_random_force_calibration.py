@@ -14,12 +14,12 @@ from scipy import stats
 
 from dense_force import dense_covariance
 from friction_bayes import testing
-from friction_bayes.estimators.random_force.measured_path import MeasuredPath
-from friction_bayes.estimators.random_force.positive_orthant import log_normal_mass
-from friction_bayes.estimators.random_force.response import at_sensor, force_response
-from friction_bayes.estimators.random_force.subsets import set_marginals, set_posterior, weigh_sets
-from friction_bayes.estimators.random_force.transition import initial_response
-from friction_bayes.estimators.random_force.whitening import Clock, sensor_row, whiten
+from friction_bayes.statespace.kalman import Clock, sensor_row, whiten
+from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.positive_orthant import log_normal_mass
+from friction_bayes.statespace.response import at_sensor, force_response
+from friction_bayes.statespace.subset_evidence import set_marginals, set_posterior, weigh_sets
+from friction_bayes.statespace.transition import initial_response
 
 RARE = 1e-4
 REPLICATIONS = 10_000

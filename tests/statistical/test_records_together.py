@@ -8,10 +8,10 @@ from scipy.stats import chi2
 
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
-from friction_bayes.loop.random_force.contradictions import compared_sizes
-from friction_bayes.loop.random_force.joint_fit import fit_together
-from friction_bayes.loop.segment import cut_records
-from friction_bayes.loop.verdict import CREDIBLE_MASS
+from friction_bayes.loop.checks.contradictions import compared_sizes
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer.joint_fit import fit_together
+from friction_bayes.loop.report.verdict import CREDIBLE_MASS
 
 MEAN, EFFECTS = 0.07, ["viscous_damping", "random_force"]
 

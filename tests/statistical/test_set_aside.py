@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.loop.random_force.draws import law_draws
-from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.infer.law_draws import law_draws
+from friction_bayes.loop.infer.record_fit import ForceFit
 from unsteady_decays import FRICTION, RELEASE, SYSTEM, faulty_record, fitted
 
 RECORDS = 30

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from friction_bayes.loop.result import FluctuationTrace, ForecastTrace, LoopReport, RecordTrace
+from friction_bayes.loop.report.result import FluctuationTrace, ForecastTrace, LoopReport, RecordTrace
 
 
 def summary(mean: float, sd: float, unit: str = "N") -> dict[str, object]:

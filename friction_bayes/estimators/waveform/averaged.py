@@ -1,7 +1,7 @@
 """The fit of the whole signal averaged over the accounts of what it leaves: coloured noise, a random force.
 
 Where the residual is white noise the fit itself, exact in frequency and phase, is the answer; the others are
-those of :mod:`friction_bayes.estimators.random_force.noise_accounts`.
+those of :mod:`friction_bayes.estimators.noise.noise_accounts`.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from friction_bayes.decay.sensor_calibration import force_factor, swing_frequenc
 from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, FittedMotion, Part, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import loss_of_amplitude
-from friction_bayes.estimators.random_force.noise_accounts import NoiseAccount, noise_accounts
-from friction_bayes.estimators.random_force.plain_law import PlainDecay
+from friction_bayes.estimators.noise.coulomb_regression import PlainDecay
+from friction_bayes.estimators.noise.noise_accounts import NoiseAccount, noise_accounts
 from friction_bayes.estimators.witness import Witness
 
 __all__ = [

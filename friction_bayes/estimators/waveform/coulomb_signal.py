@@ -10,7 +10,6 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.estimators.random_force.measured_path import NEAR_TURN
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
     AMPLITUDE,
@@ -23,6 +22,7 @@ from friction_bayes.estimators.waveform.normal_equations import (
     first_at,
     place,
 )
+from friction_bayes.statespace.measured_path import NEAR_TURN
 
 __all__ = [
     "CURVED_PAIRS",

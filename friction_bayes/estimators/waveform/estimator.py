@@ -26,7 +26,6 @@ from friction_bayes.decay.free_decay import FreeDecay, no_decay_fits
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.base import Fit, Fits, FittedMotion, FreeDecays
 from friction_bayes.estimators.priors import TabulatedPrior, coefficient_bounds
-from friction_bayes.estimators.random_force.measured_path import NEAR_TURN
 from friction_bayes.estimators.waveform.coulomb_signal import (
     CURVED_PAIRS,
     crossing_misfit,
@@ -51,6 +50,7 @@ from friction_bayes.estimators.waveform.pendulum_fit import fit_pendulum
 from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion, agrees_near
 from friction_bayes.estimators.waveform.signal_fit import signal_fit
 from friction_bayes.estimators.waveform.signal_target import SignalModel
+from friction_bayes.statespace.measured_path import NEAR_TURN
 
 __all__ = ["NAMES", "WaveformEstimator"]
 

@@ -10,7 +10,7 @@ import pytest
 from friction_bayes import InputError, Oscillator, Pendulum, estimate, make_record, simulate
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.location import locate_free_decays
-from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.mechanics.coulomb import coulomb_decay
 
 FREQUENCY = 2.0 * math.pi * 2.9

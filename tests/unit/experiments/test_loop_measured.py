@@ -13,7 +13,7 @@ import xarray as xr
 import friction_bayes as fb
 from experiments.loop_measured import NUMBERS, SERIES, TEXTS, assemble, rows
 from experiments.pendulum_forecast import PUBLISHED_COEFFICIENT, Law, forecast, identified, published
-from friction_bayes.loop.result import LoopReport
+from friction_bayes.loop.report.result import LoopReport
 
 PENDULUM = fb.Pendulum(inertia=3.3e-3, stiffness=0.21)
 

@@ -9,10 +9,10 @@ import pytest
 
 import friction_bayes as fb
 from friction_bayes.decay.block_means import amplitude_kept, block_means
-from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.noise import NoiseModel, fit_noise
-from friction_bayes.loop.parameters import DISPLACEMENT, FRICTION, LOG_FREQUENCY_RATIO, VELOCITY
-from friction_bayes.loop.segment import Segment, cut_records
+from friction_bayes.loop.data.model import LoopModel
+from friction_bayes.loop.data.parameters import DISPLACEMENT, FRICTION, LOG_FREQUENCY_RATIO, VELOCITY
+from friction_bayes.loop.data.prepared_record import Segment, cut_records
+from friction_bayes.loop.noise.likelihood import NoiseModel, fit_noise
 from friction_bayes.mechanics.effects import Scales
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)

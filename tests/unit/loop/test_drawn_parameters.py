@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_bayes.loop.random_force.draws import law_draws
+from friction_bayes.loop.infer.law_draws import law_draws
 from unsteady_decays import bent_record, fitted, ringing_record
 
 

@@ -8,9 +8,9 @@ import pytest
 import friction_bayes as fb
 from decays import SYSTEM
 from friction_bayes.core.quantities import QUANTITIES
-from friction_bayes.estimators.random_force.measured_path import MeasuredPath
-from friction_bayes.loop.random_force.effect_columns import ForceEvaluator, force_columns
+from friction_bayes.loop.columns.effect_columns import ForceEvaluator, force_columns
 from friction_bayes.mechanics.effects import Scales
+from friction_bayes.statespace.measured_path import MeasuredPath
 
 
 @pytest.mark.parametrize("swing", [1.0, 2.72])

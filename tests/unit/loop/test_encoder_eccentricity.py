@@ -11,8 +11,8 @@ import xarray as xr
 
 import friction_bayes as fb
 from friction_bayes.core.errors import InputError
-from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
-from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
 from unsteady_decays import WHEEL, WHEEL_NOISE, eccentric_record, fitted, probability_of
 
 OFFERED = ("viscous_damping", "cubic_stiffness", "sensor_offset", "encoder_eccentricity")

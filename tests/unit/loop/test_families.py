@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from decays import SYSTEM, fluctuating_friction, slow_decay
-from friction_bayes.loop.draws import DRAWS
-from friction_bayes.loop.family import Family, mixture_of
-from friction_bayes.loop.random_force.cells import Cells
-from friction_bayes.loop.random_force.contender import drawn_contender
-from friction_bayes.loop.random_force.fit import fit_random_force
-from friction_bayes.loop.random_force.force_family import ForceFamily
-from friction_bayes.loop.random_force.joint_family import JointFamily, joint_family
-from friction_bayes.loop.search_family import SearchFamily
-from friction_bayes.loop.searched import search_records
-from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer.cells import Cells
+from friction_bayes.loop.infer.record_fit import fit_random_force
+from friction_bayes.loop.mixture.force_family import ForceFamily
+from friction_bayes.loop.mixture.joint_family import JointFamily, joint_family
+from friction_bayes.loop.mixture.mixture import Family, mixture_of
+from friction_bayes.loop.mixture.search_family import SearchFamily
+from friction_bayes.loop.report.contender import drawn_contender
+from friction_bayes.loop.search.draws import DRAWS
+from friction_bayes.loop.search.run_search import search_records
 
 SEARCHED = ("viscous_damping", "quadratic_drag", "sensor_offset")
 ALLOWED = ("viscous_damping", "quadratic_drag", "sensor_offset", "random_force")

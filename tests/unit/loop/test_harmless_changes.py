@@ -12,12 +12,12 @@ import xarray as xr
 
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
-from friction_bayes.estimators.random_force.posterior import integrate
-from friction_bayes.loop.random_force.correlated_error import SensorError
-from friction_bayes.loop.random_force.fit import ForceFit
-from friction_bayes.loop.random_force.lines import steady_lines
-from friction_bayes.loop.search import Search
-from friction_bayes.loop.segment import Segment, cut_records
+from friction_bayes.loop.columns.lines import steady_lines
+from friction_bayes.loop.data.prepared_record import Segment, cut_records
+from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.loop.noise.correlated_error import SensorError
+from friction_bayes.loop.search.search import Search
+from friction_bayes.statespace.force_grid import integrate
 from unsteady_decays import ERROR, correlated_record, fitted
 
 LAST_DIGITS = 1e-12

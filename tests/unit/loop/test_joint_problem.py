@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_bayes.estimators.random_force.law_regression import LawRegression
-from friction_bayes.estimators.random_force.posterior import GridPoint
-from friction_bayes.estimators.random_force.smoothing import Motion
-from friction_bayes.estimators.random_force.subsets import (
+from friction_bayes.loop.infer.joint_problem import JointProblem, Member, Spread
+from friction_bayes.statespace.force_grid import GridPoint
+from friction_bayes.statespace.kalman import Clock, Whitened, sensor_row
+from friction_bayes.statespace.regression import LawRegression
+from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.subset_evidence import (
     WeighedSets,
     bound_sets,
     set_marginals,
     set_posterior,
     weigh_bounded,
 )
-from friction_bayes.estimators.random_force.whitening import Clock, Whitened, sensor_row
-from friction_bayes.loop.random_force.joint_problem import JointProblem, Member, Spread
 
 OWN = np.array([True, True, False, False, False, True])
 POSITIVE = np.array([False, False, True, True, False, False])

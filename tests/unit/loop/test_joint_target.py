@@ -10,10 +10,10 @@ from scipy.stats import multivariate_normal
 
 from decays import SYSTEM, slow_decay
 from dense_force import dense_covariance
-from friction_bayes.loop.random_force.joint_check import check_together, target_together
-from friction_bayes.loop.random_force.joint_fit import JointFit, fit_together
-from friction_bayes.loop.random_force.joint_target import JointTarget
-from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.checks.joint_check import check_together, target_together
+from friction_bayes.loop.checks.joint_target import JointTarget
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer.joint_fit import JointFit, fit_together
 
 EFFECTS = ("viscous_damping", "random_force", "sensor_offset")
 

@@ -10,10 +10,11 @@ from scipy import stats
 
 from decays import SYSTEM, long_decay
 from dense_force import dense_covariance
-from friction_bayes.estimators.random_force.whitening import Clock, sensor_row
-from friction_bayes.loop.fit import fit_growing_record
-from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.next_experiment import (
+from friction_bayes.loop.data.model import LoopModel
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.data.starting_point import starting_point
+from friction_bayes.loop.noise.likelihood import NoiseModel
+from friction_bayes.loop.report.next_experiment import (
     Contender,
     expected_log_bayes_factor,
     log_bayes_factor_of_scatter,
@@ -21,9 +22,8 @@ from friction_bayes.loop.next_experiment import (
     proposals,
     rival_prediction,
 )
-from friction_bayes.loop.noise import NoiseModel
-from friction_bayes.loop.segment import cut_records
-from friction_bayes.loop.starting_point import starting_point
+from friction_bayes.loop.search.fit import fit_growing_record
+from friction_bayes.statespace.kalman import Clock, sensor_row
 
 
 @pytest.mark.parametrize("prior_sd", [0.05, 0.6, 3.0])

@@ -12,9 +12,9 @@ from scipy.signal import lfilter
 import friction_bayes as fb
 from decays import SYSTEM, written_decay
 from friction_bayes.core.quantities import QUANTITIES
-from friction_bayes.loop.autoregression import correlation_length, fit_autoregression, is_coloured
-from friction_bayes.loop.noise import NoiseModel, fit_noise, log_densities, whiten
-from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.noise.autoregression import correlation_length, fit_autoregression, is_coloured
+from friction_bayes.loop.noise.likelihood import NoiseModel, fit_noise, log_densities, whiten
 from friction_bayes.mechanics.effects import Scales
 
 SCALES = Scales(

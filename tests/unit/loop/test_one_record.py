@@ -9,11 +9,11 @@ import pytest
 from scipy.special import logsumexp
 
 from decays import SYSTEM, fluctuating_friction, slow_decay
-from friction_bayes.loop.one_record import families_of_one
-from friction_bayes.loop.random_force.force_family import ForceFamily, log_share_of_search
-from friction_bayes.loop.search_family import SearchFamily
-from friction_bayes.loop.searched import search_records
-from friction_bayes.loop.segment import Segment, cut_records
+from friction_bayes.loop.data.prepared_record import Segment, cut_records
+from friction_bayes.loop.mixture.families_of_one import families_of_one
+from friction_bayes.loop.mixture.force_family import ForceFamily, log_share_of_search
+from friction_bayes.loop.mixture.search_family import SearchFamily
+from friction_bayes.loop.search.run_search import search_records
 
 TRIED = ("viscous_damping", "quadratic_drag", "friction_drift", "cubic_stiffness", "sensor_offset")
 ALLOWED = (*TRIED[:4], "random_force", TRIED[4])

@@ -7,8 +7,8 @@ import pytest
 
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
-from friction_bayes.loop.family import FamilyDraws
-from friction_bayes.loop.prior_sensitivity import prior_sensitivity
+from friction_bayes.loop.mixture.mixture import FamilyDraws
+from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
 
 ONE = (frozenset({"viscous_damping"}),)
 TWO = (frozenset[str](), frozenset({"viscous_damping"}))

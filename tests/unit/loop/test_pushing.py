@@ -9,12 +9,12 @@ import pytest
 
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, slow_decay
-from friction_bayes.loop.random_force.fit import fit_random_force
-from friction_bayes.loop.random_force.force_family import ForceFamily
-from friction_bayes.loop.random_force.pushing import pushing
-from friction_bayes.loop.search_family import SearchFamily
-from friction_bayes.loop.searched import search_records
-from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer.pushing import pushing
+from friction_bayes.loop.infer.record_fit import fit_random_force
+from friction_bayes.loop.mixture.force_family import ForceFamily
+from friction_bayes.loop.mixture.search_family import SearchFamily
+from friction_bayes.loop.search.run_search import search_records
 
 RELEASE = 0.02
 

@@ -15,17 +15,17 @@ from fluctuating_force import fluctuating_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.decay.block_means import block_means
-from friction_bayes.estimators.random_force.measured_path import MeasuredPath
-from friction_bayes.estimators.random_force.whitening import sensor_row
-from friction_bayes.loop.evidence import log_evidence
-from friction_bayes.loop.random_force.columns import law_columns
-from friction_bayes.loop.random_force.evidence import log_evidence_without_force
-from friction_bayes.loop.random_force.fit import fit_random_force
-from friction_bayes.loop.random_force.lines import steady_lines
-from friction_bayes.loop.search import Search
-from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.columns.law_columns import law_columns
+from friction_bayes.loop.columns.lines import steady_lines
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer.record_fit import fit_random_force
+from friction_bayes.loop.infer.search_scale import log_evidence_without_force
+from friction_bayes.loop.search.laplace_evidence import log_evidence
+from friction_bayes.loop.search.search import Search
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.integrate import integrate
+from friction_bayes.statespace.kalman import sensor_row
+from friction_bayes.statespace.measured_path import MeasuredPath
 
 DURATION, RATE, FRICTION, RELEASE = 6.0, 200.0, 0.5, 0.02
 TIME = np.arange(int(DURATION * RATE)) / RATE

@@ -9,9 +9,9 @@ import pytest
 
 import friction_bayes as fb
 from fluctuating_force import fluctuating_decay
-from friction_bayes.loop.random_force import sampler_check
-from friction_bayes.loop.random_force.fit import ForceFit
-from friction_bayes.loop.random_force.sampler_check import best_set, check_random_force, target_of_set
+from friction_bayes.loop.checks import sampler_check
+from friction_bayes.loop.checks.sampler_check import best_set, check_random_force, target_of_set
+from friction_bayes.loop.infer.record_fit import ForceFit
 from unsteady_decays import fitted
 
 SYSTEM = fb.Oscillator(mass=2.0, stiffness=200.0)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from friction_bayes.loop.fit import fit_growing_record
-from friction_bayes.loop.model import LoopModel
-from friction_bayes.loop.noise import NoiseModel
-from friction_bayes.loop.robust_covariance import robust_covariance
-from friction_bayes.loop.segment import cut_records
-from friction_bayes.loop.starting_point import starting_point
+from friction_bayes.loop.data.model import LoopModel
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.data.starting_point import starting_point
+from friction_bayes.loop.noise.likelihood import NoiseModel
+from friction_bayes.loop.search.fit import fit_growing_record
+from friction_bayes.loop.search.robust_covariance import robust_covariance
 
 SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from friction_bayes.loop.random_force.joint_fit import fit_together
-from friction_bayes.loop.random_force.lines import decaying_lines, steady_lines
-from friction_bayes.loop.segment import Segment, cut_records
+from friction_bayes.loop.columns.lines import decaying_lines, steady_lines
+from friction_bayes.loop.data.prepared_record import Segment, cut_records
+from friction_bayes.loop.infer.joint_fit import fit_together
 from unsteady_decays import FRICTION, RELEASE, RINGING, STEP, SYSTEM, fitted, probability_of, ringing_record
 
 OFFERED = ("viscous_damping", "sensor_offset", "periodic_interference", "second_mode")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.loop.random_force.draws import law_draws
+from friction_bayes.loop.infer.law_draws import law_draws
 from friction_bayes.mechanics.effects import EFFECTS, Extent, Parameter, SensorEffect, register
 from friction_bayes.mechanics.effects.prior import normal
 from unsteady_decays import RELEASE, bent_record, fitted, probability_of

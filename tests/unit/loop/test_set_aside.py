@@ -9,13 +9,13 @@ import pytest
 
 import decays
 import friction_bayes as fb
-from friction_bayes.estimators.random_force.smoothing import Motion
-from friction_bayes.loop.evidence import log_evidence
-from friction_bayes.loop.random_force.evidence import log_evidence_without_force
-from friction_bayes.loop.random_force.fit import fit_random_force
-from friction_bayes.loop.random_force.set_aside import come_anywhere
-from friction_bayes.loop.search import Search
-from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer.record_fit import fit_random_force
+from friction_bayes.loop.infer.search_scale import log_evidence_without_force
+from friction_bayes.loop.noise.robust_samples import come_anywhere
+from friction_bayes.loop.search.laplace_evidence import log_evidence
+from friction_bayes.loop.search.search import Search
+from friction_bayes.statespace.smoother import Motion
 from unsteady_decays import FRICTION, RELEASE, STEP, SYSTEM, faulty_record, fitted
 
 NOISE = 2e-4

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import halfnorm
 
-from friction_bayes.loop.random_force.effect_columns import Column
-from friction_bayes.loop.random_force.fit import ForceFit
+from friction_bayes.loop.columns.effect_columns import Column
+from friction_bayes.loop.infer.record_fit import ForceFit
 from unsteady_decays import RELEASE, bent_record, fitted
 
 

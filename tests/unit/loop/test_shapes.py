@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from friction_bayes.loop.random_force import shapes
-from friction_bayes.loop.random_force.fit import ForceFit, fit_random_force
-from friction_bayes.loop.random_force.left_over import what_is_left
-from friction_bayes.loop.segment import cut_records
+from friction_bayes.loop.checks import force_shapes
+from friction_bayes.loop.checks.force_tests import what_is_left
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 
@@ -61,5 +61,7 @@ def test_a_law_that_has_taken_every_shape_leaves_none(seed: int, monkeypatch: py
     """As one does whose sensor errs with the angle: two measured swings of it together stopped the loop."""
     fit = fitted({}, seed)
     sign = fit.path.direction
-    monkeypatch.setattr(shapes, "_shapes", lambda _: [("dry friction", sign)])
-    assert shapes.best_shape(fit, np.stack([np.maximum(sign, 0.0), np.minimum(sign, 0.0)], axis=1)) is None
+    monkeypatch.setattr(force_shapes, "_shapes", lambda _: [("dry friction", sign)])
+    assert (
+        force_shapes.best_shape(fit, np.stack([np.maximum(sign, 0.0), np.minimum(sign, 0.0)], axis=1)) is None
+    )

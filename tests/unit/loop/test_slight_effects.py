@@ -12,7 +12,7 @@ from scipy import integrate, stats
 
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
-from friction_bayes.loop.slight_effects import SlightEffect, with_slight_effects
+from friction_bayes.loop.mixture.slight_effects import SlightEffect, with_slight_effects
 
 
 @given(

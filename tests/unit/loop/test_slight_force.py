@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
-from friction_bayes.loop.random_force.slight_force import SlightForce, slight_force
+from friction_bayes.loop.mixture.slight_force import SlightForce, slight_force
 from unsteady_decays import FRICTION, SYSTEM, faulty_record, fitted
 
 EFFECTS = ("random_force", "sensor_offset")

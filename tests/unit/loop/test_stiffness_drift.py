@@ -8,7 +8,7 @@ import xarray as xr
 
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
-from friction_bayes.loop.random_force.forecast import forecast
+from friction_bayes.loop.checks.forecast import forecast
 from friction_bayes.mechanics.integrate import integrate
 from unsteady_decays import fitted
 

@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 import friction_bayes as fb
-from friction_bayes.loop.random_force.fit import ForceFit
-from friction_bayes.loop.random_force.witnesses import Witnesses, two_witnesses
+from friction_bayes.loop.checks.witnesses import Witnesses, two_witnesses
+from friction_bayes.loop.infer.record_fit import ForceFit
 from unsteady_decays import FRICTION, RELEASE, SYSTEM, fitted, sensed, unsteady_motion
 
 NOISE = 2e-5

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from friction_bayes.loop.result import LoopReport
+from friction_bayes.loop.report.result import LoopReport
 from friction_bayes.plotting.loop import (
     loop_figures,
     plot_candidates,

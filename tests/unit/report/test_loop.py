@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from friction_bayes.core.files import manifest
-from friction_bayes.loop.result import LoopReport
+from friction_bayes.loop.report.result import LoopReport
 from friction_bayes.plotting import figure_files
 from friction_bayes.plotting.loop import loop_figures
 from friction_bayes.report.loop import loop_page

@@ -1,0 +1,328 @@
+r"""The plain law as a regression: start, friction, stiffness, rest position, along a motion.
+
+In natural units, about the rest position,
+
+.. math:: x'' = -x - c\,\mathrm{sign}\,v - \kappa x + d
+
+or, for a pendulum, ``x'' = -sin x - c sign v - kappa sin x + d``, with the reference frequency taken from
+the fit under white noise: ``kappa`` corrects it. The forces are evaluated along a motion, so that the signal
+is linear in start, ``c``, ``kappa`` and rest position. Along the trajectory that was fitted this is the
+expansion of that fit, exact without a random force; along the motion smoothed under a random force it holds
+for one of any size.
+
+Priors, of the scale of this record: friction ``F`` as fitted under white noise and amplitude ``A``;
+``c`` normal with sd 2 F about zero, ``kappa`` 0.05, rest position 0.1 A, start 10 A; the random force as in
+:class:`friction_bayes.statespace.force_grid.ForcePrior` about 0.3 F.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
+from friction_bayes.estimators.noise.free_corners import (
+    corner_columns,
+    corner_scale,
+    near_corners,
+)
+from friction_bayes.records.quantisation import quantisation_step
+from friction_bayes.statespace.coloured_noise import Autoregression
+from friction_bayes.statespace.force_grid import ForcePrior, integrate
+from friction_bayes.statespace.kalman import Clock, sensor_row
+from friction_bayes.statespace.measured_path import NEAR_TURN, MeasuredPath
+from friction_bayes.statespace.regression import LawRegression, frequency_change
+from friction_bayes.statespace.response import at_sensor, force_response
+from friction_bayes.statespace.smoother import LEAST_NOISE, Motion, first_motion
+from friction_bayes.statespace.subset_evidence import all_sets
+from friction_bayes.statespace.transition import initial_response
+
+__all__ = ["CORNER", "LEAST_SAMPLES", "Laid", "PlainDecay", "PreparedDecay"]
+
+_CENTRE = 0.3
+"""Median of the random force's sd over the friction that explains the loss of amplitude."""
+_SURELY_SLIDES = 3.0
+"""Amplitude over ``r/k`` below which a half cycle may end in sticking, and is left out."""
+LEAST_SAMPLES = 64
+"""Samples of which noise can be told from a random force."""
+CORNER = "corner_"
+"""What the names of the columns of free corners begin with."""
+_MOST_ROUNDS = 4
+"""Motions that are smoothed with a law: one serves but for a pendulum that swings far."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlainDecay:
+    """One decay and what the fit under white noise, without a random force, has found in it.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        Samples of the moving part.
+    time : ndarray, shape (n,)
+        When they were taken, the first at 0 [s].
+    order : int
+        Order of the derivative measured.
+    frequency : float
+        Angular frequency [rad/s].
+    coefficient : float
+        Friction coefficient of the signal, ``u = w0**q r/k``.
+    rest_position : float
+        Unit of the signal.
+    states : ndarray, shape (n, 2)
+        Displacement about the rest position and velocity that were fitted, times the power of the frequency
+        that gives them the unit of the signal.
+    phase_sd : float
+        Standard deviation of the phase that was fitted, where it is known least.
+    rest_known : bool
+        Whether the rest position was given.
+    pendulum : bool
+        Whether the restoring force is that of a pendulum at large swings.
+    noise_sd : float
+        Of a sample.
+    """
+
+    values: Array
+    time: Array
+    order: int
+    frequency: float
+    coefficient: float
+    rest_position: float
+    states: Array
+    phase_sd: float
+    rest_known: bool = False
+    pendulum: bool = False
+    noise_sd: float
+
+    @property
+    def step(self) -> float:
+        """Mean sampling interval [s]."""
+        return float(self.time[-1] / (self.time.size - 1))
+
+    @property
+    def block(self) -> int:
+        """How many samples are averaged into one; those of an accelerometer, which jumps, are not."""
+        per_period = 2.0 * math.pi / (self.frequency * self.step)
+        return 1 if self.order == 2 else samples_in_block(per_period)
+
+    @property
+    def amplitude(self) -> float:
+        """Largest of the signal about its rest position."""
+        return float(np.max(np.abs(self.values - self.rest_position)))
+
+    @property
+    def usable(self) -> bool:
+        """Whether white noise can be told from anything else here."""
+        return (
+            # an oscillation that grows is no free decay
+            self.coefficient > 0.0
+            and self.values.size // self.block >= LEAST_SAMPLES
+            and self.frequency * self.step < 0.5 * math.pi
+            and self.noise_sd > LEAST_NOISE * self.amplitude
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Laid:
+    """A regression along a path, of a derivative of some order, in natural units of a frequency [rad/s]."""
+
+    path: MeasuredPath
+    regression: LawRegression
+    order: int
+    frequency: float
+
+    @property
+    def unit(self) -> float:
+        """Natural unit in the unit of the signal."""
+        return self.frequency**self.order
+
+    def with_variance(self, variance: Array) -> Laid:
+        """The same with samples left out where a relative variance, shape (n,), is infinite."""
+        own = self.regression.clock
+        clock = replace(own, variance=np.where(np.isfinite(variance), own.variance, np.inf))
+        return replace(self, regression=replace(self.regression, clock=clock))
+
+    def with_noise(self, least: float, colour: Autoregression | None = None) -> Laid:
+        """The same under noise of at least so much, white or coloured, natural units."""
+        regression = self.regression
+        clock = replace(regression.clock, autoregression=colour)
+        least = max(least, regression.least_noise)
+        return replace(self, regression=replace(regression, clock=clock, least_noise=least))
+
+    def with_free_corners(self, friction: float) -> Laid:
+        """The same with corners of any shape, for a displacement ``r/k``; natural units."""
+        path, regression = self.path, self.regression
+        columns, scale = corner_columns(path), corner_scale(path, self.order, friction)
+        extra = scale.size
+        names = tuple(f"{CORNER}{j}" for j in range(extra))
+        clock = regression.clock
+        if self.order == 2:
+            jump = (friction / regression.motion.noise) ** 2 * near_corners(path)
+            clock = replace(clock, variance=clock.variance + jump)
+        n = clock.phase.size
+        return replace(
+            self,
+            regression=replace(
+                regression,
+                clock=clock,
+                names=(*regression.names, *names),
+                columns=np.hstack([regression.columns, columns]),
+                states=np.concatenate([regression.states, np.zeros((n, 2, extra))], axis=2),
+                scale=np.append(regression.scale, scale),
+                positive=np.zeros(len(regression.names) + extra, np.bool_),
+                sets=np.ones((1, len(regression.names) + extra), np.bool_),
+            ),
+        )
+
+
+class PreparedDecay:
+    """A decay in natural units, in means of blocks, up to where it may stick.
+
+    Parameters
+    ----------
+    decay : PlainDecay
+
+    Attributes
+    ----------
+    signal : ndarray, shape (n,)
+        About the rest position, unit of the signal.
+    time : ndarray, shape (n,)
+        [s], the first at zero.
+    friction : float
+        Displacement ``r/k`` that was fitted, in natural units of the frequency that was fitted.
+    prior : ForcePrior
+        Of a random force.
+    """
+
+    def __init__(self, decay: PlainDecay) -> None:
+        self.decay, block = decay, decay.block
+        whole = ~torn_blocks(decay.time, block)
+        time = block_means(decay.time, block)[whole]
+        unit = decay.frequency**decay.order
+        states = np.column_stack([block_means(column, block)[whole] for column in decay.states.T]) / unit
+        amplitude = float(np.max(np.hypot(*states.T)))
+        self.friction = max(decay.coefficient / unit, 1e-6 * amplitude)
+        n = max(_surely_sliding(states, self.friction, decay.frequency * decay.step * block), 0)
+        self.signal = block_means(decay.values - decay.rest_position, block)[whole][:n]
+        self.time = (time - time[0])[:n]
+        self.prior = ForcePrior(centre=_CENTRE * self.friction)
+        self._states = states[:n]
+        # of the sensor's rounding; a signal without noise is known no better than its interpolated motion
+        rounding = (quantisation_step(decay.values) or 0.0) / math.sqrt(12.0)
+        self._least_noise = max(rounding, LEAST_NOISE * decay.amplitude) / math.sqrt(block)
+
+    @property
+    def noise_unit(self) -> float:
+        """Noise of a sample, unit of the signal, where that of a mean of a block is one in natural units."""
+        return self.decay.frequency**self.decay.order * math.sqrt(self.decay.block)
+
+    def along_fit(self) -> Laid:
+        """Regression along the trajectory that was fitted."""
+        decay, n = self.decay, self.time.size
+        covariance = np.zeros((n, 3, 3))
+        covariance[:, 1, 1] = decay.phase_sd**2 * (self._states**2).sum(axis=1)
+        motion = Motion(
+            states=np.column_stack([self._states, np.zeros(n)]),
+            covariance=covariance,
+            noise=decay.noise_sd / self.noise_unit,
+            force_sd=0.0,
+            tau=1.0,
+        )
+        return self._along(motion, decay.frequency)
+
+    def along_smoothed(self, least_noise: float) -> Laid:
+        """Regression along the motion smoothed under a random force, in natural units of its frequency.
+
+        The noise is at least ``least_noise``, natural units.
+        """
+        decay, frequency = self.decay, self.decay.frequency
+        motion = first_motion(
+            self.signal / frequency**decay.order, Clock.of(frequency * self.time), sensor_row(decay.order)
+        )
+        laid = self._along(motion, frequency).with_noise(least_noise)
+        for _ in range(_MOST_ROUNDS):
+            regression = laid.regression
+            guessed = integrate(regression.problem, self.prior, regression.motion.noise, only_mode=True)
+            law = guessed.best_law()
+            change = frequency_change(law[regression.stiffness])
+            frequency *= change
+            motion = regression.smoothed(law, guessed.best).at_frequency(change)
+            last, laid = laid.path, self._along(motion, frequency).with_noise(least_noise)
+            if last.serves(laid.path.x, self.prior.centre):
+                break
+        return laid
+
+    def _along(self, motion: Motion, frequency: float) -> Laid:
+        decay, unit = self.decay, frequency**self.decay.order
+        x, v = motion.states[:, :2].T.copy()
+        path = MeasuredPath.through(frequency * self.time, x, v, motion.velocity_sd, pendulum=decay.pendulum)
+        variance = _relative_variance(path, decay.order)
+        regression = _regression(self.signal / unit, path, variance, motion, self.friction, decay)
+        return Laid(
+            path=path,
+            regression=replace(regression, least_noise=self._least_noise / unit),
+            order=decay.order,
+            frequency=frequency,
+        )
+
+
+def _surely_sliding(states: Array, friction: float, step: float) -> int:
+    """How many samples come before the half cycles that may end in sticking.
+
+    The amplitude falls by ``2 r/k`` a half cycle.
+    """
+    n = len(states)
+    last = states[-max(round(math.pi / step), 1) :]
+    left = float(np.mean(np.hypot(last[:, 0], last[:, 1])))
+    half_cycles = min(max((_SURELY_SLIDES * friction - left) / (2.0 * friction), 0.0), _SURELY_SLIDES)
+    return n - math.ceil(half_cycles * math.pi / step)
+
+
+def _relative_variance(path: MeasuredPath, order: int) -> Array:
+    """One of every sample that counts: no acceleration near a turning point does."""
+    near = np.abs(path.v) < NEAR_TURN * np.hypot(path.x, path.v)
+    return np.where(near & (order == 2), np.inf, 1.0)
+
+
+def _regression(
+    signal: Array, path: MeasuredPath, variance: Array, motion: Motion, friction: float, decay: PlainDecay
+) -> LawRegression:
+    row = sensor_row(decay.order, path.slope)
+
+    def forces(x: Array, direction: Array, stiffness: Array) -> Array:
+        """Friction, stiffness and what the restoring force lacks of ``stiffness x``, in columns."""
+        restoring = path.restoring(x)
+        return np.stack([-direction, -restoring, stiffness * x - restoring], axis=1)
+
+    states = force_response(path, forces(path.node_x, path.direction, path.stiffness[path.interval]))
+    answered = at_sensor(states, row, forces(path.x, path.expected_direction, path.slope))
+    start = initial_response(path.phase, path.stiffness)
+    columns = np.column_stack([at_sensor(start, row), answered[:, :2]])
+    known = states[:, :, 2]
+    states = np.concatenate([start, states[:, :, :2]], axis=2)
+    names: tuple[str, ...] = ("displacement", "velocity", "friction", "stiffness")
+    amplitude = float(np.max(np.hypot(path.x, path.v)))
+    scale = np.array([10.0 * amplitude, 10.0 * amplitude, 2.0 * friction, 0.05])
+    if not decay.rest_known:
+        columns = np.column_stack([columns, np.ones(signal.size)])
+        states = np.concatenate([states, np.zeros((signal.size, 2, 1))], axis=2)
+        names, scale = (*names, "rest"), np.append(scale, 0.1 * amplitude)
+    size = len(names)
+    return LawRegression(
+        clock=Clock.of(path.phase, variance, stiffness=path.stiffness),
+        row=row,
+        names=names,
+        columns=columns,
+        states=states,
+        known_states=known,
+        target=signal - answered[:, 2],
+        scale=scale,
+        positive=np.zeros(size, np.bool_),
+        sets=all_sets(np.ones(size, np.bool_)),
+        log_prior=np.zeros(1),
+        stiffness=names.index("stiffness"),
+        motion=motion,
+    )

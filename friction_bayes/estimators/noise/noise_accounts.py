@@ -1,0 +1,268 @@
+r"""What white noise leaves of a decay, and the accounts of it: coloured noise, a random force, both.
+
+White noise, coloured noise, white noise with a random force and coloured noise with one are evaluated on the
+same samples. Without a force the columns of the law go along the trajectory that was fitted, so that the
+regression is the expansion of that very fit; with one along the motion smoothed under it, or along the
+trajectory too where that explains the record better, as it does of a slight force.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from scipy import stats
+from scipy.special import logsumexp
+
+from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.conjugate.mixture import Mixture
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.whiteness import Whiteness, whiteness
+from friction_bayes.estimators.noise.coulomb_regression import (
+    CORNER,
+    LEAST_SAMPLES,
+    Laid,
+    PlainDecay,
+    PreparedDecay,
+)
+from friction_bayes.estimators.noise.noise_level import SensorNoise, sensor_noise
+from friction_bayes.statespace.force_grid import ForcePrior, Posterior, integrate
+from friction_bayes.statespace.force_target import (
+    force_target,
+    half_cycle_blocks,
+    still_target,
+)
+from friction_bayes.statespace.kalman import shown, smooth
+from friction_bayes.statespace.regression import MarginalRegression, frequency_change
+
+__all__ = ["SLIGHT", "NoiseAccount", "noise_accounts"]
+
+SLIGHT = 1e-3
+"""Probability of an account below which it is left out."""
+_SHIFTS_PATH = 0.05
+"""Probability of a force along the fitted trajectory, from which on the motion is smoothed under it: a
+force that is less probable is so slight that it moves the turning points by next to nothing."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NoiseAccount:
+    """One account of what dry friction leaves: white or coloured noise, with a random force or without.
+
+    Attributes
+    ----------
+    coloured, forced : bool
+        Whether the noise is coloured, and whether there is a random force.
+    free_corners : bool
+        Whether the corners of the motion may have any shape.
+    probability : float
+        Of this account.
+    coefficient : Mixture
+        Friction coefficient ``u`` of the signal.
+    frequency, frequency_sd : float
+        [rad/s].
+    noise_sd : float
+        Of a sample.
+    sd, correlation_time : frozen scipy.stats distribution or None
+        Of the random force, in the unit of ``coefficient`` and [s]; None where there is none.
+    innovations : Whiteness
+        Of the whitened residuals at the most probable random force.
+    target : callable, float -> Target
+        The same posterior for a sampler, from the factor from ``coefficient`` to force.
+    """
+
+    coloured: bool
+    forced: bool
+    free_corners: bool
+    probability: float
+    coefficient: Mixture
+    frequency: float
+    frequency_sd: float
+    noise_sd: float
+    sd: stats.distributions.rv_frozen | None
+    correlation_time: stats.distributions.rv_frozen | None
+    innovations: Whiteness
+    target: Callable[[float], Target] = field(repr=False)
+
+    @property
+    def name(self) -> str:
+        """In words."""
+        words = ["coloured noise" if self.coloured else "white noise"]
+        words += ["a random force"] if self.forced else []
+        words += ["corners of any shape"] if self.free_corners else []
+        return ", ".join(words)
+
+
+def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
+    """Weigh all accounts of a decay, the one of white noise alone first.
+
+    None where it is too short, or has no noise to speak of.
+    """
+    if not decay.usable:
+        return ()
+    prepared = PreparedDecay(decay)
+    if prepared.signal.size < LEAST_SAMPLES:
+        return ()
+    along = [prepared.along_fit()]
+    weighed = _weigh(prepared, along)
+    if sum(share for each, share in weighed if each.posterior.probability > 0.0) > _SHIFTS_PATH:
+        along.append(prepared.along_smoothed(weighed[0][0].laid.regression.least_noise))
+        # evidences compare where they are of the same samples
+        variance = np.maximum(*(each.regression.clock.variance for each in along))
+        weighed = _weigh(prepared, [each.with_variance(variance) for each in along])
+    return tuple(_account(part, share, prepared) for part, share in weighed)
+
+
+def _weigh(prepared: PreparedDecay, along: Sequence[Laid]) -> list[tuple[_Weighed, float]]:
+    """All accounts and their probabilities; without a force along the fit, with one along any path."""
+    free = [laid.with_free_corners(prepared.friction) for laid in along]
+    stills = [_still(prepared, paths[0]) for paths in (along, free)]
+    best = max(part.log_evidence for parts in stills for part in parts)
+    parts = [part for still in stills for part in still]
+    for paths, still in zip((along, free), stills, strict=True):
+        if max(part.log_evidence for part in still) > best + math.log(SLIGHT):
+            parts += _forced(prepared, paths, still[0].laid.regression.least_noise)
+    log_evidence = np.array([part.log_evidence for part in parts])
+    return list(zip(parts, np.exp(log_evidence - logsumexp(log_evidence)).tolist(), strict=True))
+
+
+def _still(prepared: PreparedDecay, laid: Laid) -> list[_Weighed]:
+    """Accounts without a random force; that of white noise first."""
+    prior, log_prior = prepared.prior.without_force, math.log(prepared.prior.none)
+    noise = _weighed(laid, prior).noise()
+    parts = [_weighed(laid.with_noise(noise.floor), prior, log_prior)]
+    if noise.colour is not None:
+        parts.append(_weighed(laid.with_noise(noise.coloured_floor, noise.colour), prior, log_prior))
+    return parts
+
+
+def _forced(prepared: PreparedDecay, paths: Sequence[Laid], floor: float) -> list[_Weighed]:
+    """Accounts with a random force; that of white noise first."""
+    white = _best([_weighed(laid.with_noise(floor), prepared.prior).forced for laid in paths])
+    noise = white.noise(least=floor, paid=False)
+    if noise.colour is None:
+        return [white]
+    coloured = [
+        _weighed(laid.with_noise(noise.coloured_floor, noise.colour), prepared.prior).forced for laid in paths
+    ]
+    return [white, _best(coloured)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Weighed:
+    """A regression along a path with its posterior, or what of that has a force, or none."""
+
+    laid: Laid
+    posterior: Posterior
+    log_prior: float = 0.0
+
+    @property
+    def log_evidence(self) -> float:
+        """Of the record in the unit of its signal, up to what all accounts share."""
+        clock = self.laid.regression.clock
+        samples = int(np.count_nonzero(np.isfinite(clock.variance)))
+        value = self.log_prior + self.posterior.log_evidence - samples * math.log(self.laid.unit)
+        colour = clock.autoregression
+        return value if colour is None else value - colour.penalty
+
+    @property
+    def forced(self) -> _Weighed:
+        """Given that there is a random force."""
+        return replace(self, posterior=self.posterior.among((self.posterior.ratio > 0.0)[:, None]))
+
+    def noise(self, *, least: float = 0.0, paid: bool = True) -> SensorNoise:
+        """What the law and the most probable force leave; samples that do not count are bridged."""
+        regression, force = self.laid.regression, self.posterior.best
+        clock = regression.clock
+        left = regression.residual(self.posterior.best_law())
+        if force.ratio > 0.0:
+            states, _ = smooth(left[:, None], clock, regression.row, force.ratio, force.tau)
+            left = left - shown(states[:, :3, 0], regression.row)
+        used = np.isfinite(clock.variance)
+        index = np.arange(used.size)
+        return sensor_noise(
+            np.interp(index, index[used], left[used]),
+            clock.phase,
+            self.laid.order,
+            len(regression.names),
+            least=least,
+            even=clock.even,
+            paid=paid,
+        )
+
+
+def _weighed(laid: Laid, prior: ForcePrior, log_prior: float = 0.0) -> _Weighed:
+    regression = laid.regression
+    return _Weighed(laid, integrate(regression.problem, prior, regression.motion.noise), log_prior)
+
+
+def _best(parts: Sequence[_Weighed]) -> _Weighed:
+    """Of several linearisations of one account the one that explains the record best."""
+    return max(parts, key=lambda part: part.log_evidence)
+
+
+def _account(part: _Weighed, probability: float, prepared: PreparedDecay) -> NoiseAccount:
+    """Put an account in units of the signal."""
+    laid, posterior, decay = part.laid, part.posterior, prepared.decay
+    regression, frequency = laid.regression, laid.frequency
+    kappa = posterior.coefficient("stiffness")
+    found = frequency * frequency_change(kappa.mean())
+    # c is r / m over the reference frequency squared, u is w0**q r/k at the frequency found
+    unit = frequency**2 * found ** (decay.order - 2)
+    # of a sample, where the regression has means of blocks
+    noise_unit = laid.unit * math.sqrt(decay.block)
+    best = posterior.best
+    innovations = regression.innovations(posterior.best_law(), best.ratio, best.tau)
+    forced = bool(np.any(posterior.ratio > 0.0))
+    return NoiseAccount(
+        coloured=regression.clock.autoregression is not None,
+        forced=forced,
+        free_corners=regression.names[-1].startswith(CORNER),
+        probability=probability,
+        coefficient=posterior.coefficient("friction").scaled(unit),
+        frequency=found,
+        frequency_sd=0.5 * frequency**2 / found * kappa.std(),
+        noise_sd=posterior.noise_sd * noise_unit,
+        sd=_scaled_log_normal(posterior.force_sd, unit) if forced else None,
+        correlation_time=_scaled_log_normal(posterior.correlation_time, 1.0 / frequency) if forced else None,
+        innovations=whiteness(innovations[np.isfinite(regression.clock.variance)]),
+        target=lambda force_factor: _target(part, prepared, unit, force_factor),
+    )
+
+
+def _scaled_log_normal(distribution: Any, factor: float) -> Any:
+    return stats.lognorm(*distribution.args, scale=distribution.kwds["scale"] * factor)
+
+
+def _target(part: _Weighed, prepared: PreparedDecay, unit: float, force_factor: float) -> Target:
+    """The posterior of an account for a sampler; ``unit`` is that of its friction in the signal."""
+    laid, regression = part.laid, part.laid.regression
+    corners = np.array([name.startswith(CORNER) for name in regression.names])
+    if corners.any():
+        regression = MarginalRegression.without(regression, corners, part.posterior.best_law())
+    friction = regression.names.index("friction")
+    noise_unit = laid.unit * math.sqrt(prepared.decay.block)
+
+    def still(law: Array, noise: Array) -> dict[str, Array]:
+        change = np.array([frequency_change(kappa) for kappa in law[:, regression.stiffness]])
+        return {
+            "friction": force_factor * unit * law[:, friction],
+            "frequency": laid.frequency * change,
+            "precision": (noise_unit * noise) ** -2.0,
+        }
+
+    def forced(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
+        return still(law, noise) | {
+            "random_force_sd": force_factor * unit * q,
+            "correlation_time": tau / laid.frequency,
+        }
+
+    blocks = half_cycle_blocks(regression.clock.phase)
+    signal = prepared.signal + prepared.decay.rest_position
+    if np.any(part.posterior.ratio > 0.0):
+        return force_target(
+            regression, prepared.prior, natural=forced, blocks=blocks, signal=signal, unit=laid.unit
+        )
+    return still_target(regression, natural=still, blocks=blocks, signal=signal, unit=laid.unit)

@@ -1,0 +1,172 @@
+r"""How strong the noise of the sensor is near the motion's frequency, and what colour it has above.
+
+What lies far above the motion's frequency is no witness of friction: filters, means over intervals and
+interpolation take the corners of the motion away together with the noise there, and the silence of that band
+would speak against friction, or for a force in place of the noise. The noise is therefore taken to be nowhere
+below its level ``sigma**2`` near the motion's frequency,
+
+.. math:: S(\omega) = \max(S_r(\omega), \sigma^2) \ (\omega > 2 \omega_0), \quad \sigma^2 \ \text{else},
+
+with ``S_r`` the spectrum of an autoregression of the residual. The level is told by means of a sixth of a
+period, which show nothing of what lies higher, and three ways: as the mean white noise beside a random force
+or none, whose mark is a resonance that no sensor has, and as the spectrum of the residual over the octave
+above the motion's frequency, with that force in it and without. A force raises the first of these spectra and
+lowers the second; noise that falls with frequency raises both, noise that rises lowers both. The median is
+right in all three cases.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import logsumexp
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.block_means import block_means
+from friction_bayes.statespace.coloured_noise import Autoregression, burg
+from friction_bayes.statespace.force_grid import at_resonance
+from friction_bayes.statespace.kalman import Clock, sensor_row, shown, smooth, whiten
+from friction_bayes.statespace.response import at_sensor
+from friction_bayes.statespace.transition import initial_response
+
+__all__ = ["SensorNoise", "looks_white", "sensor_noise"]
+
+_PER_PERIOD = 6
+"""Means a period: their Nyquist frequency is three times the motion's."""
+_SIZES = np.geomspace(0.1, 100.0, 7)
+_TIMES = (0.3, 1.0, 3.0, 10.0)
+"""Of forces that the level is averaged over: sd at resonance over the noise, correlation times as phases."""
+_PRIOR_NONE = 0.5
+"""Prior probability of none in that average."""
+_WHITE = 1.0
+"""Gain in log likelihood below which a colour is none."""
+_OCTAVE = np.geomspace(1.0, 2.0, 20)
+"""Frequencies, over the motion's, at which a noise that rises with frequency is told."""
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """What a residual says of the noise that an estimator may count on.
+
+    Attributes
+    ----------
+    floor : float
+        Sd of white noise of the level near the motion's frequency.
+    colour : Autoregression or None
+        Of the noise; None where it is white.
+    coloured_floor : float
+        Least sd of noise of that colour, which has this level near the motion's frequency.
+    """
+
+    floor: float
+    colour: Autoregression | None
+    coloured_floor: float
+
+
+def sensor_noise(
+    residual: Array,
+    phase: Array,
+    order: int,
+    fitted: int,
+    *,
+    least: float = 0.0,
+    even: bool = True,
+    paid: bool = True,
+) -> SensorNoise:
+    """Noise of the sensor from what a fit leaves.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (n,)
+    phase : ndarray, shape (n,)
+        Of the samples, ``w0 t``.
+    order : int
+        Order of the derivative measured.
+    fitted : int
+        How many numbers have been fitted to it.
+    least : float
+        Of which the floor is known to be, at least.
+    even : bool
+        Whether the samples are evenly spaced; without, no colour is looked for.
+    paid : bool
+        Whether the part of a colour that is below the floor pays for its coefficients: not where a force has
+        been taken off, which leaves noise of less than its own.
+    """
+    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
+    own, variance = burg(residual, fitted)
+    block = max(int(2.0 * math.pi / angle / _PER_PERIOD), 1)
+    # of a mean of a block to that of a sample
+    floor2 = block * _level(block_means(residual, block), block_means(phase, block), order, fitted / block)
+    if own.order == 0:
+        floor2 = min(floor2, variance)
+    floor2 = max(floor2, least**2)
+    if own.order == 0 or not even:
+        return SensorNoise(math.sqrt(floor2), None, math.sqrt(floor2))
+    colour = own.tempered(floor2 / variance, angle, residual.size, paid=paid)
+    if colour.gain(residual.size) <= max(colour.penalty, _WHITE):
+        return SensorNoise(math.sqrt(floor2), None, math.sqrt(floor2))
+    level = colour.level(angle * _OCTAVE)
+    return SensorNoise(math.sqrt(floor2), colour, math.sqrt(floor2 / level))
+
+
+def looks_white(residual: Array, phase: Array, order: int, fitted: int) -> bool:
+    """Whether nothing in a residual speaks for coloured noise or for a force: a glance before a long look.
+
+    Parameters as for :func:`sensor_noise`. Both autoregressions are of order zero by their criterion, and a
+    force is no more probable than it was.
+    """
+    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
+    block = max(int(2.0 * math.pi / angle / _PER_PERIOD), 1)
+    thinned = block_means(residual, block)
+    if burg(residual, fitted)[0].order or burg(thinned, fitted / block)[0].order:
+        return False
+    clock = Clock.of(block_means(phase, block))
+    return _beside_a_force(thinned, clock, sensor_row(order)).none >= _PRIOR_NONE
+
+
+class _Beside(NamedTuple):
+    """What a grid of forces says of a residual: mean variance of the white noise, what is left, P(none)."""
+
+    variance: float
+    left: Array
+    none: float
+
+
+def _level(residual: Array, phase: Array, order: int, fitted: float) -> float:
+    """Variance of the white noise that is as strong as the sensor's near the motion's frequency."""
+    octave = _OCTAVE * float(phase[-1] - phase[0]) / (phase.size - 1)
+    beside = _beside_a_force(residual, Clock.of(phase), sensor_row(order))
+    levels = [beside.variance]
+    for each in (residual, beside.left):
+        colour, variance = burg(each, fitted)
+        levels.append(variance * colour.level(octave))
+    return float(np.median(levels))
+
+
+def _beside_a_force(residual: Array, clock: Clock, row: Array) -> _Beside:
+    """Average over a grid of forces, none among them."""
+    start = at_sensor(initial_response(clock.phase), row)
+    columns = np.column_stack([start, np.ones(residual.size), residual])
+    freedom = residual.size - columns.shape[1] + 1
+    forces = [(0.0, 1.0), *((size / float(at_resonance(tau)), tau) for size in _SIZES for tau in _TIMES)]
+    each_prior = math.log((1.0 - _PRIOR_NONE) / (len(forces) - 1))
+    laws, variances, log_weights = [], [], []
+    for ratio, tau in forces:
+        whitened = whiten(columns, clock, row, ratio, tau)
+        scale = np.sqrt(np.diag(whitened.gram))
+        lower = np.linalg.cholesky(whitened.gram / np.outer(scale, scale))
+        pivots = np.log(np.diag(lower) * scale)
+        laws.append(np.linalg.solve(lower[:-1, :-1].T, lower[-1, :-1]) * scale[-1] / scale[:-1])
+        variances.append(math.exp(2.0 * pivots[-1]) / freedom)
+        log_weight = -freedom * pivots[-1] - pivots[:-1].sum() - 0.5 * whitened.log_determinant
+        log_weights.append(log_weight + (each_prior if ratio > 0.0 else math.log(_PRIOR_NONE)))
+    weight = np.exp(log_weights - logsumexp(log_weights))
+    best = int(np.argmax(weight))
+    beside = residual - columns[:, :-1] @ laws[best]
+    if best > 0:
+        states, _ = smooth(beside[:, None], clock, row, *forces[best])
+        beside = beside - shown(states[:, :3, 0], row)
+    return _Beside(float(weight @ variances), beside, float(weight[0]))

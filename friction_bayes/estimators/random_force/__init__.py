@@ -1,1 +1,0 @@
-"""Regression of a free decay under a force that fluctuates."""

@@ -1,0 +1,98 @@
+"""Forces beside a law: how much better would they explain the record, whatever the law can take of them?"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.statespace.kalman import whiten
+from friction_bayes.statespace.response import at_sensor, force_response
+
+__all__ = ["BesideLaw", "ScoreTest", "beside_law"]
+
+_LEAST_SHARE = 0.05
+"""Share of a force, whitened, that the law must leave for it to test anything."""
+
+
+class ScoreTest(NamedTuple):
+    """Test of several forces at once, and their coefficients by least squares.
+
+    Attributes
+    ----------
+    statistic : float
+        Chi-square.
+    degrees : int
+        Combinations of the forces that can be told from the law.
+    coefficients : ndarray, shape (f,)
+    covariance : ndarray, shape (f, f)
+    """
+
+    statistic: float
+    degrees: int
+    coefficients: Array
+    covariance: Array
+
+
+class BesideLaw(NamedTuple):
+    """Whitened products of forces and the residual, in standard deviations of the noise.
+
+    Attributes
+    ----------
+    norm : ndarray, shape (f,)
+        Length of each force before anything is taken from it.
+    gram : ndarray, shape (f, f)
+        Of what the law leaves of the forces.
+    score : ndarray, shape (f,)
+        Of that with the residual.
+    """
+
+    norm: Array
+    gram: Array
+    score: Array
+
+    def test(self, chosen: slice) -> ScoreTest:
+        """Test some of the forces together."""
+        norm = self.norm[chosen]
+        values, vectors = np.linalg.eigh(self.gram[chosen, chosen] / np.outer(norm, norm))
+        kept = values > _LEAST_SHARE
+        b = vectors[:, kept].T @ (self.score[chosen] / norm)
+        basis = vectors[:, kept] / norm[:, None]
+        return ScoreTest(
+            statistic=float(np.sum(b * b / values[kept])),
+            degrees=int(kept.sum()),
+            coefficients=basis @ (b / values[kept]),
+            covariance=basis @ np.diag(1.0 / values[kept]) @ basis.T,
+        )
+
+    def with_law(self, j: int) -> BesideLaw | None:
+        """The same if force ``j`` were part of the law; None where the law has taken it already."""
+        own = self.gram[j, j]
+        if own <= _LEAST_SHARE * self.norm[j] ** 2:
+            return None
+        share = self.gram[j] / own
+        return BesideLaw(
+            self.norm, self.gram - np.outer(share, self.gram[j]), self.score - share * self.score[j]
+        )
+
+
+def beside_law(fit: ForceFit, forces: Array) -> BesideLaw:
+    """Whiten forces, shape (nodes, f), and take the best law out of them."""
+    best = fit.posterior.best
+    law = np.flatnonzero(fit.sets.columns[fit.chosen])
+    answered = at_sensor(force_response(fit.path, forces), fit.row)
+    if np.any(fit.row[..., 2]):
+        # the force itself at the samples: the mean over the nodes of the interval before
+        at_samples = np.zeros((fit.path.phase.size, forces.shape[1]))
+        np.add.at(at_samples, fit.path.interval + 1, forces * fit.path.node_weight[:, None])
+        at_samples[1:] /= np.diff(fit.path.phase)[:, None]
+        answered = answered + fit.row[..., 2:] * at_samples
+    block = np.column_stack([fit.law.sensor[:, law] * fit.law.scale[law], answered, fit.residual])
+    gram = whiten(block, fit.clock, fit.row, best.ratio, best.tau).gram / best.noise**2
+    p = law.size
+    known = gram[:p, :p] + np.eye(p)
+    rest = gram[p:, p:] - gram[:p, p:].T @ np.linalg.solve(known, gram[:p, p:])
+    norm = np.sqrt(np.maximum(np.diag(gram)[p:-1], 1e-300))
+    return BesideLaw(norm, rest[:-1, :-1], rest[:-1, -1])

@@ -1,0 +1,133 @@
+r"""Whether several records contradict one law for all: an effect's size by each record alone, compared.
+
+Friction may differ between records, an effect that they share may not. Where it does all the same, other
+effects and the random force take up the difference, and the law that is best for all is none of theirs. So
+the records are asked as if each had sizes of its own: the set of effects that is most probable then has
+coefficients :math:`m_r` in record r, with covariance :math:`C_r` over all else that the set holds (by its
+samples alone: to a record that says little, the prior is no evidence of a small effect), and
+
+.. math:: \chi^2 = \sum_r (m_r - \bar m)^T C_r^{-1} (m_r - \bar m), \qquad
+   \bar m = \Big(\sum_r C_r^{-1}\Big)^{-1} \sum_r C_r^{-1} m_r
+
+is chi-square with ``(r - 1) k`` degrees of freedom for an effect of ``k`` columns that is as large in all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2
+
+from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.loop.infer.joint_fit import JointFit
+from friction_bayes.statespace.subset_evidence import set_posterior
+
+__all__ = ["Comparison", "compared_sizes", "contradictions"]
+
+_BY_CHANCE = 0.01
+"""Probability that one of the effects is said to differ where none does."""
+_PRIOR = 1e-4
+"""Of its precision, what the sizes by themselves are told with: enough for a unique answer."""
+
+
+class Comparison(NamedTuple):
+    """An effect in several records.
+
+    Attributes
+    ----------
+    effect : str
+    chi_square : float
+        Of its sizes about the common one.
+    freedom : int
+        Degrees of freedom of that.
+    share, share_sd : ndarray, shape (r, k)
+        Each record's coefficients over the common ones.
+    """
+
+    effect: str
+    chi_square: float
+    freedom: int
+    share: Array
+    share_sd: Array
+
+    @property
+    def p_value(self) -> float:
+        """Probability of sizes that differ as much or more, where one is that of all."""
+        return float(chi2.sf(self.chi_square, self.freedom))
+
+
+def contradictions(fit: JointFit) -> Iterator[str]:
+    """Say which effects the records contradict one size of."""
+    found = compared_sizes(fit)
+    for one in found:
+        if one.p_value >= _BY_CHANCE / len(found):
+            continue
+        shares = ""
+        if one.share.shape[1] == 1:
+            each = zip(fit.records, one.share[:, 0], one.share_sd[:, 0], strict=True)
+            shares = ", over the common size: " + ", ".join(
+                f"{record.segment.decay.name} {share:.2f} ± {sd:.2f}" for record, share, sd in each
+            )
+        yield (
+            f"the records contradict one {one.effect} for all (chi-square {one.chi_square:.3g}, degrees of "
+            f"freedom {one.freedom}, p {one.p_value:.1g}{shares}); other effects or the random force take up "
+            "what differs: close the loop on each record by itself"
+        )
+
+
+def compared_sizes(fit: JointFit) -> list[Comparison]:
+    """Compare the effects that all records share in the set that is best where sizes may differ.
+
+    Effects that each record has of its own, and those that are told as shares of friction, which may differ
+    between the records, are not compared.
+    """
+    law = fit.along[0].law
+    mean, covariance, columns = _by_themselves(fit)
+    places: dict[str, list[int]] = {}
+    for place, j in enumerate(columns):
+        column = law.columns[j]
+        if column.kind == "effect" and not column.own and not column.of_friction:
+            places.setdefault(column.effect, []).append(place)
+    return [_compared(effect, mean[:, at], covariance[:, at][:, :, at]) for effect, at in places.items()]
+
+
+def _compared(effect: str, mean: Array, covariance: Array) -> Comparison:
+    precision = np.linalg.inv(covariance)
+    common = np.linalg.solve(precision.sum(axis=0), np.einsum("rij,rj->i", precision, mean))
+    away = mean - common
+    return Comparison(
+        effect=effect,
+        chi_square=float(np.einsum("ri,rij,rj->", away, precision, away)),
+        freedom=(len(mean) - 1) * common.size,
+        share=mean / common,
+        share_sd=np.sqrt(np.einsum("rii->ri", covariance)) / np.abs(common),
+    )
+
+
+def _by_themselves(fit: JointFit) -> tuple[Array, Array, Integers]:
+    """What each record says, under its own noise and random force, in the set that is best for all then.
+
+    Means (r, s) and covariances (r, s, s) of the coefficients, in units of their prior sd, and their columns.
+    """
+    sets, found = fit.along[0].sets, []
+    for one, alone in zip(fit.along, fit.alone, strict=True):
+        motion, problem = alone.motion, one.regression.problem
+        ratio, tau = motion.force_sd / motion.noise, motion.tau
+        found.append((problem, problem.whiten_at(ratio, tau), problem.weigh(ratio, tau)))
+    likelihood = sum(weighed.log_weight - sets.log_prior for _, _, weighed in found)
+    best = int(np.argmax(likelihood + sets.log_prior))
+    inside = sets.columns[best]
+    said = [
+        set_posterior(
+            whitened.gram,
+            problem.reference,
+            inside,
+            _PRIOR * weighed.full_noise2,
+            float(weighed.noise2[best]),
+        )
+        for problem, whitened, weighed in found
+    ]
+    mean, covariance = (np.array(values) for values in zip(*said, strict=True))
+    return mean, covariance, np.flatnonzero(inside)

@@ -1,0 +1,209 @@
+"""What a law and a random force leave: noise, or something that follows the motion.
+
+A random force takes up whatever moves the oscillator. Whether it depends on the motion is tested as a force:
+binned functions of the velocity, the position, the amplitude and the time, whitened like every column, beside
+the law. What passes is fluctuation; what fails and is large is an effect that the catalogue lacks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.loop.checks.beside_law import ScoreTest, beside_law
+from friction_bayes.loop.checks.force_shapes import Shape, best_shape, stops
+from friction_bayes.loop.infer.knocks import jump_tails
+from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.loop.search.residual_tests import Channel, ResidualTests, far_residuals, largest_line
+
+__all__ = ["Dependence", "LeftOver", "what_is_left", "worst_of"]
+
+_BINS = 10
+_TIME_BINS = 8
+_JUMPS = "force_jumps"
+_BAND = (0.5, 1.5)
+"""Frequencies over that of the motion between which the record tells friction."""
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """How far the force that is left depends on something.
+
+    Attributes
+    ----------
+    on : str
+        ``velocity``, ``position``, ``amplitude`` or ``time``.
+    channel : Channel
+        Its test.
+    force : float
+        Root mean square of that part of the force, its own uncertainty taken off, natural units.
+    friction : float
+        Friction that would take as much energy out of the motion as that part does, natural units.
+    signal : float
+        The same root mean square of what it adds to the innovations, in the unit of the signal.
+    """
+
+    on: str
+    channel: Channel
+    force: float
+    friction: float
+    signal: float
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOver(ResidualTests):
+    """Tests of the innovations and of the force; ``rms`` is that of the innovations.
+
+    Attributes
+    ----------
+    dependences : tuple of Dependence
+    near_motion : float
+        Standard deviation of the innovations near the frequency of the motion, over the model's.
+    shape : Shape or None
+        That describes the worst dependence best; None where there is none.
+    """
+
+    dependences: tuple[Dependence, ...]
+    near_motion: float
+    shape: Shape | None = None
+
+    @property
+    def jumps(self) -> float | None:
+        """Kurtosis of the jumps of the random force where they are no normal ones; None where they may be."""
+        if _JUMPS not in self.failed:
+            return None
+        return next(channel.statistic for channel in self.channels if channel.name == _JUMPS)
+
+    @property
+    def worst(self) -> Dependence | None:
+        """The largest dependence that fails its test."""
+        failed = [d for d in self.dependences if d.channel.name in self.failed]
+        return max(failed, key=lambda d: d.force, default=None)
+
+    def matters(self, tolerance: float, friction: float) -> bool:
+        """Whether what is left is more than friction can be told in spite of.
+
+        It is where a force that depends on the motion is larger than the tolerance's share of ``friction``
+        (natural units), or where innovations that are no noise exceed what the model says of them by that
+        share near the frequency of the motion: elsewhere they are the sensor's own, and say nothing about
+        the law. That a random force jumps as no normal one does is said and decides nothing: it fluctuates.
+        """
+        if self.worst is not None and self.worst.force > tolerance * friction:
+            return True
+        coloured = "whiteness" in self.failed or "spectrum" in self.failed
+        return coloured and self.near_motion > 1.0 + tolerance
+
+    def to_left(self) -> dict[str, Any]:
+        """What the report says of the worst dependence: ``depends_on``, ``shape`` and its ``share``."""
+        return {
+            "depends_on": None if self.worst is None else self.worst.on,
+            "shape": None if self.shape is None else self.shape.name,
+            "share": None if self.shape is None else self.shape.share,
+        }
+
+
+def what_is_left(fit: ForceFit) -> LeftOver:
+    """Test what the best law and its random force leave."""
+    x = fit.innovations[np.isfinite(fit.clock.variance)]
+    white = whiteness(x)
+    line, line_p = largest_line(x)
+    channels = [
+        Channel("whiteness", white.statistic, white.lags, white.p_value),
+        Channel("spectrum", line, 2, line_p),
+        far_residuals(x),
+    ]
+    binned = dict(_binned_forces(fit))
+    best = fit.posterior.best
+    kurtosis, independent, p_value = jump_tails(fit.regression, fit.coefficients, best)
+    channels.append(Channel(_JUMPS, kurtosis, int(independent), p_value))
+    dependences = (
+        *(_dependence(fit, on, bins) for on, bins in binned.items()),
+        _one_of(fit, "friction_by_position", binned["position"][:, _BINS:]),
+        _one_of(fit, "force_by_stop", stops(fit.path)[1]),
+    )
+    left = LeftOver(
+        channels=(*channels, *(d.channel for d in dependences)),
+        dependences=dependences,
+        near_motion=_near_motion(fit, x),
+        rms=float(best.noise * fit.unit * np.sqrt(np.mean(x**2))),
+    )
+    return left if left.worst is None else replace(left, shape=best_shape(fit, binned[left.worst.on]))
+
+
+def worst_of(records: Sequence[LeftOver]) -> ResidualTests:
+    """Each test at the record where it is worst, its p-value that of the least of as many."""
+    if len(records) == 1:
+        return records[0]
+    channels = []
+    for same in zip(*(left.channels for left in records), strict=True):
+        least = min(same, key=lambda channel: channel.p_value)
+        p_value = -math.expm1(len(same) * math.log1p(-min(least.p_value, 1.0 - 1e-12)))
+        channels.append(replace(least, p_value=p_value))
+    return ResidualTests(tuple(channels), math.sqrt(float(np.mean([left.rms**2 for left in records]))))
+
+
+def _near_motion(fit: ForceFit, innovations: Array) -> float:
+    """Standard deviation of the innovations in a band about the motion's frequency, per unit of bandwidth."""
+    power = np.abs(np.fft.rfft(innovations - innovations.mean())) ** 2 / innovations.size
+    order = np.fft.rfftfreq(innovations.size, fit.segment.decay.step) * 2.0 * math.pi / fit.w0
+    inside = (order >= _BAND[0]) & (order <= _BAND[1])
+    return math.sqrt(float(power[inside].mean())) if inside.any() else 1.0
+
+
+def _binned_forces(fit: ForceFit) -> Iterator[tuple[str, Array]]:
+    """Forces at the nodes of the path: one a bin, and with the direction of motion where that is another."""
+    path = fit.path
+    sign = path.direction[:, None]
+    turns = path.turning_x - np.mean(0.5 * (path.turning_x[1:] + path.turning_x[:-1]))
+    amplitude = np.interp(path.node_phase, path.turning, np.abs(turns))
+    yield "velocity", _indicator(path.node_v, 2 * _BINS)
+    position = _indicator(path.node_x, _BINS)
+    yield "position", np.hstack([position, sign * position])
+    yield "amplitude", sign * _indicator(amplitude, _BINS)
+    yield "time", sign * _indicator(path.node_phase, _TIME_BINS)
+
+
+def _indicator(values: Array, bins: int) -> Array:
+    """Which of equally wide bins each value lies in, shape (n, bins)."""
+    low, high = float(values.min()), float(values.max())
+    which = np.minimum(((values - low) / max(high - low, 1e-300) * bins).astype(int), bins - 1)
+    return np.asarray(which[:, None] == np.arange(bins), dtype=np.float64)
+
+
+def _dependence(fit: ForceFit, on: str, forces: Array) -> Dependence:
+    found = beside_law(fit, forces).test(slice(None))
+    statistic, degrees = found.statistic, found.degrees
+    channel = Channel(f"force_by_{on}", statistic, degrees, float(stats.chi2.sf(statistic, max(degrees, 1))))
+    return _of_force(fit, on, channel, forces, found)
+
+
+def _one_of(fit: ForceFit, name: str, forces: Array) -> Dependence:
+    """The force of several that differs most: a test of all at once drowns it."""
+    beside = beside_law(fit, forces)
+    count = forces.shape[1]
+    tests = [beside.test(slice(j, j + 1)) for j in range(count)]
+    j = max(range(count), key=lambda k: tests[k].statistic)
+    found = tests[j]
+    # the largest of as many
+    p = -math.expm1(count * math.log1p(-min(float(stats.chi2.sf(found.statistic, 1)), 1.0 - 1e-16)))
+    channel = Channel(name, found.statistic, 1, p)
+    return _of_force(fit, "position", channel, forces[:, j : j + 1], found)
+
+
+def _of_force(fit: ForceFit, on: str, channel: Channel, forces: Array, found: ScoreTest) -> Dependence:
+    """How large the forces are that a test found."""
+    best, coefficients = fit.posterior.best, found.coefficients
+    share = fit.path.node_weight / fit.path.node_weight.sum()
+    weighted = forces.T @ (forces * share[:, None])
+    square = float(coefficients @ weighted @ coefficients - np.sum(weighted * found.covariance))
+    signal = best.noise * fit.unit * math.sqrt(max(found.statistic - found.degrees, 0.0) / fit.samples)
+    power = float((share * fit.path.node_v) @ (forces @ coefficients))
+    friction = abs(power) / float(share @ np.abs(fit.path.node_v))
+    return Dependence(on, channel, math.sqrt(max(square, 0.0)), friction, signal)

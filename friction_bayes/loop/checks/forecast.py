@@ -1,0 +1,198 @@
+"""Forecast of the rest of a record: its law, its random force and the state at the end of the first part."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.loop.checks.search_forecast import FITTED_SHARE, Forecast
+from friction_bayes.loop.columns.lines import OF_LINES
+from friction_bayes.loop.data.model import LoopModel, changes_signal
+from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
+from friction_bayes.loop.infer.law_draws import LawDraws, law_draws
+from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
+from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
+from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
+from friction_bayes.statespace.kalman import sensor_row, smooth
+from friction_bayes.statespace.measured_path import stiffness_along
+from friction_bayes.statespace.regression import frequency_change
+from friction_bayes.statespace.transition import distinct_steps, transition_table
+
+__all__ = ["forecast"]
+
+_DRAWS = 40
+"""Laws that are simulated: their scatter adds to a band that the random force makes for the most part."""
+
+
+def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
+    """Fit the first part of the record anew and forecast the rest; None where that fails.
+
+    The forecast is the posterior predictive mean: draws over all sets of effects and sizes of the random
+    force, each from the state at which its own law and force leave the first part.
+    """
+    segment = fit.segment
+    head = int(FITTED_SHARE * segment.moving)
+    of_law = dict.fromkeys(column.effect for column in fit.law.columns if column.effect)
+    allowed = (*of_law, *sorted(fit.sensor_noise.effects))
+    first = fit_random_force(segment, fit.system, allowed, samples=head)
+    if first is None:
+        return None
+    time = segment.time[head - 1 : segment.moving]
+    draws = law_draws(first, rng, _DRAWS)
+    points, which = np.unique(draws.point, return_inverse=True)
+    states, spreads = _last_states(draws, points, which)
+    simulated = [_simulated(draws, k, states[k, :2], time) for k in range(_DRAWS)]
+    finite = np.array([motion is not None for motion in simulated])
+    if not finite.any():
+        return None
+    motions = np.array([motion for motion in simulated if motion is not None])
+    laws = motions[:, 0]
+    slopes = _slopes(first, motions[:, 1:].mean(axis=0), time)
+    shifts, variances = _fluctuation(first, points, states[:, 2], which, spreads, time, *slopes)
+    laws += shifts[finite]
+    middle = laws.mean(axis=0)
+    noise = np.full(middle.size, first.noise_sd)
+    if first.growth is not None and first.growth.found:
+        about_rest = middle - segment.decay.rest_position
+        grown = first.growth.effect.grows_with(about_rest, np.gradient(middle, time))
+        noise = noise * np.hypot(1.0, first.growth.ratio / first.unit * grown)
+    noise = first.sensor_noise.sd_of_samples(noise)
+    sd = np.sqrt(laws.var(axis=0) + variances[which[finite]].mean(axis=0) + noise**2)
+    rest = slice(head, segment.moving)
+    return Forecast(
+        time=segment.decay.start_time + segment.time[rest],
+        signal=segment.values[rest],
+        mean=middle[1:],
+        sd=sd[1:],
+        free=segment.free[rest],
+    )
+
+
+def _last_states(draws: LawDraws, points: Integers, which: Integers) -> tuple[Array, Array]:
+    """State after the first part under each draw, shape (k, 3), its covariance at each point, (g, 3, 3)."""
+    fit = draws.fit
+    regression = fit.regression
+    states, spreads = np.empty((which.size, 3)), np.empty((points.size, 3, 3))
+    for g, at in enumerate(points):
+        mine = which == g
+        laws = draws.coefficients[mine].T
+        point = fit.posterior.points[at]
+        residuals = regression.target[:, None] - regression.columns @ laws
+        smoothed, covariance = smooth(residuals, fit.clock, fit.row, point.ratio, point.tau)
+        states[mine] = smoothed[-1, :3].T
+        states[mine, :2] += (regression.states[-1] @ laws + regression.known_states[-1][:, None]).T
+        spreads[g] = covariance[-1, :3, :3] * point.noise**2
+    return states, spreads
+
+
+def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | None:
+    """Signal, displacement and velocity of one draw's law from a state on, shape (3, n)."""
+    fit = draws.fit
+    names = fit.sets.effects[draws.chosen[k]] - set(OF_LINES)
+    only = np.zeros(draws.friction.size, dtype=bool)
+    only[k] = True
+    values = {
+        (name, parameter): float(value[0])
+        for name in names
+        for parameter, value in draws.parameters(name, only).items()
+    }
+    # the simulated clock starts at the forecast, that of a drift with the record
+    levels = {}
+    for effect in (FRICTION_DRIFT, STIFFNESS_DRIFT):
+        drift = (effect.name, effect.parameters[0].name)
+        change = values.get(drift, 0.0)
+        levels[effect.name] = 1.0 + change * (time[0] - fit.segment.time[0]) / fit.duration
+        if drift in values:
+            values[drift] = change / levels[effect.name]
+    model = LoopModel(fit.system, (fit.segment,)).with_effects([n for n in names if changes_signal(n)])
+    friction = float(draws.friction[k]) * levels[FRICTION_DRIFT.name]
+    ratio = fit.w0 / fit.system.natural_frequency * frequency_change(draws.stiffness[k])
+    ratio *= math.sqrt(levels[STIFFNESS_DRIFT.name])
+    values |= {("", FRICTION): friction, ("", LOG_FREQUENCY_RATIO): math.log(ratio)}
+    z = np.array(
+        [
+            c.coordinate(values[c.effect, c.name]) if (c.effect, c.name) in values else c.start
+            for c in model.coordinates
+        ]
+    )
+    prediction = model.predict_at(z, 0, time, (float(state[0]), float(state[1]) * fit.w0))
+    if prediction is None:
+        return None
+    return np.stack(
+        [prediction.signal + _lines(draws, k, time), prediction.displacement, prediction.velocity]
+    )
+
+
+def _lines(draws: LawDraws, k: int, time: Array) -> Array:
+    """Lines in one draw, shape (n,)."""
+    fit = draws.fit
+    signal = np.zeros(time.size)
+    for column, value in zip(fit.law.columns, draws.coefficients[k], strict=True):
+        if column.line is not None and value:
+            signal += value * column.line.waves(time - fit.segment.time[0])[column.parameter]
+    return signal
+
+
+def _slopes(fit: ForceFit, motion: Array, time: Array) -> tuple[Array | None, Array | None]:
+    """Slope of a pendulum's restoring force along a forecast displacement and velocity, shape (2, n).
+
+    Over each interval, shape (n - 1,), and at the samples, (n,); None where it is one throughout.
+    """
+    if not fit.system.pendulum:
+        return None, None
+    return stiffness_along(fit.w0 * time, motion[0], motion[1] / fit.w0)
+
+
+def _fluctuation(
+    fit: ForceFit,
+    points: Integers,
+    forces: Array,
+    which: Integers,
+    spreads: Array,
+    time: Array,
+    stiffness: Array | None,
+    slope: Array | None,
+) -> tuple[Array, Array]:
+    """What the random force adds to the signal from the last state on.
+
+    Parameters
+    ----------
+    fit : ForceFit
+    points : ndarray of int, shape (g,)
+        Points of the grid.
+    forces : ndarray, shape (k,)
+        Random force at the last state, of each draw.
+    which : ndarray of int, shape (k,)
+        Point of each draw.
+    spreads : ndarray, shape (g, 3, 3)
+        Covariance of the last state.
+    time : ndarray, shape (n,)
+    stiffness : ndarray or None, shape (n - 1,)
+        Of the oscillator over each interval; None where it is one throughout.
+    slope : ndarray or None, shape (n,)
+        The same at the samples.
+
+    Returns
+    -------
+    means : ndarray, shape (k, n)
+    variances : ndarray, shape (g, n)
+    """
+    steps, stiffness, _, index = distinct_steps(time * fit.w0, stiffness)
+    transitions, added = np.empty((2, steps.size, points.size, 3, 3))
+    for g, at in enumerate(points):
+        point = fit.posterior.points[at]
+        transitions[:, g], added[:, g] = transition_table(steps, stiffness, point.tau)
+        added[:, g] *= (point.ratio * point.noise) ** 2
+    rows = np.broadcast_to(sensor_row(fit.segment.order, slope), (time.size, 3))
+    unit_force = np.tile([0.0, 0.0, 1.0], (points.size, 1))
+    answers, variances = np.empty((points.size, time.size)), np.empty((points.size, time.size))
+    for i in range(time.size):
+        if i > 0:
+            step = transitions[index[i - 1]]
+            unit_force = (step @ unit_force[:, :, None])[:, :, 0]
+            spreads = step @ spreads @ step.transpose(0, 2, 1) + added[index[i - 1]]
+        answers[:, i] = unit_force @ rows[i]
+        variances[:, i] = rows[i] @ spreads @ rows[i]
+    return forces[:, None] * answers[which] * fit.unit, variances * fit.unit**2

@@ -1,0 +1,136 @@
+"""Forecast of the rest of a record by a model that is fitted anew to its first part."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop.report.result import ForecastTrace, RecordTrace
+from friction_bayes.loop.search.derivatives import signal_derivatives
+from friction_bayes.loop.search.fit import LoopFit, fit_growing_record
+
+__all__ = [
+    "FITTED_SHARE",
+    "Forecast",
+    "forecast_errors",
+    "forecast_records",
+    "held_out_error",
+    "with_forecasts",
+]
+
+FITTED_SHARE = 0.7
+_WHAT = (
+    "root mean square error over the last 30 % of the moving record of each model, "
+    "fitted anew to the first 70 %; the noise floor is the residual of the final fit to all of it"
+)
+_BAND90 = 1.6448536269514722
+"""Half width of the central 90 % of a normal distribution, in standard deviations."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Forecast:
+    """The last part of a moving record, measured and predicted from the first part.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Seconds in the record.
+    signal : ndarray, shape (n,)
+        Measured.
+    mean, sd : ndarray, shape (n,)
+        Of the predictive distribution of the signal, noise of the sensor included.
+    free : ndarray of bool, shape (n,)
+        Samples that are not clipped: they are compared.
+    """
+
+    time: Array
+    signal: Array
+    mean: Array
+    sd: Array
+    free: Mask
+
+    @property
+    def error(self) -> Array:
+        """Measured minus predicted, of the samples that are compared."""
+        return np.asarray((self.signal - self.mean)[self.free])
+
+
+def forecast_records(fit: LoopFit) -> tuple[Forecast, ...]:
+    """Fit the first 70 % of each moving record anew and forecast the rest; empty where that fails.
+
+    The mean is the prediction at the posterior mode; the variance is that of the coordinates, linearised over
+    steps of their standard deviations, and that of the noise.
+    """
+    model = fit.model
+    heads = [int(FITTED_SHARE * segment.moving) for segment in model.segments]
+    first = model.of_first_samples(heads)
+    again = fit_growing_record(first, fit.noise_models, fit.z, share=0.5)
+    if again is None:
+        return ()
+    covariance, forecasts = again.covariance, []
+    for r, (segment, head) in enumerate(zip(model.segments, heads, strict=True)):
+        predicted = model.predict(again.z, r)
+        if predicted is None:
+            return ()
+        rest = slice(head, segment.moving)
+        steps = np.sqrt(np.diag(covariance))
+        moved = signal_derivatives(model, again.z, r, predicted, steps=steps)[rest]
+        noise = float(np.mean(again.free_residuals[r] ** 2))
+        forecasts.append(
+            Forecast(
+                time=segment.decay.start_time + segment.time[rest],
+                signal=segment.values[rest],
+                mean=predicted.signal[rest],
+                sd=np.sqrt(np.sum((moved @ covariance) * moved, axis=1) + noise),
+                free=segment.free[rest],
+            )
+        )
+    return tuple(forecasts)
+
+
+def held_out_error(
+    before: Sequence[Forecast], after: Sequence[Forecast], noise_floor: float, unit: str
+) -> dict[str, Any]:
+    """Errors of both models over all records, as the report has them; nan where one could not forecast."""
+    return {
+        "before": _rms(before),
+        **forecast_errors(after),
+        "noise_floor": noise_floor,
+        "unit": unit,
+        "what": _WHAT,
+    }
+
+
+def forecast_errors(after: Sequence[Forecast]) -> dict[str, float]:
+    """Error of the final model, and the share of the samples within its predictive 90 % band."""
+    errors = np.concatenate([np.empty(0), *(forecast.error for forecast in after)])
+    sd = np.concatenate([np.empty(0), *(forecast.sd[forecast.free] for forecast in after)])
+    inside = float(np.mean(np.abs(errors) <= _BAND90 * sd)) if errors.size else math.nan
+    return {"after": _rms(after), "inside90": inside}
+
+
+def _rms(forecasts: Sequence[Forecast]) -> float:
+    errors = np.concatenate([np.empty(0), *(forecast.error for forecast in forecasts)])
+    return math.sqrt(float(np.mean(errors**2))) if errors.size else math.nan
+
+
+def with_forecasts(
+    traces: Sequence[RecordTrace], before: Sequence[Forecast], after: Sequence[Forecast]
+) -> tuple[RecordTrace, ...]:
+    """Records with what both models forecast of their last parts; as they are where one could not."""
+    if not len(traces) == len(before) == len(after):
+        return tuple(traces)
+    return tuple(
+        replace(
+            trace,
+            forecast=ForecastTrace(
+                time=final.time, signal=final.signal, before=coulomb.mean, after=final.mean, sd=final.sd
+            ),
+        )
+        for trace, coulomb, final in zip(traces, before, after, strict=True)
+    )

@@ -1,0 +1,134 @@
+"""The posterior of a loop model as a sampler sees it, with the likelihood of the fit."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from friction_bayes.conjugate.likelihood import Target
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.loop.data.parameters import FRICTION, SHARED, Coordinate
+from friction_bayes.loop.noise.likelihood import fit_noise, log_densities
+from friction_bayes.loop.search.draws import posterior_draws
+from friction_bayes.loop.search.fit import LoopFit
+
+__all__ = ["block_log_likelihoods", "target_of"]
+
+
+_DRAWS = 4000
+
+
+def target_of(fit: LoopFit, seed: int) -> Target:
+    """Posterior of a fit's coordinates, cut to the support of the priors.
+
+    The noise scale is integrated out (white or autoregressive noise) or at its best (with outliers or
+    clipped samples), as in the fit itself.
+
+    Parameters
+    ----------
+    fit : LoopFit
+    seed : int
+        Of the draws from the normal approximation that give centre and covariance.
+    """
+    model = fit.model
+    prior = np.array([c.precision for c in model.coordinates])
+    low, high = model.support
+    draws = posterior_draws(fit, np.random.default_rng(seed), _DRAWS)
+
+    def inside(z: Array) -> Mask:
+        return np.asarray(np.all((z >= low) & (z <= high), axis=1))
+
+    def log_prior(z: Array) -> Array:
+        return np.where(inside(z), -0.5 * (z * z) @ prior, -np.inf)
+
+    def log_prob(z: Array) -> Array:
+        out = log_prior(z)
+        for i in np.flatnonzero(np.isfinite(out)):
+            out[i] -= 0.5 * _deviance(fit, z[i])
+        return out
+
+    def closed_form(z: Array) -> Array:
+        away = z - fit.z
+        return np.where(inside(z), -0.5 * np.einsum("ij,jk,ik->i", away, fit.precision, away), -np.inf)
+
+    def posterior(z: Array) -> dict[str, Array]:
+        return {FRICTION: model.value(z, FRICTION)}
+
+    def predictive(z: Array, rng: np.random.Generator) -> Array:
+        size = model.segments[0].values.size
+        signals = [
+            np.full(size, np.nan) if p is None else p.signal for p in (model.predict(one, 0) for one in z)
+        ]
+        return np.array(signals) + fit.noises[0].sd * rng.standard_normal((len(z), size))
+
+    def prior_draws(rng: np.random.Generator, n: int) -> Array:
+        flat = prior == 0.0
+        least, most = np.where(flat, 0.0, ndtr(low)), np.where(flat, 1.0, ndtr(high))
+        u = least + (most - least) * rng.random((n, fit.z.size))
+        return np.where(flat, u, ndtri(u))
+
+    return Target(
+        names=tuple(_name(c) for c in model.coordinates),
+        log_prob=log_prob,
+        closed_form=closed_form,
+        centre=draws.mean(axis=0),
+        covariance=np.cov(draws, rowvar=False),
+        posterior=posterior,
+        log_prior=log_prior,
+        pointwise=lambda z: block_log_likelihoods(fit, z),
+        predictive=predictive,
+        prior_draws=prior_draws,
+        observed=model.segments[0].values,
+        observed_name="signal",
+    )
+
+
+def _name(c: Coordinate) -> str:
+    name = c.label if c.effect else f"z_{c.name}"
+    return name if c.record == SHARED else f"{name}[{c.record}]"
+
+
+def _deviance(fit: LoopFit, z: Array) -> float:
+    total = 0.0
+    for r, segment in enumerate(fit.model.segments):
+        prediction = fit.model.predict(z, r)
+        if prediction is None:
+            return math.inf
+        residual = segment.values - prediction.signal
+        total += fit_noise(
+            residual, segment.sides, fit.noise_models[r], fit.model.scales, segment.ignored
+        ).deviance
+    return total
+
+
+def block_log_likelihoods(fit: LoopFit, draws: Array) -> Array:
+    """Log-likelihood of each half cycle of each record, shape (draws, blocks).
+
+    Half cycles are those of the fitted motion, the same for every draw and every model of the record; a
+    tail shorter than half of one goes with its neighbour. The noise scale is at its best for each draw.
+    """
+    blocks = [_blocks(fit, r) for r in range(len(fit.noises))]
+    out = []
+    for z in draws:
+        row = []
+        for r, segment in enumerate(fit.model.segments):
+            prediction = fit.model.predict(z, r)
+            if prediction is None:
+                row.append(np.full(blocks[r].size, -np.inf))
+                continue
+            residual = segment.values - prediction.signal
+            noise = fit_noise(residual, segment.sides, fit.noise_models[r], fit.model.scales, segment.ignored)
+            each = log_densities(residual, segment.sides, fit.noise_models[r], noise)
+            row.append(np.add.reduceat(each, blocks[r]))
+        out.append(np.concatenate(row))
+    return np.array(out)
+
+
+def _blocks(fit: LoopFit, r: int) -> Integers:
+    """First sample of each half cycle, from the frequency found when the record was cut."""
+    segment = fit.model.segments[r]
+    half = math.pi / (segment.decay.frequency * segment.decay.step)
+    count = max(round(segment.values.size / half), 1)
+    return (np.arange(count) * segment.values.size // count).astype(np.int64)

@@ -1,0 +1,110 @@
+r"""Friction seen twice: in the loss of amplitude, and in the shape within a cycle.
+
+In each half cycle the force of friction is split, :math:`\phi = g v + (\phi - g v)` with
+:math:`g = \int \phi v\,dt / \int v^2\,dt`: the first part takes all of the energy, the second none. Offered
+as two columns in place of one, each comes with a friction of its own. A fluctuating force blurs the first;
+the second is at the mercy of errors of the sensor that follow the direction of motion.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.stats import norm
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.summary import Summary
+from friction_bayes.loop.columns.effect_columns import ForceEvaluator, force_columns
+from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.statespace.kalman import whiten
+from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.response import at_sensor, force_response
+
+__all__ = ["Witnesses", "two_witnesses"]
+
+_AGREE = 2.0
+"""Standard deviations of their difference within which two frictions agree."""
+
+
+@dataclass(frozen=True)
+class Witnesses:
+    """Friction by each witness, in the best law and random force, the other coefficients free.
+
+    Attributes
+    ----------
+    loss, shape : Summary
+        Of the loss of amplitude, and of the shape within a cycle; not cut at zero, since a friction that is
+        negative tells of an error.
+    agree : bool
+    """
+
+    loss: Summary
+    shape: Summary
+    agree: bool
+
+
+def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
+    """Split friction into its loss of energy and its shape.
+
+    Parameters
+    ----------
+    fit : ForceFit
+    unit_force : float
+        Force of one natural unit.
+    unit : str
+        Of that force.
+    """
+    best = fit.posterior.best
+    others = fit.sets.columns[fit.chosen].copy()
+    # where the best law has no dry friction, both witnesses are asked for that of Coulomb
+    friction = next((j for j in fit.law.frictions if others[j]), fit.law.dry_friction)
+    others[friction] = False
+    at_nodes, at_samples = _losing_part(fit.path, _at_nodes(fit, friction))
+    loss = at_sensor(force_response(fit.path, at_nodes[:, None]), fit.row, at_samples[:, None])[:, 0]
+    scale = np.append(fit.law.scale[others], [fit.law.scale[friction]] * 2)
+    shape = fit.law.sensor[:, friction] - loss
+    columns = np.column_stack([fit.law.sensor[:, others], loss, shape]) * scale
+    block = np.column_stack([columns, fit.residual])
+    gram = whiten(block, fit.clock, fit.row, best.ratio, best.tau).gram
+    # the record enters as what the best law leaves, about which the prior is as good as centred
+    law = np.append(fit.coefficients[others], [fit.coefficients[friction]] * 2) / scale
+    noise2, prior = best.noise**2, best.found.full_noise2
+    factor = cho_factor(gram[:-1, :-1] + prior * np.eye(scale.size))
+    mean = (law + cho_solve(factor, gram[:-1, -1] - prior * law)) * scale
+    covariance = noise2 * cho_solve(factor, np.eye(scale.size)) * np.outer(scale, scale)
+    sd = np.sqrt(np.diag(covariance))
+    apart = math.sqrt(covariance[-2, -2] + covariance[-1, -1] - 2.0 * covariance[-2, -1])
+    by_loss, by_shape = (
+        Summary.of_distribution(norm(unit_force * mean[j], unit_force * sd[j]), unit) for j in (-2, -1)
+    )
+    return Witnesses(by_loss, by_shape, agree=bool(abs(mean[-2] - mean[-1]) < _AGREE * apart))
+
+
+def _at_nodes(fit: ForceFit, friction: int) -> Array:
+    """Friction of unit size at the nodes of the path, shape (m,)."""
+    column, path = fit.law.columns[friction], fit.path
+    if not column.effect:
+        return -path.direction
+    ratio = fit.w0 / fit.system.natural_frequency
+    evaluator = ForceEvaluator(
+        path,
+        fit.w0,
+        fit.law.unit_force / fit.w0**2,
+        fit.system.stiffness * ratio**fit.segment.order,
+        fit.law.friction,
+        fit.duration,
+    )
+    return next(nodes for c, nodes, _ in force_columns(column.effect, fit.scales, evaluator) if c == column)
+
+
+def _losing_part(path: MeasuredPath, force: Array) -> tuple[Array, Array]:
+    """The part ``g v`` at nodes, shape (m,), and samples, shape (n,)."""
+    half_cycle = np.searchsorted(path.turning, path.node_phase)
+    count = path.turning.size + 1
+    power = np.bincount(half_cycle, path.node_weight * force * path.node_v, count)
+    square = np.bincount(half_cycle, path.node_weight * path.node_v**2, count)
+    gain = power / np.maximum(square, 1e-300)
+    return gain[half_cycle] * path.node_v, gain[np.searchsorted(path.turning, path.phase)] * path.v

@@ -1,0 +1,1 @@
+"""Effects as columns along the measured motion, and the sets of columns that are evaluated."""

@@ -1,0 +1,101 @@
+"""The sets of effects that are weighed along the measured motion, as sets of columns."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain, combinations, product
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop.columns.law_columns import LawColumns
+from friction_bayes.loop.columns.lines import OF_LINES
+from friction_bayes.loop.data.effect_sets import MOST_EFFECTS, SENSOR_ZERO
+from friction_bayes.loop.data.inclusion import INCLUSION
+from friction_bayes.mechanics.effects import EFFECTS
+
+__all__ = ["ColumnSets", "column_sets"]
+
+_NO_DRY_FRICTION = 0.2
+"""Prior probability that nothing rubs, of the sets of effects that do not bend or scale friction."""
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnSets:
+    """Sets of columns and the effects that they are.
+
+    Attributes
+    ----------
+    effects : tuple of frozenset of str, length m
+    columns : ndarray of bool, shape (m, p)
+    log_prior : ndarray, shape (m,)
+        Logarithm of the prior probability; the shapes of an effect share its probability as the prior of
+        their parameter has it, and so do a set with dry friction and without.
+    """
+
+    effects: tuple[frozenset[str], ...]
+    columns: Mask
+    log_prior: Array
+
+
+def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
+    """Every set of effects as the search forms them, in each of its shapes, with dry friction and without."""
+    shapes = {name: law.alternatives(name) for name in effects}
+    effects = tuple(name for name in effects if shapes[name])
+    log_shares = {name: _log_shares(law, shapes[name]) for name in effects}
+    always, frictions, dry_friction = law.always, set(law.frictions), law.dry_friction
+    bends = {name for name in effects if not frictions.isdisjoint(shapes[name][0])}
+    of_friction = {j for j, column in enumerate(law.columns) if column.of_friction}
+    rubs, idles = math.log1p(-_NO_DRY_FRICTION), math.log(_NO_DRY_FRICTION)
+    # thousands of sets, and anew in every round: lists are filled, and all masks at once
+    found: list[frozenset[str]] = []
+    places: list[list[int]] = []
+    log_prior: list[float] = []
+    for names in _named_sets(effects):
+        bent = bends.intersection(names)
+        if len(bent) > 1:
+            continue
+        together = frozenset(names)
+        log_act = len(names) * math.log(INCLUSION) + (len(effects) - len(names)) * math.log1p(-INCLUSION)
+        shares = product(*(log_shares[name] for name in names))
+        for choice, share in zip(product(*(shapes[name] for name in names)), shares, strict=True):
+            columns, log_share = [*always, *chain(*choice)], log_act + sum(share)
+            if bent:
+                weighed = [(columns, log_share)]
+            elif of_friction.isdisjoint(columns):
+                weighed = [([*columns, dry_friction], log_share + rubs), (columns, log_share + idles)]
+            else:
+                weighed = [([*columns, dry_friction], log_share)]
+            for used, log_probability in weighed:
+                found.append(together)
+                places.append(used)
+                log_prior.append(log_probability)
+    masks = np.zeros((len(found), len(law.columns)), np.bool_)
+    masks[np.repeat(np.arange(len(found)), [len(used) for used in places]), list(chain(*places))] = True
+    logs = np.array(log_prior)
+    return ColumnSets(tuple(found), masks, logs - float(np.log(np.sum(np.exp(logs)))))
+
+
+def _log_shares(law: LawColumns, shapes: Sequence[tuple[int, ...]]) -> list[float]:
+    """Logarithm of the share of an effect's probability that each of its shapes has."""
+    weights = np.array(
+        [math.prod(shape.weight for shape in law.columns[columns[0]].shape) for columns in shapes]
+    )
+    shares: list[float] = np.log(weights / weights.sum()).tolist()
+    return shares
+
+
+def _named_sets(effects: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
+    """Those of as many effects as may act at once, lines of a spectrum and the sensor's zero not counted."""
+    of_lines = tuple(name for name in effects if name in OF_LINES)
+    others = [name for name in effects if name not in SENSOR_ZERO and name not in OF_LINES]
+    zeros = [(), *((name,) for name in effects if name in SENSOR_ZERO)]
+    spectra = [some for size in range(len(of_lines) + 1) for some in combinations(of_lines, size)]
+    for lines, zero in product(spectra, zeros):
+        for size in range(min(MOST_EFFECTS, len(others)) + 1):
+            for names in combinations(others, size):
+                together = (*names, *lines, *zero)
+                if not any(other in together for name in together for other in EFFECTS[name].excludes):
+                    yield together

@@ -1,0 +1,316 @@
+"""Each effect of the catalogue as columns along a measured path: forces, faults of the sensor, lines."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.block_means import block_means
+from friction_bayes.loop.columns.lines import Line
+from friction_bayes.loop.data.parameters import FRICTION_SHARE, Coordinate, effect_coordinates
+from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect, force_vector
+from friction_bayes.mechanics.integrate import force_along
+from friction_bayes.statespace.measured_path import MeasuredPath
+
+__all__ = [
+    "Column",
+    "ForceEvaluator",
+    "Sampled",
+    "Shape",
+    "force_columns",
+    "line_columns",
+    "sampled",
+    "sensor_columns",
+]
+
+_SCORES = (-1.6, -0.8, 0.0, 0.8, 1.6)
+"""Where a parameter that shapes a term is taken, as normal scores of its prior."""
+_SMALL_SCORES = tuple(0.6 * k for k in range(-4, 5))
+"""The same of one whose prior begins at zero; at twice as many friction comes out the same."""
+
+
+class Shape(NamedTuple):
+    """A parameter that shapes a column: where it is taken, and the values that this stands for.
+
+    Attributes
+    ----------
+    name : str
+    value : float
+    low, high : float
+        Ends of its part of the prior, halfway to its neighbours.
+    weight : float
+        Of that part, over what the others of the parameter weigh.
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    weight: float = 1.0
+
+
+@dataclass(frozen=True)
+class Column:
+    """What a column of the law is.
+
+    Attributes
+    ----------
+    kind : str
+        ``displacement``, ``velocity`` (of the start), ``stiffness``, ``friction`` or ``effect``.
+    scale : float
+        Prior standard deviation of the coefficient, before it is cut.
+    positive : bool
+        Whether the coefficient has to be positive.
+    effect, parameter : str
+        Effect that it belongs to, and the parameter that is its coefficient; a column of friction belongs to
+        the effect that bends it.
+    shape : tuple of Shape
+        Parameters that shape it.
+    width : float
+        How many times as wide its prior is as the effect states it.
+    of_friction : bool
+        Whether the coefficient is the parameter times the friction over the one that the column assumes.
+    line : Line or None
+        That it is the sine or cosine of, as ``parameter`` says; None of any other effect.
+    """
+
+    kind: str
+    scale: float
+    positive: bool = False
+    effect: str = ""
+    parameter: str = ""
+    shape: tuple[Shape, ...] = ()
+    width: float = 1.0
+    of_friction: bool = False
+    line: Line | None = None
+
+    @property
+    def own(self) -> bool:
+        """Whether each record has a coefficient of its own: of its start, and of effects that begin anew.
+
+        A fault of one sign, such as backlash, is of the sensor and the same in all records.
+        """
+        if self.kind == "effect":
+            return EFFECTS[self.effect].per_record and not self.positive
+        return self.kind in ("displacement", "velocity")
+
+    def in_widths(self) -> Iterator[Column]:
+        """The column in each of the widths of its prior that the effect's series has."""
+        for width in EFFECTS[self.effect].widths:
+            yield replace(self, scale=width * self.scale, width=width)
+
+
+@dataclass(frozen=True, eq=False)
+class ForceEvaluator:
+    """Forces of the catalogue along a path, as natural units want them."""
+
+    path: MeasuredPath
+    w0: float
+    mass: float
+    stiffness: float
+    friction: float
+    duration: float
+
+    def at(
+        self, values: Mapping[str, tuple[float, ...]], *, samples: bool, friction: float | None = None
+    ) -> Array:
+        """Forces, on the side of the motion's own acceleration, at the nodes or at the samples."""
+        path = self.path
+        if samples:
+            phase, x, v, direction = path.phase, path.x, path.v, path.expected_direction
+        else:
+            phase, x, v, direction = path.node_phase, path.node_x, path.node_v, path.direction
+        force = force_along(tuple(values))(
+            (phase - path.phase[0]) / self.w0,
+            np.ascontiguousarray(x),
+            np.ascontiguousarray(v) * self.w0,
+            np.ascontiguousarray(direction, dtype=np.float64),
+            self.friction if friction is None else friction,
+            self.duration,
+            self.mass,
+            self.stiffness,
+            force_vector(values),
+        )
+        return -np.asarray(force) / self.unit_force
+
+    @property
+    def unit_force(self) -> float:
+        return self.mass * self.w0**2
+
+
+def force_columns(
+    name: str, scales: Scales, evaluator: ForceEvaluator
+) -> Iterator[tuple[Column, Array, Array]]:
+    """Columns of a force effect at nodes and samples: one for each coefficient, in each of its shapes.
+
+    The first parameter is a coefficient, or bends friction; another is one if it makes a force by itself.
+    """
+    coordinates = effect_coordinates(name, scales, 1)
+    first, *others = coordinates
+
+    def along(
+        which: Coordinate, value: float, score: float = 0.0, *, samples: bool = False, friction: float = 1.0
+    ) -> Array:
+        values = tuple(
+            value if c is which else 0.0 if c in coefficients else float(c.value(c.at_score(score)))
+            for c in coordinates
+        )
+        return evaluator.at({name: values}, samples=samples, friction=friction * evaluator.friction)
+
+    coefficients = [first]
+    coefficients += [c for c in others if along(c, c.prior.scale).any()]
+    size = first.prior.scale
+    base = along(first, size)
+    if not _same_force(along(first, 2.0 * size), 2.0 * base):
+        yield from _bent_friction(name, first, scales, evaluator)
+        return
+    of_friction = not _same_force(along(first, size, friction=2.0), base)
+    shaping = [c for c in others if c not in coefficients]
+    for score in _SCORES if shaping else (0.0,):
+        for coefficient in coefficients:
+            column = Column(
+                "effect",
+                coefficient.prior.scale,
+                positive=coefficient.prior.low == 0.0,
+                effect=name,
+                parameter=coefficient.name,
+                shape=tuple(_shape(c, score, _SCORES) for c in shaping),
+                of_friction=of_friction,
+            )
+            at_nodes, at_samples = (along(coefficient, 1.0, score, samples=s) for s in (False, True))
+            for widened in column.in_widths():
+                yield widened, at_nodes, at_samples
+
+
+def _same_force(one: Array, other: Array) -> bool:
+    """Whether two forces are one but for rounding, of which the faintest values have most."""
+    return bool(np.max(np.abs(one - other)) <= 1e-6 * np.max(np.abs(other)))
+
+
+def _shape(coordinate: Coordinate, score: float, scores: Sequence[float]) -> Shape:
+    """A parameter at a normal score of its prior, one of several equally far apart."""
+    half = 0.5 * (scores[1] - scores[0])
+    low, value, high = (
+        float(coordinate.value(coordinate.at_score(each))) for each in (score - half, score, score + half)
+    )
+    return Shape(coordinate.name, value, low, high, math.exp(-0.5 * score**2))
+
+
+def _bent_friction(
+    name: str, first: Coordinate, scales: Scales, evaluator: ForceEvaluator
+) -> Iterator[tuple[Column, Array, Array]]:
+    """Coulomb friction and a term of fixed size in one column, whose coefficient is the friction."""
+    path, unit = evaluator.path, evaluator.unit_force / evaluator.friction
+    amplitude = scales.amplitude * (scales.system.natural_frequency / evaluator.w0) ** scales.quantity.order
+    for score in _SMALL_SCORES:
+        taken = _shape(first, score, _SMALL_SCORES)
+        value = taken.value
+        column = Column(
+            "friction",
+            FRICTION_SHARE * amplitude,
+            positive=True,
+            effect=name,
+            parameter=first.name,
+            shape=(taken,),
+        )
+        at_nodes = unit * evaluator.at({name: (value,)}, samples=False) - path.direction
+        at_samples = unit * evaluator.at({name: (value,)}, samples=True) - path.expected_direction
+        yield column, at_nodes, at_samples
+
+
+class Sampled(NamedTuple):
+    """The motion along a path as a sensor reads it.
+
+    Attributes
+    ----------
+    phase, signal : ndarray, shape (n block,)
+        Natural units; of an acceleration what the restoring force makes.
+    block : int
+        Readings that each value of the record is the mean of.
+    """
+
+    phase: Array
+    signal: Array
+    block: int
+
+
+def sampled(path: MeasuredPath, block: int, order: int) -> Sampled:
+    """The readings within the blocks of a path by a sensor of the derivative ``order``."""
+    if block == 1:
+        return Sampled(path.phase, path.reading(order, path.x, path.v), block)
+    # a fault that jumps within a block shows there with a share of its size
+    within = (np.arange(block) - 0.5 * (block - 1)) / block
+    phase = (path.phase[:, None] + np.gradient(path.phase)[:, None] * within).ravel()
+    motion = CubicHermiteSpline(path.phase, path.x, path.v)
+    return Sampled(phase, path.reading(order, motion(phase), motion(phase, 1)), block)
+
+
+def sensor_columns(
+    name: str, scales: Scales, read: Sampled, order: int, w0: float, size: float | None = None
+) -> Iterator[tuple[Column, Array]]:
+    """Columns of a fault of the sensor that is linear in its parameters, or in the first about its ``size``.
+
+    That is the scale of its prior where none has been found yet.
+    """
+    effect = EFFECTS[name]
+    assert isinstance(effect, SensorEffect)
+    time = (read.phase - read.phase[0]) / w0
+    unit = w0**order
+    clean = unit * read.signal
+    coordinates = effect_coordinates(name, scales, 1)
+    shapes: tuple[tuple[float, ...], ...] = ((),)
+    if effect.shapes is not None:
+        shapes = effect.shapes(coordinates[0].prior.scale if size is None else size)
+    sizes = coordinates[: len(coordinates) - len(shapes[0])]
+    for taken in shapes:
+        shape = tuple(
+            Shape(c.name, value, value, value)
+            for c, value in zip(coordinates[len(sizes) :], taken, strict=True)
+        )
+        for j, c in enumerate(sizes):
+            values = [0.0] * len(sizes)
+            values[j] = c.prior.scale
+            wrong = (effect.distort(clean, time, *values, *taken) - clean) / (unit * c.prior.scale)
+            fault = block_means(wrong, read.block)
+            column = Column(
+                "effect",
+                c.prior.scale,
+                positive=c.prior.low == 0.0,
+                effect=name,
+                parameter=c.name,
+                shape=shape,
+            )
+            for widened in column.in_widths():
+                yield widened, fault
+
+
+def line_columns(
+    line: Line, scales: Scales, path: MeasuredPath, order: int, w0: float
+) -> Iterator[tuple[Column, Array]]:
+    """Sine and cosine of a line."""
+    scale = effect_coordinates(line.effect, scales, 1)[0].prior.scale
+    time = (path.phase - path.phase[0]) / w0
+    shape = _shape_of_line(line, float(time[-1]))
+    for part, wave in line.waves(time).items():
+        column = Column("effect", scale, effect=line.effect, parameter=part, shape=shape, line=line)
+        yield column, wave / w0**order
+
+
+def _shape_of_line(line: Line, duration: float) -> tuple[Shape, ...]:
+    f, t = line.frequency, line.decay_time
+    if line.steady:
+        # a line further off by a quarter of a turn over the record would be another one
+        return (Shape("frequency", f, f - 0.25 / duration, f + 0.25 / duration),)
+    # uniform of the same standard deviation; that of the frequency is the same share of its half width
+    reach = math.sqrt(3.0) * line.scatter
+    apart = reach * line.half_width
+    return (
+        Shape("frequency", f, f - apart, f + apart),
+        Shape("decay_time", t, t * math.exp(-reach), t * math.exp(reach)),
+    )

@@ -1,0 +1,233 @@
+"""The law of a motion as columns of a linear regression: each effect evaluated along the measured path.
+
+Columns are in natural units (see :mod:`friction_bayes.statespace.transition`), their
+coefficients are the effects' own parameters in SI units, with the priors of the catalogue. A parameter that
+only shapes a term is taken at a few values of its prior, one column each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from types import MappingProxyType
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.system import Oscillator
+from friction_bayes.loop.columns.effect_columns import (
+    Column,
+    ForceEvaluator,
+    Shape,
+    force_columns,
+    line_columns,
+    sampled,
+    sensor_columns,
+)
+from friction_bayes.loop.columns.lines import OF_LINES, Line
+from friction_bayes.loop.data.parameters import FRICTION_SHARE, STATE_SHARE
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
+from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.response import at_sensor, force_response
+from friction_bayes.statespace.transition import initial_response
+
+__all__ = ["STIFFNESS_SD", "LawColumns", "law_columns"]
+
+STIFFNESS_SD = 0.05
+"""Prior sd of the relative correction of the stiffness: the frequency is known to some per cent before."""
+
+
+@dataclass(frozen=True, eq=False)
+class LawColumns:
+    """Columns of a law along one measured path.
+
+    Attributes
+    ----------
+    columns : tuple of Column, length p
+    sensor : ndarray, shape (n, p)
+        What the sensor shows of each, natural units.
+    states : ndarray, shape (n, 2, p)
+        Displacement and velocity of each; none of a sensor's fault.
+    forces : ndarray, shape (n, p)
+        Force of each, natural units; none of the start and of a sensor's fault.
+    known : ndarray, shape (n,)
+        What the sensor shows of the terms without a coefficient.
+    known_states : ndarray, shape (n, 2)
+    friction : float
+        Friction [N or N m] that columns ``of_friction`` assume.
+    unit_force : float
+        Force of one natural unit [N or N m].
+    """
+
+    columns: tuple[Column, ...]
+    sensor: Array
+    states: Array
+    forces: Array
+    known: Array
+    known_states: Array
+    friction: float
+    unit_force: float
+
+    @property
+    def scale(self) -> Array:
+        """Prior sd of each coefficient, shape (p,)."""
+        return np.array([column.scale for column in self.columns])
+
+    @property
+    def positive(self) -> Mask:
+        """Which coefficients have to be positive, shape (p,)."""
+        return np.array([column.positive for column in self.columns])
+
+    @property
+    def always(self) -> list[int]:
+        """Columns that every set holds: start and stiffness."""
+        return [j for j, c in enumerate(self.columns) if c.kind not in ("friction", "effect")]
+
+    @property
+    def dry_friction(self) -> int:
+        """The column of Coulomb friction alone."""
+        return next(j for j, c in enumerate(self.columns) if c.kind == "friction" and not c.effect)
+
+    @property
+    def frictions(self) -> list[int]:
+        """The columns of friction, of which a set holds one or, where nothing rubs, none."""
+        return [j for j, c in enumerate(self.columns) if c.kind == "friction"]
+
+    @property
+    def resisting(self) -> list[int]:
+        """Columns of friction and of forces that resist as it does."""
+        return [j for j, c in enumerate(self.columns) if j not in self.always and not _of_a_spring(c.effect)]
+
+    def fault_sizes(self, coefficients: Array) -> dict[str, float]:
+        """Size of each fault of the sensor in a law whose size shapes it, by effect."""
+        sizes: dict[str, float] = {}
+        for column, size in zip(self.columns, coefficients.tolist(), strict=True):
+            effect = EFFECTS.get(column.effect)
+            if isinstance(effect, SensorEffect) and effect.shapes is not None and size != 0.0:
+                sizes[column.effect] = size
+        return sizes
+
+    def alternatives(self, effect: str) -> list[tuple[int, ...]]:
+        """Columns of an effect in each of its shapes and extents; all of its lines are one."""
+        found: dict[tuple[tuple[Shape, ...], float], list[int]] = {}
+        for j, column in enumerate(self.columns):
+            if column.effect == effect:
+                found.setdefault((column.shape, column.width), []).append(j)
+        if effect in OF_LINES and found:
+            return [tuple(chain(*found.values()))]
+        series = EFFECTS[effect].series if effect else ()
+        if not series:
+            return [tuple(columns) for columns in found.values()]
+        return [
+            tuple(columns[: extent.parameters])
+            for (_, width), columns in found.items()
+            for extent in series
+            if extent.width == width
+        ]
+
+
+def _of_a_spring(name: str) -> bool:
+    effect = EFFECTS.get(name)
+    return isinstance(effect, ForceEffect) and not effect.resists
+
+
+def law_columns(
+    path: MeasuredPath,
+    row: Array,
+    order: int,
+    *,
+    system: Oscillator,
+    scales: Scales,
+    effects: Sequence[str],
+    w0: float,
+    friction: float,
+    duration: float,
+    lines: Sequence[Line] = (),
+    sizes: Mapping[str, float] = MappingProxyType({}),
+    block: int = 1,
+) -> LawColumns:
+    """Evaluate the law along a path.
+
+    Parameters
+    ----------
+    path : MeasuredPath
+        In natural units of ``w0``.
+    row : ndarray, shape (3,) or (n, 3)
+        Of the sensor.
+    order : int
+        Derivative that is measured.
+    system : Oscillator
+        The declared system.
+    scales : Scales
+        Of the priors.
+    effects : sequence of str
+        Force and sensor effects that may act.
+    w0 : float
+        Frequency of the natural units [rad/s].
+    friction : float
+        Rough friction in natural units.
+    duration : float
+        Length of the record [s], to which friction drift refers.
+    lines : sequence of Line
+        Those of each effect, the strongest first.
+    sizes : mapping
+        About how large the faults of the sensor are whose size shapes them, by effect.
+    block : int
+        Samples of the record that each value is the mean of.
+    """
+    ratio = w0 / system.natural_frequency
+    # the factor from the friction coefficient to force stays that of the declared system
+    mass = system.moving * ratio ** (order - 2)
+    stiffness = system.stiffness * ratio**order
+    unit = mass * w0**2
+    evaluator = ForceEvaluator(path, w0, mass, stiffness, friction * unit, duration)
+    amplitude = scales.amplitude * (system.natural_frequency / w0) ** order
+    columns = [
+        Column("displacement", STATE_SHARE * amplitude),
+        Column("velocity", STATE_SHARE * amplitude),
+        Column("stiffness", STIFFNESS_SD),
+        Column("friction", FRICTION_SHARE * amplitude, positive=True),
+    ]
+    nodes = [-path.restoring(path.node_x), -path.direction]
+    samples = [-path.restoring(path.x), -path.expected_direction]
+    for name in effects:
+        if isinstance(EFFECTS[name], ForceEffect):
+            for column, at_nodes, at_samples in force_columns(name, scales, evaluator):
+                columns.append(column)
+                nodes.append(at_nodes)
+                samples.append(at_samples)
+    # what the restoring force lacks of the oscillator that answers
+    nodes.append(path.stiffness[path.interval] * path.node_x - path.restoring(path.node_x))
+    samples.append(path.slope * path.x - path.restoring(path.x))
+    answered = force_response(path, np.column_stack(nodes))
+    direct = np.column_stack(samples)
+    start = initial_response(path.phase, path.stiffness)
+    states = np.concatenate([start, answered[:, :, :-1]], axis=2)
+    forces = np.column_stack([np.zeros((path.phase.size, 2)), direct[:, :-1]])
+    sensor = at_sensor(states, row, forces)
+    known = at_sensor(answered[:, :, -1:], row, direct[:, -1:])[:, 0]
+    faults, read = [], sampled(path, block, order)
+    for name in effects:
+        if isinstance(EFFECTS[name], SensorEffect) and name not in OF_LINES:
+            for column, fault in sensor_columns(name, scales, read, order, w0, sizes.get(name)):
+                columns.append(column)
+                faults.append(fault)
+    for line in lines:
+        for column, fault in line_columns(line, scales, path, order, w0):
+            columns.append(column)
+            faults.append(fault)
+    if faults:
+        sensor = np.column_stack([sensor, *faults])
+        states = np.concatenate([states, np.zeros((path.phase.size, 2, len(faults)))], axis=2)
+        forces = np.column_stack([forces, np.zeros((path.phase.size, len(faults)))])
+    return LawColumns(
+        columns=tuple(columns),
+        sensor=sensor,
+        states=states,
+        forces=forces,
+        known=known,
+        known_states=answered[:, :, -1],
+        friction=friction * unit,
+        unit_force=unit,
+    )

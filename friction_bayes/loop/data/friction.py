@@ -1,0 +1,126 @@
+"""Friction as a distribution: draws of it in the unit of the report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS
+from friction_bayes.core.summary import Summary
+from friction_bayes.decay.sensor_calibration import force_factors
+from friction_bayes.loop.data.model import LoopModel
+
+__all__ = [
+    "Distribution",
+    "dry_friction",
+    "friction_of_loss",
+    "friction_scale",
+    "reported_friction",
+    "scale_draws",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Distribution:
+    """Draws of a number with a unit.
+
+    Attributes
+    ----------
+    draws : ndarray, shape (m,)
+    unit : str
+    """
+
+    draws: Array
+    unit: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Mean, standard deviation, central 90 % interval and unit."""
+        return Summary.of_draws(self.draws, self.unit).to_dict()
+
+
+def friction_scale(model: LoopModel) -> tuple[float, str]:
+    """Factor from a model's friction to the reported one at the declared mass and stiffness, and the unit.
+
+    Of a signal that is not calibrated only friction in the unit of the signal can be reported.
+    """
+    decay = model.segments[0].decay
+    if decay.unit in UNCALIBRATED_UNITS:
+        return 1.0 / model.system.force_factor(decay.quantity), decay.unit
+    return 1.0, model.system.friction_unit
+
+
+def scale_draws(model: LoopModel, frequencies: Array, size: int, rng: np.random.Generator) -> Array:
+    """Draws of the factor from a model's friction to the reported one.
+
+    They carry what is not known of mass and stiffness (see
+    :func:`friction_bayes.core.declared_force.declared_forces`).
+
+    Parameters
+    ----------
+    model : LoopModel
+    frequencies : ndarray, shape (k,)
+        Draws of the natural frequency [rad/s].
+    size : int
+        How many draws.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    ndarray, shape (size,)
+    """
+    decay = model.segments[0].decay
+    found, sd = float(frequencies.mean()), float(frequencies.std(ddof=1))
+    factors = force_factors(model.system, decay.quantity, decay.unit, found, sd)
+    normal = rng.standard_normal(size)
+    scales = [f * (1.0 + relative * normal) for f, relative in factors]
+    drawn = scales[0] if len(scales) == 1 else np.choose(rng.integers(len(scales), size=size), scales)
+    return np.asarray(drawn / model.system.force_factor(decay.quantity))
+
+
+def reported_friction(
+    values: Array, frequencies: Array, model: LoopModel, rng: np.random.Generator
+) -> Distribution:
+    """Friction from draws of a model's and of the natural frequency [rad/s]; see :func:`scale_draws`."""
+    _, unit = friction_scale(model)
+    return Distribution(scale_draws(model, frequencies, values.size, rng) * values, unit)
+
+
+def friction_of_loss(turning_points: Array) -> float:
+    """Friction over stiffness that alone would explain the loss of amplitude.
+
+    Parameters
+    ----------
+    turning_points : ndarray, shape (turns,)
+        Displacements at which the motion turns, three at least.
+    """
+    middle = float(np.mean(0.5 * (turning_points[1:] + turning_points[:-1])))
+    amplitudes = np.abs(turning_points - middle)
+    order = np.arange(amplitudes.size) - 0.5 * (amplitudes.size - 1)
+    slope = -float(order @ amplitudes) / float(order @ order)
+    return max(0.5 * slope, 1e-4 * float(amplitudes.max()) / amplitudes.size)
+
+
+def dry_friction(friction: Distribution, loss: float, tolerance: float) -> dict[str, Any]:
+    """Whether dry friction matters: the probability that it takes more than a share of the loss.
+
+    Its upper limit is that of the draws that have any: with those that have none it would be zero as soon as
+    these are 95 %.
+
+    Parameters
+    ----------
+    friction : Distribution
+        Draws of friction.
+    loss : float
+        Friction that alone would explain the loss of amplitude, in the same unit.
+    tolerance : float
+        Share of the loss from which on friction matters.
+    """
+    rubs = friction.draws[friction.draws > 0.0]
+    return {
+        "probability": float(np.mean(friction.draws > tolerance * loss)),
+        "upper95": float(np.quantile(rubs, 0.95)) if rubs.size else 0.0,
+        "unit": friction.unit,
+    }

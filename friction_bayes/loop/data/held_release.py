@@ -1,0 +1,67 @@
+r"""Samples at the start of a record that were read while the mass was still held.
+
+A release from rest leaves a position that is even in the time since, whatever friction and spring,
+
+.. math:: x = a + b \cos \omega s + c \cos 2 \omega s, \quad s = t - t_0,
+
+over the first half cycle, and what the hand holds before. A record that begins in motion has the odd terms
+too, and no hold. Both are fitted to the first half period and compared by their likelihood, the noise at its
+most probable. Beforehand a hold is as probable as every effect, and it ends at any sample within a quarter of
+a period. The jump with which an acceleration begins shows by itself, and those within are like it.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.free_decay import FreeDecay
+from friction_bayes.loop.data.inclusion import PRIOR_LOG_ODDS
+from friction_bayes.records.quantisation import ROUNDING
+
+__all__ = ["held_samples"]
+
+_FINENESS = 8
+"""Times of a release that are tried between two samples."""
+_HARMONICS = np.array([1.0, 2.0])
+"""A half cycle of a far swing, or on a spring that stiffens, has the second too."""
+
+
+def held_samples(decay: FreeDecay) -> int:
+    """How many samples were read before the release; zero where none were or the record cannot tell."""
+    order = decay.quantity.order
+    if order == 2 or not decay.evenly_spaced or decay.disturbed:
+        return 0
+    angle = decay.frequency * decay.step
+    values = decay.values[: int(math.pi / angle) + 1]
+    time: Array = angle * np.arange(values.size, dtype=np.float64)
+    longest = values.size // 2
+    in_motion = np.column_stack([np.ones_like(time), _terms(time, 0), _terms(time, 1)])
+    if values.size < 2 * in_motion.shape[1]:
+        return 0
+    least = values.size * (ROUNDING * float(np.ptp(decay.values))) ** 2
+    releases = np.arange(1, longest * _FINENESS + 1) / _FINENESS
+    misfits = [_misfit(_released(time - angle * at, order), values) for at in releases]
+    best = int(np.argmin(misfits))
+    gain = 0.5 * values.size * math.log((_misfit(in_motion, values) + least) / (misfits[best] + least))
+    return math.ceil(releases[best]) if gain + PRIOR_LOG_ODDS > math.log(longest) else 0
+
+
+def _released(since: Array, order: int) -> Array:
+    """Columns of what a sensor of a derivative reads, ``since`` in radians, of a mass held until zero."""
+    moving = np.maximum(since, 0.0)
+    return np.column_stack([np.ones_like(since), _terms(moving, order)])
+
+
+def _terms(angle: Array, derivative: int) -> Array:
+    """Terms of the motion that are even in time, or their derivative, shape (n, harmonics)."""
+    turned = angle[:, None] * _HARMONICS
+    return np.asarray(np.sin(turned) if derivative == 1 else np.cos(turned))
+
+
+def _misfit(columns: Array, values: Array) -> float:
+    """Sum of squares that a regression leaves."""
+    left = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
+    return float(left @ left)

@@ -1,0 +1,274 @@
+"""The signal that Coulomb friction with a set of effects predicts for every record."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.system import Oscillator
+from friction_bayes.loop.data.parameters import (
+    DISPLACEMENT,
+    FRICTION,
+    LOG_FREQUENCY_RATIO,
+    SHARED,
+    VELOCITY,
+    Coordinate,
+    effect_coordinates,
+    physical_coordinates,
+    scales_of,
+)
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.mechanics.effects import (
+    EFFECTS,
+    NoiseEffect,
+    ProcessEffect,
+    Scales,
+    SensorEffect,
+    force_vector,
+)
+from friction_bayes.mechanics.integrate import propagator
+
+__all__ = ["LoopModel", "Prediction", "RecordParameters", "changes_signal", "sensor_output"]
+
+RTOL = 1e-8
+"""Local error of the integrator over the amplitude: 1e-7 after a hundred half cycles."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """A predicted signal.
+
+    Attributes
+    ----------
+    clean : ndarray, shape (n,)
+        What an ideal sensor shows.
+    signal : ndarray, shape (n,)
+        With the faults of the sensor that act before the noise.
+    displacement, velocity : ndarray, shape (n,)
+        The motion.
+    direction : ndarray, shape (n,)
+        Sign of the velocity.
+    turning_times, turning_points : ndarray
+        Where the velocity is zero, and the displacement there.
+    stop_time : float
+        When the final rest begins; infinite where it still moves.
+    """
+
+    clean: Array
+    signal: Array
+    displacement: Array
+    velocity: Array
+    direction: Array
+    turning_times: Array
+    turning_points: Array
+    stop_time: float
+
+
+class RecordParameters(NamedTuple):
+    """Values of the parameters that act on one record.
+
+    Attributes
+    ----------
+    friction : float
+        Friction force of the declared system [N or N m].
+    frequency_ratio : float
+        Fitted over declared natural frequency.
+    displacement, velocity : float
+        State at the start of the record.
+    effects : dict
+        Effect name to values in the order of its parameters.
+    """
+
+    friction: float
+    frequency_ratio: float
+    displacement: float
+    velocity: float
+    effects: dict[str, tuple[float, ...]]
+
+
+def changes_signal(name: str) -> bool:
+    """Whether an effect changes the predicted signal: random ones and what acts after noise do not."""
+    effect = EFFECTS[name]
+    return not (
+        isinstance(effect, NoiseEffect | ProcessEffect)
+        or (isinstance(effect, SensorEffect) and effect.after_noise)
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class LoopModel:
+    """Coulomb friction on a spring with a set of effects, for some records of one system.
+
+    Parameters
+    ----------
+    system : Oscillator
+    segments : tuple of Segment
+    effects : tuple of str
+        Effects that change the signal.
+    whole : tuple of Segment, optional
+        Where ``segments`` are the first parts of records, the whole records: priors and durations are
+        theirs.
+    """
+
+    system: Oscillator
+    segments: tuple[Segment, ...]
+    effects: tuple[str, ...] = ()
+    whole: tuple[Segment, ...] | None = None
+
+    @cached_property
+    def scales(self) -> Scales:
+        """Scales of the priors."""
+        return scales_of(self.whole or self.segments, self.system)
+
+    @cached_property
+    def durations(self) -> tuple[float, ...]:
+        """Length of each record [s], to which friction drift refers."""
+        return tuple(segment.duration for segment in self.whole or self.segments)
+
+    @cached_property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The parameters: friction and frequency, initial states, then those of each effect."""
+        records = len(self.segments)
+        return physical_coordinates(self.scales, records) + tuple(
+            c for name in self.effects for c in effect_coordinates(name, self.scales, records)
+        )
+
+    @cached_property
+    def _positions(self) -> dict[tuple[str, str, int], int]:
+        return {c.key: j for j, c in enumerate(self.coordinates)}
+
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """Coordinates between which the force laws make sense, each of shape (p,)."""
+        ends = np.array([c.coordinate_bounds for c in self.coordinates])
+        return ends[:, 0], ends[:, 1]
+
+    @cached_property
+    def support(self) -> tuple[Array, Array]:
+        """Support of the prior of each coordinate, each of shape (p,)."""
+        ends = np.array([c.support for c in self.coordinates])
+        return ends[:, 0], ends[:, 1]
+
+    def within_bounds(self, z: Array) -> Array:
+        """Move coordinates back to where the force laws make sense."""
+        return np.clip(z, *self.bounds)
+
+    def index(self, name: str, *, effect: str = "", record: int = SHARED) -> int:
+        """Position of a parameter in the vector of coordinates."""
+        return self._positions[effect, name, record]
+
+    def value(self, z: Array, name: str, *, effect: str = "", record: int = SHARED) -> Array:
+        """Value of a parameter at coordinates of shape (..., p)."""
+        j = self.index(name, effect=effect, record=record)
+        return np.asarray(self.coordinates[j].value(z[..., j]))
+
+    def numbered(self, name: str, c: Coordinate) -> str:
+        """The name with the number of the coordinate's record, where there are several."""
+        return f"{name}[{c.record}]" if len(self.segments) > 1 and c.record != SHARED else name
+
+    def record_parameters(self, z: Array, r: int) -> RecordParameters:
+        """Values of the parameters that act on record ``r``."""
+        own: dict[str, float] = {}
+        effects: dict[str, tuple[float, ...]] = {}
+        for c, x in zip(self.coordinates, z, strict=True):
+            if c.record not in (SHARED, r):
+                continue
+            value = float(c.value(float(x)))
+            if c.effect:
+                effects[c.effect] = (*effects.get(c.effect, ()), value)
+            else:
+                own[c.name] = value
+        ratio = math.exp(own[LOG_FREQUENCY_RATIO])
+        return RecordParameters(own[FRICTION], ratio, own[DISPLACEMENT], own[VELOCITY], effects)
+
+    def mass_and_stiffness(self, ratio: float) -> tuple[float, float]:
+        """Mass and stiffness of a system whose frequency is ``ratio`` times the declared one.
+
+        The factor from the signal's friction coefficient to force stays that of the declared system: the
+        stiffness where displacement is measured, the mass where acceleration is.
+        """
+        order = self.segments[0].order
+        return self.system.moving * ratio ** (order - 2), self.system.stiffness * ratio**order
+
+    def shortened(self, samples: Sequence[int]) -> tuple[Segment, ...]:
+        """The first samples of each segment."""
+        return tuple(s.head(n) for s, n in zip(self.segments, samples, strict=True))
+
+    def with_effects(self, names: Sequence[str]) -> LoopModel:
+        """The same records with other effects, in the catalogue's order."""
+        return LoopModel(self.system, self.segments, tuple(name for name in EFFECTS if name in names))
+
+    def of_first_samples(self, samples: Sequence[int]) -> LoopModel:
+        """The same model, priors included, of the first samples of each record."""
+        return replace(self, segments=self.shortened(samples), whole=self.whole or self.segments)
+
+    def predict(self, z: Array, r: int, segment: Segment | None = None) -> Prediction | None:
+        """Predict record ``r`` (or a shortened ``segment``); None when the motion does not stay finite."""
+        seg = self.segments[r] if segment is None else segment
+        return self.predict_at(z, r, seg.time)
+
+    def predict_at(
+        self,
+        z: Array,
+        r: int,
+        time: Array,
+        state: tuple[float, float] | None = None,
+        order: int | None = None,
+    ) -> Prediction | None:
+        """Predict record ``r`` at any times, from another state or for another sensor where these are given.
+
+        Parameters
+        ----------
+        z : ndarray, shape (p,)
+        r : int
+        time : ndarray, shape (n,)
+            Seconds since the start of the segment.
+        state : tuple of float, optional
+            Displacement and velocity at its first time instead of the fitted ones.
+        order : int, optional
+            Derivative that is measured: 0 displacement, 1 velocity, 2 acceleration.
+
+        Returns
+        -------
+        Prediction or None
+            None when the motion does not stay finite.
+        """
+        if order is None:
+            order = self.segments[r].order
+        values = self.record_parameters(z, r)
+        displacement, velocity = (values.displacement, values.velocity) if state is None else state
+        mass, stiffness = self.mass_and_stiffness(values.frequency_ratio)
+        status, x, v, a, times, points, stop = propagator(self.effects)(
+            time,
+            displacement,
+            velocity,
+            values.friction,
+            mass,
+            stiffness,
+            self.system.pendulum,
+            self.durations[r],
+            force_vector(values.effects),
+            RTOL,
+            order,
+        )
+        clean = (x, v, a)[order]
+        if status != 0 or not math.isfinite(float(clean.sum())):
+            return None
+        signal = sensor_output(clean, time, values.effects)
+        return Prediction(clean, signal, x, v, np.sign(v), times, points, float(stop))
+
+
+def sensor_output(clean: Array, time: Array, effects: Mapping[str, tuple[float, ...]]) -> Array:
+    """What the sensor shows of a clean signal, with those of the effects that are faults of the sensor."""
+    signal = clean
+    for name, values in effects.items():
+        effect = EFFECTS[name]
+        if isinstance(effect, SensorEffect):
+            signal = effect.distort(signal, time, *values)
+    return signal

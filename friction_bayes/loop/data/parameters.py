@@ -1,0 +1,264 @@
+"""The parameters of a loop model, each in a coordinate in which its prior is a standard normal or flat."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.system import Oscillator
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.mechanics.effects import (
+    EFFECTS,
+    Effect,
+    ForceEffect,
+    Parameter,
+    Prior,
+    Scales,
+    SensorEffect,
+)
+
+__all__ = [
+    "DISPLACEMENT",
+    "FRICTION",
+    "LOG_FREQUENCY_RATIO",
+    "SHARED",
+    "VELOCITY",
+    "Coordinate",
+    "effect_coordinates",
+    "physical_coordinates",
+    "scales_of",
+]
+
+FRICTION = "friction"
+LOG_FREQUENCY_RATIO = "log_frequency_ratio"
+"""Logarithm of the fitted over the declared natural frequency."""
+DISPLACEMENT, VELOCITY = "displacement", "velocity"
+"""State at the start of a record."""
+SHARED = -1
+"""In place of a record: the parameter is the same for all of them."""
+
+FRICTION_SHARE = 0.05
+"""Prior scale of friction over stiffness times amplitude: a decay of three half cycles has 0.15."""
+FREQUENCY_SD = 0.2
+"""Prior standard deviation of the logarithm of the fitted over the declared natural frequency."""
+STATE_SHARE = 2.0
+"""Prior scale of the initial displacement and velocity over the largest in the record."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coordinate:
+    """One parameter and the coordinate that it is fitted in.
+
+    Attributes
+    ----------
+    name : str
+        ``friction``, ``log_frequency_ratio``, ``displacement``, ``velocity`` or that of the effect.
+    prior : Prior
+        Weak prior of the value.
+    bounds : tuple of float
+        Values between which the force law makes sense, wider than the prior's support where the law can
+        be continued through its null.
+    effect : str
+        The effect it belongs to; empty for friction, frequency and state.
+    record : int
+        The record it belongs to, or ``SHARED``.
+    circular : bool
+        Whether it is an angle.
+    shapes : bool
+        Whether it only shapes a term whose size another parameter gives: it has no null.
+    """
+
+    name: str
+    prior: Prior
+    bounds: tuple[float, float]
+    effect: str = ""
+    record: int = SHARED
+    circular: bool = False
+    shapes: bool = False
+
+    @property
+    def key(self) -> tuple[str, str, int]:
+        """Effect, name and record, which no other parameter of a model shares."""
+        return self.effect, self.name, self.record
+
+    @property
+    def label(self) -> str:
+        """Name with that of its effect: ``friction``, ``viscous_damping.damping_ratio``."""
+        return f"{self.effect}.{self.name}" if self.effect else self.name
+
+    @property
+    def is_state(self) -> bool:
+        """Whether it is part of a record's initial state."""
+        return not self.effect and self.record != SHARED
+
+    @property
+    def is_sensor(self) -> bool:
+        """Whether it belongs to a fault of a record's sensor."""
+        return bool(self.effect) and isinstance(EFFECTS[self.effect], SensorEffect)
+
+    def value(self, z: float | Array) -> float | Array:
+        """Value of a coordinate."""
+        p = self.prior
+        if p.family == "log-normal":
+            return p.location * np.exp(p.scale * z)
+        if p.family == "uniform":
+            return p.low + (p.high - p.low) * z
+        return p.location + p.scale * z
+
+    def coordinate(self, value: float) -> float:
+        """Coordinate of a value."""
+        p = self.prior
+        if p.family == "log-normal":
+            return math.log(value / p.location) / p.scale
+        if p.family == "uniform":
+            return (value - p.low) / (p.high - p.low)
+        return (value - p.location) / p.scale
+
+    def at_score(self, score: float) -> float:
+        """Coordinate at the prior quantile of a normal score."""
+        share = float(special.ndtr(score))
+        if self.prior.family == "uniform":
+            return share
+        low, high = special.ndtr(self.support)
+        return float(special.ndtri(low + (high - low) * share))
+
+    @property
+    def start(self) -> float:
+        """Where a fit starts by default: the null, or the prior's median where there is no null."""
+        if self.shapes:
+            return self.at_score(0.0)
+        return self.coordinate(0.0) if self.prior.family == "uniform" and not self.circular else 0.0
+
+    @property
+    def precision(self) -> float:
+        """Prior precision of the coordinate."""
+        return 0.0 if self.prior.family == "uniform" else 1.0
+
+    @property
+    def least_precision(self) -> float:
+        """Precision whose normal volume is the range of a flat prior: no posterior is wider."""
+        return 2.0 * math.pi if self.prior.family == "uniform" else 0.0
+
+    @property
+    def coordinate_bounds(self) -> tuple[float, float]:
+        """The bounds as coordinates."""
+        if self.prior.family == "log-normal":
+            # a value beyond six prior standard deviations is not one to fit
+            return -6.0, 6.0
+        return self.coordinate(self.bounds[0]), self.coordinate(self.bounds[1])
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """Prior support of the coordinate."""
+        p = self.prior
+        if p.family == "log-normal" or self.circular:
+            return -math.inf, math.inf
+        if p.family == "uniform":
+            return 0.0, 1.0
+        return (p.low - p.location) / p.scale, (p.high - p.location) / p.scale
+
+    @property
+    def log_normalisation(self) -> float:
+        """Logarithm of the prior density of the coordinate at zero distance, within its support."""
+        if self.prior.family == "uniform":
+            return 0.0
+        low, high = self.support
+        return -0.5 * math.log(2.0 * math.pi) - math.log(special.ndtr(high) - special.ndtr(low))
+
+
+def scales_of(segments: Sequence[Segment], system: Oscillator) -> Scales:
+    """Scales of the priors: the amplitude is that of the largest motion, half from top to bottom."""
+    order = segments[0].order
+    # quantiles, so that outliers do not count as motion
+    largest = max(
+        0.5 * float(np.ptp(np.quantile(segment.decay.values, (0.002, 0.998)))) for segment in segments
+    )
+    decay = segments[0].decay
+    return Scales(
+        system=system,
+        quantity=decay.quantity,
+        amplitude=largest / system.natural_frequency**order,
+        duration=max(segment.duration for segment in segments),
+        sampling_rate=1.0 / decay.step,
+        zero=max(abs(segment.decay.rest_position) for segment in segments),
+    )
+
+
+def physical_coordinates(scales: Scales, records: int) -> tuple[Coordinate, ...]:
+    """Friction and frequency, shared; then displacement and velocity at the start of each record."""
+    friction = FRICTION_SHARE * scales.system.stiffness * scales.amplitude
+    shared = (
+        Coordinate(
+            name=FRICTION,
+            prior=Prior("normal", 0.0, friction, 0.0),
+            bounds=(1e-6 * friction, math.inf),
+        ),
+        Coordinate(
+            name=LOG_FREQUENCY_RATIO,
+            prior=Prior("normal", 0.0, FREQUENCY_SD),
+            bounds=(-1.2, 1.2),
+        ),
+    )
+    wide = STATE_SHARE * scales.amplitude
+    fast = STATE_SHARE * scales.velocity
+    state = [
+        Coordinate(
+            name=name,
+            record=r,
+            prior=Prior("normal", 0.0, scale),
+            bounds=(-20.0 * scale, 20.0 * scale),
+        )
+        for r in range(records)
+        for name, scale in ((DISPLACEMENT, wide), (VELOCITY, fast))
+    ]
+    return shared + tuple(state)
+
+
+def effect_coordinates(name: str, scales: Scales, records: int) -> tuple[Coordinate, ...]:
+    """Coordinates of an effect: shared by all records, or one set for each."""
+    effect = EFFECTS[name]
+    owners = range(records) if effect.per_record else (SHARED,)
+    return tuple(
+        Coordinate(
+            name=parameter.name,
+            effect=name,
+            record=owner,
+            prior=prior,
+            bounds=_bounds(effect, prior, parameter),
+            circular=_is_angle(prior, parameter),
+            shapes=_shapes(prior, parameter),
+        )
+        for owner in owners
+        for parameter, prior in zip(effect.parameters, effect.priors(scales), strict=True)
+    )
+
+
+def _is_angle(prior: Prior, parameter: Parameter) -> bool:
+    return prior.family == "uniform" and parameter.unit == "rad"
+
+
+def _shapes(prior: Prior, parameter: Parameter) -> bool:
+    """A parameter that cannot vanish has no null; nor has one whose flat prior excludes zero."""
+    if prior.family == "uniform":
+        return not _is_angle(prior, parameter) and not (
+            prior.low <= 0.0 < prior.high and not parameter.open_low
+        )
+    return prior.family == "log-normal" or parameter.open_low
+
+
+def _bounds(effect: Effect, prior: Prior, parameter: Parameter) -> tuple[float, float]:
+    """A force that is linear in a parameter may be continued through its null; no other term may."""
+    if prior.family == "uniform":
+        width = prior.high - prior.low if _is_angle(prior, parameter) else 0.0
+        return prior.low - width, prior.high + width
+    if prior.family == "log-normal":
+        return 0.0, math.inf
+    low = parameter.low
+    if isinstance(effect, ForceEffect) and low == 0.0 and not parameter.open_low:
+        low = -0.5 * prior.scale
+    return low, parameter.high

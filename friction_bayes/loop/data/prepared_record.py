@@ -1,0 +1,263 @@
+"""The part of a record that is fitted: from release to just beyond the stop, cut once, before any model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+from scipy.ndimage import binary_dilation, median_filter
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.errors import InputError, of_each
+from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.block_means import amplitude_kept, block_means, samples_in_block, torn_blocks
+from friction_bayes.decay.excursions import set_excursions_aside
+from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
+from friction_bayes.decay.phase_tracking import nearest_turning_points
+from friction_bayes.loop.data.held_release import held_samples
+from friction_bayes.records.clipping import clipped_fraction
+from friction_bayes.records.clock import sampling_interval
+from friction_bayes.records.held_readings import set_held_readings_aside
+from friction_bayes.records.quantisation import ROUNDING, quantisation_step
+from friction_bayes.records.record import validate_record, with_values
+
+__all__ = ["Segment", "cut_records"]
+
+_REST_KEPT = 0.15
+"""Share of the moving time kept after the stop: where it rests shows the sensor's zero."""
+_SPIKE = 6.0
+"""Distance from the neighbours' median, in robust standard deviations, of samples ignored when cutting."""
+_NEIGHBOURS = 7
+_STRAY_SPIKES = 1e-3
+"""Share of spikes that chance explains: white noise has one sample in a million beyond six deviations."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Segment:
+    """The samples of one record that every model is fitted to.
+
+    Attributes
+    ----------
+    decay : FreeDecay
+        The moving part: rough frequency and phase, unit, quantity.
+    values : ndarray, shape (n,)
+        Samples as recorded.
+    time : ndarray, shape (n,)
+        Seconds since the first of them.
+    sides : ndarray, shape (n,)
+        1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
+    ignored : ndarray of bool, shape (n,)
+        Not fitted: isolated excursions; and where the acceleration jumps, its sample nearest to each turning
+        point, which tells either side of the jump; of means of blocks, which may tell a mean of both, the
+        neighbours too.
+    moving : int
+        Samples before the stop.
+    first : int
+        Which of the kept samples is the first.
+    kept : ndarray of bool, shape (recorded,)
+        Samples of the record that do not repeat a reading that was held.
+    block : int
+        Samples of the record that each value is the mean of.
+    spread : ndarray, shape (n,)
+        Mean square distance of those samples from it.
+    resolution : float or None
+        Step of the digitiser or encoder, unit of the signal; None where none shows.
+    held : int
+        Values before the first of them that were read before the release.
+    """
+
+    decay: FreeDecay
+    values: Array
+    time: Array
+    sides: Array
+    ignored: Mask
+    moving: int
+    first: int
+    kept: Mask
+    block: int
+    spread: Array
+    resolution: float | None = None
+    held: int = 0
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know of the record and of what was done to it before any model."""
+        notes = self.decay.notes
+        if self.held:
+            notes += (
+                f"{self.decay.name}: held at first: the {self.held * self.block} samples before the release, "
+                f"until {self.decay.start_time:.4g} s, are left out",
+            )
+        if self.block > 1:
+            notes += (
+                f"{self.decay.name}: averaged in blocks of {self.block} samples, as a period holds so many; "
+                "the noise of the sensor is that of a sample, residuals and forecast errors are of the means",
+            )
+        return notes
+
+    def noise_of_a_sample(self, predicted: Array) -> float:
+        """Root mean square distance of the record's samples from what is predicted of the values, shape (n,).
+
+        That of the values themselves, and of the samples about their block's mean, but for the slope of the
+        signal within the block. Nothing is assumed of how the noise of neighbouring samples goes together.
+        """
+        slope = np.gradient(predicted) / self.block
+        within = self.spread - slope**2 * (self.block**2 - 1) / 12.0
+        return math.sqrt(float(np.mean(((self.values - predicted) ** 2 + within)[self.free])))
+
+    @property
+    def least_noise(self) -> float:
+        """Sd of the rounding to whole steps, a value, unit of the signal; zero where no step shows."""
+        return (self.resolution or 0.0) / math.sqrt(12.0 * self.block)
+
+    def of_record(self, values: Array) -> Array:
+        """Another quantity of the same record, shape (recorded,), at the segment's samples."""
+        used = values[self.kept][self.first : self.first + self.block * self.values.size]
+        return block_means(used, self.block)
+
+    @property
+    def duration(self) -> float:
+        """Length [s], to which friction drift refers."""
+        return float(self.decay.step * self.values.size)
+
+    @property
+    def clipped(self) -> bool:
+        """Whether the sensor has run into an end of its range."""
+        return bool(self.sides.any())
+
+    @property
+    def free(self) -> Mask:
+        """Samples that show the signal with noise, shape (n,)."""
+        return np.asarray((self.sides == 0.0) & ~self.ignored)
+
+    @property
+    def order(self) -> int:
+        """Derivative order of the signal."""
+        return self.decay.quantity.order
+
+    def head(self, n: int) -> Segment:
+        """The first ``n`` samples; time and phase are the same."""
+        return replace(
+            self,
+            values=self.values[:n],
+            time=self.time[:n],
+            sides=self.sides[:n],
+            ignored=self.ignored[:n],
+            spread=self.spread[:n],
+            moving=min(self.moving, n),
+        )
+
+
+def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Segment, ...]:
+    """Cut each record, refusing what does not belong together.
+
+    Raises
+    ------
+    InputError
+        If there is no record, a record is unusable, or records hold different quantities or units.
+    """
+    if not records:
+        raise InputError("records", "none given", "give at least one record")
+    segments = tuple(of_each(lambda record: _cut(record, system), records))
+    first = segments[0].decay
+    for segment in segments[1:]:
+        decay = segment.decay
+        if (decay.quantity, decay.unit) != (first.quantity, first.unit):
+            raise InputError(
+                decay.name,
+                f"holds {decay.quantity.name} [{decay.unit}], "
+                f"{first.name} {first.quantity.name} [{first.unit}]",
+                "close the loop on records of one quantity",
+            )
+    return segments
+
+
+def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
+    validate_record(record)
+    record, kept = set_held_readings_aside(record)
+    record, stray = set_excursions_aside(record, system)
+    resolution = quantisation_step(record.values)
+    recorded = np.asarray(record["time"].values, dtype=np.float64)
+    record, block, spread = _averaged(record, system)
+    values = np.ascontiguousarray(record.values, dtype=np.float64)
+    smooth, spikes = _spikes(values, system.natural_frequency * sampling_interval(record))
+    tame = np.where(spikes, smooth, values)
+    decay = find_free_decay(with_values(record, tame), system, resolution=resolution)
+    clips = clipped_fraction(values)[1] is not None
+    before_release = 0 if clips else held_samples(decay)
+    if before_release:
+        start = decay.start_time + before_release * decay.step
+        decay = find_free_decay(with_values(record, tame), system, start=start, resolution=resolution)
+    clock = np.asarray(record["time"].values, dtype=np.float64)
+    first = int(np.searchsorted(clock, decay.start_time))
+    moving = decay.values.size
+    n = min(values.size - first, moving + round(_REST_KEPT * moving) if decay.stops else moving)
+    used = values[first : first + n]
+    sides = np.zeros(n)
+    if clips:
+        # the sensor's range may be symmetric or not: an end is clipped where it is held
+        for side, end in ((1.0, values.max()), (-1.0, values.min())):
+            held = np.abs(used - end) <= ROUNDING * np.ptp(values)
+            if np.count_nonzero(held) > 3:
+                sides[held] = side
+    ignored = np.zeros(n, dtype=bool)
+    ignored[[i for i in (stray // block - first).tolist() if 0 <= i < n]] = True
+    ignored |= torn_blocks(recorded, block)[first : first + n]
+    if decay.quantity.order == 2:
+        near = nearest_turning_points(decay)
+        # damping moves the jump from the extremum of the signal, by a phase of twice its ratio
+        ignored[: min(moving, n)] |= (near if block == 1 else binary_dilation(near))[:n]
+    even = decay.step * np.arange(n, dtype=np.float64)
+    time = even if decay.evenly_spaced else clock[first : first + n] - clock[first]
+    return Segment(
+        decay=decay,
+        values=used,
+        time=time,
+        sides=sides,
+        ignored=ignored,
+        moving=min(moving, n),
+        first=first * block,
+        kept=kept,
+        block=block,
+        spread=spread[first : first + n],
+        resolution=resolution,
+        held=before_release,
+    )
+
+
+def _spikes(values: Array, angle: float) -> tuple[Array, Mask]:
+    """The neighbours' median of each sample, and which samples lie far from it.
+
+    The motion itself, by ``angle`` from sample to sample, lies away from it at its turning points.
+    """
+    smooth = median_filter(values, _NEIGHBOURS, mode="nearest")
+    away = np.abs(values - smooth)
+    spread = 1.4826 * float(np.median(away))
+    swing = 0.5 * float(np.ptp(smooth))
+    turns = swing * (1.0 - math.cos(min(angle * (_NEIGHBOURS // 2), math.pi)))
+    # where most samples equal their neighbours but for rounding, the rest are steps of a digitiser
+    return smooth, (away > _SPIKE * spread + turns) & (spread > ROUNDING * np.ptp(values))
+
+
+def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int, Array]:
+    """Means of blocks of samples, how many each is of, and their mean square distances from it.
+
+    Flat samples and outliers are seen sample by sample alone.
+    """
+    values = np.asarray(record.values, dtype=np.float64)
+    clock = np.asarray(record["time"].values, dtype=np.float64)
+    samples = 2.0 * math.pi / (system.natural_frequency * sampling_interval(record))
+    block = samples_in_block(samples)
+    # less than a period is refused for what it is, not for what is left of it
+    if block == 1 or samples > values.size or clipped_fraction(values)[1] is not None:
+        return record, 1, np.zeros(values.size)
+    if np.count_nonzero(_spikes(values, 2.0 * math.pi / samples)[1]) > _STRAY_SPIKES * values.size:
+        return record, 1, np.zeros(values.size)
+    means = block_means(values, block)
+    spread = block_means((values[: means.size * block] - np.repeat(means, block)) ** 2, block)
+    stamps = {"time": ("time", block_means(clock, block), record["time"].attrs)}
+    means = means / amplitude_kept(samples, block)
+    return xr.DataArray(means, coords=stamps, attrs=record.attrs), block, spread

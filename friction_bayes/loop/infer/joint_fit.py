@@ -1,0 +1,281 @@
+"""Several records under one law, each with start, sensor faults, fluctuation and perhaps friction of its own.
+
+Each record is analysed alone first, which gives its motion and how large its noise and its random force are
+beside those of the others. Then all sets of effects are weighed on all records at once: along these motions,
+to find the common law and the sets that may matter, and those along the motions smoothed with that law.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.system import Oscillator
+from friction_bayes.loop.columns.lines import OF_LINES, Line
+from friction_bayes.loop.data.friction import friction_of_loss
+from friction_bayes.loop.data.parameters import scales_of
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.infer.joint_problem import JointProblem, Member, Spread
+from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord, force_prior
+from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force, force_fit, is_read_as_fault
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+from friction_bayes.statespace.force_grid import ForcePrior, GridPoint, Posterior, integrate
+from friction_bayes.statespace.regression import frequency_change
+from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.subset_evidence import WeighedSets
+
+__all__ = ["SPREADS", "JointFit", "fit_together"]
+
+SPREADS = np.geomspace(1e-3, 0.6, 13)
+"""Spreads of friction between records that are weighed, over friction; all are as probable."""
+_COARSE = 3
+"""The first round takes every third of them."""
+_HOPELESS = 1e-13
+"""Probability of a set in the first round below which the second does without it."""
+_DIFFERS = 0.5
+"""Prior probability that friction differs between records."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JointFit:
+    """What the analysis of several records found.
+
+    Attributes
+    ----------
+    alone : tuple of ForceFit, length r
+        Each record by itself.
+    records : tuple of MovingRecord, length r
+    along : tuple of LawAlongMotion, length r
+        The law along each motion, in natural units of one frequency.
+    problem : JointProblem
+    posterior : Posterior
+        Of the shared coefficients.
+    spreads : ndarray, shape (k,)
+        Spreads of friction that were weighed, over ``level``; zero for none.
+    level : float
+        Friction that these are shares of, natural units.
+    prior : ForcePrior
+        Of the random force.
+    """
+
+    alone: tuple[ForceFit, ...]
+    records: tuple[MovingRecord, ...]
+    along: tuple[LawAlongMotion, ...]
+    problem: JointProblem
+    posterior: Posterior
+    spreads: Array
+    level: float
+    prior: ForcePrior
+
+    @property
+    def spread_of(self) -> Array:
+        """Spread of each of the posterior's sets, shape (n,)."""
+        return self.spreads[self.problem.spread_number]
+
+    @property
+    def worth_it(self) -> Mask:
+        """Sets of the records that can be probable along motions near these, shape (m,)."""
+        worth = np.zeros(len(self.along[0].sets.effects), np.bool_)
+        worth[self.problem.number[self.posterior.weight.max(axis=0) > _HOPELESS]] = True
+        return worth
+
+    @property
+    def weight(self) -> Array:
+        """Posterior of points and sets of the records, over all spreads, shape (g, m)."""
+        sets = len(self.along[0].sets.effects)
+        return np.array([np.bincount(self.problem.number, point, sets) for point in self.posterior.weight])
+
+    def among(self, cells: Mask) -> JointFit:
+        """The same given that the truth is at some of the points and sets, ``cells`` of shape (g, m)."""
+        return replace(self, posterior=self.posterior.among(cells[:, self.problem.number]))
+
+    @cached_property
+    def fits(self) -> tuple[ForceFit, ...]:
+        """Each record under the most probable law and random force."""
+        best = self.posterior.best
+        row = int(np.argmax(best.found.log_weight))
+        chosen = int(self.problem.number[row])
+        said = self.problem.conditional(best, row)
+        laws = said.laws(self.posterior.best_law()[said.columns][None])[0]
+        return tuple(
+            force_fit(record, found, _alone_at(found, member, best, row, chosen), law, alone.sensor_noise)
+            for record, found, member, law, alone in zip(
+                self.records, self.along, self.problem.members, laws, self.alone, strict=True
+            )
+        )
+
+
+def fit_together(
+    segments: Sequence[Segment],
+    system: Oscillator,
+    allowed: Sequence[str],
+    *,
+    varying: bool,
+    progress: Callable[[str], None] | None = None,
+) -> JointFit | None:
+    """Analyse several records of one quantity.
+
+    Parameters
+    ----------
+    segments : sequence of Segment, length r
+    system : Oscillator
+        The declared system.
+    allowed : sequence of str
+        Effects that may act.
+    varying : bool
+        Whether friction is known to differ between the records; else that is as probable as not.
+    progress : callable, optional
+        Called with the name of each record.
+
+    Returns
+    -------
+    JointFit or None
+        None where a record by itself cannot be analysed (see
+        :func:`friction_bayes.loop.infer.record_fit.fit_random_force`), or where faults of the sensor take the
+        place of a motion.
+    """
+    fits = []
+    for segment in segments:
+        if progress is not None:
+            progress(segment.decay.name)
+        fits.append(fit_random_force(segment, system, allowed))
+    alone = tuple(fit for fit in fits if fit is not None)
+    if len(alone) < len(fits):
+        return None
+    corrections = [frequency_change(fit.coefficients[fit.regression.stiffness]) for fit in alone]
+    w0 = float(np.median([fit.w0 * change for fit, change in zip(alone, corrections, strict=True)]))
+    motions = [fit.motion.at_frequency(w0 / fit.w0) for fit in alone]
+    scales = scales_of(segments, system)
+    sizes = _shared_sizes(alone)
+    records = tuple(
+        replace(
+            MovingRecord.of(fit.segment, system, allowed, scales, fit.samples),
+            variance=fit.clock.variance,
+            error=fit.error,
+            sizes=sizes,
+            jump=fit.clock.jump[fit.clock.index],
+        )
+        for fit in alone
+    )
+    forced = RANDOM_FORCE.name in allowed
+    along = _along(alone, records, motions, w0)
+    if along is None:
+        return None
+    first = _weighed(
+        alone, records, along, SPREADS[::_COARSE], varying=varying, forced=forced, only_mode=True
+    )
+    one = first.fits[0]
+    change = frequency_change(one.coefficients[one.regression.stiffness])
+    along = _along(alone, records, [fit.motion.at_frequency(change) for fit in first.fits], w0 * change)
+    if along is None:
+        return None
+    fit = _weighed(alone, records, along, SPREADS, varying=varying, forced=forced, kept=first.worth_it)
+    return None if any(is_read_as_fault(one) for one in fit.fits) else fit
+
+
+def _along(
+    alone: Sequence[ForceFit], records: Sequence[MovingRecord], motions: Sequence[Motion], w0: float
+) -> tuple[LawAlongMotion, ...] | None:
+    """The law along motions in natural units of ``w0``; None where one has too few turning points."""
+    friction = _friction_of_loss(alone)
+    found = [
+        record.along(motion, w0, lines, friction)
+        for record, motion, lines in zip(records, motions, _lines(alone), strict=True)
+    ]
+    along = tuple(one for one in found if one is not None)
+    return along if len(along) == len(found) else None
+
+
+def _weighed(
+    alone: tuple[ForceFit, ...],
+    records: tuple[MovingRecord, ...],
+    along: tuple[LawAlongMotion, ...],
+    some: Array,
+    *,
+    varying: bool,
+    forced: bool,
+    kept: Mask | None = None,
+    only_mode: bool = False,
+) -> JointFit:
+    """Weigh the sets that are ``kept`` with ``some`` spreads, and without one unless friction varies."""
+    friction = _friction_of_loss(alone)
+    law, sets = along[0].law, along[0].sets
+    # of its frictions a set has one at most
+    rubbing = sets.columns[:, law.frictions]
+    columns = np.where(rubbing.any(axis=1), np.array(law.frictions)[rubbing.argmax(axis=1)], -1)
+    level = float(np.median([fit.coefficients[fit.law.frictions].sum() for fit in alone])) or friction
+    spreads = some if varying else np.append(0.0, some)
+    share = np.full(spreads.size, (1.0 if varying else _DIFFERS) / some.size)
+    share[spreads == 0.0] = 1.0 - _DIFFERS
+    problem = JointProblem(
+        _members(alone, along),
+        np.array([column.own for column in law.columns]),
+        Spread(columns=columns, sd=spreads * level / law.scale[law.dry_friction], log_prior=np.log(share)),
+        kept,
+    )
+    noise = math.exp(float(np.mean([math.log(one.regression.motion.noise) for one in along])))
+    prior = force_prior(friction)
+    if not forced:
+        prior = replace(prior, none=1.0)
+    posterior = integrate(problem, prior, noise, only_mode=only_mode)
+    return JointFit(
+        alone=alone,
+        records=records,
+        along=along,
+        problem=problem,
+        posterior=posterior,
+        spreads=spreads,
+        level=level,
+        prior=prior,
+    )
+
+
+def _shared_sizes(alone: Sequence[ForceFit]) -> dict[str, float]:
+    """Faults of the sensor as large as in the median of the records that have them."""
+    own = [fit.law.fault_sizes(fit.coefficients) for fit in alone]
+    found = {fault for sizes in own for fault in sizes}
+    return {fault: float(np.median([sizes[fault] for sizes in own if fault in sizes])) for fault in found}
+
+
+def _friction_of_loss(records: Sequence[ForceFit | LawAlongMotion]) -> float:
+    """Friction that alone would explain the loss of amplitude of the median record, natural units."""
+    return float(np.median([friction_of_loss(record.path.turning_x) for record in records]))
+
+
+def _lines(alone: Sequence[ForceFit]) -> list[tuple[Line, ...]]:
+    """The strongest line of each effect in each record; one that has none is tried at another's."""
+    lines: list[tuple[Line, ...]] = [()] * len(alone)
+    for effect in OF_LINES:
+        own = [[line for line in fit.lines if line.effect == effect][:1] for fit in alone]
+        other = next((strongest for strongest in own if strongest), [])
+        lines = [(*before, *(strongest or other)) for before, strongest in zip(lines, own, strict=True)]
+    return lines
+
+
+def _members(alone: Sequence[ForceFit], along: Sequence[LawAlongMotion]) -> list[Member]:
+    """The records with the sizes of noise and force, beside each other, that each has by itself."""
+    noises = np.array([math.log(fit.posterior.noise_sd) for fit in alone])
+    forces = np.array([math.log(fit.posterior.force_sd.median()) for fit in alone])
+    noises, forces = np.exp(noises - noises.mean()), np.exp(forces - forces.mean())
+    return [
+        Member(regression=found.regression, noise=float(noise), force=float(force))
+        for found, noise, force in zip(along, noises, forces, strict=True)
+    ]
+
+
+def _alone_at(found: LawAlongMotion, member: Member, point: GridPoint, row: int, chosen: int) -> Posterior:
+    """One set at one point of the grid as the posterior of one record."""
+    size = len(found.sets.effects)
+    log_weight = np.full(size, -np.inf)
+    log_weight[chosen] = 0.0
+    noise2 = np.full(size, float(point.found.noise2[row]) * member.noise**2)
+    weighed = WeighedSets(log_weight, noise2, point.found.full_noise2 * member.noise**2)
+    ratio = member.ratio(point.ratio)
+    return Posterior(
+        found.regression.problem, [GridPoint(ratio=ratio, tau=point.tau, log_volume=0.0, found=weighed)]
+    )

@@ -1,0 +1,415 @@
+r"""Several records under one law: what each has of its own is integrated out, and what is left adds up.
+
+Given the random force a record is ``y = S b + O a + e`` with coefficients ``b`` that all records share and
+``a`` of its own: its start, the faults of its sensor. With the sums ``G`` of ``[O S y]`` and the normal prior
+of ``a``, of precision ``lam`` in units of the noise as in
+:mod:`friction_bayes.statespace.subset_evidence`, the record says of ``b`` what the sums
+
+.. math:: G_{SS} - G_{SO}\,(G_{OO}+\lambda I)^{-1} G_{OS}
+
+say, and :math:`\tfrac12\log|G_{OO}+\lambda I| - \tfrac{|O|}{2}\log\lambda` comes off its log evidence. The
+sums of the records are added, and the sets are weighed on them as on those of one record.
+
+One coefficient may differ between the records, about a mean that they share: the deviation is one more
+column of each record's own, whose prior sd is the spread between them. The spread is taken at a few values,
+none among them, each of which makes every set another one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.statespace.force_grid import GridPoint
+from friction_bayes.statespace.kalman import Whitened
+from friction_bayes.statespace.regression import (
+    LawRegression,
+    likely_columns,
+    near_least_squares,
+)
+from friction_bayes.statespace.subset_evidence import (
+    NestedSets,
+    SetBounds,
+    WeighedSets,
+    bound_sets,
+    full_noise2,
+    nest,
+    set_marginals,
+    set_posterior,
+    weigh_bounded,
+)
+
+__all__ = ["Conditional", "JointProblem", "Member", "Spread"]
+
+_RIDGE = 1e-10
+"""Over a column's own sum of squares: columns may be the same to rounding."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Member:
+    """One record among several.
+
+    Attributes
+    ----------
+    regression : LawRegression
+        The record on its columns, which are the same ones for all records.
+    noise : float
+        Its sensor noise over the common one.
+    force : float
+        Its random force over the common one.
+    """
+
+    regression: LawRegression
+    noise: float = 1.0
+    force: float = 1.0
+
+    def ratio(self, common: float) -> float:
+        """Its random force over its noise, where that of the common ones is ``common``."""
+        return common * self.force / self.noise
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Spread:
+    """The column whose coefficient may differ between the records, and by how much.
+
+    Attributes
+    ----------
+    columns : ndarray of int, shape (m,)
+        Which it is in each set, so that a deviation has the shape of what it deviates from; -1 for none.
+    sd : ndarray, shape (k,)
+        Prior sd of the deviations, in units of the column's prior sd; zero for none.
+    log_prior : ndarray, shape (k,)
+        Log prior probabilities of these.
+    """
+
+    columns: Integers
+    sd: Array
+    log_prior: Array
+
+
+class JointProblem:
+    """A regression of several records, integrated over the random force as that of one is.
+
+    Its sets hold the shared columns alone, each once for every spread that it may have.
+
+    Parameters
+    ----------
+    members : sequence of Member, length r
+    own : ndarray of bool, shape (p,)
+        Columns whose coefficient is each record's own. Their priors are normal.
+    spread : Spread
+    kept : ndarray of bool, shape (m,), optional
+        The sets of the records that are weighed; all where left out.
+
+    Attributes
+    ----------
+    sets : ndarray of bool, shape (n, p)
+        Shared columns in each set.
+    number, spread_number : ndarray of int, shape (n,)
+        Which set of the records each is, and at which spread.
+    """
+
+    def __init__(
+        self, members: Sequence[Member], own: Mask, spread: Spread, kept: Mask | None = None
+    ) -> None:
+        first = members[0].regression
+        self.members, self.own, self.spread = tuple(members), own, spread
+        self.names, self.scale, self.positive = first.names, first.scale, first.positive
+        meant = ((spread.sd[:, None] == 0.0) | (spread.columns >= 0)) & (True if kept is None else kept)
+        self.spread_number, self.number = np.nonzero(meant)
+        self.sets = (first.sets & ~own)[self.number]
+        self.log_prior = spread.log_prior[self.spread_number] + first.log_prior[self.number]
+        self._own_sets, own_set = np.unique(first.sets & own, axis=0, return_inverse=True)
+        self._own_set = own_set[self.number]
+        differs = spread.sd[self.spread_number] > 0.0
+        self._deviating = np.where(differs, spread.columns[self.number], -1)
+        self._known: dict[tuple[float, float], tuple[Array, float, int]] = {}
+        self.references = self._least_squares()
+        self._least_noise2 = max((m.regression.least_noise / m.noise) ** 2 for m in self.members)
+
+    def weigh(self, ratio: float, tau: float) -> WeighedSets:
+        """Weights of all sets given the common ``q / sigma`` and ``tau``."""
+        grams, log_determinant, used = self._sums(ratio, tau)
+        lam = self._full_noise2(grams, used)
+        shared = np.flatnonzero(~self.own)
+        positive, reference = self.positive[shared], self.references[0, shared]
+        # what all sets can have at most comes first, so that one is weighed only where it may matter
+        parts: list[tuple[Integers, Whitened, Mask, SetBounds]] = []
+        for mine, sets, nested in self._parts:
+            left = self._eliminated(grams, int(mine[0]), lam)
+            whitened = Whitened(left.gram, log_determinant + left.log_determinant, used)
+            bounds = bound_sets(
+                whitened,
+                reference,
+                positive,
+                sets,
+                self.log_prior[mine],
+                least_noise2=self._least_noise2,
+                lam=lam,
+                nested=nested,
+            )
+            parts.append((mine, whitened, sets, bounds))
+        log_weight, noise2 = np.empty(len(self.sets)), np.empty(len(self.sets))
+        best = -math.inf
+        for mine, whitened, sets, bounds in sorted(parts, key=lambda part: -part[-1].log_weight.max()):
+            found = weigh_bounded(whitened, reference, positive, sets, bounds, best)
+            best = max(best, float(found.log_weight.max()))
+            log_weight[mine], noise2[mine] = found.log_weight, found.noise2
+        return WeighedSets(log_weight, noise2, lam)
+
+    def marginals(self, point: GridPoint, row: int) -> tuple[Array, Array]:
+        """Marginals of the shared coefficients in a set at a point of the grid, in units of ``scale``."""
+        return set_marginals(
+            *self.shared_posterior(point, row, self.sets[row]), self.sets[row], self.positive
+        )
+
+    def inside(self, row: int) -> Mask:
+        """Own columns in a set, shape (p,)."""
+        return np.asarray(self._own_sets[self._own_set[row]])
+
+    def deviation(self, row: int) -> tuple[int, float]:
+        """The column that differs between the records in a set, -1 for none, and the prior sd of that."""
+        return int(self._deviating[row]), float(self.spread.sd[self.spread_number[row]])
+
+    def conditional(self, point: GridPoint, row: int) -> Conditional:
+        """What the records say of all coefficients in one set at a point of the grid."""
+        left = self._left(point, row)
+        columns = np.flatnonzero(self.sets[row])
+        mean, covariance = self._shared_posterior(left, point, row, self.sets[row])
+        scale = self.scale[columns]
+        return Conditional(
+            problem=self,
+            mean=mean * scale,
+            covariance=covariance * np.outer(scale, scale),
+            columns=columns,
+            inside=self.inside(row),
+            deviating=self.deviation(row)[0],
+            deviation=self.deviation(row)[1],
+            noise=math.sqrt(float(point.found.noise2[row])),
+            left=left,
+            centre=self._centre(row),
+        )
+
+    def shared_posterior(self, point: GridPoint, row: int, columns: Mask) -> tuple[Array, Array]:
+        """Mean and covariance of shared coefficients, in units of ``scale`` and before they are cut at zero.
+
+        Parameters
+        ----------
+        point : GridPoint
+        row : int
+            The set whose own columns, spread and noise are taken.
+        columns : ndarray of bool, shape (p,)
+            The shared columns.
+        """
+        return self._shared_posterior(self._left(point, row), point, row, columns)
+
+    def _left(self, point: GridPoint, row: int) -> _Eliminated:
+        """Sums of the shared columns at a point, a set's own integrated out."""
+        return self._eliminated(self._sums(point.ratio, point.tau)[0], row, point.found.full_noise2)
+
+    def _shared_posterior(
+        self, left: _Eliminated, point: GridPoint, row: int, columns: Mask
+    ) -> tuple[Array, Array]:
+        shared, found = ~self.own, point.found
+        return set_posterior(
+            left.gram,
+            self.references[0, shared],
+            columns[shared],
+            found.full_noise2,
+            float(found.noise2[row]),
+        )
+
+    @cached_property
+    def _parts(self) -> list[tuple[Integers, Mask, NestedSets]]:
+        """The sets in parts: those of the same own columns, and the same column that differs by one spread.
+
+        Of each part the places of its sets, their shared columns, and these nested.
+        """
+        same = np.stack([self._own_set, self.spread_number, self._deviating], axis=1)
+        _, part = np.unique(same, axis=0, return_inverse=True)
+        parts = []
+        for each in range(int(part.max()) + 1):
+            mine = np.flatnonzero(part == each)
+            sets = np.ascontiguousarray(self.sets[np.ix_(mine, ~self.own)])
+            parts.append((mine, sets, nest(sets)))
+        return parts
+
+    def _sums(self, ratio: float, tau: float) -> tuple[Array, float, int]:
+        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1); remembered."""
+        if (ratio, tau) not in self._known:
+            self._known[ratio, tau] = self._whitened(ratio, tau)
+        return self._known[ratio, tau]
+
+    def _whitened(self, ratio: float, tau: float) -> tuple[Array, float, int]:
+        grams, log_determinant, used = [], 0.0, 0
+        for member, reference in zip(self.members, self.references, strict=True):
+            record = member.regression.whitened(reference, member.ratio(ratio), tau)
+            grams.append(record.gram / member.noise**2)
+            log_determinant += record.log_determinant + record.used * math.log(member.noise**2)
+            used += record.used
+        return np.array(grams), log_determinant, used
+
+    def _full_noise2(self, grams: Array, used: int) -> float:
+        """Noise variance of least squares with all columns, and deviations where there may be any."""
+        mixing = self._mixing(self.own, np.unique(self._deviating), float(self.spread.sd.max()))
+        own = np.zeros((len(grams), mixing.shape[2] - np.count_nonzero(~self.own) - 1))
+        left = _eliminate(grams, mixing, own, 0.0)
+        return max(full_noise2(Whitened(left.gram, 0.0, used - own.size)), self._least_noise2)
+
+    def _eliminated(self, grams: Array, row: int, lam: float) -> _Eliminated:
+        """Integrate out the own columns of a set, deviations among them."""
+        inside = self.inside(row)
+        _, deviation = self.deviation(row)
+        mixing = self._mixing(inside, self._deviating[[row]], deviation)
+        # what the reference has and the set lacks goes back into the record
+        mixing[:, :-1, -1] += np.where(self.own & ~inside, self.references, 0.0)
+        return _eliminate(grams, mixing, self._centre(row), lam)
+
+    def _mixing(self, inside: Mask, deviating: Integers, deviation: float) -> Array:
+        """Own columns, shared ones and the record as combinations of a record's columns, (r, p + 1, q)."""
+        p = self.own.size
+        unit = np.eye(p + 1)
+        deviations = deviation * unit[:, deviating[deviating >= 0]]
+        columns = [unit[:, :-1][:, inside], deviations, unit[:, :-1][:, ~self.own], unit[:, -1:]]
+        return np.tile(np.hstack(columns), (len(self.members), 1, 1))
+
+    def _centre(self, row: int) -> Array:
+        """The reference of the own columns, shape (r, k); that of deviations is zero."""
+        inside = self.inside(row)
+        none = np.zeros((len(self.members), int(self._deviating[row] >= 0)))
+        return np.hstack([self.references[:, inside], none])
+
+    def _least_squares(self) -> Array:
+        """A law near each record, of the same shared coefficients, in units of ``scale``, shape (r, p)."""
+        grams = []
+        for member in self.members:
+            guess = member.regression.motion
+            zero = np.zeros(self.scale.size)
+            gram = member.regression.whitened(zero, guess.force_sd / guess.noise, guess.tau).gram
+            grams.append(gram / guess.noise**2)
+        first = self.members[0].regression
+        likely = likely_columns(first.sets, first.log_prior)
+        own = self.own & likely
+        none = np.zeros((len(grams), np.count_nonzero(own)))
+        left = _eliminate(np.array(grams), self._mixing(own, np.array([-1]), 0.0), none, 0.0)
+        together = near_least_squares(left.gram, likely[~self.own])
+        references = np.zeros((len(grams), self.scale.size))
+        references[:, ~self.own] = together
+        references[:, own] = left.own(together[None])[:, 0]
+        return references
+
+
+class _Eliminated(NamedTuple):
+    """Sums without the records' own columns, and what gives these back.
+
+    ``root`` (r, k, k) is the Cholesky factor of each record's own block, ``cross`` (r, k, s + 1) its inverse
+    times the sums of own columns with the shared ones and the record.
+    """
+
+    gram: Array
+    log_determinant: float
+    root: Array
+    cross: Array
+
+    def own(self, shared: Array, score: Array | None = None) -> Array:
+        """Own coefficients, shape (r, n, k), given shared ones, shape (n, s), both less their reference.
+
+        With normal scores, shape (r, n, k), draws for a noise of unit variance instead of means.
+        """
+        right = self.cross[:, :, -1][:, :, None] - self.cross[:, :, :-1] @ shared.T
+        if score is not None:
+            right = right + score.transpose(0, 2, 1)
+        return np.asarray(np.linalg.solve(self.root.transpose(0, 2, 1), right).transpose(0, 2, 1))
+
+
+def _eliminate(grams: Array, mixing: Array, centre: Array, lam: float) -> _Eliminated:
+    """Integrate out the columns that are first in ``mixing``; for ``lam`` zero, by least squares.
+
+    Parameters
+    ----------
+    grams : ndarray, shape (r, p + 1, p + 1)
+    mixing : ndarray, shape (r, p + 1, k + s + 1)
+    centre : ndarray, shape (r, k)
+        Reference of these columns' coefficients, whose prior mean is zero.
+    lam : float
+        Precision of that prior.
+    """
+    k = centre.shape[1]
+    sums = mixing.transpose(0, 2, 1) @ grams @ mixing
+    own, cross = sums[:, :k, :k].copy(), sums[:, :k, k:].copy()
+    diagonal = np.einsum("rkk->rk", own)
+    diagonal += lam if lam > 0.0 else _RIDGE * diagonal + 1e-300
+    cross[:, :, -1] -= lam * centre
+    root = np.asarray(np.linalg.cholesky(own), dtype=np.float64)
+    cross = np.asarray(np.linalg.solve(root, cross), dtype=np.float64)
+    gram = (sums[:, k:, k:] - cross.transpose(0, 2, 1) @ cross).sum(axis=0)
+    gram[-1, -1] += lam * float(np.sum(centre**2))
+    prior = centre.size * math.log(lam) if lam > 0.0 else 0.0
+    return _Eliminated(gram, 2.0 * float(np.log(np.einsum("rkk->rk", root)).sum()) - prior, root, cross)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Conditional:
+    """What the records say of all coefficients in one set at a point of the grid.
+
+    Attributes
+    ----------
+    problem : JointProblem
+    mean, covariance : ndarray, shapes (s,), (s, s)
+        Of the shared coefficients in the set, natural units, before they are cut at zero.
+    columns : ndarray of int, shape (s,)
+        Which these are.
+    inside : ndarray of bool, shape (p,)
+        Own columns in the set.
+    deviating : int
+        Column that differs between the records; -1 for none.
+    deviation : float
+        Prior sd of the deviations.
+    noise : float
+        Of the sensor, the common one.
+    left : _Eliminated
+        Sums of the shared columns.
+    centre : ndarray, shape (r, k)
+        Reference of the own coefficients.
+    """
+
+    problem: JointProblem
+    mean: Array
+    covariance: Array
+    columns: Integers
+    inside: Mask
+    deviating: int
+    deviation: float
+    noise: float
+    left: _Eliminated
+    centre: Array
+
+    def laws(self, shared: Array, rng: np.random.Generator | None = None) -> Array:
+        """Coefficients of each record, natural units, shape (n, r, p), the deviation within the column's.
+
+        Parameters
+        ----------
+        shared : ndarray, shape (n, s)
+            Shared coefficients in the set.
+        rng : numpy.random.Generator, optional
+            To draw the records' own coefficients; their means where left out.
+        """
+        problem, left = self.problem, self.left
+        n, records, k = len(shared), *self.centre.shape
+        laws = np.zeros((n, records, problem.own.size))
+        laws[:, :, self.columns] = (shared / problem.scale[self.columns])[:, None]
+        together = np.flatnonzero(~problem.own)
+        away = laws[:, 0, together] - problem.references[0, together]
+        score = None if rng is None else self.noise * rng.standard_normal((records, n, k))
+        own = left.own(away, score).transpose(1, 0, 2) + self.centre
+        inside = np.flatnonzero(self.inside)
+        laws[:, :, inside] = own[:, :, : inside.size]
+        if k > inside.size:
+            laws[:, :, self.deviating] += self.deviation * own[:, :, -1]
+        return laws * problem.scale

@@ -1,0 +1,197 @@
+"""Draws from the posterior of a law under a random force, which every number of the report summarises."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import cycle
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.loop.columns.lines import Line
+from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.loop.search.draws import shared_out
+from friction_bayes.loop.search.truncated_normal import truncated_draws
+from friction_bayes.statespace.subset_evidence import set_posterior
+
+__all__ = ["LEAST_PROBABILITY", "LawDraws", "law_draws", "laws_drawn", "unit_force"]
+
+LEAST_PROBABILITY = 1e-4
+"""Of a set at a point of the grid, below which nothing is drawn from it."""
+
+_STEPS = (0.5 * (math.sqrt(5.0) - 1.0), math.sqrt(2.0) - 1.0)
+"""Multiples of each, less their whole parts, fill the unit interval evenly from any of them on, and those of
+both together the unit square."""
+
+
+@dataclass(frozen=True, eq=False)
+class LawDraws:
+    """Joint draws of coefficients, random force and noise.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (k, p)
+        Natural units as the columns have them; zero where a set lacks the column.
+    point, chosen : ndarray of int, shape (k,)
+        Point of the grid and set of columns of each draw.
+    friction : ndarray, shape (k,)
+        Friction force of the declared system [N or N m].
+    stiffness : ndarray, shape (k,)
+        Relative correction of the stiffness.
+    random_force : ndarray, shape (k,)
+        Sd of the random force [N or N m]; zero where there is none.
+    correlation_time : ndarray, shape (k,)
+        Its correlation time [s].
+    noise_growth : ndarray, shape (k,)
+        Parameter of the noise of a sample that grows with the motion; zero where none does.
+    """
+
+    fit: ForceFit
+    coefficients: Array
+    point: Integers
+    chosen: Integers
+    friction: Array
+    stiffness: Array
+    random_force: Array
+    correlation_time: Array
+    noise_growth: Array
+
+    def parameters(self, effect: str, chosen: Mask) -> dict[str, Array]:
+        """Parameters of an effect in those of the ``chosen`` draws, of shape (k,), that have it, in order."""
+        law = self.fit.law
+        # a series that is cut short has nothing beyond
+        found: defaultdict[str, Array] = defaultdict(lambda: np.zeros(chosen.size))
+        having = np.zeros(chosen.size, np.bool_)
+        held = self.fit.sets.columns[self.chosen]
+        own = [j for j, column in enumerate(law.columns) if column.effect == effect]
+        for columns in law.alternatives(effect):
+            mine = chosen & (held[:, own] == np.isin(own, columns)).all(axis=1)
+            having |= mine
+            # of several lines the strongest, which comes first
+            shape = law.columns[columns[0]].shape
+            first = [j for j in columns if law.columns[j].shape == shape]
+            for name, values in self._drawn(first, mine).items():
+                found[name][mine] = values
+        return {name: values[having] for name, values in found.items()}
+
+    def lines(self, effect: str, chosen: Mask) -> list[dict[str, Array]]:
+        """Parameters of each line of an effect, as :meth:`parameters` has those of the strongest."""
+        law = self.fit.law
+        held = self.fit.sets.columns[self.chosen]
+        found: dict[Line, list[int]] = {}
+        for j, column in enumerate(law.columns):
+            if column.line is not None and column.effect == effect:
+                found.setdefault(column.line, []).append(j)
+        return [self._drawn(waves, chosen & held[:, waves].all(axis=1)) for waves in found.values()]
+
+    def _drawn(self, columns: Sequence[int], mine: Mask) -> dict[str, Array]:
+        """Coefficients of columns of one shape, and what shapes them, in draws that have these."""
+        law = self.fit.law
+        found: dict[str, Array] = {}
+        shape, line = law.columns[columns[0]].shape, law.columns[columns[0]].line
+        for j in columns:
+            column = law.columns[j]
+            if column.kind == "effect":
+                values = self.coefficients[mine, j]
+                if column.of_friction:
+                    values = values * law.friction / self.friction[mine]
+                found[column.parameter] = values
+        for parameter, step in zip(shape, cycle(_STEPS), strict=False):
+            # the value taken stands for its part of the prior: each draw has its place in that
+            spread = (step * np.flatnonzero(mine)) % 1.0
+            found[parameter.name] = np.asarray(parameter.low + (parameter.high - parameter.low) * spread)
+        if line is not None and not line.steady:
+            found |= line.moved(**found)
+        return found
+
+
+def law_draws(fit: ForceFit, rng: np.random.Generator, draws: int, weight: Array | None = None) -> LawDraws:
+    """Draw from each set at each point of the grid in proportion to its probability.
+
+    Another ``weight`` than the posterior's may be given, shape (points, sets).
+    """
+    posterior = fit.posterior
+    weight = posterior.weight if weight is None else weight / weight.sum()
+    weight = np.where(weight > LEAST_PROBABILITY, weight, 0.0)
+    counts = shared_out(draws, weight.ravel(), rng)
+    coefficients = np.zeros((draws, fit.law.scale.size))
+    point, chosen = np.zeros(draws, dtype=np.intp), np.zeros(draws, dtype=np.intp)
+    noise = np.zeros(draws)
+    at = 0
+    for flat in np.flatnonzero(counts):
+        g, m = divmod(int(flat), weight.shape[1])
+        k = int(counts[flat])
+        mine = np.flatnonzero(fit.sets.columns[m])
+        mean, covariance = _set_posterior(fit, g, m)
+        low = np.where(fit.law.positive[mine], 0.0, -np.inf)
+        drawn = truncated_draws(mean, covariance, low, np.full(mine.size, np.inf), rng, k)
+        coefficients[at : at + k, mine] = drawn
+        point[at : at + k], chosen[at : at + k] = g, m
+        noise[at : at + k] = np.sqrt(posterior.points[g].found.noise2[m])
+        at += k
+    return laws_drawn(
+        fit,
+        coefficients,
+        point=point,
+        chosen=chosen,
+        ratio=posterior.ratio[point],
+        tau=posterior.tau[point],
+        noise=noise,
+        rng=rng,
+    )
+
+
+def laws_drawn(
+    fit: ForceFit,
+    coefficients: Array,
+    *,
+    point: Integers,
+    chosen: Integers,
+    ratio: Array,
+    tau: Array,
+    noise: Array,
+    rng: np.random.Generator,
+) -> LawDraws:
+    """Drawn coefficients, random forces ``ratio`` times the noise, and what follows from them."""
+    stiffness = coefficients[:, fit.law.always[2]]
+    factor = unit_force(fit, stiffness)
+    return LawDraws(
+        fit=fit,
+        coefficients=coefficients,
+        point=point,
+        chosen=chosen,
+        friction=coefficients[:, fit.law.frictions].sum(axis=1) * factor,
+        stiffness=stiffness,
+        random_force=ratio * noise * factor,
+        correlation_time=tau / fit.w0,
+        noise_growth=_noise_growth(fit, noise, rng),
+    )
+
+
+def unit_force(fit: ForceFit, stiffness: Array) -> Array:
+    """Force of one natural unit [N or N m] at drawn corrections of the stiffness, shape (k,)."""
+    # the factor from the friction coefficient to force stays that of the declared system
+    return np.asarray(fit.law.unit_force * (1.0 + stiffness) ** (0.5 * (fit.segment.order - 2)))
+
+
+def _noise_growth(fit: ForceFit, noise: Array, rng: np.random.Generator) -> Array:
+    if fit.growth is None or not fit.growth.found:
+        return np.zeros_like(noise)
+    scatter = np.exp(fit.growth.log_sd * rng.standard_normal(noise.size))
+    # as the noise, of a sample: those of a block were averaged
+    return np.asarray(fit.growth.ratio * noise * scatter * np.sqrt(fit.segment.block))
+
+
+def _set_posterior(fit: ForceFit, g: int, m: int) -> tuple[Array, Array]:
+    """Mean and covariance of a set's coefficients at a point of the grid, before they are cut at zero."""
+    point, regression = fit.posterior.points[g], fit.regression
+    gram = regression.whiten_at(point.ratio, point.tau).gram
+    found = point.found
+    mean, covariance = set_posterior(
+        gram, regression.reference, fit.sets.columns[m], found.full_noise2, found.noise2[m]
+    )
+    scale = fit.law.scale[fit.sets.columns[m]]
+    return mean * scale, covariance * np.outer(scale, scale)

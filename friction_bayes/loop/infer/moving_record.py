@@ -1,0 +1,242 @@
+"""A record while it moves, and its law along a motion: what one round of an analysis regresses on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS
+from friction_bayes.core.system import Oscillator
+from friction_bayes.loop.columns.column_sets import ColumnSets, column_sets
+from friction_bayes.loop.columns.law_columns import LawColumns, law_columns
+from friction_bayes.loop.columns.lines import Line
+from friction_bayes.loop.data.friction import friction_of_loss
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError
+from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales, SensorEffect
+from friction_bayes.mechanics.pendulum import frequency_ratio
+from friction_bayes.statespace.force_grid import ForcePrior
+from friction_bayes.statespace.kalman import Clock, sensor_row
+from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.regression import LawRegression
+from friction_bayes.statespace.smoother import LEAST_NOISE, Motion, first_motion
+
+__all__ = ["LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "why_not_weighed"]
+
+_SHARE_OF_FRICTION = 0.2
+"""Median of the prior of the force's sd, in frictions that alone explain the loss of amplitude."""
+_LEAST_TURNS = 4
+
+
+def along_motion(effect: Effect) -> bool:
+    """Whether an effect can be evaluated along a measured motion: forces, and linear faults of the sensor."""
+    return isinstance(effect, ForceEffect) or (isinstance(effect, SensorEffect) and effect.linear)
+
+
+class LawAlongMotion(NamedTuple):
+    """A law along a motion.
+
+    Attributes
+    ----------
+    w0 : float
+        Frequency of the natural units [rad/s].
+    path : MeasuredPath
+    law : LawColumns
+    sets : ColumnSets
+    regression : LawRegression
+    prior : ForcePrior
+    """
+
+    w0: float
+    path: MeasuredPath
+    law: LawColumns
+    sets: ColumnSets
+    regression: LawRegression
+    prior: ForcePrior
+
+    def faults(self, coefficients: Array) -> Array:
+        """What faults of the sensor add to the samples, natural units, shape (n,).
+
+        They follow the motion: one that jumps where the motion turns moves with the turning points.
+        """
+        of_sensor = [isinstance(EFFECTS.get(c.effect), SensorEffect) for c in self.law.columns]
+        return np.asarray(self.law.sensor[:, of_sensor] @ coefficients[of_sensor])
+
+
+@dataclass(frozen=True, eq=False)
+class MovingRecord:
+    """The samples of a record while it moves, and the effects that may act.
+
+    Attributes
+    ----------
+    segment : Segment
+    samples : int
+        How many of its samples are used.
+    system : Oscillator
+    effects : tuple of str
+    scales : Scales
+        Of the priors.
+    variance : ndarray, shape (samples,)
+        Noise variances of the samples beside each other, infinite for those that are not fitted.
+    error : SensorError
+        What neighbouring samples share of the noise.
+    sizes : dict
+        About how large the faults of the sensor are whose size shapes them, by effect.
+    jump : ndarray or None, shape (samples - 1,)
+        How far the random force may jump in each interval besides what it does of itself, over the noise;
+        None where it may nowhere.
+    """
+
+    segment: Segment
+    samples: int
+    system: Oscillator
+    effects: tuple[str, ...]
+    scales: Scales
+    variance: Array
+    error: SensorError = NO_ERROR
+    sizes: dict[str, float] = field(default_factory=dict)
+    jump: Array | None = None
+
+    @classmethod
+    def of(
+        cls,
+        segment: Segment,
+        system: Oscillator,
+        allowed: Sequence[str],
+        scales: Scales,
+        samples: int | None = None,
+    ) -> MovingRecord:
+        """Leave out what cannot be evaluated along a motion, and the last half cycle of one that stops."""
+        effects = tuple(
+            name
+            for name in EFFECTS
+            if name in allowed and along_motion(EFFECTS[name]) and not why_not_weighed(name, segment, scales)
+        )
+        n = _moving(segment) if samples is None else samples
+        variance = np.where(segment.free[:n], 1.0, np.inf)
+        return cls(segment, n, system, effects, scales, variance)
+
+    def setting_aside(self, samples: Mask) -> MovingRecord:
+        """The same without some more samples, shape (n,)."""
+        return replace(self, variance=np.where(samples, np.inf, self.variance))
+
+    def signal(self, w0: float) -> Array:
+        """The samples in natural units of a frequency, shape (n,)."""
+        return self.segment.values[: self.samples] / w0**self.segment.order
+
+    @property
+    def _least_noise(self) -> float:
+        """Of the sensor's rounding, and at least what the interpolated motion is known to, its unit."""
+        return max(self.segment.least_noise, LEAST_NOISE * self.scales.signal)
+
+    def phase(self, w0: float) -> Array:
+        """Their time stamps in natural units of a frequency, shape (n,)."""
+        time = self.segment.time[: self.samples]
+        return np.asarray(w0 * (time - time[0]))
+
+    def clock_along(self, path: MeasuredPath, w0: float) -> Clock:
+        """Their time stamps and noise, and the oscillator's stiffness along a motion."""
+        return self.error.of(Clock.of(path.phase, self.variance, path.stiffness, self.jump), w0)
+
+    def first_motion(self) -> tuple[float, Motion]:
+        """The frequency of small swings [rad/s] and the motion, in its units, before any law is known.
+
+        With the values beside the jumps of an acceleration: without a law, what would pass for a gap there
+        leaves the velocity free to wander, and later rounds hold to the turning points of the first.
+        """
+        order, w0 = self.segment.order, self.segment.decay.frequency
+        about_rest = self.signal(w0) - self.segment.decay.rest_position / w0**order
+        variance = np.where(self.segment.ignored[: self.samples], 1.0, self.variance)
+        clock = self.error.of(Clock.of(self.phase(w0), variance), w0)
+        motion = first_motion(about_rest, clock, sensor_row(order))
+        if not self.system.pendulum:
+            return w0, motion
+        # each half cycle of a large swing takes longer
+        turning = MeasuredPath.through(clock.phase, motion.states[:, 0], motion.states[:, 1]).turning_x
+        change = float(np.mean([1.0 / frequency_ratio(x, 0) for x in turning])) if turning.size else 1.0
+        return w0 * change, motion.at_frequency(change)
+
+    def along(
+        self, motion: Motion, w0: float, lines: Sequence[Line], friction: float | None = None
+    ) -> LawAlongMotion | None:
+        """The law along a motion; None where that holds too few turning points.
+
+        Parameters
+        ----------
+        motion : Motion
+        w0 : float
+            Frequency of the natural units [rad/s].
+        lines : sequence of Line
+            Those of each effect, the strongest first.
+        friction : float, optional
+            Rough friction, natural units; what explains the loss of amplitude where left out.
+        """
+        order = self.segment.order
+        x, v = motion.states[:, :2].T.copy()
+        path = MeasuredPath.through(self.phase(w0), x, v, motion.velocity_sd, pendulum=self.system.pendulum)
+        row = sensor_row(order, path.slope)
+        clock = self.clock_along(path, w0)
+        if path.turning.size < _LEAST_TURNS:
+            return None
+        rough = friction_of_loss(path.turning_x) if friction is None else friction
+        law = law_columns(
+            path,
+            row,
+            order,
+            system=self.system,
+            scales=self.scales,
+            effects=self.effects,
+            w0=w0,
+            friction=rough,
+            duration=self.segment.duration,
+            lines=lines,
+            sizes=self.sizes,
+            block=self.segment.block,
+        )
+        sets = column_sets(law, self.effects)
+        regression = LawRegression(
+            clock=clock,
+            row=row,
+            names=tuple(str(j) for j in range(law.scale.size)),
+            columns=law.sensor,
+            states=law.states,
+            known_states=law.known_states,
+            target=self.signal(w0) - law.known,
+            scale=law.scale,
+            positive=law.positive,
+            sets=sets.columns,
+            log_prior=sets.log_prior,
+            stiffness=law.always[2],
+            motion=motion,
+            least_noise=self._least_noise / w0**order,
+        )
+        return LawAlongMotion(w0, path, law, sets, regression, force_prior(rough))
+
+
+def force_prior(friction: float) -> ForcePrior:
+    """Prior of the random force beside a rough friction, natural units."""
+    return ForcePrior(centre=_SHARE_OF_FRICTION * friction)
+
+
+def why_not_weighed(name: str, segment: Segment, scales: Scales) -> str:
+    """Say why an effect is not weighed along the motion of a record; empty where it may be."""
+    effect = EFFECTS[name]
+    by_swing = effect.least_swing > 0.0
+    if isinstance(effect, ForceEffect) and scales.system.angular:
+        by_swing |= math.isfinite(effect.largest_swing)
+    if by_swing and segment.decay.unit in UNCALIBRATED_UNITS:
+        return "how far it swings is unknown without a calibration of the sensor"
+    return effect.why_not(scales)
+
+
+def _moving(segment: Segment) -> int:
+    """Samples before the last half cycle where the motion stops: the law of a stuck contact is another."""
+    if not segment.decay.stops:
+        return segment.moving
+    half_cycle = math.pi / (segment.decay.frequency * segment.decay.step)
+    return max(segment.moving - int(half_cycle), 2)

@@ -1,0 +1,45 @@
+"""Laws whose dry friction would push: none of them is a law of friction."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop.infer.record_fit import ForceFit
+
+__all__ = ["pushing"]
+
+_MOST_PUSHING = 0.1
+"""Share of the work of dry friction, in size, that may drive the motion: noise makes it of a small one."""
+_NEGLIGIBLE = 1e-3
+"""Probability of sets that need not be looked at."""
+
+
+def pushing(fit: ForceFit) -> Mask:
+    """Sets, shape (m,), in whose law dry friction pushes for a part of the way.
+
+    A regression knows friction that depends on something as a force of its own. Its prior is in units of the
+    friction that explains the loss of amplitude, so that where dry friction is small it may outgrow this and
+    change sign: no friction does. Of the sets that are the most probable, until what is left is negligible.
+    """
+    law, weight = fit.law, fit.posterior.weight
+    rubs = np.array([column.kind == "friction" or column.of_friction for column in law.columns])
+    # one column of friction alone resists
+    may_push = (fit.sets.columns & rubs).sum(axis=1) > 1
+    work = (-fit.path.expected_direction * np.abs(fit.path.v))[:, None] * law.forces[:, rubs]
+    pushes = np.zeros(len(fit.sets.columns), np.bool_)
+    total, left = weight.sum(axis=0), float(weight.sum())
+    for k in np.argsort(-total):
+        if may_push[k]:
+            point = fit.posterior.points[int(np.argmax(weight[:, k]))]
+            pushes[k] = _share_pushed(work @ fit.posterior.mean_law(point, k)[rubs]) > _MOST_PUSHING
+        left -= float(total[k])
+        if left < _NEGLIGIBLE * float(total[~pushes].sum()):
+            break
+    return pushes
+
+
+def _share_pushed(work: Array) -> float:
+    """Share of the work, shape (n,), that is negative."""
+    size = float(np.abs(work).sum())
+    return float(np.maximum(-work, 0.0).sum()) / size if size > 0.0 else 0.0

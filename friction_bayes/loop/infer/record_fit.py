@@ -1,0 +1,265 @@
+"""One record under a law and a force that fluctuates: all sets of linear effects weighed exactly.
+
+The motion is smoothed, the effects are evaluated along it, and a regression of the whitened signal on the
+whitened columns weighs every set (see :mod:`friction_bayes.statespace`), in rounds
+(:mod:`friction_bayes.loop.infer.rounds`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import logsumexp
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.system import Oscillator
+from friction_bayes.loop.columns.column_sets import ColumnSets
+from friction_bayes.loop.columns.law_columns import LawColumns
+from friction_bayes.loop.columns.lines import Line
+from friction_bayes.loop.data.friction import friction_of_loss
+from friction_bayes.loop.data.parameters import scales_of
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.infer.knocks import spans_of
+from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.infer.rounds import settle
+from friction_bayes.loop.infer.sensor_noise import SensorNoise, weigh_sensor_noise
+from friction_bayes.loop.noise.correlated_error import SensorError
+from friction_bayes.loop.noise.growing_noise import NoiseGrowth
+from friction_bayes.mechanics.effects import Scales
+from friction_bayes.statespace.force_grid import ForcePrior, Posterior
+from friction_bayes.statespace.kalman import Clock, shown
+from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.regression import LawRegression
+from friction_bayes.statespace.smoother import Motion
+
+__all__ = ["ForceFit", "fit_random_force", "force_fit", "is_read_as_fault"]
+
+_UNLIKE = 3.0
+"""How many times as far or as little a law may move as the motion along which its terms were evaluated."""
+
+
+@dataclass(frozen=True, eq=False)
+class ForceFit:
+    """What the analysis of one record found.
+
+    Attributes
+    ----------
+    segment : Segment
+        The record.
+    samples : int
+        Samples of it that are used: while it moves.
+    system : Oscillator
+    scales : Scales
+        Of the priors.
+    duration : float
+        To which friction drift refers [s].
+    w0 : float
+        Frequency of the natural units [rad/s].
+    path : MeasuredPath
+    law : LawColumns
+    sets : ColumnSets
+    regression : LawRegression
+        The record on these columns.
+    prior : ForcePrior
+        Of the random force.
+    posterior : Posterior
+    coefficients : ndarray, shape (p,)
+        Of the best set at the best point.
+    motion : Motion
+        Smoothed with that law.
+    sensor_noise : SensorNoise
+        What it is besides white.
+    error : SensorError
+        What neighbouring samples share of it.
+    """
+
+    segment: Segment
+    samples: int
+    system: Oscillator
+    scales: Scales
+    duration: float
+    w0: float
+    path: MeasuredPath
+    law: LawColumns
+    sets: ColumnSets
+    regression: LawRegression
+    prior: ForcePrior
+    posterior: Posterior
+    coefficients: Array
+    motion: Motion
+    sensor_noise: SensorNoise
+    error: SensorError
+
+    @property
+    def growth(self) -> NoiseGrowth | None:
+        """Of the noise with the motion, the most probable; None where none may act."""
+        return self.sensor_noise.growth
+
+    @property
+    def clock(self) -> Clock:
+        """Time stamps and which samples are used."""
+        return self.regression.clock
+
+    @property
+    def row(self) -> Array:
+        """Row with which the sensor reads the state, shape (3,), or that of each sample, (n, 3)."""
+        return self.regression.row
+
+    @property
+    def chosen(self) -> int:
+        """The best set."""
+        return int(np.argmax(self.posterior.best.found.log_weight))
+
+    @property
+    def rubs(self) -> Mask:
+        """Which sets have dry friction, shape (m,)."""
+        return np.asarray(self.sets.columns[:, self.law.frictions].any(axis=1))
+
+    @property
+    def residual(self) -> Array:
+        """Signal minus law, natural units, shape (n,)."""
+        return self.regression.residual(self.coefficients)
+
+    @property
+    def smoothed_signal(self) -> Array:
+        """What the sensor shows of the smoothed motion, natural units, shape (n,)."""
+        law = self.law.states @ self.coefficients + self.law.known_states
+        beside = np.column_stack([self.motion.states[:, :2] - law, self.fluctuation])
+        of_law = self.law.known + self.law.sensor @ self.coefficients
+        return of_law + shown(beside, self.row)
+
+    @property
+    def fluctuation(self) -> Array:
+        """The random force, natural units, shape (n,)."""
+        return self.motion.states[:, 2]
+
+    @property
+    def fluctuation_sd(self) -> Array:
+        """Its standard deviation, shape (n,)."""
+        return np.asarray(np.sqrt(self.motion.covariance[:, 2, 2]))
+
+    @property
+    def knocks(self) -> list[tuple[int, int]]:
+        """First and last sample of each knock."""
+        return spans_of(self.clock.jump[self.clock.index])
+
+    @property
+    def unit(self) -> float:
+        """Unit of the signal in natural units."""
+        return float(self.w0**self.segment.order)
+
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """Those that may be there, of each effect the strongest first."""
+        return tuple(dict.fromkeys(c.line for c in self.law.columns if c.line is not None))
+
+    def comparable_friction(self, friction: Array) -> float:
+        """Friction that a force is compared with, natural units: the median of draws [N or N m].
+
+        Of a decay without dry friction it is what alone would explain the loss of amplitude.
+        """
+        median = float(np.median(friction)) / self.law.unit_force
+        return max(median, friction_of_loss(self.path.turning_x))
+
+    @property
+    def log_gain(self) -> float:
+        """Log evidence with a random force over that without one, both averaged over the sets."""
+        points = self.posterior.points
+        logs = np.array([logsumexp(point.found.log_weight) + point.log_volume for point in points])
+        force = self.posterior.ratio > 0.0
+        return float(logsumexp(logs[force]) - logsumexp(logs[~force])) if force.any() else -math.inf
+
+    def among(self, cells: Mask) -> ForceFit:
+        """The same given that the truth is at some of the points and sets, ``cells`` of shape (g, m)."""
+        posterior = self.posterior.among(cells)
+        coefficients = posterior.best_law()
+        motion = self.regression.smoothed(coefficients, posterior.best)
+        return replace(self, posterior=posterior, coefficients=coefficients, motion=motion)
+
+    @property
+    def noise_sd(self) -> float:
+        """Posterior mean of the sd of a value's noise, what neighbours share included, unit of the signal."""
+        return self.posterior.noise_sd * math.hypot(1.0, self.error.ratio) * self.unit
+
+    @property
+    def innovations(self) -> Array:
+        """Whitened residuals under the best law, in standard deviations, shape (n,)."""
+        best = self.posterior.best
+        return self.regression.innovations(self.coefficients, best.ratio, best.tau) / best.noise
+
+
+def fit_random_force(
+    segment: Segment,
+    system: Oscillator,
+    allowed: Sequence[str],
+    *,
+    samples: int | None = None,
+) -> ForceFit | None:
+    """Analyse one record.
+
+    Parameters
+    ----------
+    segment : Segment
+    system : Oscillator
+        The declared system.
+    allowed : sequence of str
+        Effects that may act.
+    samples : int, optional
+        Use the first so many alone.
+
+    Returns
+    -------
+    ForceFit or None
+        None where the record holds too few turning points, or faults of its sensor stand for its motion.
+    """
+    whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
+    last = settle(whole, allowed)
+    if last is None:
+        return None
+    regression, posterior, sensor_noise = weigh_sensor_noise(
+        last.whole.setting_aside(last.ceiling), last.found, last.outliers, allowed
+    )
+    found = last.found._replace(regression=regression)
+    fit = force_fit(last.record, found, posterior, posterior.best_law(), sensor_noise)
+    return None if is_read_as_fault(fit) else fit
+
+
+def is_read_as_fault(fit: ForceFit) -> bool:
+    """Whether the sensor's faults have taken the place of the motion, or hide most of it.
+
+    Evaluated along the smoothed signal, a fault that follows the motion is the signal itself: it follows
+    every wander of it, which no motion under a law does. The motion then differs from round to round.
+    """
+    moved, along = (float(np.ptp(x)) for x in (fit.motion.states[:, 0], fit.path.x))
+    return not along / _UNLIKE < moved < along * _UNLIKE
+
+
+def force_fit(
+    record: MovingRecord,
+    found: LawAlongMotion,
+    posterior: Posterior,
+    coefficients: Array,
+    sensor_noise: SensorNoise,
+) -> ForceFit:
+    """The analysis of a record, its motion smoothed with the law of these coefficients."""
+    return ForceFit(
+        segment=record.segment,
+        samples=record.samples,
+        system=record.system,
+        scales=record.scales,
+        duration=record.segment.duration,
+        w0=found.w0,
+        path=found.path,
+        law=found.law,
+        sets=found.sets,
+        regression=found.regression,
+        prior=found.prior,
+        posterior=posterior,
+        coefficients=coefficients,
+        motion=found.regression.smoothed(coefficients, posterior.best),
+        sensor_noise=sensor_noise,
+        error=record.error,
+    )

@@ -1,0 +1,192 @@
+"""The rounds in which the law of one record settles.
+
+In each, the motion is smoothed with the law of the round before, in units of the frequency found there, and
+the effects are evaluated along it, until the law moves no more and the faults of the sensor stay where they
+are: one that jumps where the motion turns, such as a lag, is in the first motion, and moves its turning
+points. When they have settled, and at the latest after a few, the force is searched for knocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop.columns.lines import Line, lines_beside_motion
+from friction_bayes.loop.data.friction import friction_of_loss
+from friction_bayes.loop.infer.finer_lines import finer_lines, lines_that_show
+from friction_bayes.loop.infer.knocks import next_knock
+from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.noise.correlated_error import find_sensor_error
+from friction_bayes.loop.noise.robust_samples import LeftOut, come_anywhere, outlying
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.statespace.force_grid import GridPoint, Posterior, integrate
+from friction_bayes.statespace.regression import frequency_change
+from friction_bayes.statespace.smoother import Motion
+
+__all__ = ["Round", "settle"]
+
+_MOST_ROUNDS = 5
+"""Until a law has settled; as many again with every knock that is let off."""
+_MOST_LOOKS = 12
+"""For a knock, each of which may take a few: what still calls for one then is no accident."""
+_SETTLED = 2e-3
+"""Correction of the stiffness above which the effects are evaluated once more."""
+_MOVED = 0.2
+"""Share of the noise by which the sensor's faults may change at a sample from round to round."""
+
+
+@dataclass(frozen=True, eq=False)
+class Round:
+    """A law along the motion of the round before.
+
+    Attributes
+    ----------
+    whole : MovingRecord
+        With the samples that are set aside here.
+    ceiling, outliers : ndarray of bool, shape (n,)
+        Samples that are set aside: near an end of the sensor's range, and outliers.
+    motion : Motion
+        That of the round before.
+    lines : tuple of Line
+        Those that may be there.
+    other_lines : bool
+        Whether one of them is new or one has gone.
+    found : LawAlongMotion
+    near : GridPoint or None
+        The most probable random force of the round before; None in the first.
+    """
+
+    whole: MovingRecord
+    ceiling: Mask
+    outliers: Mask
+    motion: Motion
+    lines: tuple[Line, ...]
+    other_lines: bool
+    found: LawAlongMotion
+    near: GridPoint | None
+
+    @classmethod
+    def first(cls, whole: MovingRecord) -> Round | None:
+        """Along the motion before any law is known; None where that holds too few turning points."""
+        w0, motion = whole.first_motion()
+        found = whole.along(motion, w0, ())
+        if found is None:
+            return None
+        ceiling = whole.segment.sides[: whole.samples] != 0.0
+        return cls(whole, ceiling, np.zeros(whole.samples, np.bool_), motion, (), False, found, None)
+
+    @property
+    def aside(self) -> Mask:
+        """Samples that are set aside, shape (n,)."""
+        return self.ceiling | self.outliers
+
+    @property
+    def record(self) -> MovingRecord:
+        """Without them."""
+        return self.whole.setting_aside(self.aside)
+
+    @cached_property
+    def _posterior(self) -> Posterior:
+        """At its mode."""
+        problem, prior = self.found.regression.problem, self.found.prior
+        return integrate(problem, prior, self.motion.noise, near=self.near, only_mode=True)
+
+    @cached_property
+    def _law(self) -> Array:
+        return self._posterior.best_law()
+
+    def following(self, allowed: Sequence[str]) -> Round | None:
+        """The next; None where its motion holds too few turning points."""
+        found, law, best = self.found, self._law, self._posterior.best
+        regression, segment, whole = found.regression, self.whole.segment, self.whole
+        white = regression.innovations(law, best.ratio, best.tau) / best.noise
+        smoothed = regression.smoothed(law, best)
+        more = lines_beside_motion(white, smoothed.states[:, 2], segment, self.lines, whole.effects)
+        showing = lines_that_show(self.lines, found, law, best)
+        lines = (*finer_lines(showing, found, law, best), *more)
+        error = find_sensor_error(regression, self._posterior, found.prior, found.w0)
+        if error is not None:
+            whole = replace(whole, error=error)
+        whole = replace(whole, sizes=whole.sizes | found.law.fault_sizes(law))
+        ceiling, outliers = self._set_aside(smoothed, allowed)
+        change = frequency_change(law[regression.stiffness])
+        motion = smoothed.at_frequency(change)
+        along = whole.setting_aside(ceiling | outliers).along(motion, found.w0 * change, lines)
+        if along is None:
+            return None
+        other_lines = bool(more) or len(showing) < len(self.lines)
+        return Round(whole, ceiling, outliers, motion, lines, other_lines, along, self._posterior.best_force)
+
+    def _set_aside(self, smoothed: Motion, allowed: Sequence[str]) -> tuple[Mask, Mask]:
+        """Samples near an end of the range, and outliers, shape (n,) both."""
+        left = LeftOut.under(
+            self.whole.segment,
+            self.whole.scales,
+            self.found.regression,
+            self.found.w0,
+            self._law,
+            self._posterior.best,
+        )
+        ceiling, shown = self.ceiling, np.isfinite(self.whole.variance) & ~self.ceiling
+        noise = left.noise(outliers=OUTLIERS.name in allowed and left.heavy_tails(shown))
+        if ceiling.any():
+            ceiling = left.near_ceiling(noise)
+            shown = shown & ~ceiling
+        outliers = outlying(noise) & shown
+        return ceiling, outliers & come_anywhere(outliers, shown, smoothed)
+
+    def stays(self, after: Round) -> bool:
+        """Whether the round that follows says the same."""
+        other_noise = after.whole.error != self.whole.error or not np.array_equal(after.aside, self.aside)
+        if after.other_lines or other_noise:
+            return False
+        change = after.found.w0 / self.found.w0 - 1.0
+        moved = np.max(np.abs(after.found.faults(self._law) - self.found.faults(self._law)))
+        straight = self.found.path.serves(after.found.path.x, after.found.prior.centre)
+        return straight and abs(change) < _SETTLED and bool(moved < _MOVED * self._posterior.best.noise)
+
+    def next_knock(self) -> Array | None:
+        """How far the force may jump in each interval, see :func:`.knocks.next_knock`."""
+        friction = friction_of_loss(self.found.path.turning_x)
+        return next_knock(self.found.regression, self._law, self._posterior.best, friction)
+
+    def jumping(self, jump: Array) -> Round | None:
+        """The same with a force that may jump, shape (n - 1,)."""
+        whole = replace(self.whole, jump=jump)
+        found = whole.setting_aside(self.aside).along(self.motion, self.found.w0, self.lines)
+        return None if found is None else replace(self, whole=whole, found=found)
+
+
+def settle(whole: MovingRecord, allowed: Sequence[str]) -> Round | None:
+    """Go on until the law of a record has settled and the force calls for no other knock.
+
+    Parameters
+    ----------
+    whole : MovingRecord
+    allowed : sequence of str
+        Effects that may act.
+
+    Returns
+    -------
+    Round or None
+        The last; None where one holds too few turning points.
+    """
+    latest = Round.first(whole)
+    looks = _MOST_LOOKS
+    while latest is not None:
+        for _ in range(_MOST_ROUNDS):
+            before, latest = latest, latest.following(allowed)
+            if latest is None:
+                return None
+            if before.stays(latest):
+                break
+        jump = before.next_knock() if looks > 0 else None
+        if jump is None:
+            break
+        looks = looks - 1 if jump.any() else 0
+        latest = latest.jumping(jump if looks > 0 else np.zeros_like(jump))
+    return latest

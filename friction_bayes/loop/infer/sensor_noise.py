@@ -1,0 +1,218 @@
+"""What the noise of the sensor is besides white: outliers, growth with the motion, both or neither.
+
+These hypotheses are weighed at the law and the random force that the record shows without outliers or with
+them: how the noise is distributed tells the sets of effects next to nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import logsumexp
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop.data.inclusion import PRIOR_LOG_ODDS
+from friction_bayes.loop.infer.knocks import log_odds_of_knocks
+from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.noise.growing_noise import NoiseGrowth, find_noise_growth
+from friction_bayes.loop.noise.likelihood import NoiseFit
+from friction_bayes.loop.noise.robust_samples import LeftOut
+from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.statespace.force_grid import Posterior, integrate
+from friction_bayes.statespace.regression import LawRegression
+
+__all__ = ["NoiseHypothesis", "SensorNoise", "log_convention", "weigh_sensor_noise"]
+
+
+class NoiseHypothesis(NamedTuple):
+    """One kind of noise.
+
+    Attributes
+    ----------
+    effects : frozenset of str
+    log_odds : float
+        Against white noise alone, prior odds included.
+    log_factor : float
+        Logarithm of the factor from weights of a posterior under this noise to evidences of the whole record,
+        prior odds included.
+    """
+
+    effects: frozenset[str]
+    log_odds: float
+    log_factor: float
+
+
+@dataclass(frozen=True, eq=False)
+class SensorNoise:
+    """The kinds of noise that were weighed, and the one that the posterior takes.
+
+    Attributes
+    ----------
+    hypotheses : tuple of NoiseHypothesis
+        White noise alone first.
+    chosen : int
+        The most probable.
+    growth : NoiseGrowth or None
+        Of the noise with the motion, the most probable; None where none may act.
+    outliers : NoiseFit or None
+        Noise with outliers about what all other samples predict; None where none were weighed.
+    """
+
+    hypotheses: tuple[NoiseHypothesis, ...]
+    chosen: int
+    growth: NoiseGrowth | None
+    outliers: NoiseFit | None
+
+    @property
+    def effects(self) -> frozenset[str]:
+        """Effects of the most probable."""
+        return self.hypotheses[self.chosen].effects
+
+    @property
+    def contaminated(self) -> bool:
+        """Whether there are outliers under the most probable."""
+        return OUTLIERS.name in self.effects
+
+    @property
+    def log_total(self) -> float:
+        """Logarithm of the sum of all odds."""
+        return float(logsumexp([h.log_odds for h in self.hypotheses]))
+
+    @property
+    def log_scale(self) -> float:
+        """Logarithm of the factor from weights of the posterior to evidences under white noise alone."""
+        best = self.hypotheses[self.chosen]
+        return best.log_factor - best.log_odds
+
+    @property
+    def probabilities(self) -> dict[frozenset[str], float]:
+        """Probability of each hypothesis by its effects."""
+        total = self.log_total
+        return {h.effects: math.exp(h.log_odds - total) for h in self.hypotheses}
+
+    def sd_of_samples(self, sd: Array) -> Array:
+        """Standard deviation of the noise, outliers included, where that of the others is ``sd``."""
+        if self.outliers is None or not self.contaminated:
+            return sd
+        fraction = self.outliers.fraction
+        return np.asarray(np.sqrt((1.0 - fraction) * sd**2 + fraction * self.outliers.scale**2))
+
+
+def log_convention(used: int, unit: float) -> float:
+    """Logarithm of the factor from evidence of ``used`` samples, noise integrated, to that at its best.
+
+    With ``unit`` that of the signal in natural units.
+    """
+    return -0.5 * used * (math.log(4.0 * math.pi / used) + 1.0) - used * math.log(unit)
+
+
+def weigh_sensor_noise(
+    record: MovingRecord, along: LawAlongMotion, outliers: Mask, allowed: Sequence[str]
+) -> tuple[LawRegression, Posterior, SensorNoise]:
+    """Weigh each kind of noise, and integrate over the random force under the most probable.
+
+    Parameters
+    ----------
+    record : MovingRecord
+        Without the samples that are set aside even if there are no outliers.
+    along : LawAlongMotion
+        Its law.
+    outliers : ndarray of bool, shape (n,)
+        Samples that are outliers if there are any.
+    allowed : sequence of str
+        Effects that may act.
+
+    Returns
+    -------
+    regression : LawRegression
+        Under the most probable noise.
+    posterior : Posterior
+    noise : SensorNoise
+    """
+    weighed = _given_samples(record, along, allowed, contaminated=False)
+    if outliers.any():
+        cleaned = record.setting_aside(outliers)
+        weighed += _given_samples(cleaned, along, allowed, contaminated=True)
+    chosen = max(range(len(weighed)), key=lambda k: weighed[k].log_weight)
+    best, white = weighed[chosen], weighed[0].log_weight
+    posterior = best.posterior
+    if best.growth is not None and best.growth.found:
+        posterior = integrate(best.regression.problem, along.prior, posterior.best.noise)
+    noise = SensorNoise(
+        hypotheses=tuple(NoiseHypothesis(w.effects, w.log_weight - white, w.log_factor) for w in weighed),
+        chosen=chosen,
+        growth=best.growth,
+        outliers=weighed[-1].noise if OUTLIERS.name in weighed[-1].effects else None,
+    )
+    return best.regression, posterior, noise
+
+
+class _Weighed(NamedTuple):
+    """One kind of noise, its evidence and what it was weighed at."""
+
+    effects: frozenset[str]
+    log_weight: float
+    log_factor: float
+    regression: LawRegression
+    posterior: Posterior
+    growth: NoiseGrowth | None
+    noise: NoiseFit
+
+
+def _given_samples(
+    record: MovingRecord, along: LawAlongMotion, allowed: Sequence[str], *, contaminated: bool
+) -> list[_Weighed]:
+    """Noise of one size and noise that grows on the samples that a record uses."""
+    clock = record.clock_along(along.path, along.w0)
+    along = along._replace(regression=replace(along.regression, clock=clock))
+    regression = along.regression
+    posterior = integrate(regression.problem, along.prior, regression.motion.noise)
+    left = LeftOut.under(
+        record.segment, record.scales, regression, along.w0, posterior.best_law(), posterior.best
+    )
+    used = np.isfinite(record.variance)
+    log_factor = left.log_factor(used, outliers=contaminated) + (PRIOR_LOG_ODDS if contaminated else 0.0)
+    convention = log_convention(int(used.sum()), along.w0**record.segment.order)
+    log_factor += record.error.log_volume + (0.0 if record.jump is None else log_odds_of_knocks(record.jump))
+    growth = _noise_growth(record, along, posterior, allowed)
+    one_size = _Weighed(
+        effects=frozenset({OUTLIERS.name} if contaminated else ()),
+        log_weight=posterior.log_evidence + convention + log_factor,
+        log_factor=log_factor,
+        regression=regression,
+        posterior=posterior,
+        growth=growth,
+        noise=left.noise(outliers=contaminated),
+    )
+    if growth is None:
+        return [one_size]
+    grown = one_size._replace(
+        effects=one_size.effects | {growth.effect.name},
+        log_weight=one_size.log_weight + growth.log_odds,
+        log_factor=log_factor + growth.log_odds + growth.log_scale,
+        regression=replace(regression, clock=growth.clock),
+    )
+    return [one_size, grown]
+
+
+def _noise_growth(
+    record: MovingRecord, along: LawAlongMotion, posterior: Posterior, allowed: Sequence[str]
+) -> NoiseGrowth | None:
+    """The most probable growth of the noise; None where none may act."""
+    growths = []
+    for effect in (EFFECTS[name] for name in allowed):
+        if isinstance(effect, GrowingNoiseEffect):
+            # the prior is one of the noise of a sample: in a mean of a block it counts less
+            prior = effect.priors(record.scales)[0]
+            prior = replace(prior, location=prior.location / math.sqrt(record.segment.block))
+            growths.append(
+                find_noise_growth(
+                    effect, along.regression, posterior, along.path, record.segment.order, along.w0, prior
+                )
+            )
+    return max(growths, key=lambda growth: growth.log_odds, default=None)

@@ -1,0 +1,265 @@
+"""Sets of effects weighed on several records, each with a fluctuation and perhaps friction of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.errors import InputError
+from friction_bayes.core.system import Oscillator
+from friction_bayes.loop.checks.contradictions import contradictions
+from friction_bayes.loop.checks.joint_check import check_together
+from friction_bayes.loop.data.friction import friction_scale, scale_draws
+from friction_bayes.loop.data.model import LoopModel
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.infer.cells import Cells
+from friction_bayes.loop.infer.drawn_laws import DrawnLaws
+from friction_bayes.loop.infer.joint_draws import joint_draws
+from friction_bayes.loop.infer.joint_fit import JointFit, fit_together
+from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.loop.mixture.motion_family import MotionFamily
+from friction_bayes.loop.mixture.slight_beside_law import beside_joint_set
+from friction_bayes.loop.mixture.slight_effects import SlightEffect
+from friction_bayes.loop.mixture.unknowable import unknowable
+from friction_bayes.loop.noise.autoregression import is_coloured
+from friction_bayes.loop.noise.likelihood import NoiseModel, has_heavy_tails
+from friction_bayes.loop.report.between_records import friction_between_records
+from friction_bayes.loop.report.contender import drawn_contender
+from friction_bayes.loop.report.friction_range import Reading
+from friction_bayes.loop.report.verdict import CREDIBLE_MASS
+from friction_bayes.loop.search.draws import DRAWS
+from friction_bayes.loop.search.fit import LoopFit, fit_model
+from friction_bayes.loop.search.run_search import coulomb_model
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
+from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+from friction_bayes.statespace.smoother import LEAST_NOISE
+
+__all__ = ["JointFamily", "joint_family"]
+
+_NO_NOISE = 1.01 * LEAST_NOISE
+"""Noise over the largest signal below which columns along a motion are no measure of it."""
+
+
+def joint_family(
+    segments: tuple[Segment, ...],
+    system: Oscillator,
+    allowed: tuple[str, ...],
+    tolerance: float,
+    rng: np.random.Generator,
+    *,
+    varying: bool,
+    progress: Callable[[str], None] | None = None,
+) -> JointFamily | None:
+    """Weigh sets of effects on several records together.
+
+    Parameters
+    ----------
+    segments : tuple of Segment, length r
+    system : Oscillator
+    allowed : tuple of str
+        Effects that may act.
+    tolerance : float
+        Share of friction below which a force that depends on the motion does not matter.
+    rng : numpy.random.Generator
+        Of the draws.
+    varying : bool
+        Whether friction is known to differ between the records.
+    progress : callable, optional
+        Called with the name of each record.
+
+    Returns
+    -------
+    JointFamily or None
+        None where a record holds too few turning points.
+
+    Raises
+    ------
+    InputError
+        If that is so and friction is known to differ, or no Coulomb decay can be fitted.
+    """
+    fit = fit_together(segments, system, allowed, varying=varying, progress=progress)
+    if fit is None:
+        if varying:
+            name = segments[0].decay.name
+            raise InputError(name, "too few turning points for a friction of its own", "leave the record out")
+        return None
+    white = tuple(np.zeros(0) for _ in segments)
+    before = coulomb_model(system, segments, white, SENSOR_OFFSET.name)
+    return JointFamily(before, fit, allowed, tolerance, rng)
+
+
+class JointFamily(MotionFamily):
+    """All candidates of several records: with a random force or none, one friction or one of each record.
+
+    Every set that a search of the records could name is among them, weighed along the motions
+    (see :class:`friction_bayes.loop.mixture.motion_family.MotionFamily`).
+
+    Parameters
+    ----------
+    before : LoopFit
+        The Coulomb model alone.
+    fit : JointFit
+    allowed : sequence of str
+        Effects that may act.
+    tolerance : float
+        Share of friction below which a force that depends on the motion does not matter.
+    rng : numpy.random.Generator
+        Of the draws.
+    """
+
+    def __init__(
+        self,
+        before: LoopFit,
+        fit: JointFit,
+        allowed: Sequence[str],
+        tolerance: float,
+        rng: np.random.Generator,
+    ) -> None:
+        super().__init__(before, tolerance, rng)
+        self.fit = fit
+        effects = fit.along[0].sets.effects
+        nothing = set.intersection(*(unknowable(one) for one in fit.alone))
+        known = np.array([not names & nothing for names in effects])
+        clipped = any(one.segment.clipped for one in fit.alone)
+        certain = frozenset({SENSOR_CLIPPING.name} if clipped and SENSOR_CLIPPING.name in allowed else ())
+        spoilt = _outliers_somewhere(fit.alone)
+        noises = {certain: 1.0 - spoilt, certain | {OUTLIERS.name}: spoilt}
+        weights = [share * known * self.fit.weight for share in noises.values() if share > 0.0]
+        kinds = [noise for noise, share in noises.items() if share > 0.0]
+        self.cells = Cells(np.array(weights), fit.posterior.ratio > 0.0, effects, kinds)
+        # all mixtures have the empty set
+        by_set = {frozenset[str](): 0.0} | self.cells.probabilities
+        ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
+        self.sets = tuple(names for names, _ in ranked)
+        with np.errstate(divide="ignore"):
+            self.log_weights = np.log([p for _, p in ranked])
+        self.trail = (
+            f"along the measured motions: {len(effects)} sets of effects weighed on {len(fit.alone)} records "
+            "together",
+        )
+
+    @property
+    def _weight(self) -> Array:
+        """Posterior of the points and of the sets with a spread, zero for what is no candidate."""
+        kept = self.cells.total > 0.0
+        return self.fit.posterior.weight * kept[:, self.fit.problem.number]
+
+    @cached_property
+    def laws(self) -> DrawnLaws:
+        return joint_draws(self.fit, self._rng_draws, DRAWS, self._weight)
+
+    def _slight_beside(self, g: int, row: int) -> Iterator[SlightEffect]:
+        return beside_joint_set(self.fit, g, row)
+
+    @cached_property
+    def candidate(self) -> Integers:
+        drawn = self.laws.first
+        upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
+        kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
+        return self.cells.places(self.sets)[kind, drawn.point, drawn.chosen]
+
+    @property
+    def _of_candidate(self) -> Mask:
+        """Points and sets of the records that are the most probable candidate, shape (g, m)."""
+        return np.asarray((self.cells.places(self.sets[:1]) == 0).any(axis=0))
+
+    @cached_property
+    def best(self) -> tuple[ForceFit, ...]:
+        return self.fit.among(self._of_candidate).fits
+
+    @cached_property
+    def reading(self) -> Reading:
+        laws = joint_draws(self.fit, self._rng_reading, DRAWS)
+        return self._reading("the sets weighed along the measured motions", self.fit.fits, laws)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        return (*super().notes, *self._contradictions)
+
+    @cached_property
+    def _contradictions(self) -> tuple[str, ...]:
+        """Effects that the records contradict one size of."""
+        return tuple(contradictions(self.fit))
+
+    @cached_property
+    def _differs(self) -> float:
+        """Probability that friction differs between the records."""
+        weight = self._weight
+        return float(weight[:, self.fit.spread_of > 0.0].sum() / weight.sum())
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the records contradict one friction for all, if it is not known to differ, or one law."""
+        known = bool((self.fit.spreads > 0.0).all())
+        return bool(self._contradictions) or (not known and self._differs >= CREDIBLE_MASS)
+
+    def variables(self) -> dict[str, Array]:
+        best = self._of_best
+        own = {"friction_spread": self.laws.spread[best]}
+        for r, one in enumerate(self.laws.records):
+            own[f"friction[{r}]"] = one.friction[best]
+            own[f"displacement[{r}]"] = one.coefficients[best, 0]
+            own[f"velocity[{r}]"] = one.coefficients[best, 1] * one.fit.w0
+        return super().variables() | own
+
+    def simulated(self) -> tuple[LoopModel, Array]:
+        """The most probable law, fitted to the first record as far as it follows that."""
+        law = drawn_contender(DrawnLaws.of_one(self.laws.first), self._of_best)
+        if law is None:
+            return self.before.model, self.before.z
+        fit = fit_model(law.model, [NoiseModel(law.ar)], law.z)
+        return law.model, law.z if fit is None else fit.z
+
+    def check(self, seed: int) -> dict[str, Any]:
+        factor, unit = friction_scale(self.before.model)
+        mine = self._of_candidate[:, self.fit.problem.number] & (self._weight > 0.0)
+        return check_together(self.fit, mine, factor, unit, seed, forced=self._fluctuates)
+
+    def witnesses(self) -> None:
+        """Each record would have its own."""
+
+    def between_records(self) -> dict[str, Any]:
+        model = self.before.model
+        _, unit = friction_scale(model)
+        rng_scale, rng_alone = self._rng_reading.spawn(2)
+        return friction_between_records(
+            self.laws,
+            self.fit.alone,
+            shift=self._friction - self.laws.friction,
+            probability=self._differs,
+            scale=scale_draws(model, self.laws.frequency, DRAWS, rng_scale),
+            unit=unit,
+            rng=rng_alone,
+        )
+
+    @property
+    def knows_the_noise(self) -> bool:
+        """Whether the sensors have the noise that columns along the motion know: white but for outliers.
+
+        A search knows coloured noise too, and none at all.
+        """
+        return not any(
+            fit.noise_sd <= _NO_NOISE * fit.scales.signal
+            or is_coloured(_beside_motion(fit), fit.segment.decay.step, fit.segment.decay.frequency)
+            or has_heavy_tails(fit.innovations[np.isfinite(fit.clock.variance)])
+            for fit in self.best
+        )
+
+
+def _outliers_somewhere(alone: Sequence[ForceFit]) -> float:
+    """Probability that at least one record has outliers."""
+    none = 1.0
+    for fit in alone:
+        noises = fit.sensor_noise.probabilities
+        none *= sum(p for names, p in noises.items() if OUTLIERS.name not in names)
+    return 1.0 - min(none, 1.0)
+
+
+def _beside_motion(fit: ForceFit) -> Array:
+    """What the law leaves, shape (n,); of a record with a knock without what the motion keeps of that."""
+    return fit.innovations if fit.knocks else fit.residual

@@ -1,0 +1,285 @@
+"""Candidates weighed along measured motions, of one record or of several: what is told of both alike."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left, worst_of
+from friction_bayes.loop.checks.forecast import forecast
+from friction_bayes.loop.checks.search_forecast import Forecast
+from friction_bayes.loop.data.friction import friction_scale
+from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
+from friction_bayes.loop.infer.drawn_laws import DrawnLaws
+from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.loop.mixture.mixture import FamilyDraws
+from friction_bayes.loop.mixture.slight_beside_law import friction_with_slight_effects
+from friction_bayes.loop.mixture.slight_effects import SlightEffect
+from friction_bayes.loop.mixture.slight_force import SlightForce
+from friction_bayes.loop.noise.correlated_error import NO_ERROR
+from friction_bayes.loop.report.contender import drawn_contender
+from friction_bayes.loop.report.effect_summaries import (
+    clipping_parameters,
+    line_summary,
+    outlier_parameters,
+    parameter_summary,
+    parameter_units,
+)
+from friction_bayes.loop.report.friction_range import Reading
+from friction_bayes.loop.report.knock_notes import knock_notes
+from friction_bayes.loop.report.motion_trace import motion_trace
+from friction_bayes.loop.report.next_experiment import Contender
+from friction_bayes.loop.report.reference_force import ResistingForce
+from friction_bayes.loop.report.result import RecordTrace
+from friction_bayes.loop.search.draws import DRAWS
+from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.loop.search.residual_tests import ResidualTests
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
+
+__all__ = ["MotionFamily"]
+
+
+class MotionFamily(ABC):
+    """Candidates weighed along measured motions (see :class:`friction_bayes.loop.mixture.mixture.Family`).
+
+    Parameters
+    ----------
+    before : LoopFit
+        The Coulomb model alone.
+    tolerance : float
+        Share of friction below which a force that depends on the motion does not matter.
+    rng : numpy.random.Generator
+        Of the draws.
+    """
+
+    holds_what_is_left = True
+    slight_force: SlightForce | None = None
+    sets: tuple[frozenset[str], ...]
+    log_weights: Array
+    trail: tuple[str, ...]
+
+    def __init__(self, before: LoopFit, tolerance: float, rng: np.random.Generator) -> None:
+        self.before = before
+        self._tolerance = tolerance
+        self._rng_draws, self._rng_forecast, self._rng_reading = rng.spawn(3)
+
+    @property
+    @abstractmethod
+    def best(self) -> tuple[ForceFit, ...]:
+        """Each record under the most probable candidate."""
+
+    @property
+    @abstractmethod
+    def laws(self) -> DrawnLaws:
+        """Draws over all candidates."""
+
+    @property
+    @abstractmethod
+    def candidate(self) -> Integers:
+        """Which of the sets each draw has, shape (k,)."""
+
+    @property
+    @abstractmethod
+    def reading(self) -> Reading:
+        """Friction by all that it weighs."""
+
+    @cached_property
+    def _of_best(self) -> Mask:
+        """Draws of the most probable candidate."""
+        return np.asarray(self.candidate == 0)
+
+    @cached_property
+    def _left(self) -> tuple[LeftOver, ...]:
+        """Tests of what each record leaves."""
+        return tuple(what_is_left(fit) for fit in self.best)
+
+    @property
+    def _worst(self) -> int:
+        """The record that could shift friction most."""
+        return int(np.argmax([_friction_shift(*pair) for pair in zip(self.best, self._left, strict=True)]))
+
+    @property
+    def _fluctuates(self) -> bool:
+        """Whether the most probable candidate has a random force."""
+        return RANDOM_FORCE.name in self.sets[0]
+
+    @cached_property
+    def tests(self) -> ResidualTests:
+        return worst_of(self._left)
+
+    @property
+    def contradicted(self) -> bool:
+        """One record contradicts nothing."""
+        return False
+
+    @property
+    def explains(self) -> bool:
+        return not any(
+            left.matters(self._tolerance, fit.comparable_friction(self.laws.friction))
+            for fit, left in zip(self.best, self._left, strict=True)
+        )
+
+    @cached_property
+    def draws(self) -> FamilyDraws:
+        laws, candidate = self.laws, self.candidate
+        return FamilyDraws(
+            candidate=candidate,
+            friction=_moved(self._friction, self.left()["friction_could_shift_by"], self._rng_draws),
+            frequency=laws.frequency,
+            random_force=laws.first.random_force,
+            correlation_time=laws.first.correlation_time,
+            coefficients=np.count_nonzero(laws.scores, axis=1),
+            squares=np.sum(laws.scores**2, axis=1),
+        )
+
+    @abstractmethod
+    def _slight_beside(self, g: int, row: int) -> Iterable[SlightEffect]:
+        """Nuisances beside a set of the posterior at a point of its grid."""
+
+    @cached_property
+    def _friction(self) -> Array:
+        """Draws of friction [N or N m]: those of the laws, which answer for slight effects too."""
+        return friction_with_slight_effects(self.laws, self._slight_beside, self._rng_draws)
+
+    def _reading(self, what: str, fits: tuple[ForceFit, ...], laws: DrawnLaws) -> Reading:
+        """Friction by some laws, with what the most probable one leaves of the records."""
+        shift = max(_friction_shift(fit, what_is_left(fit)) for fit in fits)
+        return Reading(what, _moved(laws.friction, shift, self._rng_reading))
+
+    def parameters(self, name: str) -> dict[str, dict[str, Any]]:
+        fit = self.best[0]
+        units = parameter_units(name, fit.segment, fit.system)
+        if name in (SENSOR_CLIPPING.name, OUTLIERS.name):
+            numbered = len(self.best) > 1
+            return {
+                f"{key}[{r}]" if numbered else key: value
+                for r, one in enumerate(self.best)
+                for key, value in _parameters_of_sensor(name, one, units).items()
+            }
+        return {
+            key: parameter_summary(values, units[key.partition("[")[0]])
+            for key, values in self.laws.parameters(name, self._of_best).items()
+        }
+
+    def lines(self, name: str) -> list[dict[str, Any]]:
+        unit = self.best[0].segment.decay.unit
+        return [
+            line_summary(r, line, unit)
+            for r, draws in enumerate(self.laws.records)
+            for line in draws.lines(name, self._of_best)
+        ]
+
+    def variables(self) -> dict[str, Array]:
+        fit, best = self.best[0], self._of_best
+        declared = math.log(fit.w0 / fit.system.natural_frequency)
+        return {
+            "friction": self.laws.friction[best],
+            LOG_FREQUENCY_RATIO: declared + 0.5 * np.log1p(self.laws.first.stiffness[best]),
+        } | {
+            f"{name}.{parameter}": values
+            for name in self.sets[0] - {OUTLIERS.name, SENSOR_CLIPPING.name}
+            for parameter, values in self.laws.parameters(name, best).items()
+        }
+
+    def left(self) -> dict[str, Any]:
+        """The largest force that follows the motion, if any does, of the record where it could do most."""
+        fit, left = self.best[self._worst], self._left[self._worst]
+        rms = 0.0 if left.worst is None else left.worst.signal
+        return {
+            "record": fit.segment.decay.name,
+            "structured_rms": rms,
+            "share_of_amplitude": rms / (float(np.max(np.abs(fit.path.x))) * fit.unit),
+            "friction_could_shift_by": _friction_shift(fit, left),
+            **left.to_left(),
+        }
+
+    def noise(self) -> dict[str, Any]:
+        """Noise of the first record's sensor, a sample of it: those of a block were averaged.
+
+        What neighbouring samples share stays in their mean.
+        """
+        fit = self.best[0]
+        white = fit.posterior.noise_sd * fit.unit
+        sd = white * math.hypot(math.sqrt(fit.segment.block), fit.error.ratio)
+        found = {"sd": sd, "step": fit.segment.resolution}
+        if fit.error == NO_ERROR:
+            return {"model": "white", "order": 0, "correlation_length_s": 0.0} | found
+        return {"model": "ar", "order": 1, "correlation_length_s": fit.error.correlation_time} | found
+
+    def forecasts(self) -> tuple[Forecast, ...]:
+        found = []
+        for fit in self.best:
+            predicted = forecast(fit, self._rng_forecast)
+            if predicted is None:
+                return ()
+            found.append(predicted)
+        return tuple(found)
+
+    def noise_floor(self) -> float:
+        pairs = zip(self.best, self._left, strict=True)
+        each = [float(fit.sensor_noise.sd_of_samples(np.asarray(left.rms))) for fit, left in pairs]
+        return math.sqrt(float(np.mean(np.square(each))))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        factor, unit = friction_scale(self.before.model)
+        told: list[str] = []
+        for fit, left in zip(self.best, self._left, strict=True):
+            told += knock_notes(fit, factor * fit.law.unit_force, unit)
+            if left.jumps is not None and self._fluctuates:
+                told.append(
+                    f"{fit.segment.decay.name}: the random force jumps as no normal one does (kurtosis "
+                    f"{left.jumps:.2g}, where 3 is normal): something slips or knocks now and then"
+                )
+        return tuple(told)
+
+    @property
+    def fitted(self) -> tuple[int, int, int]:
+        fit = self.best[0]
+        aside = np.count_nonzero(np.isinf(fit.clock.variance))
+        return fit.samples, fit.path.turning.size, int(aside)
+
+    def traces(self) -> tuple[RecordTrace, ...]:
+        return tuple(
+            motion_trace(fit, self.before, r, draws, fluctuates=self._fluctuates)
+            for r, (fit, draws) in enumerate(zip(self.best, self.laws.records, strict=True))
+        )
+
+    def resisting_force(self) -> ResistingForce:
+        fit, law = self.best[0], self.best[0].law
+        resisting = law.resisting
+        return ResistingForce(
+            law=-law.unit_force * (law.forces[:, resisting] @ fit.coefficients[resisting]),
+            fluctuation=-law.unit_force * fit.fluctuation if self._fluctuates or fit.knocks else None,
+            direction=np.sign(fit.path.v),
+        )
+
+    def contender(self, names: frozenset[str]) -> Contender | None:
+        return drawn_contender(self.laws, self.candidate == self.sets.index(names))
+
+
+def _parameters_of_sensor(name: str, fit: ForceFit, units: dict[str, str]) -> dict[str, dict[str, Any]]:
+    """Of clipped samples or outliers in one record; none where it has none."""
+    if name == SENSOR_CLIPPING.name:
+        return clipping_parameters(fit.segment, units) if fit.segment.clipped else {}
+    if fit.sensor_noise.outliers is None or not fit.sensor_noise.contaminated:
+        return {}
+    return outlier_parameters(fit.samples, fit.sensor_noise.outliers, units)
+
+
+def _friction_shift(fit: ForceFit, left: LeftOver) -> float:
+    """How far friction could shift for what a record's law does not say [N or N m]."""
+    return 0.0 if left.worst is None else left.worst.friction * fit.law.unit_force
+
+
+def _moved(friction: Array, shift: float, rng: np.random.Generator) -> Array:
+    """Draws that carry such a shift: reflected, as friction is never negative."""
+    return np.abs(friction + shift * rng.standard_normal(DRAWS))

@@ -1,0 +1,65 @@
+r"""By how much friction would move if the priors of the effects had another scale, or other odds.
+
+Coefficients of effects are normal with a standard deviation that the set-up suggests. Were all of them
+:math:`f` times as wide, a draw with :math:`n` coefficients whose squares add up to :math:`S` variances of the
+prior would count
+
+.. math:: f^{-n} \exp\left(-\tfrac12 S (f^{-2} - 1)\right)
+
+times as much: importance weights of the draws that there are (Kallioinen et al., Stat. Comput. 34, 2024).
+Were each effect taken to act with another probability beforehand, a draw with :math:`m` effects would count
+the ratio of the odds to the :math:`m` times as much.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from scipy import special
+
+from friction_bayes.loop.data.inclusion import INCLUSION, PRIOR_LOG_ODDS
+from friction_bayes.loop.mixture.mixture import FamilyDraws
+
+__all__ = ["prior_sensitivity"]
+
+_FACTORS = (0.1, 10.0)
+_INCLUSIONS = {"inclusion_halved": 0.5 * INCLUSION, "inclusion_doubled": 2.0 * INCLUSION}
+_LEAST_DRAWS = 50.0
+"""Effective number of draws below which nothing is said."""
+_LARGEST_ERROR = 0.1
+"""Monte Carlo error of a shift, in standard deviations of friction, above which nothing is said."""
+
+
+def prior_sensitivity(draws: FamilyDraws, sets: Sequence[frozenset[str]]) -> dict[str, float | None]:
+    """Shift of friction's mean in its own standard deviations.
+
+    By the factor on the scale of the priors, and with half and twice the probability that each effect has
+    before the record.
+
+    None where too few of the draws would count, or a few far ones too much: the posterior with those priors
+    lies elsewhere. Nuisances too slight to show (:mod:`friction_bayes.loop.mixture.slight_effects`) keep
+    their size.
+
+    Parameters
+    ----------
+    draws : FamilyDraws
+    sets : sequence of frozenset of str
+        In which ``draws.candidate`` counts.
+    """
+    # effects that are certain are in all sets, and make one factor; a draw without a set counts as of none
+    effects = np.append([len(names) for names in sets], 0)[draws.candidate]
+    ratios = {
+        f"{factor:g}": -draws.coefficients * math.log(factor) - 0.5 * draws.squares * (factor**-2 - 1.0)
+        for factor in _FACTORS
+    } | {name: effects * (special.logit(p) - PRIOR_LOG_ODDS) for name, p in _INCLUSIONS.items()}
+    sd = float(draws.friction.std(ddof=1))
+    found: dict[str, float | None] = {}
+    for name, log_ratio in ratios.items():
+        weight = special.softmax(log_ratio)
+        mean = float(weight @ draws.friction)
+        error = float(np.linalg.norm(weight * (draws.friction - mean)))
+        told = 1.0 / float(weight @ weight) > _LEAST_DRAWS and error < _LARGEST_ERROR * sd
+        found[name] = (mean - float(draws.friction.mean())) / sd if told else None
+    return found

@@ -1,0 +1,163 @@
+r"""Damping and drift too slight for a record to show, which friction has to answer for all the same.
+
+A viscous damping of one standard deviation of what the record tells of it leaves no trace by which it could
+be found, and yet moves friction by several of friction's own standard deviations: over a decay that is cut
+before it rests, the two act nearly alike. So every candidate that lacks one of these effects carries it as a
+nuisance: absent with probability one half (three quarters where the candidate has another force of the
+catalogue), else of a size of up to a few of its standard deviations. Of several records it is one that they
+share: damping. With the estimate :math:`\hat c` and standard deviation :math:`s` that the samples give its
+coefficient beside the candidate's parameters,
+
+.. math:: c \sim N(0, (2s)^2)
+
+cut to its support, and no wider than the effect's own prior; friction follows it linearly. The support of
+damping goes a little below zero: a gain of the sensor that rises within the record looks like damping that
+drives the motion, and a nuisance of one sign would draw friction to one side of the truth. Nothing else of a
+candidate changes, nor how probable it is: an effect that a record shows makes a candidate of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+from scipy.special import expit, logit
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.loop.data.parameters import FRICTION
+from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.loop.search.linear_columns import LinearColumns
+from friction_bayes.loop.search.truncated_normal import log_interval_probability, truncated_draws
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
+from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
+from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
+
+__all__ = ["SlightEffect", "slight_beside", "slight_effects", "with_slight_effects"]
+
+_SLIGHT_EFFECTS = (VISCOUS_DAMPING.name, FRICTION_DRIFT.name)
+_PRESENT = 0.5
+"""Prior probability of each that it acts on a motion that no other effect of the catalogue bends."""
+_PRESENT_BESIDE = 0.25
+"""The same where one does. With one half, friction's mean is moved from the truth by as much as the effect
+that was found had brought it nearer; with one tenth, the prior of a candidate's own effects, the intervals
+hold friction less often where two effects cancel."""
+_REACH = 2.0
+"""Prior sd of a coefficient, in standard deviations of its estimate from the samples alone."""
+_GAIN_RISE = 0.2
+"""Share by which a sensor's gain may rise within a record: damping in units of its prior, an e-fold there."""
+
+
+@dataclass(frozen=True, eq=False)
+class SlightEffect:
+    """A nuisance beside a candidate, its coefficient in units of the effect's own prior.
+
+    Attributes
+    ----------
+    probability : float
+        That it acts, given the candidate.
+    mean, sd : float
+        Of the coefficient given that it acts, before it is cut.
+    low, high : float
+        Support of the coefficient.
+    follow : float
+        Change of friction a unit of it [N or N m].
+    """
+
+    probability: float
+    mean: float
+    sd: float
+    low: float
+    high: float
+    follow: float
+
+    @classmethod
+    def of_likelihood(
+        cls,
+        estimate: float,
+        information: float,
+        support: tuple[float, float],
+        follow: float,
+        beside: Iterable[str],
+    ) -> SlightEffect:
+        """From the normal likelihood of the coefficient, the candidate's own parameters integrated.
+
+        Parameters
+        ----------
+        estimate, information : float
+            Mean and precision of the likelihood.
+        support : tuple of float
+            Of the effect's coefficient; that of the nuisance goes below zero.
+        follow : float
+            Change of friction a unit of it [N or N m].
+        beside : iterable of str
+            Effects of the candidate.
+        """
+        low, high = min(support[0], -_GAIN_RISE), support[1]
+        scale = min(_REACH / math.sqrt(information), 1.0)
+        variance = 1.0 / (information + scale**-2)
+        mean, sd = variance * information * estimate, math.sqrt(variance)
+        ends = np.array([[low - mean, high - mean], [low, high]]) / np.array([[sd], [scale]])
+        inside = log_interval_probability(ends[:, 0], ends[:, 1])
+        log_bayes_factor = math.log(sd / scale) + 0.5 * (mean / sd) ** 2 + float(inside[0] - inside[1])
+        bent = any(isinstance(EFFECTS[name], ForceEffect) for name in beside)
+        probability = float(expit(logit(_PRESENT_BESIDE if bent else _PRESENT) + log_bayes_factor))
+        return cls(probability, mean, sd, low, high, follow)
+
+
+def slight_beside(effects: Iterable[str]) -> list[str]:
+    """Names of the nuisances beside a candidate with these effects."""
+    present = set(effects)
+    return [name for name in _SLIGHT_EFFECTS if not present & {name, *EFFECTS[name].excludes}]
+
+
+def slight_effects(fit: LoopFit, allowed: Sequence[str]) -> tuple[SlightEffect, ...]:
+    """Find the nuisances beside a fit; those with a parameter for each of several records are left out.
+
+    Parameters
+    ----------
+    fit : LoopFit
+    allowed : sequence of str
+        Effects that may act.
+    """
+    present = fit.model.effects
+    problem = LinearColumns(fit, [name for name in slight_beside(present) if name in allowed])
+    gram, gradient = problem.grams.sum(axis=0), problem.gradients.sum(axis=0)
+    mine = slice(0, fit.z.size)
+    found = []
+    for one in chain(*problem.linearised.values()):
+        if len(one.coordinates) > 1:
+            continue
+        j = one.columns.start
+        follow = -np.linalg.solve(fit.precision, gram[mine, j])
+        information = float(gram[j, j] + gram[mine, j] @ follow)
+        if information > 0.0:
+            estimate = float(gradient[j] + follow @ fit.gradient) / information
+            friction = fit.model.index(FRICTION)
+            change = float(follow[friction]) * fit.model.coordinates[friction].prior.scale
+            found.append(
+                SlightEffect.of_likelihood(estimate, information, one.coordinates[0].support, change, present)
+            )
+    return tuple(found)
+
+
+def with_slight_effects(friction: Array, slight: Iterable[SlightEffect], rng: np.random.Generator) -> Array:
+    """Draws of a candidate's friction, shape (k,), each nuisance acting on its share of them.
+
+    One that would make friction negative leaves none: damping alone takes the amplitude then.
+    """
+    for one in slight:
+        coefficient = truncated_draws(
+            np.array([one.mean]),
+            np.array([[one.sd**2]]),
+            np.array([one.low]),
+            np.array([one.high]),
+            rng,
+            friction.size,
+        )[:, 0]
+        acts = rng.random(friction.size) < one.probability
+        moved = friction + acts * coefficient * one.follow
+        friction = np.maximum(moved, 0.0)
+    return friction

@@ -1,0 +1,91 @@
+r"""A random force too slight for a record to show, which friction has to answer for all the same.
+
+Measured contacts fluctuate. A force that the noise of the sensor hides moves friction by several times what
+that noise makes of it, since the record averages the one over its samples and the other over far fewer
+correlation times. So every candidate without a random force carries one as a nuisance, as it carries slight
+damping and drift (:mod:`friction_bayes.loop.mixture.slight_effects`): absent with probability one half, else
+of a size and correlation time of which the record says little, those under which the law is as probable as
+under none to within two nats. Nothing else of a candidate changes, nor how probable it is: a force that a
+record shows makes a candidate of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import softmax
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.loop.infer.record_fit import ForceFit
+
+__all__ = ["SlightForce", "slight_force"]
+
+_SAYS_LITTLE = 2.0
+"""Nats by which the law is at most more or less probable under such a force than under none."""
+
+
+@dataclass(frozen=True)
+class SlightForce:
+    """A random force as a nuisance beside a candidate without one.
+
+    Attributes
+    ----------
+    probability : float
+        That it acts.
+    shift, sd : float
+        What it does to friction where it acts: a change of the mean, and an independent error [N or N m].
+    """
+
+    probability: float
+    shift: float
+    sd: float
+
+    def beside(self, friction: Array, rng: np.random.Generator) -> Array:
+        """Draws of friction without a force, shape (k,), with this one beside some of them.
+
+        A draw that would be negative stays where it is.
+        """
+        acts = rng.random(friction.size) < self.probability
+        moved = friction + acts * (self.shift + self.sd * rng.standard_normal(friction.size))
+        return np.where(moved >= 0.0, moved, friction)
+
+
+def slight_force(fit: ForceFit) -> SlightForce | None:
+    """Find the force that a record may hide, beside its most probable law without one.
+
+    Returns
+    -------
+    SlightForce or None
+        None where that law has no dry friction, or the record says much of every force.
+    """
+    none = next(point for point in fit.posterior.points if point.ratio == 0.0)
+    best = int(np.argmax(none.found.log_weight))
+    rubs = np.flatnonzero(fit.sets.columns[best] & np.isin(np.arange(fit.law.scale.size), fit.law.frictions))
+    if rubs.size == 0:
+        return None
+    j = int(rubs[0])
+    hidden = [
+        point
+        for point in fit.posterior.points
+        if point.ratio > 0.0
+        and abs(point.found.log_weight[best] - none.found.log_weight[best]) <= _SAYS_LITTLE
+    ]
+    if not hidden:
+        return None
+    volume = softmax([point.log_volume for point in hidden])
+    gain = np.exp([point.found.log_weight[best] - none.found.log_weight[best] for point in hidden])
+    bayes_factor = float(volume @ gain)
+    share = volume * gain / bayes_factor
+    marginals = [fit.posterior.problem.marginals(point, best) for point in (none, *hidden)]
+    location, scale2 = np.array(marginals)[:, :, j].T
+    mean, variance = location[1:], scale2[1:]
+    middle = float(share @ mean)
+    added = float(share @ (variance + (mean - middle) ** 2)) - float(scale2[0])
+    unit = float(fit.law.scale[j]) * fit.law.unit_force
+    return SlightForce(
+        probability=bayes_factor / (1.0 + bayes_factor),
+        shift=(middle - float(location[0])) * unit,
+        sd=math.sqrt(max(added, 0.0)) * unit,
+    )

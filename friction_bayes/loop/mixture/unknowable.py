@@ -1,0 +1,26 @@
+"""Effects of which a record says nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.loop.search.expansion import LEAST_INFORMATION
+
+__all__ = ["unknowable"]
+
+
+def unknowable(fit: ForceFit) -> set[str]:
+    """Effects of which the samples say next to nothing beside the start and friction.
+
+    A constant force in an acceleration record is one: its probability would stay that of its prior.
+    """
+    always = [*fit.law.always, fit.law.dry_friction]
+    gram = fit.regression.whiten_at(0.0, 1.0).gram[:-1, :-1] / fit.posterior.points[0].found.full_noise2
+    absorbed = np.linalg.solve(gram[np.ix_(always, always)] + np.eye(len(always)), gram[always])
+    left = np.diag(gram) - np.sum(gram[:, always].T * absorbed, axis=0)
+    told = left > LEAST_INFORMATION
+    names = {column.effect for column in fit.law.columns if column.kind == "effect"}
+    return {
+        name for name in names if not any(told[j] for columns in fit.law.alternatives(name) for j in columns)
+    }

@@ -1,0 +1,1 @@
+"""The noise of the sensor: its likelihood, its colour, its growth with the motion, and outliers."""

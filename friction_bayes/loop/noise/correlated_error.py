@@ -1,0 +1,211 @@
+r"""Whether the sensor's errors in neighbouring samples are alike, beside its white noise and a random force.
+
+A sensor that smooths, or one with noise of low frequency, errs alike in samples that follow each other. Taken
+for a force that is a short and strong fluctuation. Here it is an Ornstein-Uhlenbeck process in the sensor
+(:mod:`friction_bayes.statespace.kalman`), of sd ``rho sigma`` and correlation time ``tau_u``,
+with the prior ``log rho ~ N(0, 2**2)`` and ``tau_u`` log-uniform from a third of a step to a tenth of a
+period: what is slower is at the motion's own frequency, where nothing but a force tells it apart.
+
+It is found at the mode, together with the random force, and stays there; the two are one question, since what
+the one takes up the other leaves. The density has several modes: ratios and times of all sizes, beside forces
+of several correlation times, are looked at coarsely, and the best is climbed from. As in the search, noise
+that is correlated is as probable beforehand as noise that is not, and pays for its two numbers alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from itertools import chain, product
+
+import numpy as np
+from scipy.optimize import minimize
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.statespace.force_grid import ForcePrior, Posterior, at_resonance
+from friction_bayes.statespace.kalman import Clock, CorrelatedError, whiten
+from friction_bayes.statespace.regression import LawRegression
+from friction_bayes.statespace.subset_evidence import weigh_sets
+
+__all__ = ["NO_ERROR", "SensorError", "find_sensor_error"]
+
+Place = tuple[float, float]
+
+_LOG_RATIO_SD = 2.0
+_LEAST_STEPS = 1.0 / 3.0
+_LONGEST = 0.2 * math.pi
+_RATIOS = (0.3, 1.0, 3.0, 9.0)
+_PLACES = (0.1, 0.37, 0.63, 0.9)
+"""Between the bounds of the logarithm of the correlation time."""
+_FORCE_PERIODS = (0.02, 0.08, 0.3)
+"""Correlation times at which a force as strong as the best is looked at too [periods of the motion].
+
+Beside an error that takes up what was quick in it a force is slower than without: a mode of its own.
+"""
+_FIRST_STEP = 0.4
+"""In the logarithms of ratios and times."""
+_STENCIL = 0.2
+_FAR = 1e9
+
+
+@dataclass(frozen=True)
+class SensorError:
+    """Errors of the sensor that neighbouring samples share.
+
+    Attributes
+    ----------
+    ratio : float
+        Their sd over that of the white noise.
+    correlation_time : float
+        [s].
+    log_volume : float
+        Logarithm of the prior probability of the ratios and times that these stand for.
+    """
+
+    ratio: float = 0.0
+    correlation_time: float = 1.0
+    log_volume: float = 0.0
+
+    def of(self, clock: Clock, w0: float) -> Clock:
+        """A clock in natural units of a frequency [rad/s] with these errors."""
+        return replace(clock, error=CorrelatedError(self.ratio, w0 * self.correlation_time))
+
+
+NO_ERROR = SensorError()
+
+
+def find_sensor_error(
+    regression: LawRegression, posterior: Posterior, prior: ForcePrior, w0: float
+) -> SensorError | None:
+    """Look for a correlated error of the sensor where the innovations of a record are not white.
+
+    Parameters
+    ----------
+    regression : LawRegression
+        The record; errors that its clock has already are looked for anew.
+    posterior : Posterior
+        Of its random force.
+    prior : ForcePrior
+    w0 : float
+        Frequency of the natural units [rad/s].
+
+    Returns
+    -------
+    SensorError or None
+        None where nothing asks for one: the innovations are white, and any random force is too slow to stand
+        for one; that of no size where it is less probable than none.
+    """
+    best, law = posterior.best, posterior.best_law()
+    left = regression.innovations(law, best.ratio, best.tau)[np.isfinite(regression.clock.variance)]
+    looks_like_one = best.ratio > 0.0 and best.tau < _LONGEST
+    if whiteness(left).white and not looks_like_one:
+        return None
+    step = float(np.median(regression.clock.steps[regression.clock.index]))
+    bounds = math.log(_LEAST_STEPS * step), math.log(_LONGEST)
+    if bounds[0] >= bounds[1]:
+        return None
+    density = _Density(regression, posterior, prior, bounds)
+    forces = _forces(posterior)
+    without = max(density(force, None) for force in chain(*forces))
+    width = bounds[1] - bounds[0]
+    errors = [(math.log(ratio), bounds[0] + place * width) for ratio, place in product(_RATIOS, _PLACES)]
+    starts = [max(product(alike, errors), key=lambda place: density(*place)) for alike in forces]
+    force, error = max((density.climb(*start) for start in starts), key=lambda place: density(*place))
+    volume = math.log(2.0 * math.pi) + float(np.sum(density.log_sds(force, error)))
+    log_odds = density(force, error) + volume - without
+    if log_odds <= 0.0:
+        return NO_ERROR
+    return SensorError(math.exp(error[0]), math.exp(error[1]) / w0, density.log_prior(error) + volume)
+
+
+def _forces(posterior: Posterior) -> list[list[Place | None]]:
+    """No force; and the best one that has been looked at, with some as strong at resonance."""
+    points = [point for point in posterior.points if point.ratio > 0.0]
+    if not points:
+        return [[None]]
+    best = max(points, key=lambda p: float(np.max(p.found.log_weight)) + p.log_volume)
+    strength = best.ratio * at_resonance(best.tau)
+    others = [2.0 * math.pi * periods for periods in _FORCE_PERIODS]
+    alike: list[Place | None] = [
+        (math.log(strength / at_resonance(tau)), math.log(tau)) for tau in (best.tau, *others)
+    ]
+    return [[None], alike]
+
+
+class _Density:
+    """Log posterior density of a correlated error and a random force, of each or of neither.
+
+    Both are ``(log ratio, log correlation time)`` or None; the set of columns is the best so far.
+    """
+
+    def __init__(
+        self, regression: LawRegression, posterior: Posterior, prior: ForcePrior, bounds: Place
+    ) -> None:
+        self.regression, self.prior, self.bounds = regression, prior, bounds
+        chosen = posterior.problem.sets[int(np.argmax(posterior.best.found.log_weight))]
+        self.reference, self.positive = regression.reference[chosen], regression.positive[chosen]
+        scaled = (regression.columns * regression.scale)[:, chosen]
+        self.block = np.column_stack([scaled, regression.target - scaled @ self.reference])
+
+    def __call__(self, force: Place | None, error: Place | None) -> float:
+        if error is not None and not self.bounds[0] <= error[1] <= self.bounds[1]:
+            return -_FAR
+        ratio, tau = (0.0, 1.0) if force is None else (math.exp(each) for each in force)
+        of_sensor = (
+            CorrelatedError() if error is None else CorrelatedError(*(math.exp(each) for each in error))
+        )
+        found = weigh_sets(
+            whiten(
+                self.block, replace(self.regression.clock, error=of_sensor), self.regression.row, ratio, tau
+            ),
+            self.reference,
+            self.positive,
+            np.ones((1, self.reference.size), dtype=np.bool_),
+            np.zeros(1),
+            least_noise2=self.regression.least_noise**2,
+        )
+        value = float(found.log_weight[0])
+        if error is not None:
+            value += self.log_prior(error)
+        if force is None:
+            return value + math.log(self.prior.none)
+        return max(value + float(self.prior.log_density(ratio * math.sqrt(found.noise2[0]), tau)), -_FAR)
+
+    def log_prior(self, error: Place) -> float:
+        """Log prior density of an error."""
+        z, range_of_time = error[0] / _LOG_RATIO_SD, self.bounds[1] - self.bounds[0]
+        return -0.5 * (z * z + math.log(2.0 * math.pi)) - math.log(_LOG_RATIO_SD * range_of_time)
+
+    def climb(self, force: Place | None, error: Place) -> tuple[Place | None, Place]:
+        """The mode near a place."""
+        start = np.array([*error, *(force or ())])
+
+        def place(at: Array) -> tuple[Place | None, Place]:
+            return (float(at[2]), float(at[3])) if force else None, (float(at[0]), float(at[1]))
+
+        def misfit(at: Array) -> float:
+            return -self(*place(at))
+
+        found = minimize(
+            misfit,
+            start,
+            method="Nelder-Mead",
+            options={
+                "maxfev": 60 * start.size,
+                "xatol": 0.05,
+                "fatol": 0.05,
+                "initial_simplex": start + _FIRST_STEP * np.eye(start.size + 1, start.size, -1),
+            },
+        )
+        return place(found.x)
+
+    def log_sds(self, force: Place | None, error: Place) -> Array:
+        """Logarithms of the sds of both numbers of an error, each given all others, shape (2,)."""
+        top = self(force, error)
+        sds = []
+        for j, widest in enumerate((_LOG_RATIO_SD, (self.bounds[1] - self.bounds[0]) / math.sqrt(12.0))):
+            steps = [tuple(np.array(error) + sign * _STENCIL * np.eye(2)[j]) for sign in (-1.0, 1.0)]
+            lost = max(2.0 * top - sum(max(self(force, (a, b)), top - 4.0) for a, b in steps), 0.0)
+            sds.append(min(_STENCIL / math.sqrt(max(lost, 1e-12)), widest))
+        return np.log(sds)

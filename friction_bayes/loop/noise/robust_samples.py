@@ -1,0 +1,154 @@
+r"""Samples that the regression does without: outliers, and those near a ceiling of the sensor.
+
+What is set aside is told by what all other samples predict of it. Near a ceiling the sample itself must not
+decide: one that lies just below is there because its noise pointed down, so that the mean noise of those that
+stay would be below zero, and friction off. Outliers are as probable on both sides and may show themselves.
+
+A regression on the samples that are used has their density alone, under normal noise. So that its evidence is
+one of the whole record, as every other candidate's, it takes a factor
+
+.. math:: \prod_{\text{aside}} p(y_i) \prod_{\text{used}} \frac{p(y_i)}{N(y_i)}
+
+with the contaminated and censored densities ``p`` of :mod:`friction_bayes.loop.noise.likelihood` about what
+all other samples predict. Of samples set aside side by side the errors of prediction are taken as
+independent: the motion is known between them to a fraction of the noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.noise.likelihood import (
+    NoiseFit,
+    NoiseModel,
+    fit_noise,
+    has_heavy_tails,
+    log_densities,
+)
+from friction_bayes.mechanics.effects import Scales
+from friction_bayes.statespace.force_grid import GridPoint
+from friction_bayes.statespace.regression import LawRegression
+from friction_bayes.statespace.smoother import Motion
+
+__all__ = ["LeftOut", "come_anywhere", "outlying"]
+
+_NEAR = 4.0
+"""Standard deviations below a ceiling from which on noise may take a sample there."""
+_PARTS = 5
+_BY_CHANCE = 5e-4
+"""Probability below which an uneven share of outliers in as many parts is not chance."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LeftOut:
+    """The samples of a record beside what all others predict of each.
+
+    Attributes
+    ----------
+    segment : Segment
+        The samples, and which of them the sensor holds at an end of its range.
+    scales : Scales
+        Of the priors.
+    error : ndarray, shape (n,)
+        Sample less prediction, unit of the signal.
+    variance : ndarray, shape (n,)
+        Of these errors, in units of the variance of the noise.
+    """
+
+    segment: Segment
+    scales: Scales
+    error: Array
+    variance: Array
+
+    @classmethod
+    def under(
+        cls,
+        segment: Segment,
+        scales: Scales,
+        regression: LawRegression,
+        w0: float,
+        law: Array,
+        force: GridPoint,
+    ) -> LeftOut:
+        """Of a record under a law and a random force, in natural units of ``w0`` [rad/s]."""
+        error, variance = regression.left_out(law, force.ratio, force.tau)
+        return cls(segment=segment, scales=scales, error=w0**segment.order * error, variance=variance)
+
+    @property
+    def sides(self) -> Array:
+        """Ends of the range at which samples are held, shape (n,), see :class:`Segment`."""
+        return self.segment.sides[: self.error.size]
+
+    @property
+    def standardised(self) -> Array:
+        """The errors, each as large as noise alone would make it, shape (n,)."""
+        return np.asarray(self.error / np.sqrt(self.variance))
+
+    def noise_model(self, *, outliers: bool) -> NoiseModel:
+        """The noise that is assumed."""
+        return NoiseModel(np.zeros(0), outliers=outliers, censored=bool(self.sides.any()))
+
+    def noise(self, *, outliers: bool) -> NoiseFit:
+        """Scale of the noise, and the weight of each sample under it."""
+        model, ignored = self.noise_model(outliers=outliers), self.segment.ignored[: self.error.size]
+        return fit_noise(self.standardised, self.sides, model, self.scales, ignored)
+
+    def heavy_tails(self, among: Mask) -> bool:
+        """Whether the errors of some samples have outliers."""
+        return has_heavy_tails(self.standardised[among])
+
+    def near_ceiling(self, noise: NoiseFit) -> Mask:
+        """Samples that are held at an end of the range or that noise may have taken there, shape (n,)."""
+        values = self.segment.values[: self.error.size]
+        near = self.sides != 0.0
+        margin = _NEAR * noise.sd * np.sqrt(self.variance)
+        for side in (1.0, -1.0):
+            held = self.sides == side
+            if held.any():
+                near |= side * (values - self.error) > np.min(side * values[held]) - margin
+        return near
+
+    def log_factor(self, used: Mask, *, outliers: bool) -> float:
+        """Logarithm of the factor above; the prior of the outliers' fraction and scale included."""
+        error, sides, model = self.standardised, self.sides, self.noise_model(outliers=outliers)
+        noise = self.noise(outliers=outliers)
+        density = log_densities(error, sides, model, noise)
+        normal = log_densities(error, sides, NoiseModel(model.ar), replace(noise, fraction=0.0))
+        # the density of an error, where that of the standardised one is known
+        stretched = ~used & self.segment.free[: error.size]
+        density[stretched] -= 0.5 * np.log(self.variance[stretched])
+        return float(density.sum() - normal[used].sum()) + noise.log_volume
+
+
+def outlying(noise: NoiseFit) -> Mask:
+    """Samples that are more probably outliers than not, shape (n,)."""
+    if noise.fraction == 0.0:
+        return np.zeros(noise.weight.size, dtype=bool)
+    # the weight is the mean of both precisions, by the probabilities
+    return np.asarray(noise.weight < 0.5 * (1.0 / noise.sd**2 + 1.0 / noise.scale**2))
+
+
+def come_anywhere(outliers: Mask, among: Mask, motion: Motion) -> bool:
+    """Whether outliers are as frequent at any speed and at any time, ``among`` some samples; shape (n,) both.
+
+    Those of a sensor are. What comes with the turning points, or in one part of the record, is something that
+    the law or the force does not describe: with it set aside, friction would be far too sure.
+    """
+    in_turn, speed = outliers[among], np.abs(motion.states[among, 1])
+    return all(_evenly(values) for values in (in_turn, in_turn[np.argsort(speed)]))
+
+
+def _evenly(outliers: Mask) -> bool:
+    """Whether equal parts of samples in a row hold as many each as chance would have it."""
+    counts = np.array([part.sum() for part in np.array_split(outliers, _PARTS)])
+    total = int(counts.sum())
+    if total == 0:
+        return True
+    expected = total / _PARTS
+    statistic = float(np.sum((counts - expected) ** 2) / (expected * (1.0 - total / (outliers.size + 1))))
+    return bool(chi2.sf(statistic, _PARTS - 1) > _BY_CHANCE)

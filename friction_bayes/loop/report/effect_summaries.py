@@ -1,0 +1,99 @@
+"""Parameters of an effect in the report: mean, standard deviation and unit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS
+from friction_bayes.core.system import Oscillator
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.noise.likelihood import NoiseFit
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, ProcessEffect
+
+__all__ = [
+    "clipping_parameters",
+    "line_summary",
+    "outlier_parameters",
+    "parameter_summary",
+    "parameter_units",
+]
+
+
+_WITHOUT_SIZE = ("1", "s", "Hz")
+"""Units of what is the same however far it moves."""
+
+
+def parameter_units(name: str, segment: Segment, system: Oscillator) -> dict[str, str]:
+    """Unit of each parameter of an effect, by name.
+
+    Of a signal that is not calibrated those of a force are what they would be were its unit that of the
+    quantity, and say so.
+    """
+    decay, effect = segment.decay, EFFECTS[name]
+    units = {p.name: p.unit_in(system, decay.unit) for p in effect.parameters}
+    if decay.unit not in UNCALIBRATED_UNITS or not isinstance(effect, ForceEffect | ProcessEffect):
+        return units
+    taken = f" (1 {decay.unit} as 1 {decay.quantity.unit})"
+    return {p: unit if unit in _WITHOUT_SIZE else unit + taken for p, unit in units.items()}
+
+
+def parameter_summary(draws: Array, unit: str) -> dict[str, Any]:
+    """Mean, standard deviation and unit; not a number where there are too few draws."""
+    return {
+        "mean": float(draws.mean()) if draws.size else math.nan,
+        # what is taken at one value has no spread, not that of rounding
+        "sd": float(draws.std(ddof=1) if np.ptp(draws) > 0.0 else 0.0) if draws.size > 1 else math.nan,
+        "unit": unit,
+    }
+
+
+def line_summary(record: int, drawn: Mapping[str, Array], unit: str) -> dict[str, Any]:
+    """A line in the spectrum of one record: frequency, decay time (None where it lasts) and amplitude.
+
+    Parameters
+    ----------
+    record : int
+        Which of the records.
+    drawn : mapping of str to ndarray
+        Draws of its ``frequency``, of its ``sine`` and ``cosine`` and, of one that dies out, its
+        ``decay_time``.
+    unit : str
+        Of the signal.
+    """
+    decay_time = drawn.get("decay_time")
+    return {
+        "record": record,
+        "frequency": parameter_summary(drawn["frequency"], "Hz"),
+        "decay_time": None if decay_time is None else parameter_summary(decay_time, "s"),
+        "amplitude": parameter_summary(np.hypot(drawn["sine"], drawn["cosine"]), unit),
+    }
+
+
+def outlier_parameters(samples: int, noise: NoiseFit, units: dict[str, str]) -> dict[str, dict[str, Any]]:
+    """Fraction and scale of outliers, found of so many samples."""
+    n = max(samples, 1)
+    count = max(noise.fraction * n, 1.0)
+    return {
+        "fraction": {
+            "mean": noise.fraction,
+            "sd": math.sqrt(noise.fraction * (1.0 - noise.fraction) / n),
+            "unit": units["fraction"],
+        },
+        "scale": {
+            "mean": noise.scale,
+            "sd": noise.scale / math.sqrt(2.0 * count),
+            "unit": units["scale"],
+        },
+    }
+
+
+def clipping_parameters(segment: Segment, units: dict[str, str]) -> dict[str, dict[str, Any]]:
+    """The level that samples are held at."""
+    held = np.abs(segment.values[segment.sides != 0.0])
+    level = float(held.max()) if held.size else math.nan
+    return {"level": {"mean": level, "sd": 0.0, "unit": units["level"]}}

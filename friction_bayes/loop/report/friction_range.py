@@ -1,0 +1,76 @@
+"""Friction where no candidate explains the record: readings that differ, and one interval that holds them.
+
+A posterior over candidates none of which is true says how well the record tells them apart, not how far each
+is from the truth. What the Coulomb model alone, the search and the sets along the measured motion say of
+friction are then readings of their own, pooled with equal weights: a linear opinion pool (Stone 1961), whose
+90 % interval reaches into every reading that stands apart. Where a random force takes up what is left, the
+Coulomb model alone is not among them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.summary import Summary
+from friction_bayes.loop.data.parameters import FRICTION
+from friction_bayes.loop.search.draws import DRAWS, candidate_draws
+from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.loop.search.residual_tests import residual_tests
+
+__all__ = ["Reading", "coulomb_alone", "friction_range", "pooled"]
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """Friction as one way of reading the record has it.
+
+    Attributes
+    ----------
+    what : str
+        The way, in words.
+    friction : ndarray, shape (k,)
+        Draws [N or N m].
+    """
+
+    what: str
+    friction: Array
+
+
+def coulomb_alone(fit: LoopFit, rng: np.random.Generator) -> Reading:
+    """Friction by the Coulomb model alone."""
+    (draws,) = candidate_draws([fit], np.ones(1), rng, robust=bool(residual_tests(fit).failed))
+    return Reading("Coulomb friction alone", np.asarray(fit.model.value(draws, FRICTION)))
+
+
+def pooled(readings: Sequence[Reading], rng: np.random.Generator) -> Array:
+    """Draw friction from each reading with the same probability, shape (DRAWS,)."""
+    source = rng.integers(len(readings), size=DRAWS)
+    friction = np.empty(DRAWS)
+    for i, reading in enumerate(readings):
+        mine = source == i
+        friction[mine] = rng.choice(reading.friction, np.count_nonzero(mine))
+    return friction
+
+
+def friction_range(readings: Sequence[Reading], factor: float, unit: str) -> dict[str, Any]:
+    """Return the report's ``friction_range``: lowest and highest mean of a reading, and each reading.
+
+    Parameters
+    ----------
+    readings : sequence of Reading
+    factor : float
+        From a model's friction to the reported one.
+    unit : str
+        Of the latter.
+    """
+    each = [
+        {"what": reading.what} | Summary.of_draws(factor * reading.friction, unit).to_dict()
+        for reading in readings
+    ]
+    means = [reading["mean"] for reading in each]
+    return {"low": min(means), "high": max(means), "unit": unit, "readings": each}

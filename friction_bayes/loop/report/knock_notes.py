@@ -1,0 +1,38 @@
+"""What a report says of the knocks of a record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from friction_bayes.loop.infer.record_fit import ForceFit
+
+__all__ = ["knock_notes", "knock_times"]
+
+
+def knock_times(fit: ForceFit) -> list[tuple[float, float]]:
+    """Start and end of each knock [s], from the first sample of the decay on."""
+    time = fit.segment.time
+    return [(float(time[a]), float(time[b])) for a, b in fit.knocks]
+
+
+def knock_notes(fit: ForceFit, unit_force: float, unit: str) -> Iterator[str]:
+    """Say of each knock when it came and how large it was.
+
+    Parameters
+    ----------
+    fit : ForceFit
+    unit_force : float
+        Of natural units, in ``unit``.
+    unit : str
+    """
+    decay = fit.segment.decay
+    for (start, end), (a, b) in zip(knock_times(fit), fit.knocks, strict=True):
+        force = unit_force * fit.fluctuation[a : b + 1]
+        largest = float(force[np.argmax(np.abs(force))])
+        yield (
+            f"{decay.name}: knocked at {decay.start_time + start:.4g} s: for {end - start:.2g} s a force "
+            f"acts that the rest of the record does not know, {largest:.3g} {unit} where it is largest; "
+            "friction and the random force are told without it"
+        )

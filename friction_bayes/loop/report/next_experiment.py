@@ -1,0 +1,340 @@
+"""Which further record would decide between candidates that tie, computed from the candidates themselves.
+
+Each experiment is predicted under the most probable candidate. A rival, with its posterior from the records
+so far and an initial state of its own, can follow that prediction in part; what is left is linear algebra:
+with the difference ``D`` of the two predictions, noise ``V`` and the rival's derivatives ``J`` and covariance
+``C``, the expected log Bayes factor is ``D' (V + J C J')^-1 D / 2``. Noise is that of the sensor and, under a
+rival with a random force, what the motion answers to that force. Where the two candidates differ in their
+random force the records also differ in how they scatter, which adds to it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.text import listed
+from friction_bayes.loop.data.model import LoopModel, Prediction
+from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
+from friction_bayes.loop.noise.autoregression import variance_gain
+from friction_bayes.loop.noise.likelihood import whiten
+from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.statespace import kalman
+from friction_bayes.statespace.kalman import Clock, sensor_row
+
+__all__ = [
+    "Contender",
+    "Proposal",
+    "expected_log_bayes_factor",
+    "log_bayes_factor_of_scatter",
+    "next_experiment",
+    "proposals",
+    "rival_prediction",
+]
+
+_DECISIVE = math.log(20.0)
+_STEP = 1e-3
+_STATE_STEP = 1e-4
+"""Difference step in the initial state, in amplitudes."""
+_STATE_SD = 0.1
+"""Standard deviation of the initial state of the further record, in amplitudes."""
+_SAME_FRICTION = 0.01
+"""Relative spread of friction over the candidates below which the choice among them does not matter."""
+_RECORDS = 100
+"""Simulated records over which the scatter of two candidates is compared."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Contender:
+    """A candidate as far as it predicts a further record.
+
+    Attributes
+    ----------
+    model : LoopModel
+    z : ndarray, shape (p,)
+        Its coordinates.
+    covariance : ndarray, shape (p, p)
+        Of these, from the records so far.
+    noise_sd : float
+        Sd of the sensor's noise, of its innovations where it is autoregressive, unit of the signal.
+    ar : ndarray
+        Its autoregression; empty for white noise.
+    random_force : float
+        Sd of the random force [N or N m]; zero for none.
+    correlation_time : float
+        Of that force [s].
+    """
+
+    model: LoopModel
+    z: Array
+    covariance: Array
+    noise_sd: float
+    ar: Array
+    random_force: float = 0.0
+    correlation_time: float = 0.0
+
+    @classmethod
+    def of_fit(cls, fit: LoopFit) -> Contender:
+        """A candidate of the search, which has no random force."""
+        return cls(
+            model=fit.model,
+            z=fit.z,
+            covariance=fit.covariance,
+            noise_sd=fit.noises[0].sd,
+            ar=fit.noise_models[0].ar,
+        )
+
+    @property
+    def friction(self) -> float:
+        """Friction force [N or N m]."""
+        return float(self.model.value(self.z, FRICTION))
+
+    @property
+    def frequency(self) -> float:
+        """Natural frequency [rad/s]."""
+        ratio = math.exp(float(self.model.value(self.z, LOG_FREQUENCY_RATIO)))
+        return self.model.system.natural_frequency * ratio
+
+    def force_beside(self, noise: float) -> tuple[float, float]:
+        """Random force over a noise in natural units, and its correlation time as a phase."""
+        frequency = self.frequency
+        _, stiffness = self.model.mass_and_stiffness(frequency / self.model.system.natural_frequency)
+        return self.random_force / (stiffness * noise), max(self.correlation_time * frequency, 1e-6)
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A further record.
+
+    Attributes
+    ----------
+    what : str
+    amplitude : float
+        Release, in the present record's largest displacement.
+    duration : float
+        Length, in the present record's.
+    order : int
+        What is measured.
+    log_bayes_factor : float
+        Expected of the most probable candidate against the rival.
+    """
+
+    what: str
+    amplitude: float
+    duration: float
+    order: int
+    log_bayes_factor: float = 0.0
+
+
+def next_experiment(candidates: Sequence[Contender], names: Sequence[str]) -> str | None:
+    """Name, in a sentence, the further record that tells the first candidate best from its rivals."""
+    decided = [proposals(candidates[0], rival) for rival in candidates[1:]]
+    if not decided or not decided[0]:
+        return None
+    # a record decides as well as it does against the rival it is worst at
+    scores = [min(options[i].log_bayes_factor for options in decided) for i in range(len(decided[0]))]
+    best = int(np.argmax(scores))
+    rivals = listed(names[1:], "or")
+    chosen, score = decided[0][best], scores[best]
+    if score < _DECISIVE:
+        return (
+            f"No single further record is expected to tell {names[0]} from {rivals}; "
+            f"the best, {chosen.what}, is expected to shift the odds by a factor {math.exp(score):.2g}"
+            f"{_agreement_on_friction(candidates)}."
+        )
+    factor = f"{math.exp(score):.2g}" if score < 12.0 else "more than 1e5"
+    return (
+        f"Add {chosen.what}: it is expected to tell {names[0]} from {rivals} by a Bayes factor of {factor}"
+        f"{_agreement_on_friction(candidates)}."
+    )
+
+
+def _agreement_on_friction(candidates: Sequence[Contender]) -> str:
+    """Say so where friction hardly depends on which candidate is right."""
+    frictions = [candidate.friction for candidate in candidates]
+    spread = (max(frictions) - min(frictions)) / max(max(frictions), 1e-300)
+    if spread > _SAME_FRICTION:
+        return ""
+    return f"; the candidates agree on friction within {max(100.0 * spread, 0.01):.2g} %"
+
+
+def proposals(truth: Contender, rival: Contender) -> list[Proposal]:
+    """Score the experiments on a pair of candidates."""
+    order, turns = truth.model.segments[0].order, truth.model.system.angular
+    if order == 2:
+        other = Proposal(f"a record of the {'angle' if turns else 'displacement'}", 1.0, 1.0, 0)
+    else:
+        other = Proposal(
+            f"a record of the {'angular acceleration' if turns else 'acceleration'}", 1.0, 1.0, 2
+        )
+    options = [
+        Proposal("a record released from half the amplitude", 0.5, 1.0, order),
+        Proposal("a record released from twice the amplitude", 2.0, 1.0, order),
+        Proposal("a record twice as long", 1.0, 2.0, order),
+        other,
+    ]
+    return [replace(option, log_bayes_factor=_score(truth, rival, option)) for option in options]
+
+
+def _score(truth: Contender, rival: Contender, option: Proposal) -> float:
+    """Expected log Bayes factor of a proposed record; zero where a motion does not stay finite."""
+    time = _times(truth, option)
+    target = truth.model.predict_at(truth.z, 0, time, _release(truth, option), option.order)
+    predicted = rival_prediction(truth, rival, option)
+    if target is None or predicted is None:
+        return 0.0
+    base, jacobian, covariance = predicted
+    difference = target.signal - base.signal
+    # the other sensor is taken to have the same noise relative to the signal
+    ratio = truth.model.system.natural_frequency ** (option.order - truth.model.segments[0].order)
+    if not truth.random_force and not rival.random_force:
+        sd = truth.noise_sd * ratio
+        return expected_log_bayes_factor(
+            whiten(difference, truth.ar) / sd, whiten(jacobian, truth.ar) / sd, covariance
+        )
+    # a random force moves what moves: a contact at rest has another law
+    half_cycle = math.pi / truth.frequency
+    moving = int(np.searchsorted(time, min(target.stop_time, base.stop_time) - half_cycle))
+    if moving < 2:
+        return 0.0
+    time, difference, jacobian = time[:moving], difference[:moving], jacobian[:moving]
+    # beside that force the noise of a sensor counts as white
+    sd = truth.noise_sd * ratio * math.sqrt(variance_gain(truth.ar))
+    clock, row = Clock.of(truth.frequency * time), sensor_row(option.order)
+    forces = [c.force_beside(sd / truth.frequency**option.order) for c in (truth, rival)]
+    block = np.column_stack([difference, jacobian]) / sd
+    whitened = kalman.whiten(block, clock, row, *forces[1], keep=True).columns
+    assert whitened is not None
+    scatter = log_bayes_factor_of_scatter(jacobian / sd, covariance, clock, row, *forces)
+    return expected_log_bayes_factor(whitened[:, 0], whitened[:, 1:], covariance) + scatter
+
+
+def _times(truth: Contender, option: Proposal) -> Array:
+    """Sample times of a proposed record, shape (n,)."""
+    segment = truth.model.segments[0]
+    samples = round(segment.values.size * option.duration)
+    return np.asarray(segment.decay.step * np.arange(samples), dtype=np.float64)
+
+
+def _release(truth: Contender, option: Proposal) -> tuple[float, float]:
+    """Displacement and velocity from which it starts."""
+    return truth.model.scales.amplitude * option.amplitude, 0.0
+
+
+def rival_prediction(
+    truth: Contender, rival: Contender, option: Proposal
+) -> tuple[Prediction, Array, Array] | None:
+    """What a rival predicts of a proposed record; None where its motion does not stay finite.
+
+    Returns
+    -------
+    prediction : Prediction
+        Of n samples.
+    jacobian : ndarray, shape (n, q)
+        Derivatives of its signal in the rival's law and in the initial displacement and velocity, both in
+        amplitudes.
+    covariance : ndarray, shape (q, q)
+        Of these before the record.
+    """
+    model, time, release = rival.model, _times(truth, option), _release(truth, option)
+    largest = release[0]
+    fast = largest * model.system.natural_frequency
+    base = model.predict_at(rival.z, 0, time, release, option.order)
+    if base is None:
+        return None
+
+    def change(z: Array, state: tuple[float, float], step: float) -> Array:
+        """Derivative of the rival's prediction."""
+        moved = model.predict_at(z, 0, time, state, option.order)
+        return np.zeros(time.size) if moved is None else (moved.signal - base.signal) / step
+
+    posterior = rival.covariance
+    law = [j for j, c in enumerate(model.coordinates) if not c.is_state and posterior[j, j] > 0.0]
+    columns = []
+    for j in law:
+        step = min(_STEP, 0.1 * math.sqrt(posterior[j, j]))
+        moved = rival.z.copy()
+        moved[j] += step
+        columns.append(change(moved, release, step))
+    columns.append(change(rival.z, (largest + _STATE_STEP * largest, 0.0), _STATE_STEP))
+    columns.append(change(rival.z, (largest, _STATE_STEP * fast), _STATE_STEP))
+    covariance = block_diag(posterior[np.ix_(law, law)], _STATE_SD**2 * np.eye(2))
+    return base, np.column_stack(columns), covariance
+
+
+def expected_log_bayes_factor(difference: Array, jacobian: Array, covariance: Array) -> float:
+    r"""Expected log Bayes factor of two linear models of a record, white noise of unit variance.
+
+    .. math:: \tfrac12 D^T (I + J C J^T)^{-1} D,
+
+    by Woodbury's identity. It is the expectation under the first model where both are uncertain by the same
+    :math:`J C J^T`, as two models of one past record are.
+
+    Parameters
+    ----------
+    difference : ndarray, shape (n,)
+        Prediction of the first model minus that of the second, :math:`D`.
+    jacobian : ndarray, shape (n, q)
+        Derivatives of the second in its parameters, :math:`J`.
+    covariance : ndarray, shape (q, q)
+        Of these parameters before the record, :math:`C`.
+    """
+    shared = jacobian.T @ difference
+    inner = np.eye(len(covariance)) + jacobian.T @ jacobian @ covariance
+    absorbed = float(shared @ covariance @ np.linalg.solve(inner, shared))
+    return max(0.5 * (float(difference @ difference) - absorbed), 0.0)
+
+
+def log_bayes_factor_of_scatter(
+    jacobian: Array,
+    covariance: Array,
+    clock: Clock,
+    row: Array,
+    truth: tuple[float, float],
+    rival: tuple[float, float],
+) -> float:
+    r"""Expected log Bayes factor of two random forces beside the same law, noise of unit variance.
+
+    With :math:`V_1, V_2` the covariances of the record under the two, the uncertainty
+    :math:`J C J^T` of the law included, it is
+
+    .. math:: \tfrac12 E\left[y^T (V_2^{-1} - V_1^{-1}) y\right] + \tfrac12 \log |V_2| / |V_1|,
+
+    averaged over simulated :math:`y \sim N(0, V_1)`, always the same ones.
+
+    Parameters
+    ----------
+    jacobian : ndarray, shape (n, q)
+        Derivatives in the parameters of the law, :math:`J`.
+    covariance : ndarray, shape (q, q)
+        Of these parameters before the record, :math:`C`.
+    clock : Clock
+        Of the record.
+    row : ndarray, shape (3,)
+        Of the sensor.
+    truth, rival : tuple of float
+        Sd of the random force over the noise, and correlation time as a phase.
+    """
+    if truth == rival:
+        return 0.0
+    rng = np.random.default_rng(0)
+    root = np.linalg.cholesky(covariance + 1e-12 * np.diag(np.diag(covariance)))
+    records = kalman.colour(rng.standard_normal((clock.phase.size, _RECORDS)), clock, row, *truth)
+    records += jacobian @ (root @ rng.standard_normal((len(covariance), _RECORDS)))
+    block, q = np.column_stack([jacobian, records]), len(covariance)
+
+    def log_density(force: tuple[float, float]) -> float:
+        """Mean log density of the records, without what all forces share."""
+        whitened = kalman.whiten(block, clock, row, *force)
+        shared = whitened.gram[:q, q:]
+        inner = np.eye(q) + whitened.gram[:q, :q] @ covariance
+        absorbed = np.sum(shared * (covariance @ np.linalg.solve(inner, shared)), axis=0)
+        squares = float(np.mean(np.diag(whitened.gram)[q:] - absorbed))
+        return -0.5 * (squares + whitened.log_determinant + float(np.linalg.slogdet(inner)[1]))
+
+    return max(log_density(truth) - log_density(rival), 0.0)

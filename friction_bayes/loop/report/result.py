@@ -1,0 +1,246 @@
+"""The report of a closed loop: plain fields for ``report.json``, and arrays to draw."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import xarray as xr
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.figures import figure_of
+from friction_bayes.core.strict_json import plain
+from friction_bayes.core.summary import summary_table
+from friction_bayes.core.text import interval90, number, set_words
+
+__all__ = ["FluctuationTrace", "ForecastTrace", "LoopReport", "RecordTrace"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FluctuationTrace:
+    """The force that the law of a record does not explain, along its smoothed motion.
+
+    Attributes
+    ----------
+    force, sd : ndarray, shape (n,)
+        Smoothed random force and its standard deviation, in ``unit``.
+    displacement, velocity : ndarray, shape (n,)
+        Of the smoothed motion [m and m/s, or rad and rad/s].
+    friction : float
+        Sliding friction, in ``unit``.
+    unit : str
+    knocks : tuple of (float, float)
+        Start and end of each knock, seconds in the record.
+    fluctuates : bool
+        Whether it acts beside the knocks too.
+    """
+
+    force: Array
+    sd: Array
+    displacement: Array
+    velocity: Array
+    friction: float
+    unit: str
+    knocks: tuple[tuple[float, float], ...] = ()
+    fluctuates: bool = True
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ForecastTrace:
+    """The last part of a moving record, as both models forecast it from the first part.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        Seconds in the record.
+    signal, before, after : ndarray, shape (n,)
+        Measured, and forecast by the Coulomb model alone and by the final one.
+    sd : ndarray, shape (n,)
+        Of the final one's forecast: what the law leaves open, the random force from the last state on, and
+        the noise of the sensor.
+    """
+
+    time: Array
+    signal: Array
+    before: Array
+    after: Array
+    sd: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordTrace:
+    """One record, and what was made of it.
+
+    Attributes
+    ----------
+    name, unit, quantity : str
+    time : ndarray, shape (n,)
+        Seconds in the record.
+    signal, before, after : ndarray, shape (n,)
+        Measured, and predicted by the Coulomb model alone and by the final one.
+    sides : ndarray, shape (n,)
+        1 and -1 where a sample is clipped.
+    phase : ndarray, shape (n,)
+        Phase of the final model's motion [half cycles], zero at its first turning point.
+    turning_times_before, turning_points_before : ndarray
+        When the motion turns, and at which displacement, by the Coulomb model alone.
+    turning_times, turning_points : ndarray
+        The same by the final model.
+    forces : tuple of ndarray or None
+        Resisting force as measured, by the Coulomb model alone and by the final one, shape (n,) each, where
+        a measured force was given.
+    fluctuation : FluctuationTrace or None
+        The random force, where there is one.
+    forecast : ForecastTrace or None
+        Of the part held out; None where either model could not be fitted to the part before.
+    """
+
+    name: str
+    unit: str
+    quantity: str
+    time: Array
+    signal: Array
+    before: Array
+    after: Array
+    sides: Array
+    phase: Array
+    turning_times_before: Array
+    turning_points_before: Array
+    turning_times: Array
+    turning_points: Array
+    forces: tuple[Array, ...] | None = None
+    fluctuation: FluctuationTrace | None = None
+    forecast: ForecastTrace | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LoopReport:
+    """What closing the loop found; :meth:`to_dict` is ``report.json``.
+
+    Attributes
+    ----------
+    verdict : str
+        ``adequate``, ``explained``, ``ambiguous`` or ``unexplained``.
+    because : tuple of str
+        What forbids to use the number: see :class:`friction_bayes.loop.report.verdict.Consequences`; empty
+        unless the record is unexplained.
+    effects : list of dict
+        Of the most probable candidate: ``name``, ``probability``, ``parameters``, and ``lines``: of what is
+        lines in the spectrum each with the number of its ``record``, ``frequency``, ``decay_time`` (None of
+        one that lasts) and ``amplitude`` at the start, where ``parameters`` are the strongest's; else empty.
+    candidates : list of dict
+        Effects and probability, most probable first.
+    friction_before, friction_after : dict
+        Mean, sd, 90 % interval, unit.
+    friction_range : dict or None
+        Where the record is unexplained: the ``readings`` of friction, each with ``what`` it is and its
+        summary, ``low`` and ``high``, between which their means lie, and ``unit``; None otherwise.
+    dry_friction : dict
+        Whether dry friction matters: ``probability`` that it takes more than the tolerance's share of the
+        loss of amplitude, ``upper95`` below which it lies with 95 % if there is any, and ``unit``.
+    prior_sensitivity : dict
+        By how many of its sd the mean of friction after would move were the priors of all effects ``0.1`` or
+        ``10`` times as wide, and were each effect half or twice as probable before the record
+        (``inclusion_halved``, ``inclusion_doubled``); None where the draws do not tell.
+    held_out_error, residual, noise, paper_procedure : dict
+    frequency : dict
+        Mean and sd of what was found, ``declared`` sqrt(k/m), unit; where they differ ``from_stiffness`` and
+        ``from_mass``, the friction after that each of the declared values gives, else None;
+        ``trusted``, the one that friction is computed with, None where its interval spans both.
+    random_force : dict or None
+        ``probability`` of a force that fluctuates, and given that there is one its ``sd``,
+        ``share_of_friction`` (None without friction) and ``correlation_time_s``; None where none was weighed.
+    witnesses : dict or None
+        Friction by the ``loss`` of amplitude and by the ``shape`` within a cycle, and whether they ``agree``;
+        None where the most probable candidate was not weighed along the measured motion, and of several
+        records.
+    left : dict
+        What the law leaves that depends on the motion, of the ``record`` where that could do most:
+        ``structured_rms`` in the signal, its ``unit`` and ``share_of_amplitude``, how far
+        ``friction_could_shift_by`` it, what it ``depends_on``, and the ``shape`` that describes that best
+        with the ``share`` of it that it takes.
+    fitted : dict
+        The part of the first record that was fitted: ``from_s``, ``to_s``, ``samples`` as recorded,
+        ``half_cycles`` and how many samples were ``set_aside``.
+    friction_between_records : dict or None
+        Where several records were weighed together: ``probability`` that friction differs between them, its
+        ``spread`` given that, ``share_of_friction``, ``reduced_chi_square`` of the frictions that each has by
+        itself, and ``records`` with ``name`` and ``friction`` of each.
+    notes : tuple of str
+        What was done to the records before any model, and which effects were asked for and not weighed.
+    next_experiment : str or None
+    reference_check : dict or None
+        Of the sampler, or against a reference friction.
+    elapsed_s : float
+    seed : int
+    trail : list of str
+        The steps of the search.
+    traces : tuple of RecordTrace
+        The records.
+    posterior : xarray.DataTree
+        Draws: ``posterior`` of the most probable candidate, ``mixture`` of friction over all.
+    """
+
+    verdict: str
+    because: tuple[str, ...] = ()
+    effects: list[dict[str, Any]]
+    candidates: list[dict[str, Any]]
+    friction_before: dict[str, Any]
+    friction_after: dict[str, Any]
+    dry_friction: dict[str, Any]
+    prior_sensitivity: dict[str, float | None]
+    held_out_error: dict[str, Any]
+    residual: dict[str, Any]
+    noise: dict[str, Any]
+    paper_procedure: dict[str, Any]
+    frequency: dict[str, Any]
+    random_force: dict[str, Any] | None
+    witnesses: dict[str, Any] | None
+    left: dict[str, Any]
+    fitted: dict[str, Any]
+    next_experiment: str | None
+    reference_check: dict[str, Any] | None
+    elapsed_s: float
+    seed: int
+    trail: list[str]
+    traces: tuple[RecordTrace, ...]
+    posterior: xr.DataTree
+    friction_between_records: dict[str, Any] | None = None
+    friction_range: dict[str, Any] | None = None
+    notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        friction, closest = self.friction_after, set_words(self.candidates[0]["effects"])
+        return (
+            f"LoopReport({self.verdict}, closest: {closest}; friction {number(friction['mean'])} "
+            f"{friction['unit']}, 90 %: {interval90(friction)})"
+        )
+
+    def summary(self) -> Any:
+        """Return the numbers as a table, as ``arviz.summary`` lays them out.
+
+        Returns
+        -------
+        pandas.DataFrame
+            As :func:`friction_bayes.core.summary.summary_table` describes: friction before and after, the
+            parameters of each effect of the most probable candidate as ``EFFECT.PARAMETER``, the frequency,
+            and the noise of the sensor.
+        """
+        rows: dict[str, Any] = {
+            "friction_before": self.friction_before,
+            "friction_after": self.friction_after,
+        }
+        for effect in self.effects:
+            for name, parameter in effect["parameters"].items():
+                rows[f"{effect['name']}.{name}"] = parameter
+        noise = {"mean": self.noise["sd"], "unit": self.held_out_error["unit"]}
+        return summary_table(rows | {"frequency": self.frequency, "noise_sd": noise})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Fields of ``report.json``; numbers that are not finite are None."""
+        names = (field.name for field in fields(self) if field.name not in ("traces", "posterior"))
+        return {name: plain(getattr(self, name)) for name in names}
+
+    def plot(self) -> Any:
+        """Draw signal, residual and candidates; needs matplotlib."""
+        return figure_of(self)

@@ -1,0 +1,67 @@
+r"""Laplace's approximation to the evidence, the noise scale integrated and the prior cut to its support.
+
+With the mode :math:`\hat z`, deviance :math:`D` at the best noise scale and precision :math:`H` of the ``p``
+coordinates,
+
+.. math:: \log E = -\tfrac12 D + \log\pi(\hat z) + \tfrac p2 \log 2\pi - \tfrac12\log|H| + \log P(z\in S),
+
+where the last term is the posterior probability of the support under the normal approximation: fits may
+pass the null of a force into values that the prior excludes, which this term penalises. The scale-invariant
+prior of the noise scale is improper but the same, on the same samples, for every model that is compared.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.core.errors import InputError
+from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.loop.search.truncated_normal import log_box_probability
+
+__all__ = ["log_evidence", "posterior_probabilities"]
+
+
+def log_evidence(fit: LoopFit) -> float:
+    """Log-evidence of a fit, up to what all models of the same samples share."""
+    least = np.array([c.least_precision for c in fit.model.coordinates])
+    root = np.linalg.cholesky(fit.precision + np.diag(least))
+    centre, objective = fit.centre
+    value = -0.5 * objective + math.fsum(c.log_normalisation for c in fit.model.coordinates)
+    value += 0.5 * fit.z.size * math.log(2.0 * math.pi) - float(np.log(np.diag(root)).sum())
+    value += math.fsum(noise.log_volume for noise in fit.noises)
+    low, high = fit.model.support
+    bounded = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
+    block = fit.covariance[np.ix_(bounded, bounded)]
+    return value + log_box_probability(centre[bounded], block, low[bounded], high[bounded])
+
+
+def posterior_probabilities(fits: Sequence[LoopFit], log_weights: Array) -> Array:
+    """Posterior probabilities of models.
+
+    Parameters
+    ----------
+    fits : sequence of LoopFit
+    log_weights : ndarray, shape (models,)
+        Log-evidence with the log-prior of each.
+
+    Raises
+    ------
+    InputError
+        If the models were not fitted to the same samples.
+    """
+    first = fits[0].model.segments
+    for fit in fits[1:]:
+        same = len(fit.model.segments) == len(first) and all(
+            a.values is b.values or np.array_equal(a.values, b.values)
+            for a, b in zip(fit.model.segments, first, strict=True)
+        )
+        if not same:
+            raise InputError(
+                "candidates", "were fitted to different samples", "compare evidences on the same data alone"
+            )
+    weight = np.exp(log_weights - log_weights.max())
+    return np.asarray(weight / weight.sum())

@@ -1,0 +1,254 @@
+"""Is the residual noise? Tests in every channel where an effect can show.
+
+Each channel is a set of template signals. With the templates' inner products ``b`` with the standardised
+residual, and ``S`` their Gram matrix after what the fit has absorbed is projected out, ``b' S^-1 b`` is chi
+square with one degree of freedom a template if the residual is noise. The rest are textbook tests
+(Ljung-Box, the largest line of a periodogram, the count of far residuals). All p-values are
+corrected for the number of channels.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import stats
+from scipy.linalg import cho_factor, cho_solve
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.loop.noise.likelihood import whiten
+from friction_bayes.loop.search.fit import LoopFit
+
+__all__ = [
+    "FALSE_ALARM_RATE",
+    "Channel",
+    "ResidualTests",
+    "far_residuals",
+    "largest_line",
+    "residual_tests",
+    "standardised_residual",
+]
+
+FALSE_ALARM_RATE = 0.01
+"""Probability that any channel fails where the residual is noise."""
+
+_THIRDS = 3
+_PHASE_BINS = 8
+_TIME_BINS = 8
+_CENTRE_BINS = 24
+_FAR = 4.0
+_MOST_OF_SQUARES = 0.1
+"""Share of their sum of squares that one residual may have: with more, the sd is that of one sample."""
+_LEAST_SHARE = 1e-2
+"""Share of a template that the fit must leave for it to test anything."""
+_SILENT = 0.5
+"""Root mean square of standardised residuals that are far below the least noise."""
+_CUT = 4.0
+"""Standard deviations from an end of the range within which noise is cut off."""
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One test.
+
+    Attributes
+    ----------
+    name : str
+    statistic : float
+    degrees : int
+        Degrees of freedom, or samples of a count.
+    p_value : float
+        Before correction.
+    """
+
+    name: str
+    statistic: float
+    degrees: int
+    p_value: float
+
+
+@dataclass(frozen=True)
+class ResidualTests:
+    """All tests of a fit.
+
+    Attributes
+    ----------
+    channels : tuple of Channel
+    rms : float
+        Of the residual where the sensor is within its range, unit of the signal.
+    """
+
+    channels: tuple[Channel, ...]
+    rms: float
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """Names of the channels that fail."""
+        level = FALSE_ALARM_RATE / max(len(self.channels), 1)
+        return tuple(c.name for c in self.channels if c.p_value < level)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values."""
+        return {
+            "rms": self.rms,
+            "passes": not self.failed,
+            "failed": list(self.failed),
+            "false_alarm_rate": FALSE_ALARM_RATE,
+            "channels": {
+                c.name: {"statistic": c.statistic, "degrees": c.degrees, "p_value": c.p_value}
+                for c in self.channels
+            },
+        }
+
+
+def standardised_residual(fit: LoopFit, r: int) -> tuple[Array, Mask]:
+    """Whitened residual over its standard deviation, and which samples are free of the sensor's ends.
+
+    Near an end of the range the residuals are those of a cut distribution. Over the censored samples
+    and these together their generalised residuals still sum to zero, so that the templates may use them.
+    """
+    noise, segment = fit.noises[r], fit.model.segments[r]
+    # with outliers the weight is what the contaminated normal gives the sample
+    e = noise.residual * np.sqrt(noise.weight)
+    free = noise.weight > 0.0
+    if fit.noise_models[r].censored:
+        free &= segment.free
+        reach = fit.predictions[r].signal
+        for side in (1.0, -1.0):
+            held = segment.values[segment.sides == side]
+            if held.size:
+                free &= side * reach < side * held[0] - _CUT * noise.sd
+    return e, free
+
+
+def residual_tests(fit: LoopFit) -> ResidualTests:
+    """Test the residual of a fit."""
+    residuals = [standardised_residual(fit, r) for r in range(len(fit.noises))]
+    channels = [*_template_channels(fit, residuals), *_noise_channels(fit, residuals), _saturation(fit)]
+    everything = np.concatenate(fit.free_residuals)
+    return ResidualTests(tuple(channels), float(np.sqrt(np.mean(everything**2))))
+
+
+def _noise_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> list[Channel]:
+    """Tests that the residual is white and normal: correlation, the largest line, samples far out."""
+    lines, correlated, plain = [], [], []
+    for r, (e, used) in enumerate(residuals):
+        x = e[used]
+        if float(x @ x) < _SILENT**2 * x.size:
+            # a record without noise: the residual is the integrator's error
+            x = np.zeros(x.size)
+        correlated.append(whiteness(x))
+        lines.append(largest_line(x))
+        plain.append(fit.noises[r].residual[used] / fit.noises[r].sd)
+    lags = sum(w.lags for w in correlated)
+    total = math.fsum(w.statistic for w in correlated)
+    peak = min(lines, key=lambda line: line[1])
+    channels = [
+        Channel("whiteness", total, lags, float(stats.chi2.sf(total, lags))),
+        Channel("spectrum", peak[0], 2, min(1.0, peak[1] * len(lines))),
+    ]
+    if not any(noise_model.outliers for noise_model in fit.noise_models):
+        channels.append(far_residuals(np.concatenate(plain)))
+    return channels
+
+
+def far_residuals(x: Array) -> Channel:
+    """Test the tails: how many lie far out, and whether one lies so far that all others are small beside it.
+
+    Parameters
+    ----------
+    x : ndarray, shape (n,)
+        White residuals over their standard deviation.
+    """
+    count = int(np.count_nonzero(np.abs(x) > _FAR))
+    p_value = float(stats.binom.sf(count - 1, x.size, 2.0 * stats.norm.sf(_FAR)))
+    largest = float(np.max(np.abs(x), initial=0.0))
+    if largest**2 > _MOST_OF_SQUARES * float(x @ x):
+        p_value = min(p_value, 2.0 * x.size * float(stats.norm.sf(largest)))
+    return Channel("tails", float(count), x.size, p_value)
+
+
+def _saturation(fit: LoopFit) -> Channel:
+    """Samples held at an end of the sensor's range that the fit does not censor."""
+    pairs = zip(fit.model.segments, fit.noise_models, strict=True)
+    flat = sum(int(np.count_nonzero(s.sides)) for s, noise in pairs if not noise.censored)
+    return Channel("saturation", float(flat), 1, 0.0 if flat else 1.0)
+
+
+def _template_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> list[Channel]:
+    factor = cho_factor(fit.precision)
+    sums: dict[str, tuple[float, int]] = {}
+    # what a last step of the climb would still move: a template close to the fit's own space would show it
+    gradient = -np.array([c.precision for c in fit.model.coordinates]) * fit.z
+    for (e, _), jacobian, noise in zip(residuals, fit.jacobians, fit.noises, strict=True):
+        gradient += jacobian.T @ (np.sqrt(noise.weight) * e)
+    unclimbed = cho_solve(factor, gradient)
+    for r, (e, _) in enumerate(residuals):
+        root = np.sqrt(fit.noises[r].weight)
+        for name, columns in _templates(fit, r).items():
+            scaled = whiten(columns, fit.noise_models[r].ar) * root[:, None]
+            norm = np.sqrt((scaled**2).sum(axis=0))
+            scaled = scaled[:, norm > 1e-9 * max(float(norm.max(initial=0.0)), 1e-300)]
+            if scaled.shape[1] == 0:
+                continue
+            scaled = scaled / np.sqrt((scaled**2).sum(axis=0))
+            jacobian = fit.jacobians[r] * root[:, None]
+            shared = jacobian.T @ scaled
+            gram = scaled.T @ scaled - shared.T @ cho_solve(factor, shared)
+            values, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
+            kept = values > _LEAST_SHARE
+            b = vectors[:, kept].T @ (scaled.T @ e - shared.T @ unclimbed)
+            statistic, degrees = sums.get(name, (0.0, 0))
+            sums[name] = (statistic + float(np.sum(b * b / values[kept])), degrees + int(kept.sum()))
+    return [Channel(k, s, d, float(stats.chi2.sf(s, d))) for k, (s, d) in sums.items() if d]
+
+
+def _templates(fit: LoopFit, r: int) -> dict[str, Array]:
+    segment, prediction = fit.model.segments[r], fit.predictions[r]
+    time, n = segment.time, segment.values.size
+    moving = time < prediction.stop_time
+    end = max(int(np.count_nonzero(moving)), 1)
+    share = np.minimum(np.arange(n) / end, 1.0 - 1e-9)
+    turns = prediction.turning_times
+    if turns.size < 2:
+        return {"centres": _binned(np.ones(n), np.arange(n) / n, _CENTRE_BINS)}
+    half = np.clip(np.searchsorted(turns, time, side="right") - 1, 0, turns.size - 2)
+    fraction = np.clip((time - turns[half]) / (turns[half + 1] - turns[half]), 0.0, 1.0 - 1e-9)
+    before = time < turns[0]
+    # a start in mid-motion: count back from the first turning point at the pace of the first half cycle
+    fraction[before] = np.clip(1.0 - (turns[0] - time[before]) / (turns[1] - turns[0]), 0.0, 1.0 - 1e-9)
+    cell = np.floor(fraction * _PHASE_BINS) + _PHASE_BINS * (prediction.direction > 0.0)
+    cell += 2 * _PHASE_BINS * np.floor(share * _THIRDS)
+    phase = np.zeros((n, 2 * _PHASE_BINS * _THIRDS))
+    phase[np.arange(n), cell.astype(int)] = moving
+    swing = prediction.clean * moving
+    found = {
+        "phase": phase,
+        "turning_points": _binned(swing, share, _TIME_BINS),
+        "half_periods": _binned(np.gradient(prediction.clean, time) * moving, share, _TIME_BINS),
+        "centres": _binned(np.ones(n), np.arange(n) / n, _CENTRE_BINS),
+        "direction": _binned(prediction.direction * moving, share, _TIME_BINS),
+    }
+    if not moving.all():
+        found["rest"] = (~moving).astype(float)[:, None]
+    return found
+
+
+def _binned(column: Array, share: Array, bins: int) -> Array:
+    """One template a stretch of time."""
+    out = np.zeros((column.size, bins))
+    out[np.arange(column.size), (share * bins).astype(int)] = column
+    return out
+
+
+def largest_line(x: Array) -> tuple[float, float]:
+    """Largest ordinate of the periodogram over their mean, and its p-value (Fisher)."""
+    power = np.abs(np.fft.rfft(x - x.mean())[1:-1]) ** 2
+    mean = float(power.mean()) if power.size else 0.0
+    if mean == 0.0:
+        return 0.0, 1.0
+    g = float(power.max()) / mean
+    return g, float(-np.expm1(power.size * np.log1p(-math.exp(-g)))) if g > 1e-9 else 1.0

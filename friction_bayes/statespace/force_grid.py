@@ -1,0 +1,503 @@
+r"""Average over the size and the correlation time of the random force, and over all sets of columns.
+
+The posterior of a coefficient is a mixture over the points of a grid in ``(q, tau)``, no force among them,
+and over all sets of columns; every part is a normal, free or cut at zero, and sets without the coefficient
+put an atom at zero.
+
+The prior of :class:`ForcePrior` is one of ``log q`` and ``log tau``. The grid lives in ``l = log tau`` and
+``u = log(q g(tau) / sigma)`` with ``g(tau)**2 = 2 tau / (1 + tau**2)``, the spectral density of the force at
+resonance, which is what a record pins down; the Jacobian is one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import stats
+from scipy.optimize import minimize
+from scipy.special import logsumexp
+
+from friction_bayes.conjugate.mixture import Mixture
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.errors import InputError
+from friction_bayes.statespace.kalman import Whitened
+from friction_bayes.statespace.positive_orthant import cut_moments
+from friction_bayes.statespace.subset_evidence import (
+    NestedSets,
+    WeighedSets,
+    nest,
+    set_marginals,
+    set_posterior,
+    weigh_sets,
+)
+
+__all__ = ["ForcePrior", "GridPoint", "Posterior", "Problem", "Weighable", "at_resonance", "integrate"]
+
+_REACH = (0.003, 30.0)
+"""Sizes of the force, over the prior's median, between which its mode is sought."""
+_SCAN_LOG_TAU = (-0.7, 1.2)
+_FIRST_STEPS = np.array([0.6, 0.9])
+"""Of the search for the mode."""
+_NEAR = 1.0 / 3.0
+"""Factor on these where the mode is known roughly."""
+_CELL = 1.2
+"""Side of a grid cell in posterior standard deviations."""
+_DEPTH = 3.5
+"""Nats below the best cell at which the neighbours of a cell are not looked at."""
+_MOST_CELLS = 80
+_OUTSIDE = 1e10
+_SUBCELLS = np.stack(np.meshgrid(*2 * [np.linspace(-0.5, 0.5, 17)[1::2]]), axis=-1).reshape(-1, 2)
+"""Points of a cell, in its sides, that tell how much of it lies within the prior."""
+_SLIGHT = 1e-9
+"""Probability of a part below which a mixture does without it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForcePrior:
+    """Prior of the random force: none, or ``log q`` normal and ``log tau`` uniform.
+
+    Attributes
+    ----------
+    centre : float
+        Median of its standard deviation, a force in natural units.
+    none : float
+        Probability that there is none, in (0, 1].
+    spread : float
+        Standard deviation of ``log q``.
+    tau_low, tau_high : float
+        Bounds of its correlation time, a phase.
+
+    Raises
+    ------
+    InputError
+        If a number does not make a prior.
+    """
+
+    centre: float
+    none: float = 0.9
+    spread: float = 1.2
+    tau_low: float = 0.01 * 2.0 * math.pi
+    tau_high: float = 3.0 * 2.0 * math.pi
+
+    def __post_init__(self) -> None:
+        sizes = self.centre > 0.0 and self.spread > 0.0 and 0.0 < self.tau_low < self.tau_high
+        if not (sizes and 0.0 < self.none <= 1.0):
+            raise InputError("random force", f"prior {self}", "give positive sizes and 0 < none <= 1")
+
+    @property
+    def without_force(self) -> ForcePrior:
+        """That there is none, for certain."""
+        return replace(self, none=1.0)
+
+    def log_density(self, q: ArrayLike, tau: ArrayLike) -> Any:
+        """Log density in ``(log q, log tau)`` of the part with a force, its probability included.
+
+        Broadcasts over ``q`` and ``tau``; minus infinity beyond the bounds of ``tau``.
+        """
+        if self.none >= 1.0:
+            return np.full(np.broadcast_shapes(np.shape(q), np.shape(tau)), -math.inf)[()]
+        z = (np.log(q) - math.log(self.centre)) / self.spread
+        flat = math.log(self.spread) + math.log(math.log(self.tau_high / self.tau_low))
+        value = math.log1p(-self.none) - 0.5 * (z * z + math.log(2.0 * math.pi)) - flat
+        inside = (np.asarray(tau) >= self.tau_low) & (np.asarray(tau) <= self.tau_high)
+        return np.where(inside, value, -math.inf)[()]
+
+
+class Weighable(Protocol):
+    """What is integrated over the random force: of a record as :class:`Problem`, or of several."""
+
+    @property
+    def names(self) -> tuple[str, ...]: ...
+
+    @property
+    def scale(self) -> Array: ...
+
+    @property
+    def positive(self) -> Mask: ...
+
+    @property
+    def sets(self) -> Mask: ...
+
+    def weigh(self, ratio: float, tau: float) -> WeighedSets:
+        """Weights of all sets given ``q / sigma`` and ``tau``."""
+        ...
+
+    def marginals(self, point: GridPoint, chosen: int) -> tuple[Array, Array]:
+        """Marginals of the coefficients in a set at a point that has been weighed, in units of ``scale``."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Problem:
+    """A regression given the random force.
+
+    Attributes
+    ----------
+    names : tuple of str, length p
+        Of the columns.
+    scale : ndarray, shape (p,)
+        Prior sd of the coefficients.
+    positive : ndarray of bool, shape (p,)
+        Which coefficients have to be positive.
+    sets : ndarray of bool, shape (m, p)
+        Sets of columns to weigh.
+    log_prior : ndarray, shape (m,)
+        Log prior probabilities of the sets.
+    reference : ndarray, shape (p,)
+        Reference law in units of ``scale``.
+    whiten_at : callable, (q / sigma, tau) -> Whitened
+        Whitened sums of ``[X scale | y - X scale reference]``.
+    least_noise2 : float
+        Least noise variance: of the sensor's rounding.
+    """
+
+    names: tuple[str, ...]
+    scale: Array
+    positive: Mask
+    sets: Mask
+    log_prior: Array
+    reference: Array
+    whiten_at: Callable[[float, float], Whitened]
+    least_noise2: float = 0.0
+
+    @cached_property
+    def _nested(self) -> NestedSets:
+        return nest(self.sets)
+
+    def weigh(self, ratio: float, tau: float) -> WeighedSets:
+        """Weights of all sets given ``q / sigma`` and ``tau``."""
+        whitened = self.whiten_at(ratio, tau)
+        return weigh_sets(
+            whitened,
+            self.reference,
+            self.positive,
+            self.sets,
+            self.log_prior,
+            least_noise2=self.least_noise2,
+            nested=self._nested,
+        )
+
+    def marginals(self, point: GridPoint, chosen: int) -> tuple[Array, Array]:
+        """Marginals of the coefficients in a set at a point that has been weighed, in units of ``scale``."""
+        gram, columns = self.whiten_at(point.ratio, point.tau).gram, self.sets[chosen]
+        found = point.found
+        posterior = set_posterior(
+            gram, self.reference, columns, found.full_noise2, float(found.noise2[chosen])
+        )
+        return set_marginals(*posterior, columns, self.positive)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GridPoint:
+    """A point at which the posterior has been evaluated.
+
+    Attributes
+    ----------
+    ratio, tau : float
+        ``q / sigma``, zero for no force, and the correlation time as a phase.
+    log_volume : float
+        Log prior probability of the cell it stands for.
+    found : WeighedSets
+        All sets given these.
+    """
+
+    ratio: float
+    tau: float
+    log_volume: float
+    found: WeighedSets
+
+    @property
+    def noise(self) -> float:
+        """Sensor noise sd in the best set."""
+        return float(np.sqrt(self.found.noise2[np.argmax(self.found.log_weight)]))
+
+
+class Posterior:
+    """Probabilities of sets, of columns and of a random force, and marginals of the coefficients.
+
+    Parameters
+    ----------
+    problem : Weighable
+        The regression.
+    points : sequence of GridPoint, length g
+        Where it has been evaluated.
+
+    Attributes
+    ----------
+    log_evidence : float
+        ``log p(y)``, up to what all models of one record share.
+    weight : ndarray, shape (g, m)
+        Posterior probability of each point and set.
+    ratio, tau, noise : ndarray, shape (g,)
+        Of the points, see :class:`GridPoint`.
+    """
+
+    def __init__(self, problem: Weighable, points: list[GridPoint]) -> None:
+        self.problem, self.points = problem, points
+        joint = np.array([point.found.log_weight + point.log_volume for point in points])
+        self.log_evidence = float(logsumexp(joint))
+        self.weight = np.exp(joint - self.log_evidence)
+        self.ratio = np.array([point.ratio for point in points])
+        self.tau = np.array([point.tau for point in points])
+        self.noise = np.array([point.noise for point in points])
+
+    @property
+    def probability(self) -> float:
+        """Probability that there is a random force."""
+        return float(self._share[self.ratio > 0.0].sum())
+
+    def coefficient(self, name: str, *, given_force: bool = False) -> Mixture:
+        """Marginal of a coefficient in natural units; of the part with a force alone if ``given_force``."""
+        j = self.problem.names.index(name)
+        positive = bool(self.problem.positive[j])
+        weight = self.weight[self.ratio > 0.0] if given_force else self.weight
+        points = [point for point in self.points if point.ratio > 0.0 or not given_force]
+        weight = weight / weight.sum()
+        inside = self.problem.sets[:, j] & np.ones((len(points), 1), np.bool_)
+        atom = float(weight[~inside].sum())
+        use = inside & (weight > _SLIGHT)
+        kept = weight[use]
+        marginals = [self.problem.marginals(points[g], m) for g, m in np.argwhere(use)]
+        location = np.array([location[j] for location, _ in marginals])
+        scale2 = np.array([scale2[j] for _, scale2 in marginals])
+        if kept.size == 0:
+            atom = 1.0
+        else:
+            kept = kept * ((1.0 - atom) / kept.sum())
+        scale = self.problem.scale[j]
+        return Mixture.of_normals(
+            kept, location * scale, np.sqrt(scale2) * scale, positive=positive, atom=atom
+        )
+
+    @cached_property
+    def _share(self) -> Array:
+        """Posterior probability of each point, shape (g,)."""
+        return np.asarray(self.weight.sum(axis=1))
+
+    def among(self, cells: Mask) -> Posterior:
+        """The same given that the truth is at some of the points and sets, ``cells`` of shape (g, m)."""
+        points = [
+            replace(
+                point, found=point.found._replace(log_weight=np.where(mine, point.found.log_weight, -np.inf))
+            )
+            for point, mine in zip(self.points, cells, strict=True)
+            if mine.any()
+        ]
+        return Posterior(self.problem, points)
+
+    @property
+    def force_sd(self) -> Any:
+        """Posterior of ``q``, the sd of the random force, given that there is one: a frozen log-normal.
+
+        Its moments in the logarithm are those over the grid.
+        """
+        return self._log_normal(self.ratio * self.noise)
+
+    @property
+    def correlation_time(self) -> Any:
+        """Posterior of ``tau``, a phase, given that there is a random force: a frozen log-normal."""
+        return self._log_normal(self.tau)
+
+    @property
+    def noise_sd(self) -> float:
+        """Posterior mean of the sensor noise sd."""
+        return float(self._share @ self.noise)
+
+    @property
+    def best(self) -> GridPoint:
+        """The point with the most probable set."""
+        return self.points[int(np.argmax(self.weight.max(axis=1)))]
+
+    @property
+    def best_force(self) -> GridPoint | None:
+        """The most probable point with a random force; None where none has been looked at."""
+        forced = np.flatnonzero(self.ratio > 0.0)
+        return self.points[forced[np.argmax(self._share[forced])]] if forced.size else None
+
+    def best_law(self) -> Array:
+        """Mean coefficients, shape (p,), of the best set at the best point; zero where absent."""
+        return self.mean_law(self.best, int(np.argmax(self.best.found.log_weight)))
+
+    def mean_law(self, point: GridPoint, chosen: int) -> Array:
+        """Mean coefficients, shape (p,), of a set at a point; zero where absent."""
+        location, scale2 = self.problem.marginals(point, chosen)
+        law = np.zeros(len(self.problem.names))
+        for j in np.flatnonzero(self.problem.sets[chosen]):
+            positive = self.problem.positive[j]
+            law[j] = cut_moments(location[j], scale2[j])[1] if positive else location[j]
+        return law * self.problem.scale
+
+    def _log_normal(self, values: Array) -> Any:
+        use = (self.ratio > 0.0) & (self._share > 0.0)
+        if not use.any():
+            raise InputError("random force", "none has been looked at", "give a prior that allows one")
+        weight, log_value = self._share[use] / self._share[use].sum(), np.log(values[use])
+        mean = float(weight @ log_value)
+        sd = math.sqrt(float(weight @ (log_value - mean) ** 2))
+        return stats.lognorm(max(sd, 1e-9), scale=math.exp(mean))
+
+
+def integrate(
+    problem: Weighable,
+    prior: ForcePrior,
+    noise: float,
+    *,
+    near: GridPoint | None = None,
+    only_mode: bool = False,
+) -> Posterior:
+    """Evaluate the posterior where it is: without a force, and on cells grown outward from the mode with one.
+
+    Neighbours of every cell near the best are looked at in turn, so that ridges and edges are followed.
+
+    Parameters
+    ----------
+    problem : Weighable
+        The regression.
+    prior : ForcePrior
+        Of the random force.
+    noise : float
+        First guess of the sensor noise sd, natural units.
+    near : GridPoint, optional
+        Where the mode of much the same problem was: a place to climb from, if none is better.
+    only_mode : bool
+        Whether the mode will do for the part with a force: enough to smooth with, not to average.
+    """
+    points = [
+        GridPoint(ratio=0.0, tau=1.0, log_volume=math.log(prior.none), found=problem.weigh(0.0, 1.0)),
+    ]
+    if prior.none >= 1.0:
+        return Posterior(problem, points)
+    density = _Density(problem, prior)
+    mode = _mode(density, prior, noise, near)
+    if only_mode:
+        return Posterior(problem, [*points, density.point(mode, 0.0)])
+    axes = _axes(density, mode) * _CELL
+    log_cell = math.log(abs(np.linalg.det(axes)))
+    best = density(mode)
+    frontier, seen = [(0, 0)], {(0, 0)}
+    while frontier and len(seen) < _MOST_CELLS:
+        i, j = frontier.pop(0)
+        place, share = _inside(mode + axes @ np.array([i, j], dtype=np.float64), axes, prior)
+        if share == 0.0:
+            continue
+        value = density(place)
+        points.append(density.point(place, log_cell + math.log(share)))
+        best = max(best, value)
+        if value > best - _DEPTH:
+            neighbours = {(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)} - seen
+            frontier.extend(sorted(neighbours))
+            seen |= neighbours
+    return Posterior(problem, points)
+
+
+def at_resonance(tau: ArrayLike) -> Any:
+    """Square root of the spectral density at resonance of a force of unit sd and correlation time ``tau``."""
+    phase = np.asarray(tau, dtype=np.float64)
+    return np.sqrt(2.0 * phase / (1.0 + phase * phase))[()]
+
+
+class _Density:
+    """Log posterior of ``(u, log tau)``, remembered; ``q`` follows from the noise found there."""
+
+    def __init__(self, problem: Weighable, prior: ForcePrior) -> None:
+        self.problem, self.prior = problem, prior
+        self.known: dict[tuple[float, ...], tuple[float, float, WeighedSets]] = {}
+
+    def __call__(self, place: Array) -> float:
+        ratio, tau = self.force(place)
+        if not self.prior.tau_low <= tau <= self.prior.tau_high:
+            return -_OUTSIDE
+        key = tuple(place)
+        if key not in self.known:
+            found = self.problem.weigh(ratio, tau)
+            noise = math.sqrt(found.noise2[np.argmax(found.log_weight)])
+            log_prior = self.prior.log_density(ratio * noise, tau)
+            self.known[key] = float(np.logaddexp.reduce(found.log_weight)) + log_prior, log_prior, found
+        return self.known[key][0]
+
+    def place(self, force: GridPoint) -> Array:
+        """Place of a force, its correlation time moved within the bounds of the prior."""
+        tau = min(max(force.tau, self.prior.tau_low), self.prior.tau_high)
+        return np.log([force.ratio * at_resonance(tau), tau])
+
+    def force(self, place: Array) -> tuple[float, float]:
+        tau = math.exp(place[1])
+        return math.exp(place[0]) / at_resonance(tau), tau
+
+    def point(self, place: Array, log_cell: float) -> GridPoint:
+        """Grid point of a place where the density has been evaluated."""
+        ratio, tau = self.force(place)
+        _, log_prior, found = self.known[tuple(place)]
+        return GridPoint(ratio=ratio, tau=tau, log_volume=log_cell + log_prior, found=found)
+
+
+def _mode(density: _Density, prior: ForcePrior, noise: float, near: GridPoint | None) -> Array:
+    """Mode: a scan along the size at two correlation times, then Nelder and Mead."""
+    low, high = (math.log(share * prior.centre / noise) for share in _REACH)
+    log_sizes = np.linspace(low, high, 7)[1:-1]
+    starts = [
+        np.array([size + math.log(at_resonance(math.exp(log_tau))), log_tau])
+        for log_tau in _SCAN_LOG_TAU
+        for size in log_sizes
+    ]
+    start, steps = max(starts, key=density), _FIRST_STEPS
+    if near is not None and density(density.place(near)) > density(start):
+        start, steps = density.place(near), _NEAR * _FIRST_STEPS
+
+    def misfit(place: Array) -> float:
+        return -density(place)
+
+    minimize(
+        misfit,
+        start,
+        method="Nelder-Mead",
+        options={
+            "maxfev": 45,
+            "xatol": 0.2,
+            "fatol": 0.05,
+            "initial_simplex": start + np.vstack([np.zeros(2), np.diag(steps)]),
+        },
+    )
+    return np.array(max(density.known, key=lambda key: density.known[key][0]))
+
+
+def _inside(centre: Array, axes: Array, prior: ForcePrior) -> tuple[Array, float]:
+    """Middle of the part of a cell that lies within the bounds of ``tau``, and how large a share it is."""
+    places = centre + _SUBCELLS @ axes.T
+    low, high = math.log(prior.tau_low), math.log(prior.tau_high)
+    inside = (places[:, 1] >= low) & (places[:, 1] <= high)
+    share = float(inside.mean())
+    if share in (0.0, 1.0):
+        return centre, share
+    return np.asarray(places[inside].mean(axis=0)), share
+
+
+def _axes(density: _Density, mode: Array) -> Array:
+    """Principal axes, the columns, of a quadratic through a stencil near the mode: one posterior sd long.
+
+    Two passes: the second stencil has the size that the first one found. Lengths stay within reason.
+    """
+    steps = np.array([-1.0, 0.0, 1.0])
+    stencil = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    a, b = stencil.T
+    basis = np.stack([np.ones(9), a, b, 0.5 * a**2, 0.5 * b**2, a * b], axis=1)
+    axes = np.diag([0.35, 0.45])
+    low, high = math.log(density.prior.tau_low), math.log(density.prior.tau_high)
+    for _ in range(2):
+        offsets = stencil @ axes.T
+        # a mode at an edge of the prior: the stencil moves inside
+        reach = np.max(np.abs(offsets[:, 1])) + 1e-9
+        centre = np.array([mode[0], min(max(mode[1], low + reach), high - reach)])
+        values = np.array([density(centre + offset) for offset in offsets])
+        fitted = np.linalg.lstsq(basis, values, rcond=None)[0]
+        inverse = np.linalg.inv(axes)
+        curvature = -inverse.T @ np.array([[fitted[3], fitted[5]], [fitted[5], fitted[4]]]) @ inverse
+        size, vectors = np.linalg.eigh(curvature)
+        axes = vectors / np.sqrt(np.clip(size, 1.0 / 1.2**2, 1.0 / 0.02**2))
+    return np.asarray(axes)

@@ -1,0 +1,370 @@
+r"""The posterior under a random force as a sampler sees it: every parameter free.
+
+.. math:: y \sim N(X b, \sigma^2 V(q/\sigma, \tau)), \quad b_j \sim N(0, s_j^2), \quad
+          p(\sigma) \propto 1/\sigma, \quad \log q \sim N, \quad \log\tau \sim U
+
+with ``s`` the prior sd of the coefficients, half-normal where a coefficient has to be positive, and the prior
+of ``q`` and ``tau`` that of :class:`friction_bayes.statespace.force_grid.ForcePrior`. Likelihood
+and Gram matrices are those of the closed form. The closed form takes three short cuts that this does not: the
+prior precision of ``b`` in units of the noise found with all columns, the prior of ``q`` at the noise found
+given ``q/sigma`` and ``tau``, and normals for Student t distributions of hundreds of degrees of freedom; its
+grid and its moments of ``q`` and ``tau`` come on top. A sampler judges them all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import logsumexp
+
+from friction_bayes.conjugate.likelihood import Target, signal_log_likelihood
+from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.errors import InputError
+from friction_bayes.statespace.force_grid import ForcePrior, Problem, at_resonance
+from friction_bayes.statespace.interpolated_sums import InterpolatedSums
+from friction_bayes.statespace.kalman import shown
+from friction_bayes.statespace.regression import LawRegression
+from friction_bayes.statespace.replication import drawn_fluctuation, drawn_noise
+from friction_bayes.statespace.subset_evidence import WeighedSets, set_posterior
+
+__all__ = ["force_target", "half_cycle_blocks", "no_prior_draws", "still_target"]
+
+_REACH = 6.0
+"""Prior standard deviations of ``log q`` within which the posterior is looked for."""
+_COARSE = 0.5
+"""Step of that search in ``u`` and in ``log tau``."""
+_DEPTH = 25.0
+"""Nats below the best place, integrated over coefficients and noise, beyond which nothing is sampled."""
+_FINE = (56, 40)
+"""Steps of the interpolation in ``u`` and in ``log tau``."""
+_LOG_LIMIT = 300.0
+_NO_FORCE = (0.0, 1.0)
+"""Its size over the noise, and any correlation time."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Coordinates:
+    """Columns of a sampler's coordinates as what they stand for."""
+
+    scaled: Array
+    log_variance: Array
+    log_q: Array
+    log_tau: Array
+
+    @classmethod
+    def of(cls, theta: Array, scale: Array) -> _Coordinates:
+        return cls(theta[:, :-3] / scale, *theta[:, -3:].T)
+
+    @property
+    def places(self) -> Array:
+        """``(u, l)``, shape (m, 2)."""
+        log_ratio = self.log_q - 0.5 * self.log_variance
+        return np.column_stack([log_ratio + np.log(at_resonance(np.exp(self.log_tau))), self.log_tau])
+
+
+def force_target(
+    regression: LawRegression,
+    prior: ForcePrior,
+    *,
+    natural: Callable[[Array, Array, Array, Array], dict[str, Array]],
+    blocks: Integers,
+    signal: Array,
+    unit: float,
+) -> Target:
+    """Build the target of a regression given that there is a random force.
+
+    Parameters
+    ----------
+    regression : LawRegression
+        On one set of columns, see :meth:`LawRegression.of_columns`.
+    prior : ForcePrior
+        Of the random force.
+    natural : callable, (coefficients (m, p), noise sd (m,), q (m,), tau (m,)) -> dict
+        Natural parameters of draws, from those in natural units.
+    blocks : ndarray of int, shape (b,)
+        First sample of every half cycle.
+    signal : ndarray, shape (n,)
+        The record in its own unit.
+    unit : float
+        Natural unit in the unit of the signal.
+
+    Returns
+    -------
+    Target
+        Coordinates: the coefficients, ``log_variance`` of the sensor noise, ``log_force_sd`` and
+        ``log_correlation_time``, natural units. ``pointwise`` is the density of each half cycle given those
+        before it: under a random force half cycles are not independent given the parameters.
+    """
+    problem, scale, reference = regression.problem, regression.scale, regression.reference
+    n = _samples(regression)
+    axes = _axes(problem, prior, regression.motion.noise)
+    sums = InterpolatedSums.over(axes, lambda u, log_tau: regression.whiten_at(*_force(u, log_tau)))
+    centre, covariance = _moments(regression, prior, axes, sums)
+
+    def log_prior(theta: Array) -> Array:
+        at = _Coordinates.of(theta, scale)
+        force = prior.log_density(np.exp(at.log_q), np.exp(at.log_tau))
+        law = regression.log_prior_density(at.scaled)
+        return np.where(at.log_variance >= regression.log_least_variance, law + force, -np.inf)
+
+    def log_prob(theta: Array) -> Array:
+        at = _Coordinates.of(theta, scale)
+        places = at.places
+        out = np.full(len(theta), -np.inf)
+        use = np.flatnonzero(sums.inside(places) & (np.abs(at.log_variance) < _LOG_LIMIT))
+        if use.size:
+            factors, log_determinant = sums.at(places[use])
+            misfit = _misfit(factors, reference - at.scaled[use])
+            likelihood = signal_log_likelihood(misfit, at.log_variance[use], n) - 0.5 * log_determinant
+            out[use] = likelihood + log_prior(theta[use])
+        return out
+
+    def closed_form(theta: Array) -> Array:
+        return np.array([_closed_form(problem, prior, n, row) for row in theta])
+
+    def posterior(theta: Array) -> dict[str, Array]:
+        noise, q, tau = np.exp(0.5 * theta[:, -3]), np.exp(theta[:, -2]), np.exp(theta[:, -1])
+        return natural(theta[:, :-3], noise, q, tau)
+
+    def pointwise(theta: Array) -> Array:
+        at = _Coordinates.of(theta, scale)
+        rows = []
+        for law, log_v, (u, log_tau) in zip(theta[:, :-3], at.log_variance, at.places, strict=True):
+            each = regression.log_densities(law, math.exp(log_v), *_force(u, log_tau))
+            rows.append(np.add.reduceat(each, blocks))
+        return np.array(rows)
+
+    def predictive(theta: Array, rng: np.random.Generator) -> Array:
+        rows = []
+        for row in theta:
+            fluctuation = shown(drawn_fluctuation(regression.clock, math.exp(row[-1]), rng), regression.row)
+            noise = math.exp(0.5 * row[-3]) * drawn_noise(regression.clock, rng)
+            drawn = math.exp(row[-2]) * fluctuation + noise
+            rows.append(signal + unit * (drawn - regression.residual(row[:-3])))
+        return np.array(rows)
+
+    return Target(
+        names=(*regression.names, "log_variance", "log_force_sd", "log_correlation_time"),
+        log_prob=log_prob,
+        closed_form=closed_form,
+        centre=centre,
+        covariance=covariance,
+        posterior=posterior,
+        log_prior=log_prior,
+        pointwise=pointwise,
+        predictive=predictive,
+        prior_draws=no_prior_draws,
+        observed=signal,
+        observed_name="signal",
+    )
+
+
+def still_target(
+    regression: LawRegression,
+    *,
+    natural: Callable[[Array, Array], dict[str, Array]],
+    blocks: Integers,
+    signal: Array,
+    unit: float,
+) -> Target:
+    """Build the target of a regression without a random force, under the noise that its clock describes.
+
+    Parameters
+    ----------
+    regression : LawRegression
+        On one set of columns.
+    natural : callable, (coefficients (m, p), noise sd (m,)) -> dict
+        Natural parameters of draws, from those in natural units.
+    blocks, signal, unit
+        As for :func:`force_target`.
+
+    Returns
+    -------
+    Target
+        Coordinates: the coefficients and ``log_variance`` of the sensor noise, natural units.
+    """
+    scale, reference, n = regression.scale, regression.reference, _samples(regression)
+    p = scale.size
+    whitened = regression.whiten_at(*_NO_FORCE)
+    factor = np.asarray(np.linalg.cholesky(whitened.gram).T[None], dtype=np.float64)
+    found = regression.problem.weigh(*_NO_FORCE)
+    lam, noise2 = found.full_noise2, float(found.noise2[0])
+    mean, covariance = set_posterior(whitened.gram, reference, np.ones(p, dtype=np.bool_), lam, noise2)
+    precision = whitened.gram[:-1, :-1] + lam * np.eye(p)
+
+    def log_prior(theta: Array) -> Array:
+        law = regression.log_prior_density(theta[:, :-1] / scale)
+        inside = (theta[:, -1] >= regression.log_least_variance) & (np.abs(theta[:, -1]) < _LOG_LIMIT)
+        return np.where(inside, law, -np.inf)
+
+    def log_prob(theta: Array) -> Array:
+        log_v = np.clip(theta[:, -1], -_LOG_LIMIT, _LOG_LIMIT)
+        misfit = _misfit(factor, reference - theta[:, :-1] / scale)
+        likelihood = signal_log_likelihood(misfit, log_v, n) - 0.5 * whitened.log_determinant
+        return np.asarray(likelihood + log_prior(theta))
+
+    def closed_form(theta: Array) -> Array:
+        away, log_v = theta[:, :-1] / scale - mean, theta[:, -1]
+        square = np.einsum("mi,ij,mj->m", away, precision, away) + n * noise2
+        return np.asarray(-0.5 * (n + p) * log_v - 0.5 * square * np.exp(-log_v))
+
+    def pointwise(theta: Array) -> Array:
+        rows = [
+            np.add.reduceat(regression.log_densities(row[:-1], math.exp(row[-1]), *_NO_FORCE), blocks)
+            for row in theta
+        ]
+        return np.array(rows)
+
+    def predictive(theta: Array, rng: np.random.Generator) -> Array:
+        rows = [
+            signal
+            + unit
+            * (math.exp(0.5 * row[-1]) * drawn_noise(regression.clock, rng) - regression.residual(row[:-1]))
+            for row in theta
+        ]
+        return np.array(rows)
+
+    centre = np.append(
+        mean * scale, math.log(noise2) + (math.sqrt(0.5 / n) if regression.least_noise else 0.0)
+    )
+    spread = np.zeros((p + 1, p + 1))
+    spread[:-1, :-1] = covariance * np.outer(scale, scale)
+    spread[-1, -1] = 2.0 / n
+    return Target(
+        names=(*regression.names, "log_variance"),
+        log_prob=log_prob,
+        closed_form=closed_form,
+        centre=centre,
+        covariance=spread,
+        posterior=lambda theta: natural(theta[:, :-1], np.exp(0.5 * theta[:, -1])),
+        log_prior=log_prior,
+        pointwise=pointwise,
+        predictive=predictive,
+        prior_draws=no_prior_draws,
+        observed=signal,
+        observed_name="signal",
+    )
+
+
+def no_prior_draws(rng: np.random.Generator, count: int) -> Array:
+    """Refuse to draw from a prior under which every size of the noise is as probable as any other."""
+    raise InputError("prior", "that of the noise is improper", "draw from a proper prior")
+
+
+def half_cycle_blocks(phase: Array) -> Integers:
+    """First sample of each half cycle of a clock, shape (n,); what is left over goes with the last."""
+    half_cycles = (phase - phase[0]) / math.pi
+    starts = np.searchsorted(half_cycles, np.arange(max(int(half_cycles[-1]), 1)))
+    return np.asarray(np.unique(starts), dtype=np.int64)
+
+
+def _force(u: float, log_tau: float) -> tuple[float, float]:
+    """``q / sigma`` and ``tau`` of a place."""
+    tau = math.exp(log_tau)
+    return math.exp(u) / float(at_resonance(tau)), tau
+
+
+def _misfit(factors: Array, rest: Array) -> Array:
+    """Whitened sums of squares, shape (m,), of ``y - X b`` with ``rest`` = reference - b, shape (m, p)."""
+    whitened = (factors[:, :, :-1] @ rest[:, :, None])[:, :, 0] + factors[:, :, -1]
+    return np.asarray((whitened**2).sum(axis=1))
+
+
+def _samples(regression: LawRegression) -> int:
+    return int(np.count_nonzero(np.isfinite(regression.clock.variance)))
+
+
+def _axes(problem: Problem, prior: ForcePrior, noise: float) -> tuple[Array, Array]:
+    """Axes of the smallest rectangle of ``(u, l)`` that holds all of the posterior that matters."""
+    tau = np.exp(np.linspace(math.log(prior.tau_low), math.log(prior.tau_high), 12))
+    middle = math.log(prior.centre / noise)
+    reach = _REACH * prior.spread
+    steps = math.ceil(2.0 * reach / _COARSE)
+    u = np.linspace(middle - reach + math.log(np.min(at_resonance(tau))), middle + reach, steps)
+    value = np.empty((u.size, tau.size))
+    for i, j in np.ndindex(*value.shape):
+        place = float(u[i]), math.log(tau[j])
+        value[i, j] = _log_weight(problem.weigh(*_force(*place)), prior, *place)
+    near = np.argwhere(value > value.max() - _DEPTH)
+    low, high = np.maximum(near.min(axis=0) - 1, 0), near.max(axis=0) + 1
+    ends = [
+        (axis[a], axis[min(b, axis.size - 1)]) for axis, a, b in zip((u, np.log(tau)), low, high, strict=True)
+    ]
+    first, second = (np.linspace(*end, steps + 1) for end, steps in zip(ends, _FINE, strict=True))
+    return first, second
+
+
+def _log_weight(found: WeighedSets, prior: ForcePrior, u: float, log_tau: float) -> float:
+    """Log evidence of a place times the prior there, at the noise found there."""
+    ratio, tau = _force(u, log_tau)
+    q = ratio * math.sqrt(found.noise2[0])
+    # the ends of the range of tau belong to it, whichever way they round
+    within = min(max(tau, prior.tau_low), prior.tau_high)
+    tau = within if math.isclose(tau, within, rel_tol=1e-9) else tau
+    return float(found.log_weight[0] + prior.log_density(q, tau))
+
+
+def _moments(
+    regression: LawRegression, prior: ForcePrior, axes: tuple[Array, Array], sums: InterpolatedSums
+) -> tuple[Array, Array]:
+    """Mean and covariance of the closed form in the sampler's coordinates, by sums over the grid."""
+    p, scale = len(regression.names), regression.scale
+    n = _samples(regression)
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    factors, log_determinant = sums.at(places)
+    upper, right, least = factors[:, :p, :p], factors[:, :p, p], factors[:, p, p] ** 2
+    quietest = regression.least_noise**2
+    lam = np.maximum(least / max(n - p, 1), quietest)
+    precision = upper.mT @ upper + lam[:, None, None] * np.eye(p)
+    inverse = np.linalg.inv(precision)
+    change = (upper.mT @ right[:, :, None])[:, :, 0] - lam[:, None] * regression.reference
+    moved = (inverse @ change[:, :, None])[:, :, 0]
+    mean = regression.reference + moved
+    noise2 = np.maximum((_misfit(factors, -moved) + lam * (mean**2).sum(axis=1)) / n, quietest)
+    log_tau = np.clip(places[:, 1], math.log(prior.tau_low), math.log(prior.tau_high))
+    log_ratio = places[:, 0] - np.log(at_resonance(np.exp(log_tau)))
+    log_q = log_ratio + 0.5 * np.log(noise2)
+    weight = prior.log_density(np.exp(log_q), np.exp(log_tau)) - 0.5 * (log_determinant + n * np.log(noise2))
+    weight += 0.5 * p * np.log(lam) - 0.5 * np.linalg.slogdet(precision)[1]
+    weight = np.exp(weight - logsumexp(weight))
+    each = np.column_stack([mean * scale, np.log(noise2), log_q, log_tau])
+    centre = weight @ each
+    away = each - centre
+    covariance = (weight[:, None] * away).T @ away
+    covariance[:p, :p] += np.einsum("g,gij->ij", weight * noise2, inverse) * np.outer(scale, scale)
+    # the noise variance given the place, and the force's sd with it
+    covariance[p : p + 2, p : p + 2] += np.array([[2.0, 1.0], [1.0, 0.5]]) / n
+    # where the sampler starts has to lie inside the support
+    sd = np.sqrt(np.diag(covariance))
+    centre[:p] = np.where(regression.positive, np.maximum(centre[:p], 0.5 * sd[:p]), centre[:p])
+    if quietest > 0.0:
+        centre[p] = max(centre[p], math.log(quietest) + 0.5 * sd[p])
+    return centre, covariance
+
+
+def _closed_form(problem: Problem, prior: ForcePrior, n: int, theta: Array) -> float:
+    """Log density of the closed form at one point, up to what all points share.
+
+    The evidence of the place times the conjugate posterior given it, a normal-inverse-gamma, cut where a
+    coefficient has to be positive; the mass that is cut off cancels in the product. Where the noise is at
+    the least that the sensor allows, the evidence has it there and is not its average.
+    """
+    at = _Coordinates.of(theta[None], problem.scale)
+    scaled, log_v = at.scaled[0], float(at.log_variance[0])
+    if np.any(scaled[problem.positive] < 0.0):
+        return -math.inf
+    u, log_tau = at.places[0]
+    ratio, tau = _force(u, log_tau)
+    whitened = problem.whiten_at(ratio, tau)
+    free = replace(problem, positive=np.zeros_like(problem.positive)).weigh(ratio, tau)
+    lam, rest = free.full_noise2, n * free.noise2[0]
+    precision = whitened.gram[:-1, :-1] + lam * np.eye(scaled.size)
+    mean, _ = set_posterior(whitened.gram, problem.reference, problem.sets[0], lam, float(free.noise2[0]))
+    away = scaled - mean
+    log_density = 0.5 * np.linalg.slogdet(precision)[1] - 0.5 * scaled.size * log_v
+    log_density -= 0.5 * math.exp(-log_v) * (away @ precision @ away + rest)
+    log_density += 0.5 * n * (math.log(0.5 * rest) - log_v)
+    return float(log_density) + _log_weight(free, prior, u, log_tau)

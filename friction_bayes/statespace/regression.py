@@ -1,0 +1,282 @@
+"""A record as a regression on the columns of its law along the measured motion, given the random force.
+
+The first round weighs forces along a motion smoothed without a law, and only to smooth again: what the law
+explains is not noise of the motion. The next one goes along the motion smoothed with that law, in natural
+units of the frequency found.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.statespace.force_grid import GridPoint, Problem
+from friction_bayes.statespace.kalman import Clock, Whitened, shown, smooth, whiten
+from friction_bayes.statespace.smoother import Motion
+from friction_bayes.statespace.subset_evidence import full_noise2
+
+__all__ = ["LawRegression", "MarginalRegression", "frequency_change", "likely_columns", "near_least_squares"]
+
+_LIKELY = 0.25
+"""Prior probability of a column from which on the reference law has it."""
+_RIDGE = 1e-10
+"""Of the reference law, over each column's own sum of squares: columns may be the same to rounding."""
+
+_LEAST_KEPT = 1e-6
+"""Share of a sample's noise that its smoothed value leaves, at least: beyond is rounding."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LawRegression:
+    """Columns along a motion, and the record as it is left by what is known.
+
+    Attributes
+    ----------
+    clock : Clock
+    row : ndarray, shape (3,) or (n, 3)
+        Of the sensor.
+    names : tuple of str, length p
+        Of the columns.
+    columns : ndarray, shape (n, p)
+        What the sensor shows of each, natural units.
+    states : ndarray, shape (n, 2, p)
+        Displacement and velocity of each.
+    known_states : ndarray, shape (n, 2)
+        Of the terms without a coefficient.
+    target : ndarray, shape (n,)
+        The signal less what the sensor shows of these terms.
+    scale : ndarray, shape (p,)
+        Prior sd of the coefficients.
+    positive : ndarray of bool, shape (p,)
+        Which coefficients have to be positive.
+    sets : ndarray of bool, shape (m, p)
+        Sets of columns to weigh.
+    log_prior : ndarray, shape (m,)
+        Log prior probabilities of the sets.
+    stiffness : int
+        The column whose coefficient is the relative correction of the stiffness.
+    motion : Motion
+        What the columns go along; its force and noise are first guesses.
+    least_noise : float
+        Least sd of the noise, that of the sensor's rounding, natural units.
+    """
+
+    clock: Clock
+    row: Array
+    names: tuple[str, ...]
+    columns: Array
+    states: Array
+    known_states: Array
+    target: Array
+    scale: Array
+    positive: Mask
+    sets: Mask
+    log_prior: Array
+    stiffness: int
+    motion: Motion
+    least_noise: float = 0.0
+
+    @cached_property
+    def reference(self) -> Array:
+        """A law in units of ``scale``, shape (p,), near the record, so that nothing large is whitened.
+
+        With the columns alone that most sets have. Of all of them least squares makes huge coefficients of
+        near collinear ones, and what a set lacks of these has to be put back with their rounding.
+        """
+        guess = self.motion
+        whitened = self.whitened(np.zeros(self.scale.size), guess.force_sd / guess.noise, guess.tau)
+        return near_least_squares(whitened.gram, likely_columns(self.sets, self.log_prior))
+
+    def _about(self, reference: Array) -> Array:
+        """Scaled columns, and the record less a law in units of ``scale``, shape (n, p + 1)."""
+        scaled = self.columns * self.scale
+        return np.column_stack([scaled, self.target - scaled @ reference])
+
+    def whitened(self, reference: Array, ratio: float, tau: float) -> Whitened:
+        """Whitened sums of the scaled columns and of the record less a law in units of ``scale``."""
+        return whiten(self._about(reference), self.clock, self.row, ratio, tau)
+
+    @cached_property
+    def _about_reference(self) -> Array:
+        return self._about(self.reference)
+
+    @cached_property
+    def _known(self) -> dict[tuple[float, float], Whitened]:
+        return {}
+
+    def whiten_at(self, ratio: float, tau: float) -> Whitened:
+        """The same about the reference law, remembered: draws come from the points that were weighed."""
+        if (ratio, tau) not in self._known:
+            self._known[ratio, tau] = whiten(self._about_reference, self.clock, self.row, ratio, tau)
+        return self._known[ratio, tau]
+
+    @property
+    def log_least_variance(self) -> float:
+        """Logarithm of the least variance of the noise; below every other where there is none."""
+        return 2.0 * math.log(max(self.least_noise, 1e-300))
+
+    @property
+    def problem(self) -> Problem:
+        """What is integrated over the random force."""
+        return Problem(
+            names=self.names,
+            scale=self.scale,
+            positive=self.positive,
+            sets=self.sets,
+            log_prior=self.log_prior,
+            reference=self.reference,
+            whiten_at=self.whiten_at,
+            least_noise2=self.least_noise**2,
+        )
+
+    def of_columns(self, chosen: Mask) -> LawRegression:
+        """The same record on some of the columns, ``chosen`` of shape (p,), as the one set that there is."""
+        mine = np.flatnonzero(chosen)
+        return replace(
+            self,
+            names=tuple(self.names[j] for j in mine),
+            columns=self.columns[:, mine],
+            states=self.states[:, :, mine],
+            scale=self.scale[mine],
+            positive=self.positive[mine],
+            sets=np.ones((1, mine.size), np.bool_),
+            log_prior=np.zeros(1),
+            stiffness=int(np.searchsorted(mine, self.stiffness)),
+        )
+
+    def log_prior_density(self, scaled: Array) -> Array:
+        """Log prior density of laws in units of ``scale``, shape (m, p); minus infinity off its support."""
+        normaliser = -0.5 * math.log(2.0 * math.pi) - np.log(self.scale) + math.log(2.0) * self.positive
+        inside = np.all((scaled >= 0.0) | ~self.positive, axis=1)
+        return np.where(inside, (normaliser - 0.5 * scaled**2).sum(axis=1), -np.inf)
+
+    def residual(self, law: Array) -> Array:
+        """The record less a law, shape (n,)."""
+        return np.asarray(self.target - self.columns @ law)
+
+    def innovations(self, law: Array, ratio: float, tau: float) -> Array:
+        """Its whitened residual, in units of the sensor noise, shape (n,)."""
+        white = whiten(self.residual(law)[:, None], self.clock, self.row, ratio, tau, keep=True).columns
+        assert white is not None
+        return np.asarray(white[:, 0])
+
+    def log_densities(self, law: Array, noise2: float, ratio: float, tau: float) -> Array:
+        """Log density of each sample given those before it, shape (n,); zero of samples that are not used."""
+        rest = self.residual(law)[:, None]
+        white = whiten(rest, self.clock, self.row, ratio, tau, keep=True)
+        assert white.columns is not None
+        assert white.variances is not None
+        used = np.isfinite(white.variances)
+        variance = noise2 * np.where(used, white.variances, 1.0)
+        squares = white.columns[:, 0] ** 2 / noise2
+        return np.where(used, -0.5 * (np.log(2.0 * math.pi * variance) + squares), 0.0)
+
+    def left_out(self, law: Array, ratio: float, tau: float) -> tuple[Array, Array]:
+        """Each sample less what all others predict of it, shape (n,), and the variance of that error.
+
+        The variance is in units of that of the sensor noise; a sample that is not used has noise of unit
+        variance too.
+        """
+        residual = self.residual(law)
+        states, covariance = smooth(residual[:, None], self.clock, self.row, ratio, tau)
+        # the sensor shows its own error with the state
+        row = np.column_stack([np.broadcast_to(self.row, (residual.size, 3)), np.ones(residual.size)])
+        error = residual - shown(states[:, :, 0], row)
+        known = np.einsum("ni,nij,nj->n", row, covariance, row)
+        used = np.isfinite(self.clock.variance)
+        own = np.where(used, self.clock.variance, 1.0)
+        # what is left of a sample's own noise once it has been smoothed with
+        kept = np.where(used, np.maximum(1.0 - known / own, _LEAST_KEPT), 1.0)
+        return error / kept, np.where(used, own / kept, own + known)
+
+    def smoothed(self, law: Array, force: GridPoint) -> Motion:
+        """The motion under a law and a random force."""
+        residual = self.residual(law)[:, None]
+        fluctuation, covariance = smooth(residual, self.clock, self.row, force.ratio, force.tau)
+        states = fluctuation[:, :3, 0].copy()
+        states[:, :2] += self.states @ law + self.known_states
+        return Motion(
+            states=states,
+            covariance=covariance[:, :3, :3] * force.noise**2,
+            noise=force.noise,
+            force_sd=force.ratio * force.noise,
+            tau=force.tau,
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MarginalRegression(LawRegression):
+    """A regression of which other columns have been integrated out, for a sampler that need not draw them.
+
+    With their prior precision in units of the noise found with all columns, as in the closed form, the
+    integral is a Schur complement of the whitened sums, whatever the noise.
+
+    Attributes
+    ----------
+    nuisance : ndarray, shape (n, q)
+        These columns, times the prior sd of their coefficients.
+    nuisance_law : ndarray, shape (q,)
+        What of them has been taken from ``target``, in units of that sd.
+    """
+
+    nuisance: Array
+    nuisance_law: Array
+
+    @classmethod
+    def without(cls, regression: LawRegression, nuisance: Mask, law: Array) -> MarginalRegression:
+        """Integrate columns, shape (p,), out; ``law`` has them where one number is wanted."""
+        kept = regression.of_columns(~nuisance)
+        own = {each.name: getattr(kept, each.name) for each in fields(LawRegression)}
+        own["target"] = regression.target - regression.columns[:, nuisance] @ law[nuisance]
+        scaled = regression.columns[:, nuisance] * regression.scale[nuisance]
+        return cls(**own, nuisance=scaled, nuisance_law=law[nuisance] / regression.scale[nuisance])
+
+    def whiten_at(self, ratio: float, tau: float) -> Whitened:
+        """Whitened sums about the reference law with the other columns integrated out, remembered."""
+        if (ratio, tau) not in self._known:
+            about = self._about_reference
+            columns = np.column_stack(
+                [self.nuisance, about[:, :-1], about[:, -1] + self.nuisance @ self.nuisance_law]
+            )
+            whole = whiten(columns, self.clock, self.row, ratio, tau)
+            q = self.nuisance.shape[1]
+            lam = max(full_noise2(whole), self.least_noise**2)
+            factor = cho_factor(whole.gram[:q, :q] + lam * np.eye(q))
+            crossed = whole.gram[:q, q:]
+            gram = whole.gram[q:, q:] - crossed.T @ cho_solve(factor, crossed)
+            log_determinant = 2.0 * float(np.sum(np.log(np.diag(factor[0])))) - q * math.log(lam)
+            self._known[ratio, tau] = Whitened(
+                0.5 * (gram + gram.T), whole.log_determinant + log_determinant, whole.used
+            )
+        return self._known[ratio, tau]
+
+
+def likely_columns(sets: Mask, log_prior: Array) -> Mask:
+    """Columns, shape (p,), that are likely before the record is seen, given sets of them, shape (m, p)."""
+    return np.asarray(np.exp(log_prior) @ sets > _LIKELY)
+
+
+def near_least_squares(gram: Array, columns: Mask | None = None) -> Array:
+    """Coefficients near those of least squares, shape (p,), from sums of columns and, last, the record.
+
+    Of some of the ``columns`` alone, shape (p,), where these are given: the others have none.
+    """
+    law = np.zeros(len(gram) - 1)
+    mine = np.arange(law.size) if columns is None else np.flatnonzero(columns)
+    own = gram[np.ix_(mine, mine)]
+    ridge = np.diag(_RIDGE * np.diag(own) + 1e-300)
+    law[mine] = cho_solve(cho_factor(own + ridge), gram[mine, -1])
+    return law
+
+
+def frequency_change(kappa: float) -> float:
+    """Frequency over the reference frequency for a correction of the stiffness.
+
+    A law that would stop the oscillation is none.
+    """
+    return math.sqrt(max(1.0 + kappa, 0.25))

@@ -1,0 +1,451 @@
+r"""Every set of columns of a regression weighed on one whitened Gram matrix.
+
+Given size and correlation time of the random force the record is ``y = X b + noise`` with known sums
+``G = X' inv(V) X``. Columns come multiplied by the prior sd of their coefficient, so that ``b ~ N(0, 1)`` for
+all of them, half-normal where the coefficient has to be positive. With ``p(sigma**2) = 1/sigma**2`` and the
+prior precision in units of the noise, ``lam = s**2`` with ``s**2`` the noise variance found with all columns,
+
+.. math:: \log p(y|S) = -\tfrac12\log|V| + \tfrac{|S|}{2}\log\lambda - \tfrac12\log|G_{SS}+\lambda I|
+          - \tfrac n2 \log\tfrac{R_S}{2} + \sum_{j\in P}\log 2 + \log P(b_P > 0\,|\,y)
+
+where ``R_S`` is the penalised sum of squares and the last two terms cut prior and posterior at zero. The
+record enters as residual of a reference law, so that nothing large is subtracted. The coefficients are given
+as normal, with the noise variance ``R_S/n``: ``n`` is hundreds at least. Where that would be below what the
+sensor's rounding leaves, the noise is that: the likelihood of ``R_S`` at this variance takes the place of its
+integral.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from scipy.linalg import cho_factor, cho_solve
+
+from friction_bayes.core.arrays import Array, Indices, Integers, Mask
+from friction_bayes.statespace.cholesky import factor, forward
+from friction_bayes.statespace.kalman import Whitened
+from friction_bayes.statespace.positive_orthant import confine
+
+__all__ = [
+    "NestedSets",
+    "SetBounds",
+    "WeighedSets",
+    "all_sets",
+    "bound_sets",
+    "full_noise2",
+    "nest",
+    "set_marginals",
+    "set_posterior",
+    "weigh_bounded",
+    "weigh_sets",
+]
+
+_NEGLIGIBLE = 12.0
+"""Nats below the best at which a set's mass of positive coefficients is not computed any more."""
+_LEFT_OUT = 1e3
+"""Nats by which such sets are put further down."""
+_OFTEN = 0.25
+"""Share of the sets that hold a column from which on it is one of the first."""
+_LEAST = 1e-300
+
+
+class SetBounds(NamedTuple):
+    """What :func:`bound_sets` finds.
+
+    Attributes
+    ----------
+    log_weight : ndarray, shape (m,)
+        Log evidence plus log prior probability as if all positive coefficients were sure to be: no set has
+        more than this.
+    noise2 : ndarray, shape (m,)
+        Noise variance in each set.
+    full_noise2 : float
+        Noise variance with all columns.
+    """
+
+    log_weight: Array
+    noise2: Array
+    full_noise2: float
+
+
+class WeighedSets(NamedTuple):
+    """What :func:`weigh_sets` finds.
+
+    Attributes
+    ----------
+    log_weight : ndarray, shape (m,)
+        Log evidence plus log prior probability; far too low for sets that cannot matter.
+    noise2 : ndarray, shape (m,)
+        Noise variance in each set.
+    full_noise2 : float
+        Noise variance with all columns.
+    """
+
+    log_weight: Array
+    noise2: Array
+    full_noise2: float
+
+
+class NestedSets(NamedTuple):
+    """Sets of columns as :func:`bound_sets` goes through them fastest.
+
+    Attributes
+    ----------
+    columns : ndarray of int, shape (p,)
+        The columns as they are eliminated.
+    inside : ndarray of bool, shape (m, p)
+        Which of these each set holds.
+    order : ndarray of int, shape (m,)
+        Of the sets: those that begin alike follow each other.
+    """
+
+    columns: Indices
+    inside: Mask
+    order: Indices
+
+
+def all_sets(always: Mask) -> Mask:
+    """Every set, shape (2**free, p), that holds the columns ``always``, shape (p,)."""
+    free = np.flatnonzero(~always)
+    sets = np.tile(always, (2**free.size, 1))
+    sets[:, free] = (np.arange(2**free.size)[:, None] >> np.arange(free.size)) & 1
+    return sets
+
+
+def nest(sets: Mask) -> NestedSets:
+    """Nest sets of columns, shape (m, p).
+
+    Columns that many sets hold come first, the commonest before all, then the others from the rarest on: two
+    sets that follow each other part late, where few columns are left to be told about.
+    """
+    share = sets.mean(axis=0)
+    often = share >= _OFTEN
+    columns = np.lexsort((np.where(often, -share, share), ~often))
+    inside = np.ascontiguousarray(sets[:, columns])
+    return NestedSets(columns, inside, np.lexsort(np.packbits(inside, axis=1).T[::-1]))
+
+
+def full_noise2(whitened: Whitened) -> float:
+    """Noise variance of least squares with all columns, of sums as :func:`weigh_sets` takes them."""
+    p = len(whitened.gram) - 1
+    return float(_full_noise(whitened.gram, whitened.used, np.empty((p, p)), np.empty(p)))
+
+
+def set_posterior(
+    gram: Array, reference: Array, columns: Mask, lam: float, noise2: float
+) -> tuple[Array, Array]:
+    """Mean and covariance of a set's coefficients, before they are cut at zero.
+
+    Parameters
+    ----------
+    gram : ndarray, shape (p + 1, p + 1)
+        Sums as :func:`weigh_sets` takes them.
+    reference : ndarray, shape (p,)
+    columns : ndarray of bool, shape (p,)
+        The set.
+    lam, noise2 : float
+        Noise variance with all columns, in units of which the prior precision is one, and in the set.
+    """
+    mine = np.flatnonzero(columns)
+    absent = gram[np.ix_(mine, np.flatnonzero(~columns))] @ reference[~columns]
+    right = gram[mine, -1] - lam * reference[mine] + absent
+    factor = cho_factor(gram[np.ix_(mine, mine)] + lam * np.eye(mine.size))
+    covariance = cho_solve(factor, np.eye(mine.size))
+    return reference[mine] + cho_solve(factor, right), noise2 * 0.5 * (covariance + covariance.T)
+
+
+def set_marginals(mean: Array, covariance: Array, columns: Mask, positive: Mask) -> tuple[Array, Array]:
+    """Marginals of a set's coefficients, those that have to be positive before they are cut at zero.
+
+    Parameters
+    ----------
+    mean, covariance : ndarray, shapes (s,), (s, s)
+        From :func:`set_posterior`.
+    columns, positive : ndarray of bool, shape (p,)
+        The set, and which coefficients have to be positive.
+
+    Returns
+    -------
+    location, scale2 : ndarray, shape (p,)
+        As in :func:`friction_bayes.statespace.positive_orthant.confine`; nan where the set lacks
+        the column.
+    """
+    where, spread = np.empty_like(mean), np.empty_like(mean)
+    confine(mean, covariance, positive[columns], where, spread)
+    location, scale2 = np.full((2, columns.size), np.nan)
+    location[columns], scale2[columns] = where, spread
+    return location, scale2
+
+
+def bound_sets(
+    whitened: Whitened,
+    reference: Array,
+    positive: Mask,
+    sets: Mask,
+    log_prior: Array,
+    *,
+    least_noise2: float = 0.0,
+    lam: float | None = None,
+    nested: NestedSets | None = None,
+) -> SetBounds:
+    """Bound the weight of all sets from above, which costs much less than to weigh them.
+
+    Parameters
+    ----------
+    whitened : Whitened
+        Sums of ``[X | y - X reference]``, p + 1 columns.
+    reference : ndarray, shape (p,)
+        Reference law.
+    positive : ndarray of bool, shape (p,)
+        Which coefficients have to be positive.
+    sets : ndarray of bool, shape (m, p)
+        The columns in each set.
+    log_prior : ndarray, shape (m,)
+        Log prior probabilities of the sets.
+    least_noise2 : float
+        Least noise variance.
+    lam : float, optional
+        Noise variance with all columns, where there are more than these.
+    nested : NestedSets, optional
+        The sets from :func:`nest`: much faster than as they come.
+    """
+    full = max(full_noise2(whitened), least_noise2) if lam is None else lam
+    if nested is None:
+        nested = NestedSets(np.arange(reference.size), sets, np.arange(len(sets)))
+    columns = nested.columns
+    place = np.append(columns, reference.size)
+    log_weight, noise2 = _bound_sets(
+        whitened.gram[np.ix_(place, place)],
+        whitened.log_determinant,
+        whitened.used,
+        reference[columns],
+        positive[columns],
+        nested.inside,
+        log_prior,
+        least_noise2,
+        full,
+        nested.order,
+    )
+    return SetBounds(log_weight, noise2, full)
+
+
+def weigh_sets(
+    whitened: Whitened,
+    reference: Array,
+    positive: Mask,
+    sets: Mask,
+    log_prior: Array,
+    *,
+    least_noise2: float = 0.0,
+    nested: NestedSets | None = None,
+) -> WeighedSets:
+    """Weigh all sets; parameters as of :func:`bound_sets`."""
+    bounds = bound_sets(
+        whitened, reference, positive, sets, log_prior, least_noise2=least_noise2, nested=nested
+    )
+    return weigh_bounded(whitened, reference, positive, sets, bounds)
+
+
+def weigh_bounded(
+    whitened: Whitened,
+    reference: Array,
+    positive: Mask,
+    sets: Mask,
+    bounds: SetBounds,
+    best: float = -math.inf,
+) -> WeighedSets:
+    """Weigh the sets that may matter, given what all of them can have at most.
+
+    Parameters
+    ----------
+    whitened, reference, positive, sets
+        As :func:`bound_sets` takes them.
+    bounds : SetBounds
+        What that found.
+    best : float
+        Log weight of a set that is not among these, beside which they may not matter.
+    """
+    order = np.argsort(-bounds.log_weight)
+    log_weight = _weigh_sets(whitened.gram, reference, positive, sets, *bounds, best, order)
+    return WeighedSets(log_weight, bounds.noise2, bounds.full_noise2)
+
+
+@njit(cache=True, nogil=True)
+def _full_noise(gram: Array, used: int, work: Array, half: Array) -> float:
+    """Noise variance of least squares with all columns."""
+    p = work.shape[0]
+    right = np.empty(p)
+    for i in range(p):
+        right[i] = gram[i, p]
+        for j in range(p):
+            work[i, j] = gram[i, j]
+        # columns may be the same to rounding
+        work[i, i] += 1e-12 * gram[i, i] + _LEAST
+    factor(work, p)
+    explained = forward(work, right, p, half)
+    return max(gram[p, p] - explained, _LEAST) / max(used - p, 1)
+
+
+@njit(cache=True, nogil=True)
+def _bound_sets(
+    gram: Array,
+    log_determinant: float,
+    used: int,
+    reference: Array,
+    positive: Mask,
+    sets: Mask,
+    log_prior: Array,
+    least_noise2: float,
+    lam: float,
+    order: Indices,
+) -> tuple[Array, Array]:
+    """Bounds and noise variances, from what the columns of a set leave of the sums when eliminated in turn.
+
+    A set begins where it differs from the one before it in ``order``. Step ``k`` takes column ``column[k]``
+    into the set, or, where the set lacks it, what the reference has of it back into the record. The arrays
+    hold what is known after so many steps; the sums themselves only after ``known``, since the last column
+    of a set is rarely the last but one of the next.
+    """
+    m, p = sets.shape
+    left = np.empty((p + 1, p + 1, p + 1))
+    left[0] = gram
+    column, steps = np.empty(p, np.int64), np.zeros(p + 1, np.int64)
+    square, log_factor, size, confined = np.zeros(p + 1), np.zeros(p + 1), np.zeros(p + 1), np.zeros(p + 1)
+    square[0] = gram[p, p]
+    bound, noise2 = np.empty(m), np.empty(m)
+    known, last = 0, order[0]
+    for s in order:
+        first = 0
+        while first < p and s != last and sets[s, first] == sets[last, first]:
+            first += 1
+        k = steps[first]
+        known = min(known, k)
+        for j in range(first, p):
+            steps[j] = k
+            if not sets[s, j] and reference[j] == 0.0:
+                continue
+            if known < k:
+                _take_step(left[k - 1], left[k], column[k - 1], sets[s, column[k - 1]], reference, lam)
+                known = k
+            own, shared = left[k, j, j], left[k, j, p]
+            if sets[s, j]:
+                own += lam
+                shared -= lam * reference[j]
+                square[k + 1] = square[k] + lam * reference[j] ** 2 - shared * shared / max(own, _LEAST)
+                log_factor[k + 1] = log_factor[k] + math.log(max(own, _LEAST))
+                size[k + 1], confined[k + 1] = size[k] + 1.0, confined[k] + positive[j]
+            else:
+                square[k + 1] = square[k] + reference[j] * (2.0 * shared + reference[j] * own)
+                log_factor[k + 1], size[k + 1], confined[k + 1] = log_factor[k], size[k], confined[k]
+            column[k] = j
+            k += 1
+        steps[p] = k
+        last = s
+        total = max(square[k], _LEAST)
+        noise2[s] = max(total / used, least_noise2)
+        bound[s] = log_prior[s] - 0.5 * log_determinant
+        bound[s] -= 0.5 * (used * math.log(0.5 * used * noise2[s]) + total / noise2[s] - used)
+        bound[s] += 0.5 * size[k] * math.log(lam) - 0.5 * log_factor[k] + math.log(2.0) * confined[k]
+    return bound, noise2
+
+
+@njit(cache=True, nogil=True)
+def _take_step(before: Array, after: Array, j: int, taken: bool, reference: Array, lam: float) -> None:
+    """Fill what is left of the sums of the columns after ``j``, and of the record with them."""
+    p = reference.size
+    pivot = max(before[j, j] + lam, _LEAST)
+    weight = (lam * reference[j] - before[j, p]) / pivot if taken else reference[j]
+    for a in range(j + 1, p):
+        share = before[j, a] / pivot if taken else 0.0
+        for b in range(a, p):
+            after[a, b] = before[a, b] - share * before[j, b]
+        after[a, p] = before[a, p] + weight * before[j, a]
+
+
+@njit(cache=True, nogil=True)
+def _penalised(
+    gram: Array,
+    lam: float,
+    reference: Array,
+    columns: Mask,
+    index: Integers,
+    work: Array,
+    rhs: Array,
+    back: Array,
+) -> int:
+    """Fill the normal equations of a set, about the reference; returns its size.
+
+    What the reference has and the set lacks goes back into the record, by way of ``back``.
+    """
+    p = reference.size
+    back[:] = gram[p]
+    for j in range(p):
+        if not columns[j] and reference[j] != 0.0:
+            for k in range(p):
+                back[k] += reference[j] * gram[j, k]
+    size = 0
+    for j in range(p):
+        if columns[j]:
+            index[size] = j
+            rhs[size] = back[j] - lam * reference[j]
+            for b in range(size + 1):
+                work[size, b] = gram[j, index[b]]
+            work[size, size] += lam
+            size += 1
+    return size
+
+
+@njit(cache=True, nogil=True)
+def _weigh_sets(
+    gram: Array,
+    reference: Array,
+    positive: Mask,
+    sets: Mask,
+    bound: Array,
+    noise2: Array,
+    lam: float,
+    best: float,
+    order: Indices,
+) -> Array:
+    """Log weights: bounds and the mass of positive coefficients. ``order`` is that of falling bounds."""
+    p = reference.size
+    work, half, rhs, back = np.empty((p, p)), np.empty(p), np.empty(p), np.empty(p + 1)
+    index, chosen = np.empty(p, np.int64), np.empty(p, np.int64)
+    root = np.empty((p, p))
+    log_weight = bound - _LEFT_OUT
+    # the mass is at most one: it is computed where it matters
+    for s in order:
+        if bound[s] < best - _NEGLIGIBLE:
+            break
+        size = _penalised(gram, lam, reference, sets[s], index, work, rhs, back)
+        factor(work, size)
+        forward(work, rhs, size, half)
+        some = 0
+        for a in range(size):
+            if not positive[index[a]]:
+                continue
+            # column a of the inverse of the factor
+            root[some, a] = 1.0 / work[a, a]
+            for b in range(a + 1, size):
+                total = 0.0
+                for k in range(a, b):
+                    total -= work[b, k] * root[some, k]
+                root[some, b] = total / work[b, b]
+            chosen[some] = a
+            some += 1
+        mean, cov = np.empty(some), np.empty((some, some))
+        for i in range(some):
+            mean[i] = reference[index[chosen[i]]]
+            for k in range(chosen[i], size):
+                mean[i] += root[i, k] * half[k]
+            for j in range(i + 1):
+                total = 0.0
+                for k in range(chosen[i], size):
+                    total += root[i, k] * root[j, k]
+                cov[i, j] = cov[j, i] = total * noise2[s]
+        log_weight[s] = bound[s] + confine(mean, cov, np.ones(some, np.bool_), np.empty(some), np.empty(some))
+        best = max(best, log_weight[s])
+    return log_weight
