@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtr
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.report.result import ForecastTrace, RecordTrace
@@ -17,6 +18,7 @@ from friction_bayes.loop.search.fit import LoopFit, fit_growing_record
 __all__ = [
     "FITTED_SHARE",
     "Forecast",
+    "chance_of_worse",
     "forecast_errors",
     "forecast_records",
     "held_out_error",
@@ -100,6 +102,7 @@ def held_out_error(
     return {
         "before": _rms(before),
         **forecast_errors(after),
+        "chance_of_worse": chance_of_worse(before, after),
         "noise_floor": noise_floor,
         "unit": unit,
         "what": _WHAT,
@@ -112,6 +115,29 @@ def forecast_errors(after: Sequence[Forecast]) -> dict[str, float]:
     sd = np.concatenate([np.empty(0), *(forecast.sd[forecast.free] for forecast in after)])
     inside = float(np.mean(np.abs(errors) <= _BAND90 * sd)) if errors.size else math.nan
     return {"after": _rms(after), "inside90": inside}
+
+
+def chance_of_worse(before: Sequence[Forecast], after: Sequence[Forecast]) -> float:
+    r"""Return how probable the final model makes it that its forecast is worse than the other by as much.
+
+    With the error :math:`e` of the final model's forecast and the difference :math:`d` between the two
+    forecasts, its sum of squares less the other's is :math:`-2\sum e d - \sum d^2`, normal under its own
+    band. Within a record all errors are taken to move together, as those of a phase that has drifted do.
+
+    Returns
+    -------
+    float
+        nan where one could not forecast; one where the two forecasts are the same.
+    """
+    if not before or len(before) != len(after):
+        return math.nan
+    excess, variance = 0.0, 0.0
+    for other, final in zip(before, after, strict=True):
+        difference = (final.mean - other.mean)[final.free]
+        error = final.error
+        excess += float(np.sum(error**2 - (error + difference) ** 2) + np.sum(difference**2))
+        variance += (2.0 * float(np.sum(final.sd[final.free] * np.abs(difference)))) ** 2
+    return float(ndtr(-excess / math.sqrt(variance))) if variance > 0.0 else 1.0
 
 
 def _rms(forecasts: Sequence[Forecast]) -> float:
