@@ -33,7 +33,7 @@ _LEAST_INSIDE = 0.75
 _SAME_ERROR = 1.05
 """Ratio of two errors of a forecast up to which they are the same."""
 _CHANCE = 0.05
-"""Probability, under the final model, of a forecast that is worse by as much, below which that is no chance."""
+"""Probability of a forecast worse by as much, under the final model, below which it is not by chance."""
 
 
 def credible_count(probabilities: ArrayLike) -> int:
