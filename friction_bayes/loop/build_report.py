@@ -18,19 +18,16 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.core.text import set_words
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
-from friction_bayes.loop.checks.search_forecast import forecast_records, held_out_error, with_forecasts
+from friction_bayes.loop.checks.search_forecast import with_forecasts
 from friction_bayes.loop.data.effect_sets import in_catalogue_order
 from friction_bayes.loop.data.friction import (
     Distribution,
-    dry_friction,
-    friction_of_loss,
     friction_scale,
-    reported_friction,
 )
 from friction_bayes.loop.data.model import LoopModel
-from friction_bayes.loop.mixture.mixture import Family, FamilyDraws, Mixture, mixture_of
-from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
-from friction_bayes.loop.report.friction_range import Reading, coulomb_alone, friction_range, pooled
+from friction_bayes.loop.data.options import LoopOptions
+from friction_bayes.loop.judgement import Judgement, judge
+from friction_bayes.loop.mixture.mixture import Family, FamilyDraws, Mixture
 from friction_bayes.loop.report.next_experiment import next_experiment
 from friction_bayes.loop.report.paper_procedure import paper_procedure
 from friction_bayes.loop.report.reference_force import compare_forces
@@ -39,34 +36,27 @@ from friction_bayes.loop.report.unexplained import experiment_on_unexplained
 from friction_bayes.loop.report.verdict import (
     AMBIGUOUS,
     UNEXPLAINED,
-    Consequences,
     credible_count,
-    verdict,
 )
 from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.loop.search.residual_tests import residual_tests
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
-__all__ = ["assemble_report"]
+__all__ = ["build_report"]
 
 _MOST_RIVALS = 3
 _ROUNDING = 0.05
 """Share of a half cycle by which three may fall short, their frequency being known so well."""
-_LEAST_TURNS = 3
-"""Turning points that show a loss of amplitude about a middle."""
 
 
-def assemble_report(
+def build_report(
     before: LoopFit,
     families: Sequence[Family],
     rng: np.random.Generator,
     *,
-    seed: int,
+    options: LoopOptions,
     started: float,
-    check: bool,
-    reference_friction: float | None,
     reference_force: Array | None,
-    tolerance: float,
 ) -> LoopReport:
     """Mix the candidates, test what the most probable leaves, and gather the report.
 
@@ -77,94 +67,25 @@ def assemble_report(
     families : sequence of Family
         All candidates. One that is left without any has nothing but its trail.
     rng : numpy.random.Generator
-    seed : int
-        That the generators come from.
+    options : LoopOptions
     started : float
         Reading of ``time.perf_counter`` when the loop began.
-    check : bool
-        Sample the final posterior with emcee too.
-    reference_friction : float or None
-        Friction known from elsewhere [N or N m].
     reference_force : ndarray or None
         Measured force, as from :func:`friction_bayes.loop.report.reference_force.validate_force`.
-    tolerance : float
-        Share of the loss of amplitude from which on dry friction matters.
     """
-    rng_mixture, rng_before, rng_after, rng_pool, rng_dry = rng.spawn(5)
-    trail = [step for family in families for step in family.trail]
-    everyone, families = families, [family for family in families if family.sets]
-    # a family whose own sets do not count knows it all the same
-    slight_force = next((f.slight_force for f in everyone if f.slight_force is not None), None)
-    mixture = mixture_of(families, rng_mixture, slight_force)
-    best, model = mixture.best, before.model
-    segment = model.segments[0]
+    judged = judge(before, families, rng, options.tolerance)
+    mixture, best, model = judged.mixture, judged.mixture.best, before.model
+    segment, unit = model.segments[0], friction_scale(model)[1]
     effects = in_catalogue_order(mixture.sets[0])
-    left, traces = best.left(), best.traces()
-    loss = _loss(traces[0], mixture, model)
-
-    def whether_it_rubs(friction: Array) -> dict[str, Any]:
-        return dry_friction(
-            reported_friction(friction, mixture.draws.frequency, model, rng_dry), loss, tolerance
-        )
-
-    dry = whether_it_rubs(mixture.draws.friction)
-    factor, unit = friction_scale(model)
-    shift = factor * left["friction_could_shift_by"]
-    forecasts = forecast_records(before), best.forecasts()
-    held_out = held_out_error(*forecasts, best.noise_floor(), segment.decay.unit)
-    witnesses = best.witnesses()
-    after = reported_friction(mixture.draws.friction, mixture.draws.frequency, model, rng_after)
-    against = Consequences(
-        is_noise=best.explains,
-        shift=shift,
-        loss=loss,
-        held_out=held_out,
-        friction=after.to_dict()["interval90"],
-        witnesses=witnesses,
-        contradicted=best.contradicted,
-    ).against()
-    word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
-    sensitivity = prior_sensitivity(mixture.draws, mixture.sets)
-    alone, readings = coulomb_alone(before, rng_before), None
-    if word == UNEXPLAINED:
-        read = [family.reading for family in everyone]
-        readings = [alone, *read]
-        # Coulomb friction alone and the search weigh no law without dry friction: they cannot deny it
-        for family, reading in zip(everyone, read, strict=True):
-            if family.holds_what_is_left:
-                dry = whether_it_rubs(reading.friction)
-        in_question = readings
-        if best.holds_what_is_left:
-            # Coulomb friction alone is out of the question then; what the other family says is not
-            others = [r for family, r in zip(everyone, read, strict=True) if family is not best]
-            in_question = [Reading("the candidates", mixture.draws.friction), *others]
-        mixture = mixture.with_friction(pooled(in_question, rng_pool))
-        after = reported_friction(mixture.draws.friction, mixture.draws.frequency, model, rng_after)
-    frictions_before = reported_friction(alone.friction, mixture.draws.frequency, model, rng_before)
-    residual: dict[str, Any] = {
-        "before": residual_tests(before).to_dict(),
-        "after": best.tests.to_dict(),
-    }
+    residual: dict[str, Any] = {"before": residual_tests(before).to_dict(), "after": best.tests.to_dict()}
+    traces = judged.traces
     fitted = _fitted(best, traces[0], model, float(mixture.draws.frequency.mean()))
     if reference_force is not None:
         residual["force"], forces = compare_forces(before, best.resisting_force(), reference_force)
         traces = (replace(traces[0], forces=forces), *traces[1:])
-    further = None
-    if word == AMBIGUOUS:
-        further = _next_experiment(families, mixture)
-    elif word == UNEXPLAINED:
-        further = experiment_on_unexplained(
-            left["depends_on"], residual["after"]["failed"], against, len(model.segments)
-        )
-    reference = _compare_with_reference(after, frictions_before, reference_friction) or {}
-    if check:
-        found = best.check(seed)
-        share = mixture.share_of_best * found.pop("share")
-        sampled = {"effects": list(effects), "probability": share}
-        reference["sampler"] = found | {"sampled": sampled}
     return LoopReport(
-        verdict=word,
-        because=against,
+        verdict=judged.word,
+        because=judged.against,
         effects=[
             {
                 "name": name,
@@ -178,33 +99,56 @@ def assemble_report(
             {"effects": list(in_catalogue_order(names)), "probability": float(p)}
             for names, p in zip(mixture.sets, mixture.probabilities, strict=True)
         ],
-        friction_before=frictions_before.to_dict(),
-        friction_after=after.to_dict(),
-        friction_range=friction_range(readings, factor, unit) if readings else None,
-        prior_sensitivity=sensitivity,
-        dry_friction=dry,
-        held_out_error=held_out,
+        friction_before=judged.friction_before.to_dict(),
+        friction_after=judged.friction.to_dict(),
+        friction_range=judged.friction_range,
+        prior_sensitivity=judged.sensitivity,
+        dry_friction=judged.dry,
+        held_out_error=judged.held_out,
         residual=residual,
         noise=best.noise(),
-        paper_procedure=paper_procedure(*best.simulated(), after, effects),
+        paper_procedure=paper_procedure(*best.simulated(), judged.friction, effects),
         frequency=_frequency(mixture.draws.frequency, model, mixture.draws.friction),
-        random_force=_random_force(mixture, families, factor, unit),
-        witnesses=witnesses,
-        left=left | {"unit": segment.decay.unit, "friction_could_shift_by": shift},
+        random_force=_random_force(mixture, families, friction_scale(model)[0], unit),
+        witnesses=judged.witnesses,
+        left=judged.left | {"unit": segment.decay.unit, "friction_could_shift_by": judged.shift},
         fitted=fitted,
-        next_experiment=further,
-        reference_check=reference or None,
+        next_experiment=_next_experiment(judged, families, len(model.segments)),
+        reference_check=_reference_check(judged, effects, options),
         elapsed_s=time.perf_counter() - started,
-        seed=seed,
-        trail=trail,
-        traces=with_forecasts(traces, *forecasts),
-        posterior=_posterior(mixture, after, seed),
+        seed=options.seed,
+        trail=[step for family in families for step in family.trail],
+        traces=with_forecasts(traces, *judged.forecasts),
+        posterior=_posterior(mixture, judged.friction, options.seed),
         friction_between_records=best.between_records(),
         notes=(*(note for each in model.segments for note in each.notes), *best.notes),
     )
 
 
-def _next_experiment(families: Sequence[Family], mixture: Mixture) -> str | None:
+def _next_experiment(judged: Judgement, families: Sequence[Family], records: int) -> str | None:
+    """What to measure next, where the verdict leaves something open."""
+    if judged.word == AMBIGUOUS:
+        return _deciding_experiment([family for family in families if family.sets], judged.mixture)
+    if judged.word == UNEXPLAINED:
+        failed = judged.mixture.best.tests.to_dict()["failed"]
+        return experiment_on_unexplained(judged.left["depends_on"], failed, judged.against, records)
+    return None
+
+
+def _reference_check(
+    judged: Judgement, effects: Sequence[str], options: LoopOptions
+) -> dict[str, Any] | None:
+    """Friction known from elsewhere, and a sampler's, with ours; None where neither is asked for."""
+    known = options.reference_friction
+    reference = _compare_with_reference(judged.friction, judged.friction_before, known) or {}
+    if options.check:
+        found = judged.mixture.best.check(options.seed)
+        share = judged.mixture.share_of_best * found.pop("share")
+        reference["sampler"] = found | {"sampled": {"effects": list(effects), "probability": share}}
+    return reference or None
+
+
+def _deciding_experiment(families: Sequence[Family], mixture: Mixture) -> str | None:
     """The record that would decide between the most probable candidates."""
     credible = mixture.sets[: credible_count(mixture.probabilities)][: _MOST_RIVALS + 1]
     # of several that have a set the one where it is most probable
@@ -215,16 +159,6 @@ def _next_experiment(families: Sequence[Family], mixture: Mixture) -> str | None
     if len(known) < 2:
         return None
     return next_experiment([*known.values()], [set_words(in_catalogue_order(names)) for names in known])
-
-
-def _loss(trace: RecordTrace, mixture: Mixture, model: LoopModel) -> float:
-    """Friction that alone would explain the loss of amplitude, as friction is reported."""
-    if trace.turning_points.size < _LEAST_TURNS:
-        return 0.0
-    system, order = model.system, model.segments[0].order
-    ratio = float(mixture.draws.frequency.mean()) / system.natural_frequency
-    factor, _ = friction_scale(model)
-    return factor * system.stiffness * ratio**order * friction_of_loss(trace.turning_points)
 
 
 def _random_force(

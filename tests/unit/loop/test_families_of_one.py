@@ -10,7 +10,7 @@ from scipy.special import logsumexp
 
 from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
-from friction_bayes.loop.mixture.families_of_one import families_of_one
+from friction_bayes.loop.mixture.families import families_of_one
 from friction_bayes.loop.mixture.force_family import ForceFamily, log_share_of_search
 from friction_bayes.loop.mixture.search_family import SearchFamily
 from friction_bayes.loop.search.run_search import search_records

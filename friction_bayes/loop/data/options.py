@@ -1,0 +1,77 @@
+"""What the user asks of a closed loop, checked once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from friction_bayes.core.checks import positive
+from friction_bayes.core.errors import InputError
+from friction_bayes.mechanics.effects import EFFECTS, effect_named
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+
+__all__ = ["NOISES", "RANDOM_FORCES", "TOLERANCE", "LoopOptions"]
+
+NOISES = ("auto", "white", "ar")
+RANDOM_FORCES = ("auto", "none")
+TOLERANCE = 0.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopOptions:
+    """Options of :func:`friction_bayes.close_loop`, which describes each of them."""
+
+    seed: int
+    effects: tuple[str, ...] | None
+    exclude: tuple[str, ...]
+    noise: str
+    random_force: str
+    varying_friction: bool
+    tolerance: float
+    check: bool
+    reference_friction: float | None
+
+    def validate(self, records: Sequence[xr.DataArray]) -> None:
+        """Refuse what cannot be used, with the records it was asked for."""
+        if isinstance(records, xr.DataArray | np.ndarray):
+            raise InputError(
+                "records",
+                f"one {type(records).__name__} instead of a list of records",
+                "write [record]; make_record(time, values, quantity) makes one of an array",
+            )
+        for place, value, choices in (
+            ("noise", self.noise, NOISES),
+            ("random_force", self.random_force, RANDOM_FORCES),
+        ):
+            if value not in choices:
+                raise InputError(place, f"unknown choice {value!r}", f"give one of {', '.join(choices)}")
+        positive("tolerance", self.tolerance)
+        if self.reference_friction is not None:
+            positive("reference_friction", self.reference_friction)
+        if self.varying_friction:
+            self._validate_varying(len(records))
+        for name in (*(self.effects or ()), *self.exclude):
+            effect_named(name)
+
+    def _validate_varying(self, records: int) -> None:
+        """Friction that varies is estimated along the measured motions, which not everything goes with."""
+        place = "varying_friction"
+        if records < 2:
+            raise InputError(place, "one record", "give the records between which friction differs")
+        if self.noise == "ar":
+            raise InputError(place, "with noise 'ar'", "leave the noise at auto or white")
+
+    @property
+    def allowed(self) -> tuple[str, ...]:
+        """Effects that may be tried, in the catalogue's order."""
+        wanted = EFFECTS if self.effects is None else self.effects
+        return tuple(name for name in EFFECTS if name in wanted and name not in self.exclude)
+
+    @property
+    def seeks_force(self) -> bool:
+        """Whether candidates with a random force are evaluated with those without."""
+        free = self.random_force == "auto" and self.noise == "auto"
+        return free and RANDOM_FORCE.name in self.allowed

@@ -1,0 +1,171 @@
+"""What is judged of the candidates before a report is written: the verdict, and friction under it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.loop.checks.search_forecast import Forecast, forecast_records, held_out_error
+from friction_bayes.loop.data.friction import (
+    Distribution,
+    dry_friction,
+    friction_of_loss,
+    friction_scale,
+    reported_friction,
+)
+from friction_bayes.loop.data.model import LoopModel
+from friction_bayes.loop.mixture.mixture import Family, Mixture, mixture_of
+from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
+from friction_bayes.loop.report.friction_range import Reading, coulomb_alone, friction_range, pooled
+from friction_bayes.loop.report.result import RecordTrace
+from friction_bayes.loop.report.verdict import UNEXPLAINED, Consequences, verdict
+from friction_bayes.loop.search.fit import LoopFit
+
+__all__ = ["Judgement", "judge"]
+
+_LEAST_TURNS = 3
+"""Turning points that show a loss of amplitude about a middle."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Judgement:
+    """The verdict and what it rests on.
+
+    Attributes
+    ----------
+    word : str
+        The verdict.
+    against : tuple of str
+        What forbids to use the number: see :class:`friction_bayes.loop.report.verdict.Consequences`.
+    mixture : Mixture
+        All candidates; of an unexplained record with draws of friction over all of its readings.
+    friction, friction_before : Distribution
+        As they are reported, of all candidates and of Coulomb friction alone.
+    friction_range, dry, witnesses : dict or None
+        Fields of the report.
+    held_out, left : dict
+        The same.
+    sensitivity : dict
+        The report's ``prior_sensitivity``.
+    shift : float
+        How far friction could shift for what is left, as it is reported.
+    forecasts : tuple
+        Of Coulomb friction alone and of the most probable candidate, one a record.
+    traces : tuple of RecordTrace
+    """
+
+    word: str
+    against: tuple[str, ...]
+    mixture: Mixture
+    friction: Distribution
+    friction_before: Distribution
+    friction_range: dict[str, Any] | None
+    dry: dict[str, Any]
+    witnesses: dict[str, Any] | None
+    held_out: dict[str, Any]
+    left: dict[str, Any]
+    sensitivity: dict[str, Any]
+    shift: float
+    forecasts: tuple[tuple[Forecast, ...], tuple[Forecast, ...]]
+    traces: tuple[RecordTrace, ...]
+
+
+def judge(
+    before: LoopFit, families: Sequence[Family], rng: np.random.Generator, tolerance: float
+) -> Judgement:
+    """Mix the candidates and judge the most probable by its consequences.
+
+    Parameters
+    ----------
+    before : LoopFit
+        The Coulomb model alone.
+    families : sequence of Family
+    rng : numpy.random.Generator
+    tolerance : float
+        Share of the loss of amplitude from which on dry friction matters.
+    """
+    rng_mixture, rng_before, rng_after, rng_pool, rng_dry = rng.spawn(5)
+    # a family whose own sets do not count knows it all the same
+    slight_force = next((f.slight_force for f in families if f.slight_force is not None), None)
+    mixture = mixture_of([family for family in families if family.sets], rng_mixture, slight_force)
+    best, model, frequency = mixture.best, before.model, mixture.draws.frequency
+    left, traces = best.left(), best.traces()
+    loss = _loss(traces[0], mixture, model)
+
+    def whether_it_rubs(friction: Array) -> dict[str, Any]:
+        return dry_friction(reported_friction(friction, frequency, model, rng_dry), loss, tolerance)
+
+    dry = whether_it_rubs(mixture.draws.friction)
+    factor, unit = friction_scale(model)
+    shift = factor * left["friction_could_shift_by"]
+    forecasts = forecast_records(before), best.forecasts()
+    held_out = held_out_error(*forecasts, best.noise_floor(), model.segments[0].decay.unit)
+    witnesses = best.witnesses()
+    after = reported_friction(mixture.draws.friction, frequency, model, rng_after)
+    against = Consequences(
+        is_noise=best.explains,
+        shift=shift,
+        loss=loss,
+        held_out=held_out,
+        friction=after.to_dict()["interval90"],
+        witnesses=witnesses,
+        contradicted=best.contradicted,
+    ).against()
+    word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
+    sensitivity = prior_sensitivity(mixture.draws, mixture.sets)
+    alone, readings = coulomb_alone(before, rng_before), None
+    if word == UNEXPLAINED:
+        readings, dry, mixture = _unexplained(alone, families, mixture, dry, whether_it_rubs, rng_pool)
+        after = reported_friction(mixture.draws.friction, frequency, model, rng_after)
+    return Judgement(
+        word=word,
+        against=against,
+        mixture=mixture,
+        friction=after,
+        friction_before=reported_friction(alone.friction, frequency, model, rng_before),
+        friction_range=friction_range(readings, factor, unit) if readings else None,
+        dry=dry,
+        witnesses=witnesses,
+        held_out=held_out,
+        left=left,
+        sensitivity=sensitivity,
+        shift=shift,
+        forecasts=forecasts,
+        traces=traces,
+    )
+
+
+def _unexplained(
+    alone: Reading,
+    families: Sequence[Family],
+    mixture: Mixture,
+    dry: dict[str, Any],
+    whether_it_rubs: Callable[[Array], dict[str, Any]],
+    rng: np.random.Generator,
+) -> tuple[list[Reading], dict[str, Any], Mixture]:
+    """Readings of a record that no candidate explains, whether it rubs, and friction pooled over them."""
+    read = [family.reading for family in families]
+    # Coulomb friction alone and the search evaluate no law without dry friction: they cannot deny it
+    for family, reading in zip(families, read, strict=True):
+        if family.holds_what_is_left:
+            dry = whether_it_rubs(reading.friction)
+    readings = in_question = [alone, *read]
+    if mixture.best.holds_what_is_left:
+        # Coulomb friction alone is out of the question then; what the other family says is not
+        others = [r for family, r in zip(families, read, strict=True) if family is not mixture.best]
+        in_question = [Reading("the candidates", mixture.draws.friction), *others]
+    return readings, dry, mixture.with_friction(pooled(in_question, rng))
+
+
+def _loss(trace: RecordTrace, mixture: Mixture, model: LoopModel) -> float:
+    """Friction that alone would explain the loss of amplitude, as friction is reported."""
+    if trace.turning_points.size < _LEAST_TURNS:
+        return 0.0
+    system, order = model.system, model.segments[0].order
+    ratio = float(mixture.draws.frequency.mean()) / system.natural_frequency
+    factor, _ = friction_scale(model)
+    return factor * system.stiffness * ratio**order * friction_of_loss(trace.turning_points)

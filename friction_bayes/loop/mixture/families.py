@@ -1,0 +1,190 @@
+"""The families of candidates of some records, and how far the search of them has to go.
+
+What a force that fluctuates explains, noise of the sensor alone seldom can: where the samples rule that out,
+both along the measured motion and against the fits of the law that was found there, nothing that the search
+could still come upon would be weighed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from friction_bayes.core.system import Oscillator
+from friction_bayes.loop.data.options import LoopOptions
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
+from friction_bayes.loop.mixture.force_family import ForceFamily, log_share_of_search
+from friction_bayes.loop.mixture.joint_family import JointFamily, joint_family
+from friction_bayes.loop.mixture.mixture import Family
+from friction_bayes.loop.mixture.search_family import SearchFamily
+from friction_bayes.loop.search.candidate import SearchResult
+from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.loop.search.run_search import search_records
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
+from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+
+__all__ = ["Candidates", "candidates_of", "families_of_one"]
+
+_BEYOND = 50.0
+"""Log evidence by which noise of the sensor alone has to fall behind for the search to be spared."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """All candidates of some records.
+
+    Attributes
+    ----------
+    before : LoopFit
+        The Coulomb model alone.
+    families : tuple of Family
+        Those that share a likelihood each.
+    """
+
+    before: LoopFit
+    families: tuple[Family, ...]
+
+    @property
+    def along_motion(self) -> bool:
+        """Whether any was evaluated along the measured motions."""
+        return any(not isinstance(family, SearchFamily) for family in self.families)
+
+
+def candidates_of(
+    segments: tuple[Segment, ...],
+    system: Oscillator,
+    options: LoopOptions,
+    tried: tuple[str, ...],
+    rngs: Sequence[np.random.Generator],
+    progress: Callable[[str], None] | None,
+) -> Candidates:
+    """Evaluate the candidates of one record or of several.
+
+    Parameters
+    ----------
+    segments : tuple of Segment
+    system : Oscillator
+        The declared system.
+    options : LoopOptions
+    tried : tuple of str
+        Effects that the search tries.
+    rngs : sequence of numpy.random.Generator, length 3
+        Of the draws: of the search, of one record along its motion, of several.
+    progress : callable, optional
+        Called with the name of each record or set of effects that is fitted.
+
+    Raises
+    ------
+    InputError
+        If no Coulomb decay can be fitted.
+    """
+    rng_search, rng_force, rng_joint = rngs
+    allowed = options.allowed
+    if options.seeks_force and len(segments) == 1:
+        searched, forced = families_of_one(
+            system, segments[0], allowed, tried, options.tolerance, (rng_search, rng_force), progress
+        )
+        families = (searched,) if forced is None else (searched, forced)
+        return Candidates(searched.found.before, families)
+    joint = _joint(segments, system, options, rng_joint, progress)
+    if joint is not None and (options.varying_friction or joint.knows_the_noise):
+        return Candidates(joint.before, (joint,))
+    searched = SearchFamily(
+        search_records(system, segments, tried, options.noise, progress), allowed, rng_search
+    )
+    if joint is not None and not searched.holds_more:
+        return Candidates(joint.before, (joint,))
+    return Candidates(searched.found.before, (searched,))
+
+
+def _joint(
+    segments: tuple[Segment, ...],
+    system: Oscillator,
+    options: LoopOptions,
+    rng: np.random.Generator,
+    progress: Callable[[str], None] | None,
+) -> JointFamily | None:
+    """Several records along their motions; None where that is not asked for or cannot be done."""
+    several = len(segments) > 1 and _knows_the_range(segments, options.allowed)
+    if not options.varying_friction and not (options.seeks_force and several):
+        return None
+    unwanted = () if options.random_force == "auto" else (RANDOM_FORCE.name,)
+    return joint_family(
+        segments,
+        system,
+        tuple(name for name in options.allowed if name not in unwanted),
+        options.tolerance,
+        rng,
+        varying=options.varying_friction,
+        progress=progress,
+    )
+
+
+def families_of_one(
+    system: Oscillator,
+    segment: Segment,
+    allowed: tuple[str, ...],
+    tried: tuple[str, ...],
+    tolerance: float,
+    rngs: Sequence[np.random.Generator],
+    progress: Callable[[str], None] | None,
+) -> tuple[SearchFamily, ForceFamily | None]:
+    """Weigh candidates with noise of the sensor alone and, where that can be done, beside a random force.
+
+    Parameters
+    ----------
+    system : Oscillator
+        The declared system.
+    segment : Segment
+    allowed : tuple of str
+        Effects that any family may have.
+    tried : tuple of str
+        Those of them that the search tries.
+    tolerance : float
+        Share of friction below which a force that depends on the motion does not matter.
+    rngs : sequence of numpy.random.Generator, length 2
+        Of the search's draws and of the others'.
+    progress : callable, optional
+        Called with the name of each set of effects that is fitted.
+
+    Raises
+    ------
+    InputError
+        If no Coulomb decay can be fitted.
+    """
+    rng_search, rng_force = rngs
+    fit = fit_random_force(segment, system, allowed) if _knows_the_range((segment,), tried) else None
+
+    def search(*only: frozenset[str]) -> SearchResult:
+        return search_records(system, (segment,), tried, "auto", progress, only)
+
+    if fit is not None and log_share_of_search(fit, tried) < -_BEYOND:
+        narrow = SearchFamily(search(*_sets_to_check(fit, tried)), allowed, rng_search, search)
+        force = None if narrow.is_silent else ForceFamily(narrow, fit, allowed, tolerance, rng_force)
+        if force is not None and force.lead > _BEYOND:
+            return narrow, force
+    whole = SearchFamily(search(), allowed, rng_search)
+    if fit is None or whole.is_silent:
+        return whole, None
+    return whole, ForceFamily(whole, fit, allowed, tolerance, rng_force)
+
+
+def _knows_the_range(segments: Sequence[Segment], allowed: Sequence[str]) -> bool:
+    """Whether samples at an end of the range, if there are any, are known to lie beyond it.
+
+    They are where the sensor may clip.
+    """
+    return SENSOR_CLIPPING.name in allowed or not any(segment.clipped for segment in segments)
+
+
+def _sets_to_check(fit: ForceFit, tried: tuple[str, ...]) -> tuple[frozenset[str], ...]:
+    """Coulomb friction alone, its rest position fixed and free, and the law found, without its force."""
+    outliers = {OUTLIERS.name} if fit.sensor_noise.contaminated else set()
+    law = (fit.sets.effects[fit.chosen] | outliers).intersection(tried)
+    zero = frozenset({SENSOR_OFFSET.name}).intersection(tried)
+    return frozenset(), zero, law
