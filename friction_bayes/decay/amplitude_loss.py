@@ -1,4 +1,4 @@
-"""Whether the amplitude of a motion falls at all, as that of a free decay does, and whether by dry friction.
+"""Whether the amplitude of a motion falls at all, as that of a free decay does.
 
 Amplitudes are those of windows of one period, half a period apart. The scatter about a fit, from whatever it
 comes, is the yardstick.
@@ -15,7 +15,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.decay.demodulation import demodulate
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
-__all__ = ["amplitude_falls", "falls_in_proportion"]
+__all__ = ["amplitude_falls"]
 
 _FEWEST = 6
 """Amplitudes below which nothing is said of their course."""
@@ -28,7 +28,7 @@ _LEAST_LOSS = 0.01
 _CERTAIN = 4.0
 """Standard errors by which a course must be ruled out."""
 _NOT_EXCLUDED = 2.0
-"""Standard errors within which a loss, or dry friction, may be none."""
+"""Standard errors within which a loss may be none."""
 
 
 @njit(cache=True, nogil=True)
@@ -89,32 +89,3 @@ def amplitude_falls(y: Array, omega: float) -> bool:
     if count >= _MANY:
         return line[1] > _NOT_EXCLUDED * error[1]
     return line[1] + _CERTAIN * error[1] > _LEAST_LOSS * largest
-
-
-@njit(cache=True, nogil=True)
-def falls_in_proportion(y: Array, omega: float) -> bool:
-    """Whether the amplitude falls in proportion to itself, and nothing in it asks for dry friction.
-
-    With dry friction and viscous damping ``a' = -u - c a``, so that ``a = a0 - u t - c (integral of a)``:
-    linear in all three.
-
-    Parameters
-    ----------
-    y : ndarray, shape (n,)
-        The moving samples.
-    omega : float
-        Rough angular frequency [rad/sample].
-    """
-    amplitude = _amplitudes(y, omega)
-    count = amplitude.size
-    if count < _FEWEST:
-        return False
-    design = np.ones((count, 3))
-    design[0, 1], design[0, 2] = 0.0, 0.0
-    for k in range(1, count):
-        design[k, 1] = -k / (count - 1)
-        design[k, 2] = design[k - 1, 2] - 0.5 * (amplitude[k] + amplitude[k - 1]) / (count - 1)
-    law, error = _regress(amplitude, design)
-    dry = law[1] - _NOT_EXCLUDED * error[1]
-    viscous = law[2] - _CERTAIN * error[2]
-    return dry <= 0.0 < viscous

@@ -172,8 +172,8 @@ class FreeDecay:
         notes = []
         if self.later:
             notes.append(
-                f"{self.name}: the start was not free: what lies before {self.start_time:.4g} s is left out, "
-                "since the rest by itself says much more of friction"
+                f"{self.name}: what lies before {self.start_time:.4g} s is left out: it does not fit the "
+                "rest, as under a hand or while a sensor settles"
             )
         if self.disturbed:
             notes.append(
@@ -426,7 +426,7 @@ def _refusal(
     if status == NOT_DECAYING:
         return InputError(
             name,
-            "the amplitude does not fall: the motion is steady or grows, as if driven",
+            "no loss of amplitude shows: the motion is steady or grows, as if driven, or noise hides it",
             "give the free decay alone, after the drive is off (--start)",
         )
     if status == SEVERAL_MODES:

@@ -20,9 +20,12 @@ from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import Whiteness
 from friction_bayes.estimators.noise.noise_accounts import NoiseAccount
 from friction_bayes.estimators.priors import DeclaredSignal
-from friction_bayes.estimators.witness import Witness, reconciled
+from friction_bayes.estimators.witness import Witness, not_negative, reconciled
 
 __all__ = ["Estimator", "Fit", "Fits", "FittedMotion", "FreeDecays", "Part", "RandomForce"]
+
+_SURELY = 0.99
+"""Probability of a negative friction above which there is no answer."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +141,8 @@ class Fit:
     witness : Witness or None
         Friction by the loss of amplitude, of a method that averages over accounts.
     answer : frozen scipy.stats distribution or Mixture
-        Friction coefficient as it is reported: :attr:`coefficient`, reconciled with the witness.
+        Friction coefficient as it is reported: :attr:`coefficient`, reconciled with the witness and not
+        negative, where there is a witness.
     """
 
     coefficient: Any
@@ -164,13 +168,27 @@ class Fit:
         return self.account_parts or (Part("the whole posterior", 1.0, False, lambda: self.target),)
 
     @cached_property
-    def answer(self) -> Any:
+    def _reconciled(self) -> Any:
         return self.coefficient if self.witness is None else reconciled(self.coefficient, self.witness)
+
+    @cached_property
+    def answer(self) -> Any:
+        return self._reconciled if self.witness is None else not_negative(self._reconciled)
+
+    @property
+    def probability_negative(self) -> float:
+        """That friction is negative, before the answer is cut at zero."""
+        return float(self._reconciled.cdf(0.0))
+
+    @property
+    def surely_negative(self) -> bool:
+        """Whether friction is negative: nothing is lost."""
+        return self.probability_negative > _SURELY
 
     @property
     def noise_model(self) -> str:
         """``coloured`` or ``white``: of the noise that is the more probable."""
-        coloured = sum(account.probability for account in self.accounts if account.coloured)
+        coloured = sum(each.probability for each in self.accounts if each.coloured or each.weaker_above)
         return "coloured" if coloured > 0.5 else "white"
 
     @property

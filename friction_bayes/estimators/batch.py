@@ -31,10 +31,11 @@ from friction_bayes.decay.sensor_calibration import force_factor, force_factors
 from friction_bayes.estimators.base import Estimator, Fits, FreeDecays
 from friction_bayes.estimators.equally_probable import EquallyProbable
 from friction_bayes.estimators.estimate import RANDOM_FORCE
+from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
 from friction_bayes.estimators.noise.noise_level import looks_white
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
-from friction_bayes.estimators.waveform.averaged import answered, surely_negative
+from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.estimators.waveform.saturation import saturation_level
 from friction_bayes.records.clipping import SHORTEST_RUN, clipped_fraction
@@ -341,12 +342,14 @@ def _answered(
     for row in np.flatnonzero(fits.found).tolist():
         decay = decays.decay(row)
         phase = fits.frequency[row] * decay.time
-        if looks_white(fits.residual(row), phase, kind.order, _COEFFICIENTS):
+        positive = table[row, column["friction_low"]] > 0.0
+        long_enough = phase.size >= LEAST_SAMPLES
+        if positive and long_enough and looks_white(fits.residual(row), phase, kind.order, _COEFFICIENTS):
             continue
         status = _CLIPPED if saturation_level(decay) is not None else FOUND
         if status == FOUND:
             decay, fit = answered(decay, partial(estimator.fit, prior=prior, peaks=PEAKS[0]))
-            status = NOT_DECAYING if surely_negative(fit) else FOUND
+            status = NOT_DECAYING if fit.surely_negative else FOUND
         if status != FOUND:
             table[row] = np.nan
             table[row, column["status"]] = status

@@ -13,17 +13,20 @@ import xarray as xr
 from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError, RecordWarning
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.amplitude_loss import falls_in_proportion
+from friction_bayes.core.text import number
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import PEAKS
+from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.acceptance import accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
+from friction_bayes.estimators.envelope.loss_of_amplitude import faster_loss
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
-from friction_bayes.estimators.waveform.averaged import answered, surely_negative
+from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.estimators.waveform.saturation import saturation_level
 from friction_bayes.records.clipping import clipped_fraction
@@ -35,6 +38,8 @@ __all__ = ["RANDOM_FORCE", "estimate", "prior_mapping", "refuse_clipped"]
 RANDOM_FORCE = ("auto", "none")
 """Whether a random force may be there."""
 
+_SURELY = 0.95
+"""Probability of a loss that is not of dry friction alone, from which on it is said first."""
 _SPLINE = (
     "the times are uneven: this method goes from sample to sample, so that a cubic spline brings the signal "
     "to an even grid; waveform takes the samples at their own times"
@@ -146,7 +151,7 @@ def estimate(
                 warnings.warn(decay.notes[0], RecordWarning, stacklevel=2)
         else:
             fit = fit_of(decay)
-        warned = _proportion_note(decay)
+        warned = _faster_loss_note(decay)
         acceptance = None
         if accept_precision is not None:
             acceptance = accept_by_threshold(
@@ -205,7 +210,7 @@ def _refuse_saturated(decay: FreeDecay) -> None:
 
 def _refuse_negative(decay: FreeDecay, fit: Fit) -> None:
     """Refuse what loses no amplitude by any account."""
-    if surely_negative(fit):
+    if fit.surely_negative:
         raise InputError(
             decay.name,
             "friction is negative, which no contact has: the oscillation grows, as if driven",
@@ -222,16 +227,24 @@ def _refuse_other_signal(decay: FreeDecay, set_up: FreeDecay) -> None:
         )
 
 
-def _proportion_note(decay: FreeDecay) -> list[str]:
-    """Warn of a decay in which nothing asks for dry friction: the number is then another law's."""
-    even = decay.on_even_grid()
-    if not falls_in_proportion(even.values - even.rest_position, even.frequency * even.step):
+def _faster_loss_note(decay: FreeDecay) -> list[str]:
+    """Warn of a decay that loses more than dry friction alone would: the number is then another law's."""
+    faster = faster_loss(decay)
+    if faster is None or faster.probability < _SURELY:
         return []
     text = (
-        f"{decay.name}: the amplitude falls in proportion to itself or faster, as by viscous damping or drag,"
-        " and its course asks for no dry friction: the estimate is what dry friction alone would have to be; "
-        "close-loop weighs them all and limits dry friction"
+        f"{decay.name}: the amplitude falls faster while it is larger (probability "
+        f"{number(faster.probability, 3)}), as under viscous damping, drag or friction that falls with time: "
+        "the estimate is what dry friction alone would have to be; "
     )
+    if float(faster.coefficient.cdf(0.0)) > 1.0 - _SURELY:
+        text += "with damping there need be no dry friction"
+    else:
+        factor = force_factor(decay.system, decay.quantity, decay.unit)
+        mean, sd = (factor * value for value in (faster.coefficient.mean(), faster.coefficient.std()))
+        unit = decay.unit if decay.unit in UNCALIBRATED_UNITS else decay.system.friction_unit
+        text += f"with damping it is {number(mean, 3)} ± {number(sd, 2)} {unit} by the amplitudes alone"
+    text += "; close-loop tells them apart"
     warnings.warn(text, RecordWarning, stacklevel=3)
     return [text]
 

@@ -32,8 +32,6 @@ from friction_bayes.estimators.equally_probable import EquallyProbable
 
 __all__ = ["Estimate", "force_notes"]
 
-_SURELY = 0.99
-"""Probability of a negative friction above which a note says what that means."""
 _NO_FLUCTUATION = 5.0
 """Times friction itself, beyond which a random force stands for something else: a warning is given then."""
 _SUSPECT_PERIODS = 0.02
@@ -94,7 +92,7 @@ class Estimate:
     accepted : bool or None
         Whether the precision parameter says so; None when it was given nothing to compare with.
     probability_negative : float
-        ``P(friction < 0)``: what the model gives to the physically impossible.
+        ``P(friction < 0)``: what the model gives to the physically impossible, which is cut off the answer.
     random_force : RandomForce or None
         What the record says of a force that fluctuates, its size in the unit of friction at the declared
         mass and stiffness.
@@ -180,7 +178,7 @@ class Estimate:
 
     @property
     def probability_negative(self) -> float:
-        return float(self.friction.cdf(0.0))
+        return self.fit.probability_negative
 
     @cached_property
     def random_force(self) -> RandomForce | None:
@@ -329,7 +327,7 @@ def force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
 
 def _negative_note(fit: Fit) -> list[str]:
     """Warn of a friction that is surely below zero."""
-    if not float(fit.coefficient.cdf(0.0)) > _SURELY:
+    if not fit.surely_negative:
         return []
     text = (
         "friction is negative, which no contact has: the oscillation grows, or an error of the sensor "

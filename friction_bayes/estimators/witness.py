@@ -9,7 +9,7 @@ from typing import Any
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.summary import TAILS
 
-__all__ = ["Witness", "reconciled"]
+__all__ = ["Witness", "not_negative", "reconciled"]
 
 _APART = 2.0
 """Standard deviations of their difference from which on two witnesses disagree: one in twenty by chance."""
@@ -17,7 +17,7 @@ _EXACT_TO = 5e-4
 """Share of friction to which the loss of amplitude is known where nothing disturbs it: phases and amplitudes
 of half cycles are exact to this for pendulums and for coarse sampling."""
 _NEGATIVE = 1e-4
-"""Probability of a negative friction from which on the answer is what is left of it above zero."""
+"""Probability of a negative friction below which the cut at zero changes nothing that is printed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,21 +47,25 @@ class Witness:
         return cls(coefficient, bool(apart <= _APART * math.hypot(spread, _EXACT_TO * middle)), bounds)
 
 
-def reconciled(posterior: Any, witness: Witness | None) -> Any:
-    """The answer: the posterior, what spans it and a witness that disagrees, and nothing below zero.
+def reconciled(posterior: Any, witness: Witness) -> Any:
+    """What spans a posterior and a witness that disagrees, or is as wide as one that bounds it.
 
     Parameters
     ----------
     posterior : Mixture or frozen Student t
         Of the friction coefficient.
-    witness : Witness or None
+    witness : Witness
     """
-    answer = posterior
-    if witness is not None and not witness.agrees:
-        answer = Mixture.of([_as_mixture(posterior), witness.coefficient], (0.5, 0.5))
-    elif witness is not None and witness.bounds:
+    if not witness.agrees:
+        return Mixture.of([_as_mixture(posterior), witness.coefficient], (0.5, 0.5))
+    if witness.bounds:
         wider = max(_spread(witness.coefficient) / _spread(posterior), 1.0)
-        answer = _as_mixture(posterior).widened(wider)
+        return _as_mixture(posterior).widened(wider)
+    return posterior
+
+
+def not_negative(answer: Any) -> Any:
+    """What is left above zero, where there is anything to speak of on either side."""
     below = float(answer.cdf(0.0))
     return _as_mixture(answer).kept_positive() if _NEGATIVE < below < 1.0 else answer
 

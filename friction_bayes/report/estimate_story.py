@@ -35,6 +35,9 @@ def estimate_story(result: Mapping[str, Any], notes: int | None = None) -> list[
     rows = [("friction", with_interval(result["friction"]))]
     if result["random_force"] is not None:
         rows.append(("it rests on", _rests_on(result)))
+    elif result["witness"] is not None:
+        assumed = "white noise of the sensor: too few samples, or too little noise, to look for anything else"
+        rows.append(("it rests on", assumed))
     if result["witness"] is not None:
         rows.append(("loss of amplitude", _witness(result)))
     rows += [
@@ -65,15 +68,15 @@ def _rests_on(result: Mapping[str, Any]) -> str:
     noise, force = result["noise"], result["random_force"]
     text = f"{noise['model']} noise of the sensor"
     if noise["model"] == "coloured":
-        text += ", as behind a filter"
+        text += ", as behind a filter, which may also have made amplitudes and friction too small"
     if force["probability"] > _LIKELY:
         text += f" and a force that fluctuates: {_random_force(result)}"
     elif force["probability"] > _WORTH_A_WORD:
         text += f"; a force that fluctuates cannot be excluded: {_random_force(result)}"
     if noise["probability_of_free_corners"] > _LIKELY:
         text += (
-            "; the corners of the motion are not as dry friction makes them, as behind a filter, "
-            "and friction is told by the loss of amplitude"
+            "; the turning points do not have the shape that dry friction gives them, as behind a filter or "
+            "under other forces: friction is taken from the loss of amplitude alone"
         )
     return text
 
@@ -87,9 +90,10 @@ def _witness(result: Mapping[str, Any]) -> str:
     wide, narrow = (
         high - low for low, high in (result["friction"]["interval90"], witness["friction"]["interval90"])
     )
-    if wide > _MUCH_WIDER * narrow and result["random_force"] is not None:
+    force = result["random_force"]
+    if wide > _MUCH_WIDER * narrow and force is not None and force["probability"] > _LIKELY:
         return (
-            f"{text}: agrees; the interval above is wider as a force fluctuates, which moves amplitudes too"
+            f"{text}: agrees; the interval above is wider, as the force that fluctuates moves amplitudes too"
         )
     return f"{text}: agrees"
 

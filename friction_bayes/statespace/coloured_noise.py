@@ -13,7 +13,7 @@ on, so that samples may be left out and a random force may act in addition.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -88,20 +88,14 @@ class Autoregression:
         """Log likelihood of so many samples over that of white noise of the same variance."""
         return -0.5 * samples * math.log(self.innovation_variance)
 
-    def tempered(self, floor: float, angle: float, samples: int, *, paid: bool) -> Autoregression:
-        """The same with a spectral density of ``floor`` below twice ``angle`` and no less above.
-
-        What so many samples tell of the part below may have ``paid`` for coefficients: the rest of the
-        information criterion's penalty is left.
-        """
+    def tempered(self, floor: float, angle: float) -> Autoregression:
+        """The same with a spectral density of ``floor`` below twice ``angle`` and no less above."""
         omega = np.linspace(0.0, math.pi, _GRID)
         spectrum = np.where(omega < 2.0 * angle, floor, np.maximum(self.spectrum(omega), floor))
         covariance = np.fft.irfft(spectrum)[: self.order + 1]
         coefficients = solve_toeplitz(covariance[:-1], covariance[1:])
         known = float(coefficients @ covariance[1:]) / float(covariance[0])
-        raised = Autoregression(coefficients, 1.0 - known)
-        below = max(self.gain(samples) - raised.gain(samples), 0.0) if paid else 0.0
-        return replace(raised, penalty=max(self.penalty - below, 0.0))
+        return Autoregression(coefficients, 1.0 - known, self.penalty)
 
 
 def burg(residual: Array, fitted: float) -> tuple[Autoregression, float]:

@@ -9,17 +9,20 @@ scatter, so that neither the colour of the noise nor the shape of the motion wit
 with the rows ``X_k`` of :mod:`friction_bayes.estimators.envelope.half_cycle_rows`. Given ``rho`` this is a
 regression under a flat prior, Student t in closed form, and the average over ``rho`` a mixture of these: none
 with probability one half, log-uniform otherwise. What changes the loss itself (viscous damping, a gain that
-drifts) it takes for friction as every fit of dry friction alone does.
+drifts) it takes for friction as every fit of dry friction alone does; whether the amplitudes fall faster
+while they are larger, as under such damping, is compared by the same regression with one column more.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from scipy import stats
 from scipy.linalg import solve_triangular
-from scipy.special import logsumexp
+from scipy.special import expit, logsumexp
 
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
@@ -28,7 +31,7 @@ from friction_bayes.decay.phase_tracking import tracked_phase
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.envelope.half_cycle_rows import half_cycle_rows
 
-__all__ = ["loss_of_amplitude"]
+__all__ = ["FasterLoss", "faster_loss", "loss_of_amplitude"]
 
 _AMPLITUDE, _FRICTION = 0, 1
 """Columns of the rows."""
@@ -36,6 +39,12 @@ _WALKS = np.geomspace(0.01, 100.0, 25)
 """Steps of the walk, over the standard error of an amplitude."""
 _LEAST_FREEDOM = 2
 """Degrees of freedom below which the amplitudes do not tell how they scatter."""
+_EXPONENTS = 400
+"""Equally probable exponents of the record that stand for their prior."""
+_ROUNDS = 4
+"""In which the part in proportion to the amplitude is that of the amplitudes fitted with it."""
+_INCLUSION = 0.1
+"""Prior probability of such a part of the loss: that of an effect in a closed loop."""
 _EXACT = 1e-24
 """Share of the response's sum of squares that is rounding."""
 
@@ -53,18 +62,93 @@ def loss_of_amplitude(decay: FreeDecay) -> Mixture | None:
         In the unit of the signal, as :attr:`friction_bayes.estimators.base.Fit.coefficient`; None where too
         few half cycles tell it.
     """
+    response, design = _rows(decay)
+    found = _regressed(response, design)
+    return None if found is None else found.coefficient
+
+
+class FasterLoss(NamedTuple):
+    """Whether amplitudes fall faster while they are larger, as under viscous damping.
+
+    Attributes
+    ----------
+    probability : float
+        That they do.
+    coefficient : Mixture
+        Friction coefficient of the signal if they do.
+    """
+
+    probability: float
+    coefficient: Mixture
+
+
+def faster_loss(decay: FreeDecay) -> FasterLoss | None:
+    r"""Compare a loss by dry friction alone with one that has a part in proportion to the amplitude.
+
+    With the exponent ``c`` of the whole record a half cycle loses the share ``c / n`` of its amplitude as
+    well; ``c`` is half-normal with sd one, as in the catalogue's viscous damping. The Bayes factor is the
+    density of the data given ``c``, averaged over that prior, over the density given ``c = 0``, both with all
+    else integrated out.
+
+    Parameters
+    ----------
+    decay : FreeDecay
+
+    Returns
+    -------
+    FasterLoss or None
+        None where too few half cycles tell it.
+    """
+    response, design = _rows(decay)
+    alone = _regressed(response, design)
+    if alone is None:
+        return None
+    amplitudes = np.abs(design[:-1, _AMPLITUDE]) > 0.0
+    ratio = design[:-1, _FRICTION][amplitudes] / design[:-1, _AMPLITUDE][amplitudes]
+    fitted = alone.start + ratio * alone.coefficient.mean()
+    column, damped = np.zeros(response.size), alone
+    for _ in range(_ROUNDS):
+        lost = np.concatenate([[0.0], np.cumsum(0.5 * (fitted[1:] + fitted[:-1]))]) / fitted.size
+        column[:-1][amplitudes] = -design[:-1, _AMPLITUDE][amplitudes] * lost
+        found = _regressed(response, np.column_stack([design, column]))
+        if found is None:
+            return None
+        damped = found
+        fitted = damped.start + ratio * damped.coefficient.mean() - damped.last.mean() * lost
+    exponents = stats.halfnorm.ppf((np.arange(_EXPONENTS) + 0.5) / _EXPONENTS)
+    density = damped.last.logpdf(np.append(exponents, 0.0))
+    log_odds = logsumexp(density[:-1]) - math.log(_EXPONENTS) - density[-1]
+    log_odds += math.log(_INCLUSION / (1.0 - _INCLUSION))
+    return FasterLoss(float(expit(log_odds)), damped.coefficient)
+
+
+class _Regressed(NamedTuple):
+    """The first amplitude, and distributions of the friction coefficient and of the last coefficient."""
+
+    start: float
+    coefficient: Mixture
+    last: Mixture
+
+
+def _rows(decay: FreeDecay) -> tuple[Array, Array]:
+    """Response, shape (rows,), and design, (rows, 3), of the amplitudes and the rest position."""
     decay = decay.on_even_grid()
     polynomial, values, _ = tracked_phase(decay)
     swing = swing_frequency(decay.system, decay.unit)
     response, design, _ = half_cycle_rows(values, polynomial, decay.quantity.order, swing)
+    return response, design
+
+
+def _regressed(response: Array, design: Array) -> _Regressed | None:
+    """Average over the walk of the amplitudes; None where they do not tell how they scatter."""
     freedom = response.size - design.shape[1]
     if freedom < _LEAST_FREEDOM or not np.all(np.isfinite(response)):
         return None
     loading = np.ascontiguousarray(design[:, _AMPLITUDE])
     columns = np.column_stack([design, response])
     steps = np.concatenate([[0.0], _WALKS / np.max(np.abs(loading))])
-    log_prior = np.concatenate([[0.0], np.full(_WALKS.size, -math.log(_WALKS.size))])
-    log_weight, location, scale = np.empty((3, steps.size))
+    log_weight = np.concatenate([[0.0], np.full(_WALKS.size, -math.log(_WALKS.size))])
+    location, scale = np.empty((2, steps.size, design.shape[1]))
     for j, step in enumerate(steps):
         white, log_determinant = _whitened(columns, loading, step)
         upper = np.asarray(np.linalg.qr(white, mode="r"))
@@ -73,12 +157,16 @@ def loss_of_amplitude(decay: FreeDecay) -> Mixture | None:
         if np.min(np.abs(np.diag(own))) <= 1e-12 * np.max(np.abs(own)):
             return None
         inverse = solve_triangular(own, np.eye(len(own)))
-        location[j] = inverse[_FRICTION] @ right
-        scale[j] = math.sqrt(rest / freedom) * float(np.linalg.norm(inverse[_FRICTION]))
-        log_weight[j] = log_prior[j] - 0.5 * (log_determinant + freedom * math.log(rest))
+        location[j] = inverse @ right
+        scale[j] = math.sqrt(rest / freedom) * np.linalg.norm(inverse, axis=1)
+        log_weight[j] -= 0.5 * (log_determinant + freedom * math.log(rest))
         log_weight[j] -= float(np.sum(np.log(np.abs(np.diag(own)))))
     weight = np.exp(log_weight - logsumexp(log_weight))
-    return Mixture(weight, location, scale, np.full(steps.size, float(freedom)))
+
+    def marginal(k: int) -> Mixture:
+        return Mixture(weight, location[:, k], scale[:, k], np.full(steps.size, float(freedom)))
+
+    return _Regressed(float(weight @ location[:, _AMPLITUDE]), marginal(_FRICTION), marginal(-1))
 
 
 @njit(cache=True, nogil=True)

@@ -21,6 +21,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
@@ -50,6 +51,8 @@ LEAST_SAMPLES = 64
 """Samples of which noise can be told from a random force."""
 CORNER = "corner_"
 """What the names of the columns of free corners begin with."""
+_ON_GRID = 0.05
+"""Share of the step within which samples lie on an even grid."""
 _MOST_ROUNDS = 4
 """Motions that are smoothed with a law: one serves but for a pendulum that swings far."""
 
@@ -111,7 +114,7 @@ class PlainDecay:
     @property
     def amplitude(self) -> float:
         """Largest of the signal about its rest position."""
-        return float(np.max(np.abs(self.values - self.rest_position)))
+        return float(np.nanmax(np.abs(self.values - self.rest_position)))
 
     @property
     def usable(self) -> bool:
@@ -151,6 +154,11 @@ class Laid:
         clock = replace(regression.clock, autoregression=colour)
         least = max(least, regression.least_noise)
         return replace(self, regression=replace(regression, clock=clock, least_noise=least))
+
+    @property
+    def has_free_corners(self) -> bool:
+        """Whether corners may have any shape."""
+        return self.regression.names[-1].startswith(CORNER)
 
     def with_free_corners(self, friction: float) -> Laid:
         """The same with corners of any shape, for a displacement ``r/k``; natural units."""
@@ -198,7 +206,9 @@ class PreparedDecay:
     """
 
     def __init__(self, decay: PlainDecay) -> None:
-        self.decay, block = decay, decay.block
+        rounding = (quantisation_step(decay.values) or 0.0) / math.sqrt(12.0)
+        self.decay = decay = _on_even_grid(decay)
+        block = decay.block
         whole = ~torn_blocks(decay.time, block)
         time = block_means(decay.time, block)[whole]
         unit = decay.frequency**decay.order
@@ -206,12 +216,15 @@ class PreparedDecay:
         amplitude = float(np.max(np.hypot(*states.T)))
         self.friction = max(decay.coefficient / unit, 1e-6 * amplitude)
         n = max(_surely_sliding(states, self.friction, decay.frequency * decay.step * block), 0)
-        self.signal = block_means(decay.values - decay.rest_position, block)[whole][:n]
+        signal = block_means(decay.values - decay.rest_position, block)[whole][:n]
+        self._missing = np.isnan(signal)
+        # of no weight: what the motion that was fitted would show
+        about = unit * np.array([states[:n, 0], states[:n, 1], -states[:n, 0]][decay.order])
+        self.signal = np.where(self._missing, about, signal)
         self.time = (time - time[0])[:n]
         self.prior = ForcePrior(centre=_CENTRE * self.friction)
         self._states = states[:n]
         # of the sensor's rounding; a signal without noise is known no better than its interpolated motion
-        rounding = (quantisation_step(decay.values) or 0.0) / math.sqrt(12.0)
         self._least_noise = max(rounding, LEAST_NOISE * decay.amplitude) / math.sqrt(block)
 
     @property
@@ -239,9 +252,8 @@ class PreparedDecay:
         The noise is at least ``least_noise``, natural units.
         """
         decay, frequency = self.decay, self.decay.frequency
-        motion = first_motion(
-            self.signal / frequency**decay.order, Clock.of(frequency * self.time), sensor_row(decay.order)
-        )
+        clock = Clock.of(frequency * self.time, np.where(self._missing, np.inf, 1.0))
+        motion = first_motion(self.signal / frequency**decay.order, clock, sensor_row(decay.order))
         laid = self._along(motion, frequency).with_noise(least_noise)
         for _ in range(_MOST_ROUNDS):
             regression = laid.regression
@@ -259,7 +271,7 @@ class PreparedDecay:
         decay, unit = self.decay, frequency**self.decay.order
         x, v = motion.states[:, :2].T.copy()
         path = MeasuredPath.through(frequency * self.time, x, v, motion.velocity_sd, pendulum=decay.pendulum)
-        variance = _relative_variance(path, decay.order)
+        variance = np.where(self._missing, np.inf, _relative_variance(path, decay.order))
         regression = _regression(self.signal / unit, path, variance, motion, self.friction, decay)
         return Laid(
             path=path,
@@ -267,6 +279,27 @@ class PreparedDecay:
             order=decay.order,
             frequency=frequency,
         )
+
+
+def _on_even_grid(decay: PlainDecay) -> PlainDecay:
+    """The same with what is missing from an even grid: values are nan there, the motion as it was fitted.
+
+    As it is where the samples lie on no such grid.
+    """
+    steps = np.diff(decay.time)
+    index = np.concatenate([[0], np.cumsum(np.rint(steps / np.median(steps)))]).astype(np.intp)
+    step = decay.time[-1] / index[-1]
+    off_grid = np.abs(decay.time - step * index) > _ON_GRID * step
+    if index[-1] + 1 == index.size or off_grid.any() or np.any(np.diff(index) < 1):
+        return decay
+    time = step * np.arange(index[-1] + 1)
+    values = np.full(time.size, np.nan)
+    values[index] = decay.values
+    motion = CubicHermiteSpline(decay.frequency * step * index, *decay.states.T)
+    phase = decay.frequency * time
+    states = np.column_stack([motion(phase), motion(phase, 1)])
+    states[index] = decay.states
+    return replace(decay, time=time, values=values, states=states)
 
 
 def _surely_sliding(states: Array, friction: float, step: float) -> int:

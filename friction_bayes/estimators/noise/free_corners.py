@@ -29,7 +29,7 @@ _FEWEST = 2
 
 
 def _harmonics(path: MeasuredPath) -> Array:
-    step = float(np.max(np.diff(path.phase)))
+    step = float(np.median(np.diff(path.phase)))
     highest = min(_HIGHEST, int(_BELOW_NYQUIST * math.pi / step))
     return np.arange(3.0, highest + 1.0, 2.0) if path.turning.size >= _FEWEST else np.empty(0)
 

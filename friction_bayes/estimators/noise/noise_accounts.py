@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ from friction_bayes.estimators.noise.coulomb_regression import (
     PlainDecay,
     PreparedDecay,
 )
-from friction_bayes.estimators.noise.noise_level import SensorNoise, sensor_noise
+from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, sensor_noise
 from friction_bayes.statespace.force_grid import ForcePrior, Posterior, integrate
 from friction_bayes.statespace.force_target import (
     force_target,
@@ -55,6 +56,8 @@ class NoiseAccount:
     ----------
     coloured, forced : bool
         Whether the noise is coloured, and whether there is a random force.
+    weaker_above : bool
+        Whether white noise stands for noise that is weaker far above the motion's frequency.
     free_corners : bool
         Whether the corners of the motion may have any shape.
     probability : float
@@ -74,6 +77,7 @@ class NoiseAccount:
     """
 
     coloured: bool
+    weaker_above: bool
     forced: bool
     free_corners: bool
     probability: float
@@ -90,6 +94,8 @@ class NoiseAccount:
     def name(self) -> str:
         """In words."""
         words = ["coloured noise" if self.coloured else "white noise"]
+        if self.weaker_above:
+            words = ["noise taken to be as strong as near the motion's frequency"]
         words += ["a random force"] if self.forced else []
         words += ["corners of any shape"] if self.free_corners else []
         return ", ".join(words)
@@ -116,32 +122,39 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
 
 
 def _weigh(prepared: PreparedDecay, along: Sequence[Laid]) -> list[tuple[_Weighed, float]]:
-    """All accounts and their probabilities; without a force along the fit, with one along any path."""
+    """All accounts and their probabilities; without a force along the fit, with one along any path.
+
+    Evidences compare under one floor of the noise: the least that any shape of the corners leaves.
+    """
     free = [laid.with_free_corners(prepared.friction) for laid in along]
-    stills = [_still(prepared, paths[0]) for paths in (along, free)]
+    shapes = [along, free] if free[0].has_free_corners else [along]
+    prior, log_prior = prepared.prior.without_force, math.log(prepared.prior.none)
+    rough = [_weighed(paths[0], prior) for paths in shapes]
+    floor = min(each.noise_floor for each in rough)
+    stills = [_still(each, prior, log_prior, floor) for each in rough]
     best = max(part.log_evidence for parts in stills for part in parts)
     parts = [part for still in stills for part in still]
-    for paths, still in zip((along, free), stills, strict=True):
+    for paths, still in zip(shapes, stills, strict=True):
         if max(part.log_evidence for part in still) > best + math.log(SLIGHT):
-            parts += _forced(prepared, paths, still[0].laid.regression.least_noise)
+            parts += _forced(prepared, paths, floor)
     log_evidence = np.array([part.log_evidence for part in parts])
     return list(zip(parts, np.exp(log_evidence - logsumexp(log_evidence)).tolist(), strict=True))
 
 
-def _still(prepared: PreparedDecay, laid: Laid) -> list[_Weighed]:
+def _still(rough: _Weighed, prior: ForcePrior, log_prior: float, floor: float) -> list[_Weighed]:
     """Accounts without a random force; that of white noise first."""
-    prior, log_prior = prepared.prior.without_force, math.log(prepared.prior.none)
-    noise = _weighed(laid, prior).noise()
-    parts = [_weighed(laid.with_noise(noise.floor), prior, log_prior)]
+    noise = rough.noise(floor)
+    parts = [_weighed(rough.laid.with_noise(floor), prior, log_prior, noise.weaker_above)]
     if noise.colour is not None:
-        parts.append(_weighed(laid.with_noise(noise.coloured_floor, noise.colour), prior, log_prior))
+        parts.append(_weighed(rough.laid.with_noise(noise.coloured_floor, noise.colour), prior, log_prior))
     return parts
 
 
 def _forced(prepared: PreparedDecay, paths: Sequence[Laid], floor: float) -> list[_Weighed]:
     """Accounts with a random force; that of white noise first."""
     white = _best([_weighed(laid.with_noise(floor), prepared.prior).forced for laid in paths])
-    noise = white.noise(least=floor, paid=False)
+    noise = white.noise(floor)
+    white = replace(white, weaker_above=noise.weaker_above)
     if noise.colour is None:
         return [white]
     coloured = [
@@ -157,6 +170,7 @@ class _Weighed:
     laid: Laid
     posterior: Posterior
     log_prior: float = 0.0
+    weaker_above: bool = False
 
     @property
     def log_evidence(self) -> float:
@@ -172,7 +186,21 @@ class _Weighed:
         """Given that there is a random force."""
         return replace(self, posterior=self.posterior.among((self.posterior.ratio > 0.0)[:, None]))
 
-    def noise(self, *, least: float = 0.0, paid: bool = True) -> SensorNoise:
+    @property
+    def noise_floor(self) -> float:
+        """Sd of white noise as strong as what is left near the motion's frequency."""
+        regression = self.laid.regression
+        fitted = len(regression.names)
+        return noise_floor(self._left, regression.clock.phase, self.laid.order, fitted)
+
+    def noise(self, floor: float) -> SensorNoise:
+        """Noise of that floor with the colour of what is left."""
+        regression = self.laid.regression
+        clock = regression.clock
+        return sensor_noise(self._left, clock.phase, len(regression.names), floor, even=clock.even)
+
+    @cached_property
+    def _left(self) -> Array:
         """What the law and the most probable force leave; samples that do not count are bridged."""
         regression, force = self.laid.regression, self.posterior.best
         clock = regression.clock
@@ -182,20 +210,13 @@ class _Weighed:
             left = left - shown(states[:, :3, 0], regression.row)
         used = np.isfinite(clock.variance)
         index = np.arange(used.size)
-        return sensor_noise(
-            np.interp(index, index[used], left[used]),
-            clock.phase,
-            self.laid.order,
-            len(regression.names),
-            least=least,
-            even=clock.even,
-            paid=paid,
-        )
+        return np.interp(index, index[used], left[used])
 
 
-def _weighed(laid: Laid, prior: ForcePrior, log_prior: float = 0.0) -> _Weighed:
+def _weighed(laid: Laid, prior: ForcePrior, log_prior: float = 0.0, weaker_above: bool = False) -> _Weighed:
     regression = laid.regression
-    return _Weighed(laid, integrate(regression.problem, prior, regression.motion.noise), log_prior)
+    posterior = integrate(regression.problem, prior, regression.motion.noise)
+    return _Weighed(laid, posterior, log_prior, weaker_above)
 
 
 def _best(parts: Sequence[_Weighed]) -> _Weighed:
@@ -218,6 +239,7 @@ def _account(part: _Weighed, probability: float, prepared: PreparedDecay) -> Noi
     forced = bool(np.any(posterior.ratio > 0.0))
     return NoiseAccount(
         coloured=regression.clock.autoregression is not None,
+        weaker_above=part.weaker_above,
         forced=forced,
         free_corners=regression.names[-1].startswith(CORNER),
         probability=probability,

@@ -18,7 +18,7 @@ right in all three cases.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +32,7 @@ from friction_bayes.statespace.kalman import Clock, sensor_row, shown, smooth, w
 from friction_bayes.statespace.response import at_sensor
 from friction_bayes.statespace.transition import initial_response
 
-__all__ = ["SensorNoise", "looks_white", "sensor_noise"]
+__all__ = ["SensorNoise", "looks_white", "noise_floor", "sensor_noise"]
 
 _PER_PERIOD = 6
 """Means a period: their Nyquist frequency is three times the motion's."""
@@ -41,15 +41,13 @@ _TIMES = (0.3, 1.0, 3.0, 10.0)
 """Of forces that the level is averaged over: sd at resonance over the noise, correlation times as phases."""
 _PRIOR_NONE = 0.5
 """Prior probability of none in that average."""
-_WHITE = 1.0
-"""Gain in log likelihood below which a colour is none."""
 _OCTAVE = np.geomspace(1.0, 2.0, 20)
 """Frequencies, over the motion's, at which a noise that rises with frequency is told."""
 
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """What a residual says of the noise that an estimator may count on.
+    """The noise that an estimator may count on.
 
     Attributes
     ----------
@@ -59,24 +57,18 @@ class SensorNoise:
         Of the noise; None where it is white.
     coloured_floor : float
         Least sd of noise of that colour, which has this level near the motion's frequency.
+    weaker_above : bool
+        Whether the residual is weaker than white noise of that level, as behind a filter.
     """
 
     floor: float
     colour: Autoregression | None
     coloured_floor: float
+    weaker_above: bool
 
 
-def sensor_noise(
-    residual: Array,
-    phase: Array,
-    order: int,
-    fitted: int,
-    *,
-    least: float = 0.0,
-    even: bool = True,
-    paid: bool = True,
-) -> SensorNoise:
-    """Noise of the sensor from what a fit leaves.
+def noise_floor(residual: Array, phase: Array, order: int, fitted: int) -> float:
+    """Sd of white noise of the sensor's level near the motion's frequency, from what a fit leaves.
 
     Parameters
     ----------
@@ -87,39 +79,49 @@ def sensor_noise(
         Order of the derivative measured.
     fitted : int
         How many numbers have been fitted to it.
-    least : float
-        Of which the floor is known to be, at least.
+    """
+    own, variance = burg(residual, fitted)
+    block = _samples_in_mean(phase)
+    # of a mean of a block to that of a sample
+    level = block * _level(block_means(residual, block), block_means(phase, block), order, fitted / block)
+    return math.sqrt(min(level, variance) if own.order == 0 else level)
+
+
+def sensor_noise(residual: Array, phase: Array, fitted: int, floor: float, *, even: bool) -> SensorNoise:
+    """Noise of that floor with the colour of what a fit leaves.
+
+    Parameters
+    ----------
+    residual, phase, fitted
+        As for :func:`noise_floor`.
+    floor : float
+        From there.
     even : bool
         Whether the samples are evenly spaced; without, no colour is looked for.
-    paid : bool
-        Whether the part of a colour that is below the floor pays for its coefficients: not where a force has
-        been taken off, which leaves noise of less than its own.
     """
-    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
     own, variance = burg(residual, fitted)
-    block = max(int(2.0 * math.pi / angle / _PER_PERIOD), 1)
-    # of a mean of a block to that of a sample
-    floor2 = block * _level(block_means(residual, block), block_means(phase, block), order, fitted / block)
-    if own.order == 0:
-        floor2 = min(floor2, variance)
-    floor2 = max(floor2, least**2)
+    white = SensorNoise(floor, None, floor, weaker_above=own.order > 0 and floor**2 > variance)
     if own.order == 0 or not even:
-        return SensorNoise(math.sqrt(floor2), None, math.sqrt(floor2))
-    colour = own.tempered(floor2 / variance, angle, residual.size, paid=paid)
-    if colour.gain(residual.size) <= max(colour.penalty, _WHITE):
-        return SensorNoise(math.sqrt(floor2), None, math.sqrt(floor2))
-    level = colour.level(angle * _OCTAVE)
-    return SensorNoise(math.sqrt(floor2), colour, math.sqrt(floor2 / level))
+        return white
+    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
+    colour = own.tempered(floor**2 / variance, angle)
+    if colour.gain(residual.size) <= colour.penalty:
+        return white
+    return replace(white, colour=colour, coloured_floor=floor / math.sqrt(colour.level(angle * _OCTAVE)))
+
+
+def _samples_in_mean(phase: Array) -> int:
+    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
+    return max(int(2.0 * math.pi / angle / _PER_PERIOD), 1)
 
 
 def looks_white(residual: Array, phase: Array, order: int, fitted: int) -> bool:
     """Whether nothing in a residual speaks for coloured noise or for a force: a glance before a long look.
 
-    Parameters as for :func:`sensor_noise`. Both autoregressions are of order zero by their criterion, and a
+    Parameters as for :func:`noise_floor`. Both autoregressions are of order zero by their criterion, and a
     force is no more probable than it was.
     """
-    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
-    block = max(int(2.0 * math.pi / angle / _PER_PERIOD), 1)
+    block = _samples_in_mean(phase)
     thinned = block_means(residual, block)
     if burg(residual, fitted)[0].order or burg(thinned, fitted / block)[0].order:
         return False

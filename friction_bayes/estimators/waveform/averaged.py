@@ -28,13 +28,10 @@ from friction_bayes.estimators.witness import Witness
 __all__ = [
     "answered",
     "averaged_over_accounts",
-    "surely_negative",
 ]
 
 _SURELY_NONE = 0.01
 """Probability of an account below which it is left out of the answer."""
-_SURELY = 0.99
-"""Probability of a negative friction above which there is no answer."""
 _MOST_LATER = 3
 """Half cycles by which the start may be moved."""
 _FEWEST_HALF_CYCLES = 8
@@ -167,7 +164,8 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
         return replace(fit, witness=_witness_of(decay, fit.coefficient, ()))
     answer = _averaged(white, accounts)
     doubts: tuple[str, ...] = ()
-    if accounts[0].probability < 0.5 and fit.prediction is not None:
+    white_noise = accounts[0].probability >= 0.5 and not accounts[0].weaker_above
+    if not white_noise and fit.prediction is not None:
         # what residuals say against the interval under white noise is no longer said of this one
         doubts = residual_notes(decay.values - fit.prediction, fit.prediction)
     return replace(
@@ -213,12 +211,6 @@ def answered(
             break
         decay, fit = later, other
     return decay, fit
-
-
-def surely_negative(fit: Fit) -> bool:
-    """Whether friction is negative by every account: nothing is lost."""
-    told = [fit.coefficient] + ([] if fit.witness is None else [fit.witness.coefficient])
-    return all(float(each.cdf(0.0)) > _SURELY for each in told)
 
 
 def _width(fit: Fit) -> float:

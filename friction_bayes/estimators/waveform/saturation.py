@@ -4,19 +4,21 @@ The samples well inside the range determine frequency, phase and amplitude of ev
 the others should show. Where these stay at one level instead, whatever they should show beyond it, the
 likelihood of a saturated sensor exceeds that of half cycles of the right shape, each of any size ``g``,
 
-.. math:: \Lambda(L) = \sum_{|s_i| > L} \frac{(y_i - g s_i)^2 - (y_i - L)^2}{2 \mathrm{var}(y_i - s_i)},
+.. math:: \Lambda(L) = \sum_{|s_i| > L} \frac{(y_i - d_i - g s_i)^2 - (y_i - L)^2}{2 \mathrm{var}(y_i - s_i)},
 
-with the level ``L`` averaged over the range, on either side or on both.
+with the level ``L`` averaged over the range, on either side or on both. A filter bends the motion near its
+corners too, but by the same ``d`` in every half cycle: it is seen in those whose tops stay below the level.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import logsumexp
 
-from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.waveform.coulomb_signal import signal_derivatives, signals
@@ -33,8 +35,8 @@ _LOG_PRIOR = math.log(0.01)
 _SURE = math.log(100.0)
 _LINEAR = 0.005
 """Of the range, to which sensor and law of motion are taken to be exact."""
-_JUMP = 0.25
-"""Phase from a turning point within which an acceleration is not judged."""
+_BINS = 24
+"""Of the phase of a half cycle, for what all of them have in common."""
 _LIKE_NOISE = 3.0
 """Standard deviations by which a flat top may scatter (root mean square): what is further is no flat top."""
 
@@ -72,36 +74,51 @@ def saturation_level(decay: FreeDecay) -> float | None:
     noise2 = float(fits.misfit[0]) / (count - COEFFICIENTS)
     jacobian, _ = signal_derivatives(samples, order, p, kappa, stop)
     told = np.einsum("ni,ij,nj->n", jacobian, np.linalg.inv(fits.normal[0]), jacobian)
-    variance = noise2 * (1.0 + told) + (_LINEAR * largest) ** 2
+    # what sensor and law are wrong by goes on over a bin: so many samples say of it what one does
+    in_bin = max(math.pi * (away.size - 1) / (2.0 * p[ADVANCE] * _BINS), 1.0)
+    variance = noise2 * (1.0 + told) + in_bin * (_LINEAR * largest) ** 2
     angle = p[ADVANCE] * places + p[PHASE]
     half_cycle = np.rint((angle + 0.5 * order * math.pi) / math.pi).astype(np.int64)
-    if order == 2:
-        # which half cycle a sample near the jump belongs to is not known, and a filter mixes both
-        variance[np.abs(angle - math.pi * np.rint(angle / math.pi)) < _JUMP] = np.inf
+    # a filter is still settling then
+    variance[half_cycle <= half_cycle[0]] = np.inf
+    phase = angle + 0.5 * order * math.pi - math.pi * half_cycle
+    bins = np.clip(((phase / math.pi + 0.5) * _BINS).astype(np.intp), 0, _BINS - 1)
+    tops = _Tops(away, expected, variance, half_cycle, bins)
     found, level = [], []
     for sides in ((1.0,), (-1.0,), (1.0, -1.0)):
         for share in _LEVELS:
-            gain, flat = _gain(away, expected, variance, half_cycle, sides, share * largest)
+            gain, flat = tops.gain(sides, share * largest)
             found.append(gain if flat else -math.inf)
             level.append(share * largest)
     evidence = float(logsumexp(found)) - math.log(len(found)) + _LOG_PRIOR
     return level[int(np.argmax(found))] if evidence > _SURE else None
 
 
-def _gain(
-    away: Array,
-    expected: Array,
-    variance: Array,
-    half_cycle: Integers,
-    sides: tuple[float, ...],
-    level: float,
-) -> tuple[float, bool]:
-    """Log likelihood ratio of a sensor that saturates at a level, and whether its tops scatter as noise."""
-    beyond = np.logical_or.reduce([side * expected > level for side in sides])
-    y, s, weight = away[beyond], expected[beyond], 1.0 / variance[beyond]
-    _, own = np.unique(half_cycle[beyond], return_inverse=True)
-    crossed, square = (np.bincount(own, weight * each * s) for each in (y, s))
-    size = (crossed / np.where(square > 0.0, square, 1.0))[own]
-    flat = weight * (np.abs(y) - level) ** 2
-    gain = 0.5 * float(np.sum(weight * (y - size * s) ** 2 - flat))
-    return gain, bool(flat.sum() <= _LIKE_NOISE**2 * np.count_nonzero(weight))
+class _Tops(NamedTuple):
+    """The samples, what they should show, its variance, half cycle and bin of the phase, shape (n,) each."""
+
+    away: Array
+    expected: Array
+    variance: Array
+    half_cycle: Integers
+    bins: Integers
+
+    def gain(self, sides: tuple[float, ...], level: float) -> tuple[float, bool]:
+        """Log likelihood ratio of a sensor that saturates at a level, and whether tops scatter as noise."""
+        beyond = np.logical_or.reduce([side * self.expected > level for side in sides])
+        y, s, weight = self.away[beyond], self.expected[beyond], 1.0 / self.variance[beyond]
+        other = y - np.sign(s) * self._common(beyond)[self.bins[beyond]]
+        _, own = np.unique(self.half_cycle[beyond], return_inverse=True)
+        crossed, square = (np.bincount(own, weight * each * s) for each in (other, s))
+        size = (crossed / np.where(square > 0.0, square, 1.0))[own]
+        flat = weight * (np.abs(y) - level) ** 2
+        gain = 0.5 * float(np.sum(weight * (other - size * s) ** 2 - flat))
+        return gain, bool(flat.sum() <= _LIKE_NOISE**2 * np.count_nonzero(weight))
+
+    def _common(self, beyond: Mask) -> Array:
+        """What half cycles that stay below the level show beyond the law, by bin of the phase."""
+        below = ~np.isin(self.half_cycle, self.half_cycle[beyond])
+        bins, weight = self.bins[below], 1.0 / self.variance[below]
+        wrong = np.sign(self.expected[below]) * (self.away[below] - self.expected[below])
+        total = np.bincount(bins, weight, _BINS)
+        return np.bincount(bins, weight * wrong, _BINS) / np.where(total > 0.0, total, 1.0)
