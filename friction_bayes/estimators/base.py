@@ -196,6 +196,11 @@ class Fit:
         """That the corners of the motion do not show as dry friction makes them."""
         return sum(account.probability for account in self.accounts if account.free_corners)
 
+    @property
+    def seems_filtered(self) -> bool:
+        """Whether dry friction alone behind a filter is more probable than all else."""
+        return sum(each.probability for each in self.accounts if each.seems_filtered) > 0.5
+
     @cached_property
     def target(self) -> Target:
         """The same posterior for the sampler, built when it is first asked for."""

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.summary import TAILS
 from friction_bayes.loop.checks.search_forecast import Forecast, forecast_records, held_out_error
+from friction_bayes.loop.checks.whole_signal import filtered_signal
 from friction_bayes.loop.data.friction import (
     Distribution,
     dry_friction,
@@ -24,6 +26,8 @@ from friction_bayes.loop.report.friction_range import Reading, coulomb_alone, fr
 from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.loop.report.verdict import UNEXPLAINED, Consequences, verdict
 from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["Judgement", "judge"]
 
@@ -88,7 +92,7 @@ def judge(
     tolerance : float
         Share of the loss of amplitude from which on dry friction matters.
     """
-    rng_mixture, rng_before, rng_after, rng_pool, rng_dry = rng.spawn(5)
+    rng_mixture, rng_before, rng_after, rng_pool, rng_dry, rng_filtered = rng.spawn(6)
     # a family whose own sets do not count knows it all the same
     slight_force = next((f.slight_force for f in families if f.slight_force is not None), None)
     mixture = mixture_of([family for family in families if family.sets], rng_mixture, slight_force)
@@ -106,6 +110,7 @@ def judge(
     held_out = held_out_error(*forecasts, best.noise_floor(), model.segments[0].decay.unit)
     witnesses = best.witnesses()
     after = reported_friction(mixture.draws.friction, frequency, model, rng_after)
+    filtered = _filtered(mixture, model, rng_filtered)
     against = Consequences(
         is_noise=best.explains,
         shift=shift,
@@ -113,13 +118,15 @@ def judge(
         held_out=held_out,
         friction=after.to_dict()["interval90"],
         witnesses=witnesses,
+        filtered=None if filtered is None else _interval(factor * filtered.friction),
         contradicted=best.contradicted,
     ).against()
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
     sensitivity = prior_sensitivity(mixture.draws, mixture.sets)
     alone, readings = coulomb_alone(before, rng_before), None
     if word == UNEXPLAINED:
-        readings, dry, mixture = _unexplained(alone, families, mixture, dry, whether_it_rubs, rng_pool)
+        readings, mixture = _unexplained(alone, families, mixture, filtered, rng_pool)
+        dry = whether_it_rubs(mixture.draws.friction)
         after = reported_friction(mixture.draws.friction, frequency, model, rng_after)
     return Judgement(
         word=word,
@@ -139,26 +146,36 @@ def judge(
     )
 
 
+def _filtered(mixture: Mixture, model: LoopModel, rng: np.random.Generator) -> Reading | None:
+    """Friction behind a filter, of one record in which forces were found that a filter could stand for."""
+    forces = any(isinstance(EFFECTS[name], ForceEffect) for name in mixture.sets[0])
+    left_over = RANDOM_FORCE.name in mixture.sets[0] or not mixture.best.explains
+    if len(model.segments) > 1 or not (forces or left_over):
+        return None
+    return filtered_signal(model.segments[0].decay, rng)
+
+
+def _interval(draws: Array) -> tuple[float, float]:
+    low, high = np.quantile(draws, TAILS)
+    return float(low), float(high)
+
+
 def _unexplained(
     alone: Reading,
     families: Sequence[Family],
     mixture: Mixture,
-    dry: dict[str, Any],
-    whether_it_rubs: Callable[[Array], dict[str, Any]],
+    filtered: Reading | None,
     rng: np.random.Generator,
-) -> tuple[list[Reading], dict[str, Any], Mixture]:
-    """Readings of a record that no candidate explains, whether it rubs, and friction pooled over them."""
+) -> tuple[list[Reading], Mixture]:
+    """Readings of a record that no candidate explains, and friction pooled over those in question."""
     read = [family.reading for family in families]
-    # Coulomb friction alone and the search evaluate no law without dry friction: they cannot deny it
-    for family, reading in zip(families, read, strict=True):
-        if family.holds_what_is_left:
-            dry = whether_it_rubs(reading.friction)
-    readings = in_question = [alone, *read]
+    beyond = [] if filtered is None else [filtered]
+    readings = in_question = [alone, *read, *beyond]
     if mixture.best.holds_what_is_left:
         # Coulomb friction alone is out of the question then; what the other family says is not
         others = [r for family, r in zip(families, read, strict=True) if family is not mixture.best]
-        in_question = [Reading("the candidates", mixture.draws.friction), *others]
-    return readings, dry, mixture.with_friction(pooled(in_question, rng))
+        in_question = [Reading("the candidates", mixture.draws.friction), *others, *beyond]
+    return readings, mixture.with_friction(pooled(in_question, rng))
 
 
 def _loss(trace: RecordTrace, mixture: Mixture, model: LoopModel) -> float:

@@ -176,12 +176,22 @@ def _contradiction(report: Report, what: str) -> str:
     )
 
 
+def _behind_a_filter(report: Report, what: str) -> str:
+    reading = report["friction_range"]["readings"][-1]
+    return (
+        f"the record has rounded turning points and coloured noise, as behind a filter, and dry friction of "
+        f"{number(reading['mean'])} {reading['unit']} alone then explains it: the law that was found may "
+        "stand for the filter"
+    )
+
+
 _AGAINST = {
     "left_over": _left_over,
     "shift": _shift,
     "band": _band,
     "forecast": _worse_forecast,
     "witnesses": _at_odds,
+    "filter": _behind_a_filter,
     "records": _contradiction,
 }
 """What forbids to use the number, in words (see :class:`friction_bayes.loop.report.verdict.Consequences`)."""

@@ -91,6 +91,11 @@ class NoiseAccount:
     target: Callable[[float], Target] = field(repr=False)
 
     @property
+    def seems_filtered(self) -> bool:
+        """Whether noise or corners are as behind a filter, without a random force."""
+        return not self.forced and (self.coloured or self.weaker_above or self.free_corners)
+
+    @property
     def name(self) -> str:
         """In words."""
         words = ["coloured noise" if self.coloured else "white noise"]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtri
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.report.result import ForecastTrace, RecordTrace
@@ -30,6 +30,8 @@ _WHAT = (
     "root mean square error over the last 30 % of the moving record of each model, "
     "fitted anew to the first 70 %; the noise floor is the residual of the final fit to all of it"
 )
+_SCORES = 2000
+"""Normal scores that stand for the error of a forecast."""
 _BAND90 = 1.6448536269514722
 """Half width of the central 90 % of a normal distribution, in standard deviations."""
 
@@ -118,26 +120,28 @@ def forecast_errors(after: Sequence[Forecast]) -> dict[str, float]:
 
 
 def chance_of_worse(before: Sequence[Forecast], after: Sequence[Forecast]) -> float:
-    r"""Return how probable the final model makes it that its forecast is worse than the other by as much.
+    r"""Return how probable the final model makes a forecast that is worse than the other by such a factor.
 
-    With the error :math:`e` of the final model's forecast and the difference :math:`d` between the two
-    forecasts, its sum of squares less the other's is :math:`-2\sum e d - \sum d^2`, normal under its own
-    band. Within a record all errors are taken to move together, as those of a phase that has drifted do.
+    All errors are taken to move together, as those of a phase that has drifted do: with the difference
+    :math:`d` of the two forecasts and the sd :math:`s` of the final one, the ratio of the errors is that of
+    :math:`|z s|` and :math:`|z s + |d||` for a standard normal :math:`z`.
 
     Returns
     -------
     float
-        nan where one could not forecast; one where the two forecasts are the same.
+        nan where one could not forecast; one where the final forecast is not worse.
     """
     if not before or len(before) != len(after):
         return math.nan
-    excess, variance = 0.0, 0.0
-    for other, final in zip(before, after, strict=True):
-        difference = (final.mean - other.mean)[final.free]
-        error = final.error
-        excess += float(np.sum(error**2 - (error + difference) ** 2) + np.sum(difference**2))
-        variance += (2.0 * float(np.sum(final.sd[final.free] * np.abs(difference)))) ** 2
-    return float(ndtr(-excess / math.sqrt(variance))) if variance > 0.0 else 1.0
+    worse = _rms(after) / _rms(before)
+    if worse <= 1.0:
+        return 1.0
+    apart = [np.abs(final.mean - other.mean)[final.free] for other, final in zip(before, after, strict=True)]
+    d, s = np.concatenate(apart), np.concatenate([final.sd[final.free] for final in after])
+    z = ndtri((np.arange(_SCORES) + 0.5) / _SCORES)
+    own = z**2 * float(s @ s)
+    other = own + 2.0 * z * float(s @ d) + float(d @ d)
+    return float(np.mean(own >= worse**2 * other))
 
 
 def _rms(forecasts: Sequence[Forecast]) -> float:

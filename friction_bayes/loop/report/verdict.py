@@ -64,6 +64,9 @@ class Consequences:
         The 90 % interval of friction, over all candidates.
     witnesses : mapping or None
         The report's ``witnesses``.
+    filtered : tuple of float or None
+        The 90 % interval of friction if the record has gone through a filter; None where nothing speaks for
+        that.
     contradicted : bool
         Whether the records contradict each other.
     """
@@ -74,6 +77,7 @@ class Consequences:
     held_out: Mapping[str, Any]
     friction: tuple[float, float]
     witnesses: Mapping[str, Any] | None
+    filtered: tuple[float, float] | None
     contradicted: bool
 
     def against(self) -> tuple[str, ...]:
@@ -86,6 +90,7 @@ class Consequences:
             "forecast": held_out["after"] > _SAME_ERROR * held_out["before"] > 0.0
             and not held_out["chance_of_worse"] > _CHANCE,
             "witnesses": not self._spans_witnesses,
+            "filter": self.filtered is not None and not _overlap(self.friction, self.filtered),
             "records": self.contradicted,
         }
         return tuple(name for name, found in faults.items() if found)
@@ -95,9 +100,12 @@ class Consequences:
         """Whether two witnesses agree, or the interval of friction reaches into those of both."""
         if self.witnesses is None or self.witnesses["agree"]:
             return True
-        low, high = self.friction
-        said = (self.witnesses[name]["interval90"] for name in ("loss", "shape"))
-        return all(least <= high and low <= most for least, most in said)
+        return all(_overlap(self.friction, self.witnesses[name]["interval90"]) for name in ("loss", "shape"))
+
+
+def _overlap(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether two intervals share anything."""
+    return one[0] <= other[1] and other[0] <= one[1]
 
 
 def verdict(

@@ -63,6 +63,7 @@ SOUND = Consequences(
     held_out={"before": 2.0, "after": 2.0, "inside90": 0.9, "chance_of_worse": 0.01},
     friction=(0.9, 1.1),
     witnesses=None,
+    filtered=None,
     contradicted=False,
 )
 
@@ -96,6 +97,8 @@ def forecast(**figures: float) -> dict[str, Any]:
         ({"witnesses": heard(1.0, 1.19, agree=False)}, ()),
         ({"witnesses": heard(1.0, -0.5, agree=False)}, ("witnesses",)),
         ({"witnesses": heard(1.3, 1.0, agree=False)}, ("witnesses",)),
+        ({"filtered": (1.0, 1.2)}, ()),
+        ({"filtered": (1.2, 1.3)}, ("filter",)),
         ({"contradicted": True}, ("records",)),
         (forecast(after=3.0, inside90=0.35) | {"contradicted": True}, ("band", "forecast", "records")),
     ],
