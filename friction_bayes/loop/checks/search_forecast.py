@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtri
+from scipy.special import ndtr
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.report.result import ForecastTrace, RecordTrace
@@ -30,8 +30,6 @@ _WHAT = (
     "root mean square error over the last 30 % of the moving record of each model, "
     "fitted anew to the first 70 %; the noise floor is the residual of the final fit to all of it"
 )
-_SCORES = 2000
-"""Normal scores that stand for the error of a forecast."""
 _BAND90 = 1.6448536269514722
 """Half width of the central 90 % of a normal distribution, in standard deviations."""
 
@@ -122,9 +120,10 @@ def forecast_errors(after: Sequence[Forecast]) -> dict[str, float]:
 def chance_of_worse(before: Sequence[Forecast], after: Sequence[Forecast]) -> float:
     r"""Return how probable the final model makes a forecast that is worse than the other by such a factor.
 
-    All errors are taken to move together, as those of a phase that has drifted do: with the difference
-    :math:`d` of the two forecasts and the sd :math:`s` of the final one, the ratio of the errors is that of
-    :math:`|z s|` and :math:`|z s + |d||` for a standard normal :math:`z`.
+    An error of the final forecast along the difference :math:`d` of the two, :math:`u d`, makes the errors
+    differ most; where all errors of sd :math:`s` move together, as those of a phase that has drifted do,
+    :math:`u` has the sd :math:`\sum s |d| / \sum d^2`. It is worse by the factor :math:`w` or more where
+    :math:`|u| \geq w |u + 1|`.
 
     Returns
     -------
@@ -136,12 +135,13 @@ def chance_of_worse(before: Sequence[Forecast], after: Sequence[Forecast]) -> fl
     worse = _rms(after) / _rms(before)
     if worse <= 1.0:
         return 1.0
-    apart = [np.abs(final.mean - other.mean)[final.free] for other, final in zip(before, after, strict=True)]
-    d, s = np.concatenate(apart), np.concatenate([final.sd[final.free] for final in after])
-    z = ndtri((np.arange(_SCORES) + 0.5) / _SCORES)
-    own = z**2 * float(s @ s)
-    other = own + 2.0 * z * float(s @ d) + float(d @ d)
-    return float(np.mean(own >= worse**2 * other))
+    together = squares = 0.0
+    for other, final in zip(before, after, strict=True):
+        difference = np.abs(final.mean - other.mean)[final.free]
+        together += float(final.sd[final.free] @ difference)
+        squares += float(difference @ difference)
+    nearer, further = (worse * squares / ((worse + side) * together) for side in (1.0, -1.0))
+    return float(ndtr(further) - ndtr(nearer))
 
 
 def _rms(forecasts: Sequence[Forecast]) -> float:
