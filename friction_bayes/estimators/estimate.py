@@ -40,6 +40,8 @@ RANDOM_FORCE = ("auto", "none")
 
 _SURELY = 0.95
 """Probability of a loss that is not of dry friction alone, from which on it is said first."""
+_MAY_BE_NONE = 0.01
+"""Probability of no dry friction beside damping, from which on no number is given for it."""
 _SPLINE = (
     "the times are uneven: this method goes from sample to sample, so that a cubic spline brings the signal "
     "to an even grid; waveform takes the samples at their own times"
@@ -237,7 +239,7 @@ def _faster_loss_note(decay: FreeDecay) -> list[str]:
         f"{number(faster.probability, 3)}), as under viscous damping, drag or friction that falls with time: "
         "the estimate is what dry friction alone would have to be; "
     )
-    if float(faster.coefficient.cdf(0.0)) > 1.0 - _SURELY:
+    if float(faster.coefficient.cdf(0.0)) > _MAY_BE_NONE:
         text += "with damping there need be no dry friction"
     else:
         factor = force_factor(decay.system, decay.quantity, decay.unit)

@@ -199,9 +199,9 @@ def test_a_decay_without_dry_friction_is_warned_of_before_the_number(
     record = write_csv("decay.csv", TIME, viscous, "displacement_m")
     assert main(["estimate", str(record), *DECLARED]) == 0
     shown = capsys.readouterr().out
-    assert -1 < shown.index("falls in proportion to itself") < shown.index("friction / stiffness")
+    assert -1 < shown.index("falls faster while it is larger") < shown.index("friction / stiffness")
     assert shown.index("warning") < shown.index("90 %")
-    with pytest.warns(RecordWarning, match="falls in proportion to itself"):
+    with pytest.warns(RecordWarning, match="falls faster while it is larger"):
         estimate(make_record(TIME, viscous, "displacement"), SYSTEM)
 
 

@@ -47,6 +47,8 @@ _INCLUSION = 0.1
 """Prior probability of such a part of the loss: that of an effect in a closed loop."""
 _EXACT = 1e-24
 """Share of the response's sum of squares that is rounding."""
+_AMPLITUDES_EXACT_TO = 5e-4
+"""Share of an amplitude to which the rows are exact: for pendulums and coarse sampling no better."""
 
 
 def loss_of_amplitude(decay: FreeDecay) -> Mixture | None:
@@ -100,7 +102,7 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
         None where too few half cycles tell it.
     """
     response, design = _rows(decay)
-    alone = _regressed(response, design)
+    alone = _regressed(response, design, exact=_AMPLITUDES_EXACT_TO**2)
     if alone is None:
         return None
     amplitudes = np.abs(design[:-1, _AMPLITUDE]) > 0.0
@@ -110,7 +112,7 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
     for _ in range(_ROUNDS):
         lost = np.concatenate([[0.0], np.cumsum(0.5 * (fitted[1:] + fitted[:-1]))]) / fitted.size
         column[:-1][amplitudes] = -design[:-1, _AMPLITUDE][amplitudes] * lost
-        found = _regressed(response, np.column_stack([design, column]))
+        found = _regressed(response, np.column_stack([design, column]), exact=_AMPLITUDES_EXACT_TO**2)
         if found is None:
             return None
         damped = found
@@ -139,8 +141,11 @@ def _rows(decay: FreeDecay) -> tuple[Array, Array]:
     return response, design
 
 
-def _regressed(response: Array, design: Array) -> _Regressed | None:
-    """Average over the walk of the amplitudes; None where they do not tell how they scatter."""
+def _regressed(response: Array, design: Array, exact: float = _EXACT) -> _Regressed | None:
+    """Average over the walk of the amplitudes; None where they do not tell how they scatter.
+
+    What is left is taken to be the share ``exact`` of their sum of squares at least.
+    """
     freedom = response.size - design.shape[1]
     if freedom < _LEAST_FREEDOM or not np.all(np.isfinite(response)):
         return None
@@ -153,7 +158,7 @@ def _regressed(response: Array, design: Array) -> _Regressed | None:
         white, log_determinant = _whitened(columns, loading, step)
         upper = np.asarray(np.linalg.qr(white, mode="r"))
         own, right, rest = upper[:-1, :-1], upper[:-1, -1], float(upper[-1, -1] ** 2)
-        rest = max(rest, _EXACT * float(response @ response))
+        rest = max(rest, exact * float(response @ response))
         if np.min(np.abs(np.diag(own))) <= 1e-12 * np.max(np.abs(own)):
             return None
         inverse = solve_triangular(own, np.eye(len(own)))

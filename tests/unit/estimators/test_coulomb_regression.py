@@ -63,7 +63,8 @@ def test_a_random_force_without_noise_of_the_sensor(rate: float) -> None:
     found = fb.estimate(record, LINEAR)
     assert found.random_force is not None
     assert found.random_force.probability > 0.99
-    assert abs(found.friction.mean() - 0.2) < 4.0 * found.friction.std() < 0.05
+    # corners of any shape, which may be the more probable beside so strong a force, cost a quarter of the width
+    assert abs(found.friction.mean() - 0.2) < 4.0 * found.friction.std() < 0.06
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
@@ -94,7 +95,8 @@ def test_a_fluctuating_force_widens_the_interval_and_is_reported(order: int, rng
 
 def test_an_effect_that_passes_for_a_random_force_is_doubted() -> None:
     damping = {"viscous_damping.damping_ratio": 0.002}
-    found = fb.estimate(slow_decay(duration=20.0, seed=1, effects=damping), SYSTEM)
+    with pytest.warns(fb.RecordWarning, match="falls faster while it is larger"):
+        found = fb.estimate(slow_decay(duration=20.0, seed=1, effects=damping), SYSTEM)
     assert found.random_force is not None
     assert found.random_force.probability > 0.5
     assert found.friction.ppf(0.05) > 0.07

@@ -1,0 +1,75 @@
+"""Amplitudes that fall faster while they are larger: how probable, and friction then."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from friction_bayes.decay.free_decay import find_free_decay
+from friction_bayes.estimators.envelope.loss_of_amplitude import faster_loss
+
+SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
+SURE = 0.95
+
+
+def decay(friction: float, seed: int = 7, quantity: str = "displacement", **effects: float) -> Any:
+    return fb.simulate(
+        SYSTEM,
+        friction=friction,
+        initial_displacement=0.0203,
+        duration=8.0,
+        sampling_rate=250.0,
+        noise_sd={"displacement": 6e-5, "velocity": 1.2e-3, "acceleration": 2.4e-2}[quantity],
+        seed=seed,
+        quantity=quantity,
+        effects={name.replace("__", "."): value for name, value in effects.items()},
+    )
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
+@pytest.mark.parametrize("friction", [0.02, 0.2])
+@pytest.mark.parametrize("zeta", [0.002, 0.01])
+def test_damping_is_seen_and_friction_with_it_is_right(friction: float, zeta: float, quantity: str) -> None:
+    record = decay(friction, quantity=quantity, viscous_damping__damping_ratio=zeta)
+    found = faster_loss(find_free_decay(record, SYSTEM))
+    assert found is not None
+    assert found.probability > SURE
+    k = SYSTEM.force_factor(find_free_decay(record, SYSTEM).quantity)
+    assert k * found.coefficient.mean() == pytest.approx(friction, abs=4.0 * k * found.coefficient.std())
+
+
+def test_it_is_said_before_the_number() -> None:
+    with pytest.warns(fb.RecordWarning, match="falls faster while it is larger") as said:
+        found = fb.estimate(decay(0.02, viscous_damping__damping_ratio=0.002), SYSTEM)
+    assert found.notes[0] == str(said[0].message)
+    assert "with damping it is 0.02" in found.notes[0]
+    with pytest.warns(fb.RecordWarning, match="there need be no dry friction"):
+        fb.estimate(decay(1e-9, viscous_damping__damping_ratio=0.01), SYSTEM)
+
+
+def test_neither_dry_friction_nor_a_random_force_is_taken_for_it(seed: int) -> None:
+    """A probability of 0.95 means one false in twenty where half of all have damping; none has here.
+
+    With prior odds of one to nine a Bayes factor of 171 is needed, which chance exceeds in at most 0.6 %:
+    two or more of 60 come with a probability of 5 %, four or more of 0.05 %.
+    """
+    rng = np.random.default_rng(seed)
+    false = 0
+    for _ in range(60):
+        forces = {"random_force.sd": 0.1 * rng.uniform(0.5, 4.0), "random_force.correlation_time": 0.2}
+        record = fb.simulate(
+            SYSTEM,
+            friction=rng.uniform(0.2, 0.5),
+            initial_displacement=0.0203,
+            duration=3.0,
+            sampling_rate=200.0,
+            noise_sd=1e-5 * 10.0 ** rng.uniform(0.0, 1.5),
+            seed=int(rng.integers(2**31)),
+            effects=forces if rng.random() < 0.5 else {},
+        )
+        found = faster_loss(find_free_decay(record, SYSTEM))
+        false += found is not None and found.probability > SURE
+    assert false < 4
