@@ -19,9 +19,9 @@ def fluctuating_decay(
     force_sd: float = 0.0,
     correlation_time: float = 1.0,
     oversampling: int = 4,
-    pull: Callable[[float], float] = lambda x: 0.0,
-    rub: Callable[[float], float] = lambda x: 1.0,
-    knock: Callable[[float], float] = lambda t: 0.0,
+    pull: Callable[[float], float] | None = None,
+    rub: Callable[[float], float] | None = None,
+    knock: Callable[[float], float] | None = None,
 ) -> dict[int, np.ndarray]:
     """Motion at ``step`` by order of derivative, until the mass sticks.
 
@@ -30,20 +30,30 @@ def fluctuating_decay(
     and the motion there is a rotation about where their sum would hold the mass.
     """
     turn = frequency * step / oversampling
+    whole_cosine, whole_sine = math.cos(turn), math.sin(turn)
     memory = math.exp(-step / oversampling / correlation_time)
-    kicks = rng.standard_normal(samples * oversampling)
+    kicks = (force_sd * math.sqrt(1.0 - memory**2) * rng.standard_normal(samples * oversampling)).tolist()
     x, v, sign = release, 0.0, -1.0
     wandering = force_sd * rng.standard_normal()
     rows = []
-    for i in range(samples * oversampling):
+    for i, kick in enumerate(kicks):
+        # what does not act is not called: most records have none of the three
+        outer = wandering if knock is None else wandering + knock(i * step / oversampling)
         if i % oversampling == 0:
-            rows.append(
-                (x, v, wandering + pull(x) + knock(i * step / oversampling) - friction * rub(x) * sign - x)
-            )
-        left = turn
+            pulled = outer if pull is None else outer + pull(x)
+            rows.append((x, v, pulled - (friction if rub is None else friction * rub(x)) * sign - x))
         # at the middle of the step, so that holding it takes no energy out
         middle = x + 0.5 * turn * v
-        force, level = wandering + pull(middle) + knock(i * step / oversampling), friction * rub(middle)
+        force = outer if pull is None else outer + pull(middle)
+        level = friction if rub is None else friction * rub(middle)
+        wandering = memory * wandering + kick
+        left = turn
+        # nearly every step is this one: it goes on in its direction, and there is no turn to look for
+        centre = force - level * sign
+        new_v = v * whole_cosine - (x - centre) * whole_sine
+        if new_v * sign > 1e-9 * release and v * sign > 1e-9 * release:
+            x, v = centre + (x - centre) * whole_cosine + v * whole_sine, new_v
+            continue
         while left > 0.0:
             centre = force - level * sign
             until = math.atan2(v, x - centre)
@@ -57,7 +67,6 @@ def fluctuating_decay(
                 if abs(force - x) <= level:
                     return _columns(rows, frequency)
                 sign = math.copysign(1.0, force - x)
-        wandering = memory * wandering + force_sd * math.sqrt(1.0 - memory**2) * kicks[i]
     return _columns(rows, frequency)
 
 

@@ -33,8 +33,8 @@ def unsteady_motion(
     force: float = 0.2,
     *,
     samples: int = 1500,
-    rub: Callable[[float], float] = lambda x: 1.0,
-    knock: Callable[[float], float] = lambda t: 0.0,
+    rub: Callable[[float], float] | None = None,
+    knock: Callable[[float], float] | None = None,
 ) -> dict[int, np.ndarray]:
     """Motion by order of derivative; the force is a share of friction and correlated over 0.1 s.
 
@@ -50,7 +50,7 @@ def unsteady_motion(
         force_sd=force * FRICTION,
         correlation_time=0.1,
         rub=rub,
-        knock=lambda t: FRICTION * knock(t),
+        knock=None if knock is None else lambda t: FRICTION * knock(t),
     )
 
 
@@ -159,7 +159,7 @@ def rubbed_record(rng: np.random.Generator, slope: float, curvature: float) -> x
 
 
 def _turning(
-    rng: np.random.Generator, release: float, pull: Callable[[float], float] = lambda x: 0.0
+    rng: np.random.Generator, release: float, pull: Callable[[float], float] | None = None
 ) -> np.ndarray:
     return fluctuating_decay(
         rng,

@@ -13,13 +13,16 @@ EFFECTS = ["viscous_damping", "sensor_offset", "random_force"]
 
 
 def releases(count: int, *, unsteady: bool) -> list[Any]:
+    # one record shows a random force only where it is as large as friction
+    force = fluctuating_friction(1.0 if count == 1 else 0.3)
     return [
         slow_decay(
             initial_displacement=0.0147 - 0.001 * k,
-            duration=12.0,
+            # without a force each step of the sampler integrates the motion
+            duration=12.0 if unsteady else 8.0,
             sampling_rate=60.0,
             seed=k,
-            effects=fluctuating_friction() if unsteady else {},
+            effects=force if unsteady else {},
         )
         for k in range(count)
     ]
@@ -42,6 +45,7 @@ def test_every_other_number_stays(count: int, unsteady: bool, random_force: str)
     for report in (plain, checked):
         report.pop("elapsed_s")
     assert checked == plain
+    assert ("random_force" in [effect["name"] for effect in plain["effects"]]) == unsteady
     # what was sampled is said, and is a part of the posterior
     assert sampler["sampled"]["effects"] == [effect["name"] for effect in plain["effects"]]
     assert 0.1 < sampler["sampled"]["probability"] <= plain["candidates"][0]["probability"] + 1e-9
