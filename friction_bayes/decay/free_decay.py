@@ -444,5 +444,6 @@ def _refusal(
         name,
         f"fewer than three half cycles of free motion ({cycles:.1f} half periods of sqrt(k/m) on record)",
         ("give a longer record" if cycles < LEAST_HALF_CYCLES + 1.0 else "release it from farther away")
-        + f", or check {system.moving_name} and stiffness",
+        + f", or check {system.moving_name} and stiffness, which declare "
+        f"{system.natural_frequency / (2.0 * math.pi):.3g} Hz (SI units: kg, N/m)",
     )

@@ -320,9 +320,10 @@ def force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
             "the sensor is not calibrated: friction is the friction force over "
             f"{_factor_symbol(system, order)}, in the signal's own unit, {decay.unit}"
         )
-    elif _taken_as_exact(_force_factors(decay, fit)):
+    notes += _negative_note(fit) + _frequency_note(decay, fit) + _random_force_notes(fit)
+    if _calibrated(decay) and _taken_as_exact(_force_factors(decay, fit)):
         notes.append(f"{_exact(system, order)} uncertainty is not in the friction interval")
-    return notes + _negative_note(fit) + _frequency_note(decay, fit) + _random_force_notes(fit)
+    return notes
 
 
 def _negative_note(fit: Fit) -> list[str]:

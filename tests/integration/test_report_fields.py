@@ -116,7 +116,6 @@ def test_numbers_of_the_record(run: tuple[str, dict]) -> None:
         "before",
         "after",
         "inside90",
-        "chance_of_worse",
         "noise_floor",
         "unit",
         "what",
@@ -124,7 +123,6 @@ def test_numbers_of_the_record(run: tuple[str, dict]) -> None:
     assert error["unit"] == "m"
     assert min(error["before"], error["after"], error["noise_floor"]) > 0.0
     assert 0.0 <= error["inside90"] <= 1.0
-    assert 0.0 <= error["chance_of_worse"] <= 1.0
     assert set(report["noise"]) >= {"model", "sd", "correlation_length_s"}
     assert report["noise"]["model"] == ("ar" if name == "drag, autoregressive noise" else "white")
     assert set(report["residual"]) == {"before", "after"}

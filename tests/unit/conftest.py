@@ -90,7 +90,6 @@ def loop_report(rng: np.random.Generator) -> LoopReport:
         held_out_error={
             "before": 4e-4,
             "after": 1e-4,
-            "chance_of_worse": 1.0,
             "noise_floor": 1e-4,
             "unit": "m",
             "what": "root mean square error over the rest",

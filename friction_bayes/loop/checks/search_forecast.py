@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtr
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.report.result import ForecastTrace, RecordTrace
@@ -18,7 +17,6 @@ from friction_bayes.loop.search.fit import LoopFit, fit_growing_record
 __all__ = [
     "FITTED_SHARE",
     "Forecast",
-    "chance_of_worse",
     "forecast_errors",
     "forecast_records",
     "held_out_error",
@@ -102,7 +100,6 @@ def held_out_error(
     return {
         "before": _rms(before),
         **forecast_errors(after),
-        "chance_of_worse": chance_of_worse(before, after),
         "noise_floor": noise_floor,
         "unit": unit,
         "what": _WHAT,
@@ -115,33 +112,6 @@ def forecast_errors(after: Sequence[Forecast]) -> dict[str, float]:
     sd = np.concatenate([np.empty(0), *(forecast.sd[forecast.free] for forecast in after)])
     inside = float(np.mean(np.abs(errors) <= _BAND90 * sd)) if errors.size else math.nan
     return {"after": _rms(after), "inside90": inside}
-
-
-def chance_of_worse(before: Sequence[Forecast], after: Sequence[Forecast]) -> float:
-    r"""Return how probable the final model makes a forecast that is worse than the other by such a factor.
-
-    An error of the final forecast along the difference :math:`d` of the two, :math:`u d`, makes the errors
-    differ most; where all errors of sd :math:`s` move together, as those of a phase that has drifted do,
-    :math:`u` has the sd :math:`\sum s |d| / \sum d^2`. It is worse by the factor :math:`w` or more where
-    :math:`|u| \geq w |u + 1|`.
-
-    Returns
-    -------
-    float
-        nan where one could not forecast; one where the final forecast is not worse.
-    """
-    if not before or len(before) != len(after):
-        return math.nan
-    worse = _rms(after) / _rms(before)
-    if worse <= 1.0:
-        return 1.0
-    together = squares = 0.0
-    for other, final in zip(before, after, strict=True):
-        difference = np.abs(final.mean - other.mean)[final.free]
-        together += float(final.sd[final.free] @ difference)
-        squares += float(difference @ difference)
-    nearer, further = (worse * squares / ((worse + side) * together) for side in (1.0, -1.0))
-    return float(ndtr(further) - ndtr(nearer))
 
 
 def _rms(forecasts: Sequence[Forecast]) -> float:

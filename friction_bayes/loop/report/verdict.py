@@ -32,8 +32,6 @@ _LEAST_INSIDE = 0.75
 """Share of held-out samples in their 90 % band."""
 _SAME_ERROR = 1.05
 """Ratio of two errors of a forecast up to which they are the same."""
-_CHANCE = 0.05
-"""Probability of a forecast worse by as much, under the final model, below which it is not by chance."""
 
 
 def credible_count(probabilities: ArrayLike) -> int:
@@ -87,8 +85,7 @@ class Consequences:
             "left_over": not self.is_noise,
             "shift": self.shift > _MOST_SHIFT * self.loss > 0.0,
             "band": held_out["inside90"] < _LEAST_INSIDE,
-            "forecast": held_out["after"] > _SAME_ERROR * held_out["before"] > 0.0
-            and not held_out["chance_of_worse"] > _CHANCE,
+            "forecast": held_out["after"] > _SAME_ERROR * held_out["before"] > 0.0,
             "witnesses": not self._spans_witnesses,
             "filter": self.filtered is not None and not _overlap(self.friction, self.filtered),
             "records": self.contradicted,
