@@ -14,7 +14,7 @@ grid and its moments of ``q`` and ``tau`` come on top. A sampler judges them all
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -131,20 +131,17 @@ def force_target(
 
     def pointwise(theta: Array) -> Array:
         at = _Coordinates.of(theta, scale)
-        rows = []
-        for law, log_v, (u, log_tau) in zip(theta[:, :-3], at.log_variance, at.places, strict=True):
-            each = regression.log_densities(law, math.exp(log_v), *_force(u, log_tau))
-            rows.append(np.add.reduceat(each, blocks))
-        return np.array(rows)
+        forces = [_force(*place) for place in at.places]
+        return _half_cycles(regression, blocks, theta[:, :-3], at.log_variance, forces)
 
     def predictive(theta: Array, rng: np.random.Generator) -> Array:
-        rows = []
-        for row in theta:
-            fluctuation = shown(drawn_fluctuation(regression.clock, math.exp(row[-1]), rng), regression.row)
-            noise = math.exp(0.5 * row[-3]) * drawn_noise(regression.clock, rng)
-            drawn = math.exp(row[-2]) * fluctuation + noise
-            rows.append(signal + unit * (drawn - regression.residual(row[:-3])))
-        return np.array(rows)
+        def fluctuation(row: Array) -> Array:
+            drawn = drawn_fluctuation(regression.clock, math.exp(row[-1]), rng)
+            return math.exp(row[-2]) * shown(drawn, regression.row)
+
+        noises = [math.exp(0.5 * row[-3]) * drawn_noise(regression.clock, rng) for row in theta]
+        drawn = [fluctuation(row) + noise for row, noise in zip(theta, noises, strict=True)]
+        return _replicated(regression, signal, unit, theta[:, :-3], drawn)
 
     return Target(
         names=(*regression.names, "log_variance", "log_force_sd", "log_correlation_time"),
@@ -212,20 +209,12 @@ def still_target(
         return np.asarray(-0.5 * (n + p) * log_v - 0.5 * square * np.exp(-log_v))
 
     def pointwise(theta: Array) -> Array:
-        rows = [
-            np.add.reduceat(regression.log_densities(row[:-1], math.exp(row[-1]), *_NO_FORCE), blocks)
-            for row in theta
-        ]
-        return np.array(rows)
+        forces = [_NO_FORCE] * len(theta)
+        return _half_cycles(regression, blocks, theta[:, :-1], theta[:, -1], forces)
 
     def predictive(theta: Array, rng: np.random.Generator) -> Array:
-        rows = [
-            signal
-            + unit
-            * (math.exp(0.5 * row[-1]) * drawn_noise(regression.clock, rng) - regression.residual(row[:-1]))
-            for row in theta
-        ]
-        return np.array(rows)
+        drawn = [math.exp(0.5 * row[-1]) * drawn_noise(regression.clock, rng) for row in theta]
+        return _replicated(regression, signal, unit, theta[:, :-1], drawn)
 
     centre = np.append(
         mean * scale, math.log(noise2) + (math.sqrt(0.5 / n) if regression.least_noise else 0.0)
@@ -247,6 +236,29 @@ def still_target(
         observed=signal,
         observed_name="signal",
     )
+
+
+def _half_cycles(
+    regression: LawRegression,
+    blocks: Integers,
+    laws: Array,
+    log_variance: Array,
+    forces: Sequence[tuple[float, float]],
+) -> Array:
+    """Log density of each half cycle given those before it, by draw, shape (m, b)."""
+    rows = [
+        np.add.reduceat(regression.log_densities(law, math.exp(log_v), *force), blocks)
+        for law, log_v, force in zip(laws, log_variance, forces, strict=True)
+    ]
+    return np.array(rows)
+
+
+def _replicated(
+    regression: LawRegression, signal: Array, unit: float, laws: Array, drawn: Sequence[Array]
+) -> Array:
+    """Records as each law and what was drawn with it make them, shape (m, n), unit of the signal."""
+    pairs = zip(laws, drawn, strict=True)
+    return np.array([signal + unit * (other - regression.residual(law)) for law, other in pairs])
 
 
 def no_prior_draws(rng: np.random.Generator, count: int) -> Array:

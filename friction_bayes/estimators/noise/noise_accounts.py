@@ -41,7 +41,7 @@ from friction_bayes.statespace.regression import MarginalRegression, frequency_c
 
 __all__ = ["SLIGHT", "NoiseAccount", "noise_accounts"]
 
-SLIGHT = 1e-3
+SLIGHT = 0.01
 """Probability of an account below which it is left out."""
 _SHIFTS_PATH = 0.05
 """Probability of a force along the fitted trajectory, from which on the motion is smoothed under it: a

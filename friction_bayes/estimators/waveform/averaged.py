@@ -22,7 +22,7 @@ from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, FittedMotion, Part, RandomForce
 from friction_bayes.estimators.envelope.loss_of_amplitude import loss_of_amplitude
 from friction_bayes.estimators.noise.coulomb_regression import PlainDecay
-from friction_bayes.estimators.noise.noise_accounts import NoiseAccount, noise_accounts
+from friction_bayes.estimators.noise.noise_accounts import SLIGHT, NoiseAccount, noise_accounts
 from friction_bayes.estimators.witness import Witness
 
 __all__ = [
@@ -30,8 +30,6 @@ __all__ = [
     "averaged_over_accounts",
 ]
 
-_SURELY_NONE = 0.01
-"""Probability of an account below which it is left out of the answer."""
 _MOST_LATER = 3
 """Half cycles by which the start may be moved."""
 _FEWEST_HALF_CYCLES = 8
@@ -76,7 +74,7 @@ def _averaged(white: _Averaged, accounts: Sequence[NoiseAccount]) -> _Averaged:
         replace(accounts[0], coefficient=exact, frequency=white.frequency, frequency_sd=frequency_sd),
         *accounts[1:],
     ]
-    return _mean_of([each for each in parts if each.probability >= _SURELY_NONE])
+    return _mean_of([each for each in parts if each.probability >= SLIGHT])
 
 
 def _mean_of(parts: Sequence[NoiseAccount]) -> _Averaged:
@@ -223,7 +221,7 @@ def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tupl
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     parts = []
     for i, account in enumerate(accounts):
-        if account.probability >= _SURELY_NONE:
+        if account.probability >= SLIGHT:
             own = i == 0 and account.noise_sd <= _AS_LOUD * fit.noise_sd
             build = (lambda: fit.target) if own else partial(account.target, factor)
             parts.append(Part(account.name, account.probability, account.forced, build))
