@@ -69,8 +69,14 @@ def sources_digest(name: str, root: Path = ROOT) -> str:
     digest = hashlib.sha256()
     for path in sources_of(name, root):
         digest.update(f"{path.relative_to(root).as_posix()}\n".encode())
-        digest.update(hashlib.sha256(path.read_bytes()).digest())
+        digest.update(_digest_of(path, path.stat().st_mtime_ns))
     return digest.hexdigest()
+
+
+@cache
+def _digest_of(path: Path, changed_ns: int) -> bytes:
+    """Digest of a file's contents, read once for all experiments for as long as it does not change."""
+    return hashlib.sha256(path.read_bytes()).digest()
 
 
 def why_not_usable(name: str, results: Path) -> str | None:

@@ -9,7 +9,7 @@ import xarray as xr
 import friction_bayes as fb
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
-NOISE = {"displacement": 5e-5, "velocity": 2e-3, "acceleration": 2e-2}
+NOISE = {"displacement": 3e-5, "velocity": 2e-3, "acceleration": 2e-2}
 
 
 def record(quantity: str, rate: float, *lost: float) -> xr.DataArray:

@@ -104,7 +104,7 @@ class Segment:
         That of the values themselves, and of the samples about their block's mean, but for the slope of the
         signal within the block. Nothing is assumed of how the noise of neighbouring samples goes together.
         """
-        slope = np.gradient(predicted) / self.block
+        slope = np.gradient(predicted, self.time) * float(np.median(np.diff(self.time))) / self.block
         within = self.spread - slope**2 * (self.block**2 - 1) / 12.0
         return math.sqrt(float(np.mean(((self.values - predicted) ** 2 + within)[self.free])))
 

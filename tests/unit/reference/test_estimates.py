@@ -46,7 +46,7 @@ def undecided() -> fb.Estimate:
 @pytest.fixture(scope="module")
 def run(undecided: fb.Estimate) -> checking.ReferenceRun:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(checking, "sample_estimate", partial(sample_estimate, ess=300.0))
+        patch.setattr(checking, "sample_estimate", partial(sample_estimate, ess=150.0))
         return checking.check_estimate(undecided, seed=3)
 
 
@@ -80,7 +80,7 @@ def test_the_check_is_of_the_mixture(undecided: fb.Estimate, run: checking.Refer
 
 
 def test_a_part_that_does_not_count_is_not_sampled() -> None:
-    tree = fb.sample_reference(record(0.3, 1), SYSTEM, seed=3, ess=300.0)
+    tree = fb.sample_reference(record(0.3, 1), SYSTEM, seed=3, ess=150.0)
     closed = fb.estimate(record(0.3, 1), SYSTEM)
     parts = parts_of(tree)
     assert len(parts) == len(closed.fit.parts) < len(closed.fit.accounts)
@@ -91,10 +91,10 @@ def test_a_part_that_does_not_count_is_not_sampled() -> None:
         tree["mixture" if len(parts) > 1 else "posterior"]["friction"].values.reshape(
             4, tree.attrs["walkers"], -1
         ),
-        minimum_ess=300.0,
+        minimum_ess=150.0,
         false_alarm_rate=1e-4,
     )
     assert verdict.agrees, verdict.because
-    without = fb.sample_reference(record(0.3, 1), SYSTEM, random_force="none", seed=3, ess=300.0)
+    without = fb.sample_reference(record(0.3, 1), SYSTEM, random_force="none", seed=3, ess=150.0)
     assert without.attrs["random_force"] == 0
     assert float(without["posterior"]["friction"].std()) < 0.5 * closed.friction.std()
