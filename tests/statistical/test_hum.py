@@ -17,7 +17,7 @@ SYSTEM = fb.Oscillator(mass=2.0, stiffness=800.0)
 
 def test_nothing_beside_it(seed: int) -> None:
     others = []
-    for k in range(6):
+    for k in range(4):
         record = fb.simulate(
             SYSTEM,
             friction=0.3,

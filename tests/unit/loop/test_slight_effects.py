@@ -70,11 +70,11 @@ def test_friction_follows_and_is_never_negative() -> None:
 def test_a_short_record_of_damping_alone_does_not_claim_dry_friction(seed: int) -> None:
     """Eleven half cycles in noise do not tell the two laws apart.
 
-    Of 24 records friction mattered with a probability of 0.73 in the mean, and six intervals of each eight or
-    more began at zero; while draws that damping would have made negative kept their friction, 0.91 and three.
+    Of 24 records friction mattered with a probability of 0.73 in the mean, and three of four intervals began
+    at zero; while draws that damping would have made negative kept their friction, 0.91 and three of eight.
     """
     probabilities, begin = [], []
-    for k in range(8):
+    for k in range(6):
         record = slow_decay(
             friction=1e-12,
             duration=3.4,
@@ -87,7 +87,7 @@ def test_a_short_record_of_damping_alone_does_not_claim_dry_friction(seed: int) 
         probabilities.append(report.dry_friction["probability"])
         begin.append(report.friction_after["interval90"][0] / report.friction_after["mean"])
     assert np.mean(probabilities) < 0.83
-    assert np.count_nonzero(np.array(begin) < 0.01) >= 4
+    assert np.count_nonzero(np.array(begin) < 0.01) >= 3
 
 
 def test_a_plain_record_answers_for_damping_unless_that_is_excluded() -> None:
