@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit
+from numba.cpython.unsafe.tuple import tuple_setitem
 from numba.extending import register_jitable
 from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy.typing import ArrayLike
@@ -18,9 +19,19 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.effects import BUILT_IN, ForceEffect, force_effects, force_vector, parse_effects
 from friction_bayes.mechanics.motion import Motion, sample_times
+from friction_bayes.mechanics.sensitivities import (
+    DISPLACEMENT,
+    FRICTION,
+    MASS,
+    PARAMETER_STEP,
+    STIFFNESS,
+    VELOCITY,
+    Partials,
+    empty_columns,
+)
 from friction_bayes.mechanics.trajectory import DONE, trajectory
 
-__all__ = ["DEFAULT_RTOL", "force_along", "integrate", "propagate", "propagator"]
+__all__ = ["DEFAULT_RTOL", "force_along", "integrate", "propagate", "propagate_with_columns", "propagator"]
 
 DEFAULT_RTOL = 1e-11
 """Local error per step over the initial amplitude; keeps a hundred half cycles within 1e-9."""
@@ -75,9 +86,106 @@ def _plus(
     return both
 
 
+def _total_partials(effects: Sequence[ForceEffect]) -> Partials:
+    """Compile the partial derivatives of that sum, by central differences of each effect's force alone."""
+
+    @njit(nogil=True, inline="always")
+    def still(t, x, v, direction, friction, duration, mass, stiffness, p, steps):  # type: ignore[no-untyped-def]
+        return 0.0, 0.0, 0.0, 0.0, 0.0
+
+    @njit(nogil=True, inline="always")
+    def none(t, x, v, direction, friction, duration, mass, stiffness, p, k):  # type: ignore[no-untyped-def]
+        return 0.0
+
+    every: Callable[..., tuple[float, ...]] = still
+    one: Callable[..., float] = none
+    offset = 0
+    for effect in effects:
+        end = offset + len(effect.parameters)
+        force = njit(nogil=True)(getattr(effect.force, "py_func", effect.force))
+        every = _plus_in_motion(every, force, offset, end)
+        one = _or_in_parameter(one, force, offset, end)
+        offset = end
+
+    @register_jitable
+    def in_motion(t, x, v, direction, friction, duration, mass, stiffness, p, steps):  # type: ignore[no-untyped-def]
+        return every(t, x, v, direction, friction, duration, mass, stiffness, p, steps)
+
+    @register_jitable
+    def in_parameter(t, x, v, direction, friction, duration, mass, stiffness, p, k):  # type: ignore[no-untyped-def]
+        return one(t, x, v, direction, friction, duration, mass, stiffness, p, k)
+
+    return Partials(in_motion, in_parameter)
+
+
+def _plus_in_motion(
+    first: Callable[..., tuple[float, ...]], force: Callable[..., float], offset: int, end: int
+) -> Callable[..., tuple[float, ...]]:
+    """Add the partial derivatives in the state and the constants of the law, by these ``steps``."""
+
+    @njit(nogil=True)
+    def change(t, x, v, direction, friction, duration, mass, stiffness, own, steps, i):  # type: ignore[no-untyped-def]
+        h = steps[i]
+        if h == 0.0:
+            return 0.0
+        dx, dv = h if i == DISPLACEMENT else 0.0, h if i == VELOCITY else 0.0
+        dr, dm, dk = h if i == FRICTION else 0.0, h if i == MASS else 0.0, h if i == STIFFNESS else 0.0
+        more = force(t, x + dx, v + dv, direction, friction + dr, duration, mass + dm, stiffness + dk, own, 0)
+        less = force(t, x - dx, v - dv, direction, friction - dr, duration, mass - dm, stiffness - dk, own, 0)
+        return (more - less) / (2.0 * h)
+
+    @njit(nogil=True, inline="always")
+    def both(t, x, v, direction, friction, duration, mass, stiffness, p, steps):  # type: ignore[no-untyped-def]
+        fx, fv, fr, fm, fk = first(t, x, v, direction, friction, duration, mass, stiffness, p, steps)
+        acts = False
+        for k in range(offset, end):
+            acts |= p[k] != 0.0
+        if acts:
+            own = p[offset:end]
+            fx += change(t, x, v, direction, friction, duration, mass, stiffness, own, steps, DISPLACEMENT)
+            fv += change(t, x, v, direction, friction, duration, mass, stiffness, own, steps, VELOCITY)
+            fr += change(t, x, v, direction, friction, duration, mass, stiffness, own, steps, FRICTION)
+            fm += change(t, x, v, direction, friction, duration, mass, stiffness, own, steps, MASS)
+            fk += change(t, x, v, direction, friction, duration, mass, stiffness, own, steps, STIFFNESS)
+        return fx, fv, fr, fm, fk
+
+    return both
+
+
+def _or_in_parameter(
+    other: Callable[..., float], force: Callable[..., float], offset: int, end: int
+) -> Callable[..., float]:
+    """The partial derivative in parameter ``k``, where it is one of this force."""
+    count = end - offset
+
+    @njit(nogil=True)
+    def change(t, x, v, direction, friction, duration, mass, stiffness, own, k):  # type: ignore[no-untyped-def]
+        size = abs(own[k])
+        if size == 0.0:
+            # one that is zero is moved by as much as the largest; of a force that is off by any amount
+            for j in range(count):
+                size = max(size, abs(own[j]))
+            if size == 0.0:
+                size = 1.0
+        h = PARAMETER_STEP * size
+        above, below = tuple_setitem(own, k, own[k] + h), tuple_setitem(own, k, own[k] - h)
+        more = force(t, x, v, direction, friction, duration, mass, stiffness, above, 0)
+        less = force(t, x, v, direction, friction, duration, mass, stiffness, below, 0)
+        return (more - less) / (2.0 * h)
+
+    @njit(nogil=True, inline="always")
+    def either(t, x, v, direction, friction, duration, mass, stiffness, p, k):  # type: ignore[no-untyped-def]
+        if offset <= k < end:
+            return change(t, x, v, direction, friction, duration, mass, stiffness, p[offset:end], k - offset)
+        return other(t, x, v, direction, friction, duration, mass, stiffness, p, k)
+
+    return either
+
+
 _BUILT_IN_FORCES = tuple(effect for effect in BUILT_IN if isinstance(effect, ForceEffect))
 _BUILT_IN_PARAMETERS = sum(len(effect.parameters) for effect in _BUILT_IN_FORCES)
 _built_in_force = _total_force(_BUILT_IN_FORCES)
+_in_motion, _in_parameter = _total_partials(_BUILT_IN_FORCES)
 
 
 def _driven(force: Callable[..., float]) -> Callable[..., float]:
@@ -106,7 +214,20 @@ _driven_built_in_force = _driven(_built_in_force)
 def _propagate_driven(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
     p = _as_tuple(p[0], _BUILT_IN_PARAMETERS), p[1], p[2]
     return trajectory(
-        _driven_built_in_force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order
+        _driven_built_in_force,
+        None,
+        time,
+        x,
+        v,
+        friction,
+        mass,
+        stiffness,
+        pendulum,
+        duration,
+        p,
+        rtol,
+        order,
+        None,
     )
 
 
@@ -156,8 +277,50 @@ def propagate(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol
     """
     p = _as_tuple(p, _BUILT_IN_PARAMETERS)
     return trajectory(
-        _built_in_force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order
+        _built_in_force, None, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order, None
     )
+
+
+@njit(cache=True, nogil=True)
+def propagate_with_columns(
+    time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order, wanted
+):  # type: ignore[no-untyped-def]
+    """Integrate one free decay as :func:`propagate` does, and its derivatives in the same pass.
+
+    Parameters
+    ----------
+    wanted : ndarray of int, shape (m,)
+        Numbers of the derivatives, see :mod:`friction_bayes.mechanics.sensitivities`.
+
+    Returns
+    -------
+    motion : tuple
+        What :func:`propagate` returns.
+    columns : ndarray, shape (m, n)
+        Derivatives of the displacement, velocity or acceleration, by ``order``. Where a turning point passes
+        a sample it is the one-sided derivative of what comes after it.
+    """
+    p = _as_tuple(p, _BUILT_IN_PARAMETERS)
+    columns = empty_columns(
+        wanted, time.size, order, x, v, friction, mass, stiffness, _BUILT_IN_PARAMETERS
+    )
+    motion = trajectory(
+        _built_in_force,
+        Partials(_in_motion, _in_parameter),
+        time,
+        x,
+        v,
+        friction,
+        mass,
+        stiffness,
+        pendulum,
+        duration,
+        p,
+        rtol,
+        order,
+        columns,
+    )
+    return motion, columns.out
 
 
 @lru_cache(maxsize=16)
@@ -167,7 +330,9 @@ def _compiled(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
     @njit(nogil=True)
     def propagate_all(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
         p = _as_tuple(p, parameters)
-        return trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order)
+        return trajectory(
+            force, None, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order, None
+        )
 
     return propagate_all
 

@@ -36,6 +36,8 @@ def _force(
         return 0.0
     # close to the turning point the pull is constant, and the speed tells the distance: m v^2 = 2 k |x| s
     distance = 0.5 * mass * v * v / pull
+    # and towards the dead band it is over: without a jump there the force is smooth within a half cycle
+    distance /= 1.0 - (friction / pull) ** 2
     return -2.0 * friction * direction * math.exp(-distance / p[i])
 
 
