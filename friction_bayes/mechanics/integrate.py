@@ -31,7 +31,15 @@ from friction_bayes.mechanics.sensitivities import (
 )
 from friction_bayes.mechanics.trajectory import DONE, trajectory
 
-__all__ = ["DEFAULT_RTOL", "force_along", "integrate", "propagate", "propagate_with_columns", "propagator"]
+__all__ = [
+    "DEFAULT_RTOL",
+    "force_along",
+    "integrate",
+    "propagate",
+    "propagate_with_columns",
+    "propagator",
+    "propagator_with_columns",
+]
 
 DEFAULT_RTOL = 1e-11
 """Local error per step over the initial amplitude; keeps a hundred half cycles within 1e-9."""
@@ -124,30 +132,40 @@ def _plus_in_motion(
     """Add the partial derivatives in the state and the constants of the law, by these ``steps``."""
 
     @njit(nogil=True)
-    def change(t, x, v, direction, friction, duration, mass, stiffness, own, steps, i):  # type: ignore[no-untyped-def]
-        h = steps[i]
-        if h == 0.0:
-            return 0.0
-        dx, dv = h if i == DISPLACEMENT else 0.0, h if i == VELOCITY else 0.0
-        dr, dm, dk = h if i == FRICTION else 0.0, h if i == MASS else 0.0, h if i == STIFFNESS else 0.0
-        more = force(t, x + dx, v + dv, direction, friction + dr, duration, mass + dm, stiffness + dk, own, 0)
-        less = force(t, x - dx, v - dv, direction, friction - dr, duration, mass - dm, stiffness - dk, own, 0)
-        return (more - less) / (2.0 * h)
+    def changes(t, x, v, direction, friction, duration, mass, stiffness, own, steps):  # type: ignore[no-untyped-def]
+        slopes = (0.0, 0.0, 0.0, 0.0, 0.0)
+        for i in range(len(steps)):
+            h = steps[i]
+            if h == 0.0:
+                continue
+            dx, dv = h if i == DISPLACEMENT else 0.0, h if i == VELOCITY else 0.0
+            dr = h if i == FRICTION else 0.0
+            dm, dk = h if i == MASS else 0.0, h if i == STIFFNESS else 0.0
+            more = force(
+                t, x + dx, v + dv, direction, friction + dr, duration, mass + dm, stiffness + dk, own, 0
+            )
+            less = force(
+                t, x - dx, v - dv, direction, friction - dr, duration, mass - dm, stiffness - dk, own, 0
+            )
+            slopes = tuple_setitem(slopes, i, (more - less) / (2.0 * h))
+        return slopes
 
     @njit(nogil=True, inline="always")
     def both(t, x, v, direction, friction, duration, mass, stiffness, p, steps):  # type: ignore[no-untyped-def]
-        fx, fv, fr, fm, fk = first(t, x, v, direction, friction, duration, mass, stiffness, p, steps)
+        slopes = first(t, x, v, direction, friction, duration, mass, stiffness, p, steps)
         acts = False
         for k in range(offset, end):
             acts |= p[k] != 0.0
         if acts:
-            own = p[offset:end]
-            fx += change(t, x, v, direction, friction, duration, mass, stiffness, own, steps, DISPLACEMENT)
-            fv += change(t, x, v, direction, friction, duration, mass, stiffness, own, steps, VELOCITY)
-            fr += change(t, x, v, direction, friction, duration, mass, stiffness, own, steps, FRICTION)
-            fm += change(t, x, v, direction, friction, duration, mass, stiffness, own, steps, MASS)
-            fk += change(t, x, v, direction, friction, duration, mass, stiffness, own, steps, STIFFNESS)
-        return fx, fv, fr, fm, fk
+            own = changes(t, x, v, direction, friction, duration, mass, stiffness, p[offset:end], steps)
+            slopes = (
+                slopes[0] + own[0],
+                slopes[1] + own[1],
+                slopes[2] + own[2],
+                slopes[3] + own[3],
+                slopes[4] + own[4],
+            )
+        return slopes
 
     return both
 
@@ -337,6 +355,24 @@ def _compiled(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
     return propagate_all
 
 
+@lru_cache(maxsize=16)
+def _compiled_with_columns(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
+    force, parameters = _total_force(effects), sum(len(effect.parameters) for effect in effects)
+    in_motion, in_parameter = _total_partials(effects)
+
+    @njit(nogil=True)
+    def propagate_all(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order, wanted):  # type: ignore[no-untyped-def]
+        p = _as_tuple(p, parameters)
+        columns = empty_columns(wanted, time.size, order, x, v, friction, mass, stiffness, parameters)
+        partials = Partials(in_motion, in_parameter)
+        motion = trajectory(
+            force, partials, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order, columns
+        )
+        return motion, columns.out
+
+    return propagate_all
+
+
 def propagator(names: Sequence[str] = ()) -> Callable[..., Any]:
     """Return :func:`propagate`, or its like compiled with the effects registered from outside.
 
@@ -347,6 +383,11 @@ def propagator(names: Sequence[str] = ()) -> Callable[..., Any]:
         once a process, in a few seconds.
     """
     return propagate if _all_built_in(names) else _compiled(force_effects())
+
+
+def propagator_with_columns(names: Sequence[str] = ()) -> Callable[..., Any]:
+    """The same of :func:`propagate_with_columns`."""
+    return propagate_with_columns if _all_built_in(names) else _compiled_with_columns(force_effects())
 
 
 def force_along(names: Sequence[str] = ()) -> Callable[..., Any]:

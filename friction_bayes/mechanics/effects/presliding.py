@@ -50,6 +50,8 @@ PRESLIDING = ForceEffect(
             unit="m",
             angular_unit="rad",
             low=0.0,
+            # at zero the force is a pulse at the turning point: no derivative shows it there
+            open_low=True,
             prior=lambda scales: half_normal(0.02 * scales.amplitude),
         ),
     ),
