@@ -9,10 +9,10 @@ which is linear and smooth within a half cycle. Over each step of the motion it 
 is a polynomial through its values at Gauss nodes, where the motion is that of the step's dense output. The
 steps need not be shorter: over the longest, 0.7 rad, the polynomials are wrong by 1e-9.
 
-Where the velocity passes zero the acceleration jumps from ``a-`` to ``a+``, and a perturbation of the velocity
-shifts the time of the jump: it goes on ``a+/a-`` as large, and that of the displacement as it is (the
-saltation matrix of a hybrid system: Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical
-Systems, 2004). Where the motion ends in rest no perturbation of the velocity is left.
+Where the velocity passes zero the acceleration jumps from ``a-`` to ``a+``, and a perturbation of the
+velocity shifts the time of the jump: it goes on ``a+/a-`` as large, and that of the displacement as it is
+(the saltation matrix of a hybrid system: Leine and Nijmeijer, Dynamics and Bifurcations of Non-Smooth
+Mechanical Systems, 2004). Where the mass sticks no perturbation of the velocity is left.
 
 The partial derivatives of a force are central differences of that force alone.
 """
@@ -56,8 +56,11 @@ PARAMETER_STEP = 1e-5
 
 
 def _collocation() -> tuple[Array, Array, Array, Array]:
-    """Gauss nodes on 0 .. 1; and what takes values there to the coefficients of their polynomial, its
-    integral and its double integral at the nodes."""
+    """Gauss nodes on 0 .. 1, and matrices that act on values there.
+
+    They give the coefficients of the polynomial through the values, and its integral and double integral up
+    to each node.
+    """
     nodes = 0.5 * (legendre.leggauss(NODES)[0] + 1.0)
     coefficients = np.empty((NODES, NODES))
     once, twice = np.empty((NODES, NODES)), np.empty((NODES, NODES))
@@ -142,7 +145,7 @@ def empty_columns(wanted, n, order, x, v, friction, mass, stiffness, parameters)
     for c in range(m):
         place = wanted[c]
         forcing[c] = place
-        if place == DISPLACEMENT or place == VELOCITY:
+        if place <= VELOCITY:
             forcing[c] = OWN + parameters
             columns_x[c] = 1.0 if place == DISPLACEMENT else 0.0
             columns_v[c] = 1.0 if place == VELOCITY else 0.0
@@ -214,9 +217,9 @@ def _solve(matrix, columns):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True)
-def columns_over_step(
+def columns_over_step(  # type: ignore[no-untyped-def]
     force, partials, law, p, columns, samples, first, last, t, x, v, direction, h, dense_x, dense_v
-):  # type: ignore[no-untyped-def]
+):
     """Carry the columns over the step ``h`` from ``t, x, v``, and fill those of its samples.
 
     Parameters
@@ -323,9 +326,7 @@ def columns_at_start(partials, law, p, columns, first, last, t, x, v, direction,
         if columns.order == 1:
             value = columns.v[c]
         elif columns.order == 2:
-            value = _of_acceleration(
-                law, columns.gradient, columns.forcing[c], columns.x[c], columns.v[c]
-            )
+            value = _of_acceleration(law, columns.gradient, columns.forcing[c], columns.x[c], columns.v[c])
         for i in range(first, last):
             columns.out[c, i] = value
 

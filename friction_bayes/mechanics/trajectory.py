@@ -135,9 +135,7 @@ def _limits(law, x, v, end, rtol):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True)
-def _half_cycle(
-    force, partials, law, p, limits, samples, columns, j, now, direction, h, attempts, slopes
-):  # type: ignore[no-untyped-def]
+def _half_cycle(force, partials, law, p, limits, samples, columns, j, now, direction, h, attempts, slopes):  # type: ignore[no-untyped-def]
     """Move in one direction until the velocity is zero or the samples are over, and fill them.
 
     One loop: a function that takes the arrays anew in every step costs a tenth of the time.
@@ -236,9 +234,9 @@ def _noted(values, count, value):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True)
-def trajectory(
+def trajectory(  # type: ignore[no-untyped-def]
     force, partials, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order, columns
-):  # type: ignore[no-untyped-def]
+):
     """Integrate one free decay, with the columns of its derivatives where these are given.
 
     Without them ``partials`` and ``columns`` are None; the rest is that of

@@ -16,8 +16,7 @@ from friction_bayes.mechanics.integrate import propagator_with_columns
 __all__ = ["predict_with_derivatives"]
 
 _SENSOR_STEP = 1e-7
-"""Difference step in a coordinate of the sensor: a line of interference bends within a thousandth of its prior
-range."""
+"""Difference step in a coordinate of the sensor: a line bends within a thousandth of its prior range."""
 _SIGNAL_STEP = 1e-6
 """Difference step in the signal that the sensor distorts, over its largest value."""
 _STATE = {
@@ -92,8 +91,10 @@ def _terms(
     """Number of each column of the motion that a coordinate moves, and how much it does."""
     slope = c.slope(z)
     if c.effect:
-        names = [parameter.name for parameter in EFFECTS[c.effect].parameters]
-        yield sensitivities.OWN + force_offsets()[c.effect] + names.index(c.name), slope
+        # what makes the noise moves no column
+        if c.effect in force_offsets():
+            names = [parameter.name for parameter in EFFECTS[c.effect].parameters]
+            yield sensitivities.OWN + force_offsets()[c.effect] + names.index(c.name), slope
     elif c.name in _STATE:
         yield _STATE[c.name], slope
     else:
