@@ -48,7 +48,7 @@ __all__ = [
 DISPLACEMENT, VELOCITY, FRICTION, MASS, STIFFNESS, OWN = range(6)
 """Numbers of the columns: initial state, constants of the law, from ``OWN`` on the force parameters."""
 
-NODES = 6
+NODES = 7
 _RELATIVE_STEP = 1e-6
 """Difference step in the state and in friction, over amplitude, its velocity and the spring's force."""
 PARAMETER_STEP = 1e-5

@@ -121,6 +121,17 @@ def scipy_motion(given: Arguments) -> Array:
     return by_scipy(mass, force, x, v, time)[order]
 
 
+def that_stops(effect: ForceEffect, order: int = 0) -> Arguments:
+    """A motion whose last turning point is not on the edge of sticking, where it has no derivative."""
+    effects = {effect.name: values_of(effect, ROTOR, 0.4)}
+    for friction in (0.35, 0.32, 0.29, 0.26):
+        given = arguments(ROTOR, effects, friction=friction, order=order)
+        turns = {propagate(*moved(given, FRICTION, way * 0.02 * friction))[4].size for way in (-1, 0, 1)}
+        if len(turns) == 1 and propagate(*given)[6] < DURATION:
+            return given
+    raise AssertionError(f"no motion with {effect.name} stops for good")
+
+
 def assert_columns(
     given: Arguments,
     numbers: Sequence[int],
@@ -150,15 +161,14 @@ def of_effect(effect: ForceEffect) -> list[int]:
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
 def test_the_parameters_of_every_force_against_scipy(effect: ForceEffect) -> None:
-    given = arguments(ROTOR, {effect.name: values_of(effect, ROTOR, 0.4)})
-    assert propagate(*given)[6] < DURATION
+    given = that_stops(effect)
     assert_columns(given, [FRICTION, *of_effect(effect)], scipy_motion)
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
 def test_all_columns_of_every_force_and_sensor(effect: ForceEffect, order: int) -> None:
-    given = arguments(ROTOR, {effect.name: values_of(effect, ROTOR, 0.4)}, order=order)
+    given = that_stops(effect, order)
     assert_columns(given, [*STATE, *LAW, *of_effect(effect)], tightly)
 
 
@@ -171,21 +181,19 @@ def test_all_forces_at_once_on_a_pendulum_at_large_angle(order: int) -> None:
 
 @pytest.mark.parametrize("effect", EFFECTS, ids=lambda effect: effect.name)
 def test_a_force_that_is_off_has_columns(effect: ForceEffect) -> None:
-    """As a search wants them of what may be added; those of what only shapes the force vanish."""
-    size = values_of(effect, ROTOR, 0.4)
-    null = tuple(
-        value if parameter.open_low else 0.0 for value, parameter in zip(size, effect.parameters, strict=True)
-    )
-    if not any(null):
-        given = arguments(ROTOR, {})
-        _, columns = propagate_with_columns(*given, np.array(of_effect(effect)))
-        small = 1e-4
-        for number, column, value in zip(of_effect(effect), columns, size, strict=True):
-            change = tightly(moved(given, number, small * value)) - tightly(
-                moved(given, number, -small * value)
-            )
-            expected = change / (2.0 * small * value)
-            assert np.max(np.abs(column - expected)) < 1e-3 * np.max(np.abs(expected))
+    """A search wants the derivatives of what it may add, where these have a null."""
+    if any(parameter.open_low for parameter in effect.parameters):
+        pytest.skip("a parameter that cannot vanish")
+    given = arguments(ROTOR, {})
+    _, columns = propagate_with_columns(*given, np.array(of_effect(effect)))
+    sizes = values_of(effect, ROTOR, 0.4)
+    clear = np.min(np.abs(TIME[:, None] - propagate(*given)[4]), axis=1) > 0.02
+    for number, column, size in zip(of_effect(effect), columns, sizes, strict=True):
+        step = 1e-4 * size
+        change = tightly(moved(given, number, step)) - tightly(moved(given, number, -step))
+        expected = change / (2.0 * step)
+        # of second order, in steps of another size than those of the kernel
+        assert np.max(np.abs(column - expected)[clear]) < 1e-5 * np.max(np.abs(expected))
 
 
 def test_a_hundred_half_cycles_against_the_closed_form() -> None:
@@ -212,14 +220,12 @@ def test_a_hundred_half_cycles_against_the_closed_form() -> None:
 
 
 def test_a_sample_at_a_turning_point_has_the_derivative_of_what_comes_after() -> None:
-    turns = propagate(*arguments(ROTOR, {}))[4]
-    turn = turns[1]
+    turn = propagate(*arguments(ROTOR, {}))[4][1]
     time = np.array([0.0, turn - 1e-7, turn, turn + 1e-7, DURATION])
-    _, columns = propagate_with_columns(
-        *arguments(ROTOR, {}, time=time, order=2), np.array([FRICTION, STIFFNESS])
-    )
-    np.testing.assert_allclose(columns[:, 2], columns[:, 3], rtol=1e-5)
-    assert np.all(np.abs(columns[:, 1] - columns[:, 2]) > 1e-2 * np.abs(columns[:, 2]))
+    _, (column,) = propagate_with_columns(*arguments(ROTOR, {}, time=time, order=2), np.array([FRICTION]))
+    assert column[2] == pytest.approx(column[3], rel=1e-5)
+    # dry friction itself jumps there, by twice its size over the inertia
+    assert abs(column[2] - column[1]) == pytest.approx(2.0 / ROTOR.moving, rel=1e-5)
 
 
 def test_a_release_from_rest_and_a_mass_that_sticks_from_the_start() -> None:
