@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 from numba import njit
@@ -14,6 +15,7 @@ from friction_bayes.mechanics.sensitivities import (
     DISPLACEMENT,
     FRICTION,
     MASS,
+    OWN,
     PARAMETER_STEP,
     STIFFNESS,
     VELOCITY,
@@ -26,7 +28,8 @@ _with_item: Callable[..., Any] = tuple_setitem
 """Takes a tuple, a place and the value to put there; numba hands in what else its type says it needs."""
 
 
-def total_force(effects: Sequence[ForceEffect]) -> Callable[..., float]:
+@lru_cache(maxsize=16)
+def total_force(effects: tuple[ForceEffect, ...]) -> Callable[..., float]:
     """Compile the sum of the effects' forces, each reading its own stretch of the parameters, a tuple.
 
     Written into one function: calls, eight deep, took two thirds of the time of an integration. What has no
@@ -72,7 +75,8 @@ def _plus(
     return both
 
 
-def total_partials(effects: Sequence[ForceEffect]) -> Partials:
+@lru_cache(maxsize=16)
+def total_partials(effects: tuple[ForceEffect, ...]) -> Partials:
     """Compile the partial derivatives of that sum, by central differences of each effect's force alone."""
 
     @njit(nogil=True, inline="always")
@@ -88,9 +92,9 @@ def total_partials(effects: Sequence[ForceEffect]) -> Partials:
     offset = 0
     for effect in effects:
         end = offset + len(effect.parameters)
-        force = njit(nogil=True)(getattr(effect.force, "py_func", effect.force))
-        every = _plus_in_motion(every, force, offset, end)
-        one = _or_in_parameter(one, force, offset, end)
+        difference = _difference_quotient(effect.force)
+        every = _plus_in_motion(every, difference, offset, end)
+        one = _or_in_parameter(one, difference, offset, end)
         offset = end
 
     @register_jitable
@@ -104,29 +108,39 @@ def total_partials(effects: Sequence[ForceEffect]) -> Partials:
     return Partials(in_motion, in_parameter)
 
 
-def _plus_in_motion(
-    first: Callable[..., tuple[float, ...]], force: Callable[..., float], offset: int, end: int
-) -> Callable[..., tuple[float, ...]]:
-    """Add the partial derivatives in the state and the constants of the law, by these ``steps``."""
+def _difference_quotient(force: Callable[..., float]) -> Callable[..., float]:
+    """Of one force, by ``h`` to either side in number ``i`` of what derivatives are taken in.
+
+    It takes the force's own parameters alone.
+    """
+    force = njit(nogil=True)(getattr(force, "py_func", force))
 
     @njit(nogil=True)
-    def changes(t, x, v, direction, friction, duration, mass, stiffness, own, steps):  # type: ignore[no-untyped-def]
-        slopes = (0.0, 0.0, 0.0, 0.0, 0.0)
-        for i in range(len(steps)):
-            h = steps[i]
-            if h == 0.0:
-                continue
-            dx, dv = h if i == DISPLACEMENT else 0.0, h if i == VELOCITY else 0.0
-            dr = h if i == FRICTION else 0.0
-            dm, dk = h if i == MASS else 0.0, h if i == STIFFNESS else 0.0
-            more = force(
-                t, x + dx, v + dv, direction, friction + dr, duration, mass + dm, stiffness + dk, own, 0
+    def difference(t, x, v, direction, friction, duration, mass, stiffness, own, i, h):  # type: ignore[no-untyped-def]
+        dx, dv = h if i == DISPLACEMENT else 0.0, h if i == VELOCITY else 0.0
+        dr = h if i == FRICTION else 0.0
+        dm, dk = h if i == MASS else 0.0, h if i == STIFFNESS else 0.0
+        above, below = own, own
+        if i >= OWN:
+            above, below = (
+                _with_item(own, i - OWN, own[i - OWN] + h),
+                _with_item(own, i - OWN, own[i - OWN] - h),
             )
-            less = force(
-                t, x - dx, v - dv, direction, friction - dr, duration, mass - dm, stiffness - dk, own, 0
-            )
-            slopes = _with_item(slopes, i, (more - less) / (2.0 * h))
-        return slopes
+        more = force(
+            t, x + dx, v + dv, direction, friction + dr, duration, mass + dm, stiffness + dk, above, 0
+        )
+        less = force(
+            t, x - dx, v - dv, direction, friction - dr, duration, mass - dm, stiffness - dk, below, 0
+        )
+        return (more - less) / (2.0 * h)
+
+    return difference
+
+
+def _plus_in_motion(
+    first: Callable[..., tuple[float, ...]], difference: Callable[..., float], offset: int, end: int
+) -> Callable[..., tuple[float, ...]]:
+    """Add the partial derivatives in the state and the constants of the law, by these ``steps``."""
 
     @njit(nogil=True, inline="always")
     def both(t, x, v, direction, friction, duration, mass, stiffness, p, steps):  # type: ignore[no-untyped-def]
@@ -135,44 +149,46 @@ def _plus_in_motion(
         for k in range(offset, end):
             acts |= p[k] != 0.0
         if acts:
-            own = changes(t, x, v, direction, friction, duration, mass, stiffness, p[offset:end], steps)
-            slopes = (
-                slopes[0] + own[0],
-                slopes[1] + own[1],
-                slopes[2] + own[2],
-                slopes[3] + own[3],
-                slopes[4] + own[4],
-            )
+            own = p[offset:end]
+            for i in range(len(steps)):
+                if steps[i] != 0.0:
+                    slope = difference(
+                        t, x, v, direction, friction, duration, mass, stiffness, own, i, steps[i]
+                    )
+                    slopes = _with_item(slopes, i, slopes[i] + slope)
         return slopes
 
     return both
 
 
 def _or_in_parameter(
-    other: Callable[..., float], force: Callable[..., float], offset: int, end: int
+    other: Callable[..., float], difference: Callable[..., float], offset: int, end: int
 ) -> Callable[..., float]:
     """The partial derivative in parameter ``k``, where it is one of this force."""
-    count = end - offset
-
-    @njit(nogil=True)
-    def change(t, x, v, direction, friction, duration, mass, stiffness, own, k):  # type: ignore[no-untyped-def]
-        size = abs(own[k])
-        if size == 0.0:
-            # one that is zero is moved by as much as the largest; of a force that is off by any amount
-            for j in range(count):
-                size = max(size, abs(own[j]))
-            if size == 0.0:
-                size = 1.0
-        h = PARAMETER_STEP * size
-        above, below = _with_item(own, k, own[k] + h), _with_item(own, k, own[k] - h)
-        more = force(t, x, v, direction, friction, duration, mass, stiffness, above, 0)
-        less = force(t, x, v, direction, friction, duration, mass, stiffness, below, 0)
-        return (more - less) / (2.0 * h)
 
     @njit(nogil=True, inline="always")
     def either(t, x, v, direction, friction, duration, mass, stiffness, p, k):  # type: ignore[no-untyped-def]
         if offset <= k < end:
-            return change(t, x, v, direction, friction, duration, mass, stiffness, p[offset:end], k - offset)
+            size = abs(p[k])
+            if size == 0.0:
+                # one that is zero is moved by as much as the largest; of a force that is off by any amount
+                for j in range(offset, end):
+                    size = max(size, abs(p[j]))
+                if size == 0.0:
+                    size = 1.0
+            return difference(
+                t,
+                x,
+                v,
+                direction,
+                friction,
+                duration,
+                mass,
+                stiffness,
+                p[offset:end],
+                OWN + k - offset,
+                PARAMETER_STEP * size,
+            )
         return other(t, x, v, direction, friction, duration, mass, stiffness, p, k)
 
     return either
