@@ -215,10 +215,9 @@ class LoopModel:
         """The same model, priors included, of the first samples of each record."""
         return replace(self, segments=self.shortened(samples), whole=self.whole or self.segments)
 
-    def predict(self, z: Array, r: int, segment: Segment | None = None) -> Prediction | None:
-        """Predict record ``r`` (or a shortened ``segment``); None when the motion does not stay finite."""
-        seg = self.segments[r] if segment is None else segment
-        return self.predict_at(z, r, seg.time)
+    def predict(self, z: Array, r: int) -> Prediction | None:
+        """Predict the samples of record ``r``; None when the motion does not stay finite."""
+        return self.predict_at(z, r, self.segments[r].time)
 
     def predict_at(
         self,
