@@ -6,7 +6,7 @@ import numpy as np
 
 from friction_bayes.mechanics.coulomb import coulomb_decay
 from friction_bayes.mechanics.effects import force_vector
-from friction_bayes.mechanics.integrate import propagate, propagate_with_columns
+from friction_bayes.mechanics.integrate import propagate
 from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM
 
 EFFECTS = {
@@ -26,26 +26,16 @@ class Solvers:
         self.time = np.arange(33_000) / 1000.0
         self.vector = force_vector(EFFECTS[effect])
         self.exact = coulomb_decay(PAPER_SYSTEM, PAPER_FRICTION, PAPER_RELEASE, 0.0, self.time)
+        self.integrated(rtol)
+
+    def integrated(self, rtol):
         mass, stiffness = PAPER_SYSTEM.moving, PAPER_SYSTEM.stiffness
-        self.motion = (
-            self.time,
-            PAPER_RELEASE,
-            0.0,
-            PAPER_FRICTION,
-            mass,
-            stiffness,
-            False,
-            33.0,
-            self.vector,
+        return propagate(
+            self.time, PAPER_RELEASE, 0.0, PAPER_FRICTION, mass, stiffness, False, 33.0, self.vector, rtol, 0
         )
-        self.time_integrator(rtol, effect)
-        self.time_with_five_derivatives(rtol, effect)
 
     def time_integrator(self, rtol, effect):
-        propagate(*self.motion, rtol, 0)
-
-    def time_with_five_derivatives(self, rtol, effect):
-        propagate_with_columns(*self.motion, rtol, 0, np.arange(5))
+        self.integrated(rtol)
 
     def time_exact(self, rtol, effect):
         coulomb_decay(PAPER_SYSTEM, PAPER_FRICTION, PAPER_RELEASE, 0.0, self.time)
@@ -54,6 +44,4 @@ class Solvers:
         """Largest displacement error against the exact solution; of Coulomb friction alone."""
         if effect != "none":
             raise NotImplementedError
-        return float(
-            np.max(np.abs(propagate(*self.motion, rtol, 0)[1] - self.exact.displacement)) / PAPER_RELEASE
-        )
+        return float(np.max(np.abs(self.integrated(rtol)[1] - self.exact.displacement)) / PAPER_RELEASE)

@@ -21,7 +21,6 @@ __all__ = [
     "Law",
     "acceleration",
     "dense_coefficients",
-    "dense_value",
     "dense_values",
     "error_norm",
     "step",
@@ -137,13 +136,6 @@ def _fill(h, old, new, k, f):  # type: ignore[no-untyped-def]
         for j in range(SLOPES):
             total += D[i, j] * k[j]
         f[3 + i] = h * total
-
-
-@njit(nogil=True)
-def dense_value(s, old, f):  # type: ignore[no-untyped-def]
-    """The dense output at the share ``s`` of a step from ``old``."""
-    r = 1.0 - s
-    return old + s * (f[0] + r * (f[1] + s * (f[2] + r * (f[3] + s * (f[4] + r * (f[5] + s * f[6]))))))
 
 
 @njit(nogil=True)

@@ -17,20 +17,10 @@ from friction_bayes.core.checks import finite, in_range, non_negative, positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.effects import BUILT_IN, ForceEffect, force_effects, force_vector, parse_effects
-from friction_bayes.mechanics.force_sum import total_force, total_partials
 from friction_bayes.mechanics.motion import Motion, sample_times
-from friction_bayes.mechanics.sensitivities import Partials, empty_columns
 from friction_bayes.mechanics.trajectory import DONE, trajectory
 
-__all__ = [
-    "DEFAULT_RTOL",
-    "force_along",
-    "integrate",
-    "propagate",
-    "propagate_with_columns",
-    "propagator",
-    "propagator_with_columns",
-]
+__all__ = ["DEFAULT_RTOL", "force_along", "integrate", "propagate", "propagator"]
 
 DEFAULT_RTOL = 1e-11
 """Local error per step over the initial amplitude; keeps a hundred half cycles within 1e-9."""
@@ -39,10 +29,55 @@ _as_tuple: Callable[..., Any] = to_fixed_tuple
 """Takes an array and the number of its values; numba hands in what else its type says it needs."""
 
 
+def _total_force(effects: Sequence[ForceEffect]) -> Callable[..., float]:
+    """Compile the sum of the effects' forces, each reading its own stretch of the parameters, a tuple.
+
+    Written into one function: calls, eight deep, took two thirds of the time of an integration. What has no
+    parameter but zeros is left out as it runs: most effects are absent from most motions, and every stage of
+    a step waits for the sum. Of an array numba would count the references at each of these branches.
+    """
+
+    @njit(nogil=True, inline="always")
+    def none(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+        return 0.0
+
+    total: Callable[..., float] = none
+    offset = 0
+    for effect in effects:
+        end = offset + len(effect.parameters)
+        total = _plus(total, effect.force, offset, end)
+        offset = end
+
+    # what is handed to kernels that are kept on disk must be a plain function
+    @register_jitable
+    def force(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+        return total(t, x, v, direction, friction, duration, mass, stiffness, p)
+
+    return force
+
+
+def _plus(
+    first: Callable[..., float], force: Callable[..., float], offset: int, end: int
+) -> Callable[..., float]:
+    # an effect's force is compiled by whoever wrote it: written into a sum, it is taken from its source
+    second = njit(nogil=True, inline="always")(getattr(force, "py_func", force))
+
+    @njit(nogil=True, inline="always")
+    def both(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+        total = first(t, x, v, direction, friction, duration, mass, stiffness, p)
+        acts = False
+        for k in range(offset, end):
+            acts |= p[k] != 0.0
+        if acts:
+            total += second(t, x, v, direction, friction, duration, mass, stiffness, p, offset)
+        return total
+
+    return both
+
+
 _BUILT_IN_FORCES = tuple(effect for effect in BUILT_IN if isinstance(effect, ForceEffect))
 _BUILT_IN_PARAMETERS = sum(len(effect.parameters) for effect in _BUILT_IN_FORCES)
-_built_in_force = total_force(_BUILT_IN_FORCES)
-_in_motion, _in_parameter = total_partials(_BUILT_IN_FORCES)
+_built_in_force = _total_force(_BUILT_IN_FORCES)
 
 
 def _driven(force: Callable[..., float]) -> Callable[..., float]:
@@ -71,20 +106,7 @@ _driven_built_in_force = _driven(_built_in_force)
 def _propagate_driven(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
     p = _as_tuple(p[0], _BUILT_IN_PARAMETERS), p[1], p[2]
     return trajectory(
-        _driven_built_in_force,
-        None,
-        time,
-        x,
-        v,
-        friction,
-        mass,
-        stiffness,
-        pendulum,
-        duration,
-        p,
-        rtol,
-        order,
-        None,
+        _driven_built_in_force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order
     )
 
 
@@ -134,89 +156,18 @@ def propagate(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol
     """
     p = _as_tuple(p, _BUILT_IN_PARAMETERS)
     return trajectory(
-        _built_in_force, None, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order, None
+        _built_in_force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order
     )
-
-
-@njit(cache=True, nogil=True)
-def propagate_with_columns(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order, wanted):  # type: ignore[no-untyped-def]
-    """Integrate one free decay as :func:`propagate` does, and its derivatives in the same pass.
-
-    Parameters
-    ----------
-    wanted : ndarray of int, shape (m,)
-        Numbers of the derivatives, see :mod:`friction_bayes.mechanics.sensitivities`.
-
-    Returns
-    -------
-    motion : tuple
-        What :func:`propagate` returns.
-    columns : ndarray, shape (m, n)
-        Derivatives of the displacement, velocity or acceleration, by ``order``. Where a turning point passes
-        a sample it is the one-sided derivative of what comes after it.
-    """
-    p = _as_tuple(p, _BUILT_IN_PARAMETERS)
-    columns = empty_columns(wanted, time.size, order, x, v, friction, mass, stiffness, _BUILT_IN_PARAMETERS)
-    motion = trajectory(
-        _built_in_force,
-        Partials(_in_motion, _in_parameter),
-        time,
-        x,
-        v,
-        friction,
-        mass,
-        stiffness,
-        pendulum,
-        duration,
-        p,
-        rtol,
-        order,
-        columns,
-    )
-    return motion, columns.out
 
 
 @lru_cache(maxsize=16)
 def _compiled(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
-    force, parameters = total_force(effects), sum(len(effect.parameters) for effect in effects)
+    force, parameters = _total_force(effects), sum(len(effect.parameters) for effect in effects)
 
     @njit(nogil=True)
     def propagate_all(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
         p = _as_tuple(p, parameters)
-        return trajectory(
-            force, None, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order, None
-        )
-
-    return propagate_all
-
-
-@lru_cache(maxsize=16)
-def _compiled_with_columns(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
-    force, parameters = total_force(effects), sum(len(effect.parameters) for effect in effects)
-    in_motion, in_parameter = total_partials(effects)
-
-    @njit(nogil=True)
-    def propagate_all(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order, wanted):  # type: ignore[no-untyped-def]
-        p = _as_tuple(p, parameters)
-        columns = empty_columns(wanted, time.size, order, x, v, friction, mass, stiffness, parameters)
-        partials = Partials(in_motion, in_parameter)
-        motion = trajectory(
-            force,
-            partials,
-            time,
-            x,
-            v,
-            friction,
-            mass,
-            stiffness,
-            pendulum,
-            duration,
-            p,
-            rtol,
-            order,
-            columns,
-        )
-        return motion, columns.out
+        return trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order)
 
     return propagate_all
 
@@ -231,11 +182,6 @@ def propagator(names: Sequence[str] = ()) -> Callable[..., Any]:
         once a process, in a few seconds.
     """
     return propagate if _all_built_in(names) else _compiled(force_effects())
-
-
-def propagator_with_columns(names: Sequence[str] = ()) -> Callable[..., Any]:
-    """The same of :func:`propagate_with_columns`."""
-    return propagate_with_columns if _all_built_in(names) else _compiled_with_columns(force_effects())
 
 
 def force_along(names: Sequence[str] = ()) -> Callable[..., Any]:
@@ -260,7 +206,7 @@ def _all_built_in(names: Sequence[str]) -> bool:
 
 @lru_cache(maxsize=16)
 def _compiled_along(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
-    force, parameters = total_force(effects), sum(len(effect.parameters) for effect in effects)
+    force, parameters = _total_force(effects), sum(len(effect.parameters) for effect in effects)
 
     @njit(nogil=True)
     def along(time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]

@@ -20,12 +20,6 @@ from friction_bayes.mechanics.dormand_prince import (
     error_norm,
     step,
 )
-from friction_bayes.mechanics.sensitivities import (
-    columns_at_rest,
-    columns_at_start,
-    columns_at_turn,
-    columns_over_step,
-)
 from friction_bayes.mechanics.sticking import Samples, departure, rest
 
 __all__ = ["DIVERGED", "DONE", "trajectory"]
@@ -135,15 +129,13 @@ def _limits(law, x, v, end, rtol):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True)
-def _half_cycle(force, partials, law, p, limits, samples, columns, j, now, direction, h, attempts, slopes):  # type: ignore[no-untyped-def]
+def _half_cycle(force, law, p, limits, samples, j, now, direction, h, attempts, slopes):  # type: ignore[no-untyped-def]
     """Move in one direction until the velocity is zero or the samples are over, and fill them.
 
     One loop: a function that takes the arrays anew in every step costs a tenth of the time.
 
     Parameters
     ----------
-    columns : Columns or None
-        Derivatives to carry along and fill too.
     j : int
         The first sample that is due.
     now : State
@@ -165,15 +157,12 @@ def _half_cycle(force, partials, law, p, limits, samples, columns, j, now, direc
     t, x, v = now
     kx[0] = v
     kv[0] = acceleration(force, law, p, t, x, v, direction)
-    first = j
     while j < time.size and time[j] - origin <= t:
         displacement[j] = x
         velocity[j] = v
         if accelerations.size > 0:
             accelerations[j] = kv[0]
         j += 1
-    if columns is not None:
-        columns_at_start(partials, law, p, columns, first, j, t, x, v, direction, kv[0])
     turned = False
     while j < time.size and not turned:
         final = h >= limits.end - t
@@ -200,9 +189,8 @@ def _half_cycle(force, partials, law, p, limits, samples, columns, j, now, direc
         # a sample at the velocity zero belongs to what comes after it
         while j < time.size and (time[j] - origin < new_t or (time[j] - origin == new_t and not turned)):
             j += 1
-        if j > first or columns is not None:
-            dense_coefficients(force, law, p, t, x, v, direction, size, new_x, new_v, kx, kv, fx, fv)
         if j > first:
+            dense_coefficients(force, law, p, t, x, v, direction, size, new_x, new_v, kx, kv, fx, fv)
             dense_values(time[first:j], origin + t, size, x, fx, displacement[first:j])
             dense_values(time[first:j], origin + t, size, v, fv, velocity[first:j])
             if accelerations.size > 0:
@@ -210,10 +198,6 @@ def _half_cycle(force, partials, law, p, limits, samples, columns, j, now, direc
                     accelerations[i] = acceleration(
                         force, law, p, time[i] - origin, displacement[i], velocity[i], direction
                     )
-        if columns is not None:
-            columns_over_step(
-                force, partials, law, p, columns, samples, first, j, t, x, v, direction, size, fx, fv
-            )
         t, x, v = new_t, new_x, 0.0 if turned else new_v
         kx[0] = kx[STAGES]
         kv[0] = kv[STAGES]
@@ -234,21 +218,15 @@ def _noted(values, count, value):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True)
-def trajectory(  # type: ignore[no-untyped-def]
-    force, partials, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order, columns
-):
-    """Integrate one free decay, with the columns of its derivatives where these are given.
-
-    Without them ``partials`` and ``columns`` are None; the rest is that of
-    :func:`friction_bayes.mechanics.integrate.propagate`.
-    """
+def trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
+    """Integrate one free decay; see :func:`friction_bayes.mechanics.integrate.propagate`."""
     n = time.size
     law = Law(mass, stiffness, pendulum, friction, duration)
     limits = _limits(law, x, v, time[n - 1] - time[0], rtol)
     # the forces at the samples cost as much as the motion itself
     accelerations = np.full(n if order == 2 else 0, np.nan)
     samples = Samples(time, np.full(n, np.nan), np.full(n, np.nan), accelerations)
-    slopes = Slopes(np.empty(SLOPES), np.zeros(SLOPES), np.empty(DENSE), np.empty(DENSE))
+    slopes = Slopes(np.empty(SLOPES), np.empty(SLOPES), np.empty(DENSE), np.empty(DENSE))
     turning_times, turning_points, turns = np.empty(64), np.empty(64), 0
     stop_time = math.inf
     now = State(0.0, x, v)
@@ -261,20 +239,15 @@ def trajectory(  # type: ignore[no-untyped-def]
             turning_points = _noted(turning_points, turns, now.x)
             turns += 1
             direction = departure(force, law, p, now.t, now.x)
-            if columns is not None:
-                columns_at_turn(force, law, p, columns, now.t, now.x, direction, slopes.v[0])
             if direction == 0.0:
                 stop_time = time[0] + now.t
-                first = j
                 t, j, direction = rest(force, law, p, samples, now.t, now.x, j)
-                if columns is not None:
-                    columns_at_rest(columns, first, j)
                 if j == n:
                     break
                 stop_time = math.inf
                 now = State(t, now.x, 0.0)
         status, now, j, h, attempts = _half_cycle(
-            force, partials, law, p, limits, samples, columns, j, now, direction, h, attempts, slopes
+            force, law, p, limits, samples, j, now, direction, h, attempts, slopes
         )
     return (
         status,

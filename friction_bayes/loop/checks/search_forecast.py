@@ -11,7 +11,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.report.result import ForecastTrace, RecordTrace
-from friction_bayes.loop.search.derivatives import predict_with_derivatives
+from friction_bayes.loop.search.derivatives import signal_derivatives
 from friction_bayes.loop.search.fit import LoopFit, fit_growing_record
 
 __all__ = [
@@ -63,8 +63,8 @@ class Forecast:
 def forecast_records(fit: LoopFit) -> tuple[Forecast, ...]:
     """Fit the first 70 % of each moving record anew and forecast the rest; empty where that fails.
 
-    The mean is the prediction at the posterior mode; the variance is that of the coordinates, linearised
-    there, and that of the noise.
+    The mean is the prediction at the posterior mode; the variance is that of the coordinates, linearised over
+    steps of their standard deviations, and that of the noise.
     """
     model = fit.model
     heads = [int(FITTED_SHARE * segment.moving) for segment in model.segments]
@@ -74,18 +74,18 @@ def forecast_records(fit: LoopFit) -> tuple[Forecast, ...]:
         return ()
     covariance, forecasts = again.covariance, []
     for r, (segment, head) in enumerate(zip(model.segments, heads, strict=True)):
-        predicted = predict_with_derivatives(model, again.z, r)
+        predicted = model.predict(again.z, r)
         if predicted is None:
             return ()
-        prediction, derivatives = predicted
         rest = slice(head, segment.moving)
-        moved = derivatives[rest]
+        steps = np.sqrt(np.diag(covariance))
+        moved = signal_derivatives(model, again.z, r, predicted, steps=steps)[rest]
         noise = float(np.mean(again.free_residuals[r] ** 2))
         forecasts.append(
             Forecast(
                 time=segment.decay.start_time + segment.time[rest],
                 signal=segment.values[rest],
-                mean=prediction.signal[rest],
+                mean=predicted.signal[rest],
                 sd=np.sqrt(np.sum((moved @ covariance) * moved, axis=1) + noise),
                 free=segment.free[rest],
             )

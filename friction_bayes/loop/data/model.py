@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,14 +34,7 @@ from friction_bayes.mechanics.effects import (
 )
 from friction_bayes.mechanics.integrate import propagator
 
-__all__ = [
-    "LoopModel",
-    "Prediction",
-    "RecordParameters",
-    "as_sensed",
-    "changes_signal",
-    "sensor_output",
-]
+__all__ = ["LoopModel", "Prediction", "RecordParameters", "changes_signal", "sensor_output"]
 
 RTOL = 1e-8
 """Local error of the integrator over the amplitude: 1e-7 after a hundred half cycles."""
@@ -215,9 +208,10 @@ class LoopModel:
         """The same model, priors included, of the first samples of each record."""
         return replace(self, segments=self.shortened(samples), whole=self.whole or self.segments)
 
-    def predict(self, z: Array, r: int) -> Prediction | None:
-        """Predict the samples of record ``r``; None when the motion does not stay finite."""
-        return self.predict_at(z, r, self.segments[r].time)
+    def predict(self, z: Array, r: int, segment: Segment | None = None) -> Prediction | None:
+        """Predict record ``r`` (or a shortened ``segment``); None when the motion does not stay finite."""
+        seg = self.segments[r] if segment is None else segment
+        return self.predict_at(z, r, seg.time)
 
     def predict_at(
         self,
@@ -248,21 +242,9 @@ class LoopModel:
         if order is None:
             order = self.segments[r].order
         values = self.record_parameters(z, r)
-        motion = propagator(self.effects)(*self.motion_arguments(values, r, time, state, order))
-        return as_sensed(motion, time, order, values.effects)
-
-    def motion_arguments(
-        self,
-        values: RecordParameters,
-        r: int,
-        time: Array,
-        state: tuple[float, float] | None,
-        order: int,
-    ) -> tuple[Any, ...]:
-        """What :func:`friction_bayes.mechanics.integrate.propagate` takes to compute record ``r``."""
         displacement, velocity = (values.displacement, values.velocity) if state is None else state
         mass, stiffness = self.mass_and_stiffness(values.frequency_ratio)
-        return (
+        status, x, v, a, times, points, stop = propagator(self.effects)(
             time,
             displacement,
             velocity,
@@ -275,18 +257,11 @@ class LoopModel:
             RTOL,
             order,
         )
-
-
-def as_sensed(
-    motion: tuple[Any, ...], time: Array, order: int, effects: Mapping[str, tuple[float, ...]]
-) -> Prediction | None:
-    """What a sensor shows of a motion that was propagated; None when it did not stay finite."""
-    status, x, v, a, times, points, stop = motion
-    clean = (x, v, a)[order]
-    if status != 0 or not math.isfinite(float(clean.sum())):
-        return None
-    signal = sensor_output(clean, time, effects)
-    return Prediction(clean, signal, x, v, np.sign(v), times, points, float(stop))
+        clean = (x, v, a)[order]
+        if status != 0 or not math.isfinite(float(clean.sum())):
+            return None
+        signal = sensor_output(clean, time, values.effects)
+        return Prediction(clean, signal, x, v, np.sign(v), times, points, float(stop))
 
 
 def sensor_output(clean: Array, time: Array, effects: Mapping[str, tuple[float, ...]]) -> Array:

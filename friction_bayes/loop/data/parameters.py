@@ -110,13 +110,6 @@ class Coordinate:
             return p.low + (p.high - p.low) * z
         return p.location + p.scale * z
 
-    def slope(self, z: float) -> float:
-        """Derivative of the value in the coordinate."""
-        p = self.prior
-        if p.family == "log-normal":
-            return p.scale * float(self.value(z))
-        return p.high - p.low if p.family == "uniform" else p.scale
-
     def coordinate(self, value: float) -> float:
         """Coordinate of a value."""
         p = self.prior
@@ -266,6 +259,6 @@ def _bounds(effect: Effect, prior: Prior, parameter: Parameter) -> tuple[float, 
     if prior.family == "log-normal":
         return 0.0, math.inf
     low = parameter.low
-    if isinstance(effect, ForceEffect) and low == 0.0:
-        low = 1e-3 * prior.scale if parameter.open_low else -0.5 * prior.scale
+    if isinstance(effect, ForceEffect) and low == 0.0 and not parameter.open_low:
+        low = -0.5 * prior.scale
     return low, parameter.high

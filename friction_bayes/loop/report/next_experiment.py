@@ -20,10 +20,9 @@ from scipy.linalg import block_diag
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.text import listed
 from friction_bayes.loop.data.model import LoopModel, Prediction
-from friction_bayes.loop.data.parameters import DISPLACEMENT, FRICTION, LOG_FREQUENCY_RATIO, VELOCITY
+from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.noise.autoregression import variance_gain
 from friction_bayes.loop.noise.likelihood import whiten
-from friction_bayes.loop.search.derivatives import predict_with_derivatives
 from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.statespace import kalman
 from friction_bayes.statespace.kalman import Clock, sensor_row
@@ -39,6 +38,9 @@ __all__ = [
 ]
 
 _DECISIVE = math.log(20.0)
+_STEP = 1e-3
+_STATE_STEP = 1e-4
+"""Difference step in the initial state, in amplitudes."""
 _STATE_SD = 0.1
 """Standard deviation of the initial state of the further record, in amplitudes."""
 _SAME_FRICTION = 0.01
@@ -242,19 +244,27 @@ def rival_prediction(
     model, time, release = rival.model, _times(truth, option), _release(truth, option)
     largest = release[0]
     fast = largest * model.system.natural_frequency
+    base = model.predict_at(rival.z, 0, time, release, option.order)
+    if base is None:
+        return None
+
+    def change(z: Array, state: tuple[float, float], step: float) -> Array:
+        """Derivative of the rival's prediction."""
+        moved = model.predict_at(z, 0, time, state, option.order)
+        return np.zeros(time.size) if moved is None else (moved.signal - base.signal) / step
+
     posterior = rival.covariance
     law = [j for j, c in enumerate(model.coordinates) if not c.is_state and posterior[j, j] > 0.0]
-    start = [model.index(DISPLACEMENT, record=0), model.index(VELOCITY, record=0)]
-    predicted = predict_with_derivatives(
-        model, rival.z, 0, time, coordinates=[*law, *start], state=release, order=option.order
-    )
-    if predicted is None:
-        return None
-    prediction, jacobian = predicted
-    for column, j, amplitude in zip((-2, -1), start, (largest, fast), strict=True):
-        jacobian[:, column] *= amplitude / model.coordinates[j].slope(float(rival.z[j]))
+    columns = []
+    for j in law:
+        step = min(_STEP, 0.1 * math.sqrt(posterior[j, j]))
+        moved = rival.z.copy()
+        moved[j] += step
+        columns.append(change(moved, release, step))
+    columns.append(change(rival.z, (largest + _STATE_STEP * largest, 0.0), _STATE_STEP))
+    columns.append(change(rival.z, (largest, _STATE_STEP * fast), _STATE_STEP))
     covariance = block_diag(posterior[np.ix_(law, law)], _STATE_SD**2 * np.eye(2))
-    return prediction, jacobian, covariance
+    return base, np.column_stack(columns), covariance
 
 
 def expected_log_bayes_factor(difference: Array, jacobian: Array, covariance: Array) -> float:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import combinations, product
 from typing import NamedTuple
 
@@ -95,12 +94,6 @@ class Expansion:
             for name, tried in self._problem.linearised.items()
         }
 
-    @cached_property
-    def _without_null(self) -> Names:
-        """Effects of the fit that no step leads away from: all their parameters only shape them."""
-        own = [c for c in self._fit.model.coordinates if c.effect]
-        return frozenset(c.effect for c in own) - {c.effect for c in own if not c.shapes}
-
     def _best_shapes(self, names: Names, tried: Sequence[Linearised]) -> list[Linearised]:
         informed = [(self._solve(names, (one,)).log_evidence, one) for one in tried if self._is_informed(one)]
         informed.sort(key=lambda pair: -pair[0])
@@ -121,8 +114,6 @@ class Expansion:
             for first, second in product(combinations(counted, size), combinations(besides, more)):
                 chosen = frozenset(first + second)
                 if any(other in chosen for name in chosen for other in EFFECTS[name].excludes):
-                    continue
-                if not chosen >= self._without_null:
                     continue
                 new = [name for name in names if name in chosen and name not in present]
                 approximation = self._approximation(chosen, new)

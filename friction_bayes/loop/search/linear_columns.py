@@ -18,7 +18,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import Coordinate
 from friction_bayes.loop.noise.likelihood import whiten
-from friction_bayes.loop.search.derivatives import predict_with_derivatives
+from friction_bayes.loop.search.derivatives import derivative, first_step
 from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.loop.search.spectral_lines import SpectralLine, strongest_lines
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
@@ -137,16 +137,16 @@ class LinearColumns:
         mine = [model.index(c.name, effect=c.effect, record=c.record) for c in coordinates]
         for score in _SCORES if any(c.shapes for c in coordinates) else (0.0,):
             z[mine] = [c.at_score(score) if c.shapes else c.start for c in coordinates]
+            bases = [model.predict(z, r) for r in range(len(fit.noises))]
             added, shifted = [], False
-            for r, known_prediction in enumerate(fit.predictions):
-                predicted = predict_with_derivatives(model, z, r, coordinates=mine)
-                if predicted is None:
+            for r, base in enumerate(bases):
+                if base is None:
                     break
-                prediction, own = predicted
+                own = [derivative(model, z, r, j, first_step(model, j), base) for j in mine]
                 # where no parameter has a null the term has moved the signal already
-                shift = prediction.signal - known_prediction.signal
+                shift = base.signal - fit.predictions[r].signal
                 shifted |= bool(np.any(shift != 0.0))
-                added.append(whiten(np.column_stack([own, shift]), fit.noise_models[r].ar))
+                added.append(whiten(np.column_stack([*own, shift]), fit.noise_models[r].ar))
             else:
                 pairs = zip(z[mine].tolist(), coordinates, strict=True)
                 columns = self._append([_Column(x, c.precision, c) for x, c in pairs])

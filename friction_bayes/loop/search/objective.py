@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,40 +14,41 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.loop.data.model import LoopModel, Prediction
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.likelihood import NoiseFit, NoiseModel, fit_noise, whiten
-from friction_bayes.loop.search.derivatives import predict_with_derivatives
+from friction_bayes.loop.search.derivatives import signal_derivatives
 
-__all__ = ["Objective", "Point"]
+__all__ = ["Curvature", "Objective", "Point"]
 
 _ROUNDING = 1e-12
 """Added to the prior precision, so that flat priors leave a matrix that can be factored."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Point:
-    """The objective to second order about one vector of coordinates (Gauss and Newton).
+    """The objective at one vector of coordinates, and what it was made of."""
+
+    z: Array
+    predictions: tuple[Prediction, ...]
+    noises: tuple[NoiseFit, ...]
+    deviance: float
+    objective: float
+
+
+class Curvature(NamedTuple):
+    """The objective to second order about a point (Gauss and Newton).
 
     Attributes
     ----------
-    z : ndarray, shape (p,)
-    predictions : tuple of Prediction
-    noises : tuple of NoiseFit
     jacobians : tuple of ndarray, shape (n, p)
         Whitened derivatives of the signal of each record.
     precision : ndarray, shape (p, p)
         Curvature of half the objective.
     gradient : ndarray, shape (p,)
         Minus the gradient of half the objective.
-    deviance, objective : float
     """
 
-    z: Array
-    predictions: tuple[Prediction, ...]
-    noises: tuple[NoiseFit, ...]
     jacobians: tuple[Array, ...]
     precision: Array
     gradient: Array
-    deviance: float
-    objective: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,31 +76,36 @@ class Objective:
     def at(self, z: Array) -> Point | None:
         """Evaluate; None where the motion does not stay finite. Coordinates are moved within their bounds."""
         z = self.model.within_bounds(z)
-        predictions, noises, jacobians = [], [], []
-        precision = np.diag(self.prior_precision + _ROUNDING)
-        gradient = -self.prior_precision * z
-        for r, (segment, noise_model) in enumerate(zip(self.segments, self.noise_models, strict=True)):
-            predicted = predict_with_derivatives(self.model, z, r, segment.time)
-            if predicted is None:
+        predictions, noises = [], []
+        for r, segment in enumerate(self.segments):
+            prediction = self.model.predict(z, r, segment)
+            if prediction is None:
                 return None
-            prediction, derivatives = predicted
             residual = segment.values - prediction.signal
-            noise = fit_noise(residual, segment.sides, noise_model, self.model.scales, segment.ignored)
-            jacobian = whiten(derivatives, noise_model.ar)
+            predictions.append(prediction)
+            noises.append(
+                fit_noise(residual, segment.sides, self.noise_models[r], self.model.scales, segment.ignored)
+            )
+        deviance = math.fsum(noise.deviance for noise in noises)
+        objective = deviance + float(self.prior_precision @ (z * z))
+        return Point(z, tuple(predictions), tuple(noises), deviance, objective)
+
+    def curvature(self, point: Point, steps: Array | None, known: Sequence[Array] | None = None) -> Curvature:
+        """Expand about a point, by difference ``steps`` or with derivatives that are ``known`` already."""
+        precision = np.diag(self.prior_precision + _ROUNDING)
+        gradient = -self.prior_precision * point.z
+        jacobians = []
+        for r, segment in enumerate(self.segments):
+            if known is None:
+                raw = signal_derivatives(
+                    self.model, point.z, r, point.predictions[r], steps=steps, segment=segment
+                )
+                jacobian = whiten(raw, self.noise_models[r].ar)
+            else:
+                jacobian = known[r]
+            noise = point.noises[r]
             weighted = jacobian * noise.weight[:, None]
             precision += weighted.T @ jacobian
             gradient += weighted.T @ noise.residual
-            predictions.append(prediction)
-            noises.append(noise)
             jacobians.append(jacobian)
-        deviance = math.fsum(noise.deviance for noise in noises)
-        return Point(
-            z=z,
-            predictions=tuple(predictions),
-            noises=tuple(noises),
-            jacobians=tuple(jacobians),
-            precision=precision,
-            gradient=gradient,
-            deviance=deviance,
-            objective=deviance + float(self.prior_precision @ (z * z)),
-        )
+        return Curvature(tuple(jacobians), precision, gradient)

@@ -24,7 +24,7 @@ from friction_bayes.loop.data.starting_point import starting_point
 from friction_bayes.loop.noise.likelihood import NoiseModel, has_heavy_tails
 from friction_bayes.loop.search.candidate import Candidate
 from friction_bayes.loop.search.expansion import Approximation, Expansion, is_identifiable
-from friction_bayes.loop.search.fit import LoopFit, fit_growing_record, fit_model
+from friction_bayes.loop.search.fit import LoopFit, fit_growing_record, fit_model, settle
 from friction_bayes.loop.search.laplace_evidence import log_evidence
 from friction_bayes.loop.search.residual_tests import residual_tests
 from friction_bayes.loop.search.spectral_lines import has_line_of_motion
@@ -38,6 +38,8 @@ _CARRIED = 3
 """Best sets of another search to start from."""
 _PROMISING = math.log(300.0)
 """How far below the best a set may be, to second order, and still be fitted."""
+_COUNTS = math.log(100.0)
+"""How far below the best a set may be and still be weighed with derivatives at its mode."""
 _BETTER = 1.0
 """Objective below that of a fit, to second order, that makes it be climbed again."""
 _NEAR = 4.0
@@ -113,14 +115,28 @@ class Search:
                 break
             self._expand(centre)
             expanded[centre.effects] = self.candidates[centre.effects].fit.objective
+        self._settle()
 
     def fit_only(self, sets: Iterable[Names]) -> None:
         """Fit these sets and look for no others."""
         for names in dict.fromkeys(names | self.sets.certain for names in sets):
             if names not in self.candidates:
                 self._fit_from_first_periods(names)
+        self._settle()
         fitted = ", ".join(set_name(candidate.effects) for candidate in self.ranked())
         self.trail.append(f"no sets looked for besides {fitted}")
+
+    def _settle(self) -> None:
+        """Weigh what counts at its mode."""
+        if not self.candidates:
+            return
+        least = self.ranked()[0].log_weight - _COUNTS
+        for names, candidate in self.candidates.items():
+            if candidate.log_weight > least:
+                self.candidates[names] = self._weighed(names, settle(candidate.fit))
+
+    def _weighed(self, names: Names, fit: LoopFit) -> Candidate:
+        return Candidate(names, fit, log_evidence(fit) + self.sets.log_prior(names))
 
     def start_from(self, other: Search) -> None:
         """Climb from what a search of the same records under other noise reached: the singles and the best.
@@ -237,9 +253,14 @@ class Search:
 
     def _keep(self, names: Names, fit: LoopFit | None) -> None:
         """Keep a fit that is better than what is known of its set."""
-        if fit is None or has_line_of_motion(fit) or not is_identifiable(fit):
+        if fit is None or has_line_of_motion(fit):
             return
+        if not is_identifiable(fit):
+            # short of the mode the samples may seem to say too little of an effect
+            fit = settle(fit)
+            if not is_identifiable(fit) or has_line_of_motion(fit):
+                return
         known = self.candidates.get(names)
         if known is not None and known.fit.objective <= fit.objective:
             return
-        self.candidates[names] = Candidate(names, fit, log_evidence(fit) + self.sets.log_prior(names))
+        self.candidates[names] = self._weighed(names, fit)

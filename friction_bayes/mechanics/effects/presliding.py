@@ -36,8 +36,6 @@ def _force(
         return 0.0
     # close to the turning point the pull is constant, and the speed tells the distance: m v^2 = 2 k |x| s
     distance = 0.5 * mass * v * v / pull
-    # and towards the dead band it is over: without a jump there the force is smooth within a half cycle
-    distance /= 1.0 - (friction / pull) ** 2
     return -2.0 * friction * direction * math.exp(-distance / p[i])
 
 
@@ -50,8 +48,6 @@ PRESLIDING = ForceEffect(
             unit="m",
             angular_unit="rad",
             low=0.0,
-            # at zero the force is a pulse at the turning point: no derivative shows it there
-            open_low=True,
             prior=lambda scales: half_normal(0.02 * scales.amplitude),
         ),
     ),
