@@ -57,7 +57,7 @@ def test_methods_on_the_same_records(tmp_path: Path) -> None:
 
 
 def test_machines_are_followed_to_their_end(tmp_path: Path) -> None:
-    found = run(monitoring, tmp_path, records=1, points=(3, 5))
+    found = run(monitoring, tmp_path, records=1, points=(4,))
     assert found["law"].values.tolist() == list(monitoring.LAWS)
     pit = found["life_pit"].values
     assert np.all((pit >= 0.0) & (pit <= 1.0))

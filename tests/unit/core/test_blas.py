@@ -115,7 +115,7 @@ ENTRIES: dict[str, tuple[str, str, Callable[[], object]]] = {
         lambda: fb.estimate_batch(short_decay().expand_dims("machine"), SYSTEM),
     ),
     "close_loop": (
-        "friction_bayes.loop.close_loop",
+        "friction_bayes.loop.pipeline",
         "cut_records",
         lambda: fb.close_loop([short_decay()], SYSTEM, seed=1),
     ),
