@@ -60,8 +60,8 @@ def test_width_without_one(rng: np.random.Generator) -> None:
 def test_width_without_one_of_records_that_say_much(
     noise: float, step: float, rng: np.random.Generator
 ) -> None:
-    none = estimates(rng, 0.0, 12, noise=noise, step=step)
+    none = estimates(rng, 0.0, 8, noise=noise, step=step)
     assert np.median(none[:, 2]) < 1.1
     assert np.max(none[:, 2]) < 2.0
-    # six of twelve outside happen in one run of 2,000
-    assert none[:, 1].sum() >= 7
+    # five of eight outside happen in one run of 2,000
+    assert none[:, 1].sum() >= 4

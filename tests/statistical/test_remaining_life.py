@@ -114,7 +114,7 @@ def test_planted_bug_is_found(bug: str, seed: int) -> None:
         testing.assert_calibrated(draw_prior, simulate, pit(BUGS[bug], seed), replications=FEW, seed=seed)
 
 
-KINKED = 16
+KINKED = 12
 FASTER = 4.5
 
 

@@ -216,7 +216,7 @@ def test_every_kind_is_drawn_with_a_force(kind: str, seed: int) -> None:
 
 def test_the_same_seed_draws_the_same_record(seed: int) -> None:
     sequence = np.random.SeedSequence(seed)
-    sealed, again = (draw_fluctuating("timing_jitter", sequence) for _ in range(2))
+    sealed, again = (draw_fluctuating("viscous_damping", sequence) for _ in range(2))
     np.testing.assert_array_equal(sealed.record, again.record)
 
 
