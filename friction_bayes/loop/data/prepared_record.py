@@ -26,6 +26,9 @@ from friction_bayes.records.record import validate_record, with_values
 
 __all__ = ["Segment", "cut_records"]
 
+_JUDGED = 22
+"""Half cycles of a decay from which on a hand at its release is cut: in fewer a law that takes most from
+large swings, as a magnet's, looks the same, and the loop knows such laws."""
 _REST_KEPT = 0.15
 """Share of the moving time kept after the stop: where it rests shows the sensor's zero."""
 _SPIKE = 6.0
@@ -186,6 +189,9 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     smooth, spikes = _spikes(values, system.natural_frequency * sampling_interval(record))
     tame = np.where(spikes, smooth, values)
     decay = find_free_decay(with_values(record, tame), system, resolution=resolution)
+    if 0 < decay.disturbed < _JUDGED - decay.half_cycles:
+        whole = max(decay.start_time - decay.disturbed * math.pi / decay.frequency, float(record["time"][0]))
+        decay = find_free_decay(with_values(record, tame), system, start=whole, resolution=resolution)
     clips = clipped_fraction(values)[1] is not None
     before_release = 0 if clips else held_samples(decay)
     if before_release:

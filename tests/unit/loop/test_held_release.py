@@ -10,6 +10,7 @@ import friction_bayes as fb
 from decays import SYSTEM, short_decay
 from friction_bayes.decay.free_decay import find_free_decay
 from friction_bayes.loop.data.held_release import held_samples
+from friction_bayes.loop.data.prepared_record import cut_records
 
 
 def held(count: int, quantity: str, seed: int) -> xr.DataArray:
@@ -52,3 +53,23 @@ def test_the_loop_leaves_them_out_and_says_so(seed: int) -> None:
     low, high = report.friction_after["interval90"]
     # the middle 90 % widened to 99.7 %
     assert abs(report.friction_after["mean"] - 0.5) < 0.91 * (high - low)
+
+
+@pytest.mark.parametrize(("half_cycles", "cut"), [(16, False), (30, True)])
+def test_a_large_first_loss_is_left_to_the_laws_where_half_cycles_are_few(
+    half_cycles: int, cut: bool, rng: np.random.Generator
+) -> None:
+    """Of the first three half cycles each loses four times what a later one does: a hand, or a magnet."""
+    angle = np.arange(0.0, half_cycles * np.pi, 0.1)
+    half = np.floor(angle / np.pi).astype(int)
+    loss = np.where(np.arange(half_cycles) < 3, 0.08, 0.02)
+    before = 1.0 - np.concatenate([[0.0], np.cumsum(loss)[:-1]])
+    side = np.where(half % 2 == 0, 1.0, -1.0)
+    # a half cycle about its own centre, from one turning point to the next
+    signal = side * 0.5 * loss[half] + (before - 0.5 * loss)[half] * np.cos(angle)
+    system = fb.Oscillator(mass=1.0, stiffness=100.0)
+    noisy = 0.01 * (signal + 2e-3 * rng.standard_normal(angle.size))
+    record = fb.make_record(0.1 * angle, noisy, "displacement")
+    assert find_free_decay(record, system).disturbed > 0
+    (segment,) = cut_records([record], system)
+    assert (segment.decay.start_time > 0.3) == cut
