@@ -331,7 +331,10 @@ def test_all_decays_of_a_recording_are_taken_together(
     assert [each["record"] for each in found] == [f"several.csv decay {k}" for k in (1, 2, 3)]
     for each in found:
         assert each["friction"]["mean"] == pytest.approx(FRICTION, rel=0.02)
-    assert main(["close-loop", several, *LINEAR, "--decay", "all", "--out", str(tmp_path / "loop")]) == 0
+    few = ("--effects", "viscous_damping,random_force")
+    assert (
+        main(["close-loop", several, *LINEAR, *few, "--decay", "all", "--out", str(tmp_path / "loop")]) == 0
+    )
     shown = " ".join(capsys.readouterr().out.split())
     assert "read several.csv decay 1: displacement_m [m] over time_s [s], decay 1 of 3: " in shown
     report = json.loads((tmp_path / "loop" / "report.json").read_text())

@@ -37,10 +37,9 @@ def record(share: float, seed: int, noise: float = 2e-4) -> xr.DataArray:
 @pytest.fixture(scope="module")
 def undecided() -> fb.Estimate:
     """With a force of 0.4 % of friction, of which the record cannot say whether it is there."""
-    found = [fb.estimate(record(0.004, seed, 5e-5), SYSTEM) for seed in range(16)]
-    # of those the one with the fewest parts, each of which is sampled
-    undecided = [one for one in found if 0.2 < one.random_force.probability < 0.8]
-    return min(undecided, key=lambda one: len(one.fit.parts))
+    # from a seed that was undecided on; each part is sampled, so few of them are wanted
+    found = (fb.estimate(record(0.004, seed, 5e-5), SYSTEM) for seed in range(6, 40))
+    return next(one for one in found if 0.2 < one.random_force.probability < 0.8 and len(one.fit.parts) < 4)
 
 
 @pytest.fixture(scope="module")
