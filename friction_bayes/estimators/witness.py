@@ -8,14 +8,12 @@ from typing import Any
 
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.summary import TAILS
+from friction_bayes.estimators.envelope.loss_of_amplitude import EXACT_TO
 
 __all__ = ["Witness", "not_negative", "reconciled"]
 
 _APART = 2.0
 """Standard deviations of their difference from which on two witnesses disagree: one in twenty by chance."""
-_EXACT_TO = 5e-4
-"""Share of friction to which the loss of amplitude is known where nothing disturbs it: phases and amplitudes
-of half cycles are exact to this for pendulums and for coarse sampling."""
 _NEGATIVE = 1e-4
 """Probability of a negative friction below which the cut at zero changes nothing that is printed."""
 
@@ -44,7 +42,7 @@ class Witness:
         spread = max(_spread(posterior), _spread(coefficient))
         middle = posterior.median()
         apart = abs(middle - coefficient.median())
-        return cls(coefficient, bool(apart <= _APART * math.hypot(spread, _EXACT_TO * middle)), bounds)
+        return cls(coefficient, bool(apart <= _APART * math.hypot(spread, EXACT_TO * middle)), bounds)
 
 
 def reconciled(posterior: Any, witness: Witness) -> Any:

@@ -30,7 +30,14 @@ from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.statespace.subset_evidence import WeighedSets, set_posterior
 
-__all__ = ["force_target", "half_cycle_blocks", "no_prior_draws", "still_target"]
+__all__ = [
+    "densities_of_half_cycles",
+    "force_target",
+    "half_cycle_blocks",
+    "no_prior_draws",
+    "replicated_records",
+    "still_target",
+]
 
 _REACH = 6.0
 """Prior standard deviations of ``log q`` within which the posterior is looked for."""
@@ -132,7 +139,7 @@ def force_target(
     def pointwise(theta: Array) -> Array:
         at = _Coordinates.of(theta, scale)
         forces = [_force(*place) for place in at.places]
-        return _half_cycles(regression, blocks, theta[:, :-3], at.log_variance, forces)
+        return densities_of_half_cycles(regression, blocks, theta[:, :-3], at.log_variance, forces)
 
     def predictive(theta: Array, rng: np.random.Generator) -> Array:
         def fluctuation(row: Array) -> Array:
@@ -141,7 +148,7 @@ def force_target(
 
         noises = [math.exp(0.5 * row[-3]) * drawn_noise(regression.clock, rng) for row in theta]
         drawn = [fluctuation(row) + noise for row, noise in zip(theta, noises, strict=True)]
-        return _replicated(regression, signal, unit, theta[:, :-3], drawn)
+        return replicated_records(regression, signal, unit, theta[:, :-3], drawn)
 
     return Target(
         names=(*regression.names, "log_variance", "log_force_sd", "log_correlation_time"),
@@ -210,11 +217,11 @@ def still_target(
 
     def pointwise(theta: Array) -> Array:
         forces = [_NO_FORCE] * len(theta)
-        return _half_cycles(regression, blocks, theta[:, :-1], theta[:, -1], forces)
+        return densities_of_half_cycles(regression, blocks, theta[:, :-1], theta[:, -1], forces)
 
     def predictive(theta: Array, rng: np.random.Generator) -> Array:
         drawn = [math.exp(0.5 * row[-1]) * drawn_noise(regression.clock, rng) for row in theta]
-        return _replicated(regression, signal, unit, theta[:, :-1], drawn)
+        return replicated_records(regression, signal, unit, theta[:, :-1], drawn)
 
     centre = np.append(
         mean * scale, math.log(noise2) + (math.sqrt(0.5 / n) if regression.least_noise else 0.0)
@@ -238,7 +245,7 @@ def still_target(
     )
 
 
-def _half_cycles(
+def densities_of_half_cycles(
     regression: LawRegression,
     blocks: Integers,
     laws: Array,
@@ -253,7 +260,7 @@ def _half_cycles(
     return np.array(rows)
 
 
-def _replicated(
+def replicated_records(
     regression: LawRegression, signal: Array, unit: float, laws: Array, drawn: Sequence[Array]
 ) -> Array:
     """Records as each law and what was drawn with it make them, shape (m, n), unit of the signal."""

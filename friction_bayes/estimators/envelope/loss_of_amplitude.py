@@ -30,8 +30,9 @@ from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_tracking import tracked_phase
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.envelope.half_cycle_rows import half_cycle_rows
+from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
 
-__all__ = ["FasterLoss", "faster_loss", "loss_of_amplitude"]
+__all__ = ["EXACT_TO", "FasterLoss", "faster_loss", "loss_of_amplitude"]
 
 _AMPLITUDE, _FRICTION = 0, 1
 """Columns of the rows."""
@@ -43,12 +44,10 @@ _EXPONENTS = 400
 """Equally probable exponents of the record that stand for their prior."""
 _ROUNDS = 4
 """In which the part in proportion to the amplitude is that of the amplitudes fitted with it."""
-_INCLUSION = 0.1
-"""Prior probability of such a part of the loss: that of an effect in a closed loop."""
 _EXACT = 1e-24
 """Share of the response's sum of squares that is rounding."""
-_AMPLITUDES_EXACT_TO = 5e-4
-"""Share of an amplitude to which the rows are exact: for pendulums and coarse sampling no better."""
+EXACT_TO = 5e-4
+"""Share to which an amplitude, and friction by their loss, is exact for pendulums and coarse sampling."""
 
 
 def loss_of_amplitude(decay: FreeDecay) -> Mixture | None:
@@ -102,7 +101,7 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
         None where too few half cycles tell it.
     """
     response, design = _rows(decay)
-    alone = _regressed(response, design, exact=_AMPLITUDES_EXACT_TO**2)
+    alone = _regressed(response, design, exact=EXACT_TO**2)
     if alone is None:
         return None
     amplitudes = np.abs(design[:-1, _AMPLITUDE]) > 0.0
@@ -112,7 +111,7 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
     for _ in range(_ROUNDS):
         lost = np.concatenate([[0.0], np.cumsum(0.5 * (fitted[1:] + fitted[:-1]))]) / fitted.size
         column[:-1][amplitudes] = -design[:-1, _AMPLITUDE][amplitudes] * lost
-        found = _regressed(response, np.column_stack([design, column]), exact=_AMPLITUDES_EXACT_TO**2)
+        found = _regressed(response, np.column_stack([design, column]), exact=EXACT_TO**2)
         if found is None:
             return None
         damped = found
@@ -120,7 +119,7 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
     exponents = stats.halfnorm.ppf((np.arange(_EXPONENTS) + 0.5) / _EXPONENTS)
     density = damped.last.logpdf(np.append(exponents, 0.0))
     log_odds = logsumexp(density[:-1]) - math.log(_EXPONENTS) - density[-1]
-    log_odds += math.log(_INCLUSION / (1.0 - _INCLUSION))
+    log_odds += PRIOR_LOG_ODDS
     return FasterLoss(float(expit(log_odds)), damped.coefficient)
 
 

@@ -16,7 +16,11 @@ import numpy as np
 
 from friction_bayes.conjugate.likelihood import Target, signal_log_likelihood
 from friction_bayes.core.arrays import Array, Integers
-from friction_bayes.statespace.force_target import no_prior_draws
+from friction_bayes.statespace.force_target import (
+    densities_of_half_cycles,
+    no_prior_draws,
+    replicated_records,
+)
 from friction_bayes.statespace.regression import LawRegression, near_least_squares
 from friction_bayes.statespace.replication import drawn_noise
 
@@ -88,17 +92,12 @@ def sensor_noise_target(
         return np.where(np.isfinite(log_prior(theta)), density, -np.inf)
 
     def pointwise(theta: Array) -> Array:
-        rows = []
-        for law, log_v in zip(theta[:, :-1], theta[:, -1], strict=True):
-            each = regression.log_densities(law, math.exp(log_v), 0.0, 1.0)
-            rows.append(np.add.reduceat(each, blocks))
-        return np.array(rows)
+        forces = [(0.0, 1.0)] * len(theta)
+        return densities_of_half_cycles(regression, blocks, theta[:, :-1], theta[:, -1], forces)
 
     def predictive(theta: Array, rng: np.random.Generator) -> Array:
-        rest = np.array([regression.residual(law) for law in theta[:, :-1]])
-        white = np.array([drawn_noise(regression.clock, rng) for _ in theta])
-        noise = np.exp(0.5 * theta[:, -1:]) * white
-        return np.asarray(signal + unit * (noise - rest))
+        drawn = [math.exp(0.5 * row[-1]) * drawn_noise(regression.clock, rng) for row in theta]
+        return replicated_records(regression, signal, unit, theta[:, :-1], drawn)
 
     covariance = np.zeros((p + 1, p + 1))
     covariance[:p, :p] = noise2 * np.linalg.inv(precision) * np.outer(scale, scale)

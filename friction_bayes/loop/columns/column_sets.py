@@ -13,8 +13,8 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.data.effect_sets import MOST_EFFECTS, SENSOR_ZERO
-from friction_bayes.loop.data.inclusion import INCLUSION
 from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects.inclusion import INCLUSION
 
 __all__ = ["ColumnSets", "column_sets"]
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from friction_bayes.loop.data.inclusion import INCLUSION
 from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.mechanics.effects.inclusion import INCLUSION
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 

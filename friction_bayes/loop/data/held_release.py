@@ -18,7 +18,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.loop.data.inclusion import PRIOR_LOG_ODDS
+from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
 from friction_bayes.records.quantisation import ROUNDING
 
 __all__ = ["held_samples"]

@@ -15,13 +15,13 @@ import numpy as np
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.loop.data.inclusion import PRIOR_LOG_ODDS
 from friction_bayes.loop.infer.knocks import log_odds_of_knocks
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth, find_noise_growth
 from friction_bayes.loop.noise.likelihood import NoiseFit
 from friction_bayes.loop.noise.robust_samples import LeftOut
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
+from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate
 from friction_bayes.statespace.regression import LawRegression

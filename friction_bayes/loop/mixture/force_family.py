@@ -15,7 +15,6 @@ from friction_bayes.core.text import percent
 from friction_bayes.loop.checks.sampler_check import check_random_force
 from friction_bayes.loop.checks.witnesses import Witnesses, two_witnesses
 from friction_bayes.loop.data.friction import friction_scale
-from friction_bayes.loop.data.inclusion import INCLUSION
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.infer.cells import Cells
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
@@ -32,6 +31,7 @@ from friction_bayes.loop.mixture.unknowable import unknowable
 from friction_bayes.loop.noise.correlated_error import NO_ERROR
 from friction_bayes.loop.report.friction_range import Reading
 from friction_bayes.loop.search.draws import DRAWS
+from friction_bayes.mechanics.effects.inclusion import INCLUSION
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING

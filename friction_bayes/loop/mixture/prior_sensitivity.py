@@ -19,8 +19,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import special
 
-from friction_bayes.loop.data.inclusion import INCLUSION, PRIOR_LOG_ODDS
 from friction_bayes.loop.mixture.mixture import FamilyDraws
+from friction_bayes.mechanics.effects.inclusion import INCLUSION, PRIOR_LOG_ODDS
 
 __all__ = ["prior_sensitivity"]
 

@@ -12,7 +12,6 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.checks.search_forecast import Forecast, forecast_records
 from friction_bayes.loop.checks.search_sampler_check import sampler_check
-from friction_bayes.loop.data.inclusion import INCLUSION
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.mixture.mixture import FamilyDraws
@@ -34,6 +33,7 @@ from friction_bayes.loop.search.candidate import SearchResult
 from friction_bayes.loop.search.draws import candidate_draws
 from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.loop.search.residual_tests import ResidualTests, residual_tests
+from friction_bayes.mechanics.effects.inclusion import INCLUSION
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING

@@ -15,8 +15,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.special import expit
 
-from friction_bayes.loop.data.inclusion import PRIOR_LOG_ODDS
 from friction_bayes.mechanics.effects import GrowingNoiseEffect, Prior
+from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
 from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.kalman import Clock, whiten
 from friction_bayes.statespace.measured_path import MeasuredPath
