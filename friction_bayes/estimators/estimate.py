@@ -30,7 +30,7 @@ from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.estimators.waveform.saturation import saturation_level
 from friction_bayes.records.clipping import clipped_fraction
-from friction_bayes.records.held_readings import set_held_readings_aside
+from friction_bayes.records.readings_alone import readings_alone
 from friction_bayes.records.record import record_name, validate_record
 
 __all__ = ["RANDOM_FORCE", "estimate", "prior_mapping", "refuse_clipped"]
@@ -135,7 +135,7 @@ def estimate(
     # no decorator, whose frame would stand where warnings name the caller's line
     with single_threaded_blas():
         validate_record(record)
-        record, _ = set_held_readings_aside(record)
+        record, _ = readings_alone(record)
         record, _ = set_excursions_aside(record, system)
         refuse_clipped(record)
         decay = find_free_decay(record, system, start=start, rest_position=rest_position)

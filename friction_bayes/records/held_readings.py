@@ -6,18 +6,13 @@ exactly until it has the next one, however fast the motion. Taken for samples, t
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.errors import RecordWarning
 from friction_bayes.records.quantisation import ROUNDING, quantisation_step
-from friction_bayes.records.record import record_name
 
-__all__ = ["held_readings", "set_held_readings_aside"]
+__all__ = ["held_readings"]
 
 _JUMP = 3.5
 """Steps of the sensor, before and after a repeat, from which on the motion did not wait for it."""
@@ -79,31 +74,3 @@ def _least_change(signal: Array) -> float:
     apart = np.diff(levels)
     apart = apart[apart > _SAME * np.ptp(levels)]
     return float(apart.min()) if apart.size else 0.0
-
-
-def set_held_readings_aside(record: xr.DataArray) -> tuple[xr.DataArray, Mask]:
-    """Return a record without the repeats of its readings, and which samples it keeps, saying so.
-
-    Parameters
-    ----------
-    record : xarray.DataArray
-        A record that :func:`~friction_bayes.records.record.validate_record` has passed.
-
-    Warns
-    -----
-    RecordWarning
-        Where readings are held (see :func:`held_readings`).
-    """
-    kept = ~held_readings(record.values)
-    if kept.all():
-        return record, kept
-    fewer = record[kept]
-    rate = 1.0 / float(np.median(np.diff(fewer["time"].values)))
-    warnings.warn(
-        f"{record_name(record)}: {np.count_nonzero(~kept)} of {record.size} samples repeat the one before "
-        f"while the motion goes on, as where a sensor that measures {rate:.3g} times a second is asked more "
-        "often: they are left out, and a reading counts when it first shows",
-        RecordWarning,
-        stacklevel=3,
-    )
-    return fewer, kept

@@ -20,8 +20,8 @@ from friction_bayes.decay.phase_tracking import nearest_turning_points
 from friction_bayes.loop.data.held_release import held_samples
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import sampling_interval
-from friction_bayes.records.held_readings import set_held_readings_aside
 from friction_bayes.records.quantisation import ROUNDING, quantisation_step
+from friction_bayes.records.readings_alone import readings_alone
 from friction_bayes.records.record import validate_record, with_values
 
 __all__ = ["Segment", "cut_records"]
@@ -180,7 +180,7 @@ def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Se
 
 def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     validate_record(record)
-    record, kept = set_held_readings_aside(record)
+    record, kept = readings_alone(record)
     record, stray = set_excursions_aside(record, system)
     resolution = quantisation_step(record.values)
     recorded = np.asarray(record["time"].values, dtype=np.float64)

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 import friction_bayes as fb
 from friction_bayes.core.errors import RecordWarning
-from friction_bayes.records.held_readings import held_readings, set_held_readings_aside
+from friction_bayes.records.held_readings import held_readings
+from friction_bayes.records.readings_alone import readings_alone
 
 SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 FRICTION = 0.5
@@ -78,7 +79,7 @@ def test_a_sensor_at_an_end_of_its_range_holds_nothing() -> None:
 
 def test_a_record_without_steps_or_repeats_is_left_alone() -> None:
     record = fb.make_record(np.arange(500) / 100.0, decay(100.0), "displacement")
-    same, kept = set_held_readings_aside(record)
+    same, kept = readings_alone(record)
     assert same is record
     assert kept.all()
 

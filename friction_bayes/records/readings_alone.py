@@ -1,0 +1,54 @@
+"""The readings of a sensor that is slower than the clock of its recording, without what was put between."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import xarray as xr
+
+from friction_bayes.core.arrays import Mask
+from friction_bayes.core.errors import RecordWarning
+from friction_bayes.records.clock import is_even
+from friction_bayes.records.held_readings import held_readings
+from friction_bayes.records.joined_readings import joined_readings
+from friction_bayes.records.record import record_name
+
+__all__ = ["readings_alone"]
+
+
+def readings_alone(record: xr.DataArray) -> tuple[xr.DataArray, Mask]:
+    """Return a record without what lies between its readings, and which samples it keeps, saying so.
+
+    Parameters
+    ----------
+    record : xarray.DataArray
+        A record that :func:`~friction_bayes.records.record.validate_record` has passed.
+
+    Warns
+    -----
+    RecordWarning
+        Where readings are held (see :func:`held_readings`) or joined by straight lines
+        (:func:`joined_readings`).
+    """
+    between = held_readings(record.values)
+    said = (
+        "repeat the one before while the motion goes on, as where a sensor that measures {rate:.3g} times a "
+        "second is asked more often: they are left out, and a reading counts when it first shows"
+    )
+    if not between.any() and is_even(record["time"].values):
+        between = joined_readings(record.values)
+        said = (
+            "lie on straight lines between the others, {rate:.3g} a second, as in an export at a higher rate "
+            "than the sensor's: they are left out"
+        )
+    if not between.any():
+        return record, ~between
+    fewer = record[~between]
+    said = said.format(rate=1.0 / float(np.median(np.diff(fewer["time"].values))))
+    warnings.warn(
+        f"{record_name(record)}: {np.count_nonzero(between)} of {record.size} samples {said}",
+        RecordWarning,
+        stacklevel=3,
+    )
+    return fewer, ~between
