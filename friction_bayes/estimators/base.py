@@ -19,6 +19,7 @@ from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.decay.whiteness import Whiteness
 from friction_bayes.estimators.noise.noise_accounts import NoiseAccount
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.estimators.priors import DeclaredSignal
 from friction_bayes.estimators.witness import Witness, not_negative, reconciled
 
@@ -195,6 +196,14 @@ class Fit:
     def probability_of_free_corners(self) -> float:
         """That the corners of the motion do not show as dry friction makes them."""
         return sum(account.probability for account in self.accounts if account.free_corners)
+
+    @property
+    def filter(self) -> RecordingFilter | None:
+        """The most probable filter, where one is more probable than none; the answer takes its gain back."""
+        behind = [each for each in self.accounts if each.filter is not None]
+        if sum(each.probability for each in behind) <= 0.5:
+            return None
+        return max(behind, key=lambda each: each.probability).filter
 
     @property
     def seems_filtered(self) -> bool:

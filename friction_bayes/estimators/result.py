@@ -249,6 +249,7 @@ class Estimate:
                     "sd": self.noise_sd,
                     "unit": self.decay.unit,
                     "probability_of_free_corners": self.fit.probability_of_free_corners,
+                    "filter": self._filter_summary(),
                 },
                 "noise_sd": {"mean": self.noise_sd, "unit": self.decay.unit},
                 "witness": self._witness_summary(),
@@ -280,6 +281,10 @@ class Estimate:
             return None
         friction = Summary.of_distribution(self.witness, self.friction_unit)
         return {"friction": friction.to_dict(), "agrees": self.fit.witness.agrees}
+
+    def _filter_summary(self) -> dict[str, Any] | None:
+        behind = self.fit.filter
+        return None if behind is None else {"name": behind.name, "gain": behind.gain}
 
     def _random_force_summary(self) -> dict[str, Any] | None:
         force = self.random_force

@@ -67,7 +67,12 @@ def _rests_on(result: Mapping[str, Any]) -> str:
     """What the interval is that of: noise of the sensor, a force, and whether the corners count."""
     noise, force = result["noise"], result["random_force"]
     text = f"{noise['model']} noise of the sensor"
-    if noise["model"] == "coloured":
+    if noise["filter"] is not None:
+        lost = 1.0 - noise["filter"]["gain"]
+        text += (
+            f", behind {noise['filter']['name']}; the {lost:.2%} that it takes from the motion are put back"
+        )
+    elif noise["model"] == "coloured":
         text += ", as behind a filter, which may also have made amplitudes and friction too small"
     if force["probability"] > _LIKELY:
         text += f" and a force that fluctuates: {_random_force(result)}"

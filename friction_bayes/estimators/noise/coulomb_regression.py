@@ -25,11 +25,13 @@ from scipy.interpolate import CubicHermiteSpline
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means, samples_in_block, torn_blocks
+from friction_bayes.estimators.noise.filter_evidence import likely_filters
 from friction_bayes.estimators.noise.free_corners import (
     corner_columns,
     corner_scale,
     near_corners,
 )
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter, Through, margin
 from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.statespace.coloured_noise import Autoregression
 from friction_bayes.statespace.force_grid import ForcePrior, integrate
@@ -136,6 +138,8 @@ class Laid:
     regression: LawRegression
     order: int
     frequency: float
+    filter: RecordingFilter | None = None
+    """Behind which the sensor shows the motion."""
 
     @property
     def unit(self) -> float:
@@ -154,6 +158,32 @@ class Laid:
         clock = replace(regression.clock, autoregression=colour)
         least = max(least, regression.least_noise)
         return replace(self, regression=replace(regression, clock=clock, least_noise=least))
+
+    def behind(self, filter_: RecordingFilter, signal: Array) -> Laid:
+        """The same law as a filter shows it; ``signal``, shape (n,), in natural units."""
+        regression = self.regression
+        n = signal.size
+        shown = Through(np.column_stack([regression.columns, signal - regression.target]))(filter_)
+        if "rest" in regression.names:
+            # zero of the recording, not of the motion
+            shown[:, regression.names.index("rest")] = 1.0
+        memory = filter_.memory(n)
+        extra = memory.shape[1]
+        inside = np.full(n, np.inf)
+        left_out = margin(filter_.angle)
+        inside[left_out : n - left_out] = 1.0
+        amplitude = float(np.max(np.abs(signal)))
+        filtered = replace(
+            regression,
+            names=(*regression.names, *(["before"] * extra)),
+            columns=np.hstack([shown[:, :-1], memory]),
+            target=signal - shown[:, -1],
+            states=np.concatenate([regression.states, np.zeros((n, 2, extra))], axis=2),
+            scale=np.append(regression.scale, np.full(extra, amplitude)),
+            positive=np.append(regression.positive, np.zeros(extra, np.bool_)),
+            sets=np.hstack([regression.sets, np.ones((len(regression.sets), extra), np.bool_)]),
+        )
+        return replace(self, regression=filtered, filter=filter_).with_variance(inside)
 
     @property
     def has_free_corners(self) -> bool:
@@ -227,10 +257,24 @@ class PreparedDecay:
         # of the sensor's rounding; a signal without noise is known no better than its interpolated motion
         self._least_noise = max(rounding, LEAST_NOISE * decay.amplitude) / math.sqrt(block)
 
+    def natural(self, laid: Laid) -> Array:
+        """The signal in the natural units of a regression, shape (n,)."""
+        return self.signal / laid.unit
+
     @property
     def noise_unit(self) -> float:
         """Noise of a sample, unit of the signal, where that of a mean of a block is one in natural units."""
         return self.decay.frequency**self.decay.order * math.sqrt(self.decay.block)
+
+    def filters_along(self, laid: Laid) -> tuple[list[tuple[float, RecordingFilter]], float]:
+        """Filters that the samples may have gone through, and the probability that they went through any."""
+        regression = laid.regression
+        if self._missing.any() or not regression.clock.even or self.decay.block > 1:
+            return [], 0.0
+        free = laid.with_free_corners(self.friction).regression.columns
+        phase, signal = regression.clock.phase, self.natural(laid)
+        angle = float(phase[-1] - phase[0]) / (phase.size - 1)
+        return likely_filters(signal, signal - regression.target, regression.columns, free, angle, laid.order)
 
     def along_fit(self) -> Laid:
         """Regression along the trajectory that was fitted."""
@@ -245,6 +289,26 @@ class PreparedDecay:
             tau=1.0,
         )
         return self._along(motion, decay.frequency)
+
+    def behind(self, filter_: RecordingFilter, laid: Laid) -> list[tuple[float, Laid]]:
+        """Regressions behind a filter and those near it, with their probabilities among themselves.
+
+        They go along the motion that the record shows through the filter; with that motion filters are looked
+        for once more, as the first was found along a motion that was fitted without one.
+        """
+        path = self._seen_through(filter_, laid)
+        filters = self.filters_along(path)[0] or [(1.0, filter_)]
+        path = self._seen_through(filters[0][1], path)
+        return [(share, path.behind(each, self.natural(path))) for share, each in filters]
+
+    def _seen_through(self, filter_: RecordingFilter, laid: Laid) -> Laid:
+        """Regression along the motion that explains the record best behind a filter."""
+        regression = laid.behind(filter_, self.natural(laid)).regression
+        law = integrate(regression.problem, self.prior.without_force, regression.motion.noise).best_law()
+        motion, change = regression.motion, frequency_change(law[regression.stiffness])
+        states = motion.states.copy()
+        states[:, :2] = regression.states @ law + regression.known_states
+        return self._along(replace(motion, states=states).at_frequency(change), laid.frequency * change)
 
     def along_smoothed(self, least_noise: float) -> Laid:
         """Regression along the motion smoothed under a random force, in natural units of its frequency.

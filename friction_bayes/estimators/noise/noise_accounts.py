@@ -30,6 +30,7 @@ from friction_bayes.estimators.noise.coulomb_regression import (
     PreparedDecay,
 )
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, sensor_noise
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.statespace.force_grid import ForcePrior, Posterior, integrate
 from friction_bayes.statespace.force_target import (
     force_target,
@@ -60,6 +61,8 @@ class NoiseAccount:
         Whether white noise stands for noise that is weaker far above the motion's frequency.
     free_corners : bool
         Whether the corners of the motion may have any shape.
+    filter : RecordingFilter or None
+        Behind which the sensor shows the motion; the coefficient is that of the motion before it.
     probability : float
         Of this account.
     coefficient : Mixture
@@ -80,6 +83,7 @@ class NoiseAccount:
     weaker_above: bool
     forced: bool
     free_corners: bool
+    filter: RecordingFilter | None
     probability: float
     coefficient: Mixture
     frequency: float
@@ -91,9 +95,15 @@ class NoiseAccount:
     target: Callable[[float], Target] = field(repr=False)
 
     @property
+    def gain(self) -> float:
+        """By what the way from the motion to the recording multiplies it."""
+        return 1.0 if self.filter is None else self.filter.gain
+
+    @property
     def seems_filtered(self) -> bool:
         """Whether noise or corners are as behind a filter, without a random force."""
-        return not self.forced and (self.coloured or self.weaker_above or self.free_corners)
+        doubtful = self.coloured or self.weaker_above or self.free_corners or self.filter is not None
+        return not self.forced and doubtful
 
     @property
     def name(self) -> str:
@@ -103,6 +113,7 @@ class NoiseAccount:
             words = ["noise taken to be as strong as near the motion's frequency"]
         words += ["a random force"] if self.forced else []
         words += ["corners of any shape"] if self.free_corners else []
+        words += [f"behind {self.filter.name}"] if self.filter is not None else []
         return ", ".join(words)
 
 
@@ -117,31 +128,52 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
     if prepared.signal.size < LEAST_SAMPLES:
         return ()
     along = [prepared.along_fit()]
-    weighed = _weigh(prepared, along)
+    weighed = _weigh(prepared, _shapes(prepared, along))
     if sum(share for each, share in weighed if each.posterior.probability > 0.0) > _SHIFTS_PATH:
         along.append(prepared.along_smoothed(weighed[0][0].laid.regression.least_noise))
         # evidences compare where they are of the same samples
         variance = np.maximum(*(each.regression.clock.variance for each in along))
-        weighed = _weigh(prepared, [each.with_variance(variance) for each in along])
+        along = [each.with_variance(variance) for each in along]
+        weighed = _weigh(prepared, _shapes(prepared, along))
+    if weighed[0][1] < 1.0 - SLIGHT or weighed[0][0].weaker_above:
+        filters, probability = prepared.filters_along(along[0])
+        if filters and probability > SLIGHT:
+            # noise and corners tell a filter; the evidences of accounts leave the noise far above the
+            # motion out, and are compared among those behind filters
+            shares, behind = zip(*prepared.behind(filters[0][1], along[0]), strict=True)
+            filtered = _weigh(prepared, [[laid] for laid in behind], np.log(shares))
+            # spectra behind filters have no force in them, and do not tell a filter that leaves one
+            still = [(part, share * probability) for part, share in filtered if not part.has_force]
+            weighed = [
+                (part, share * (1.0 - sum(own for _, own in still))) for part, share in weighed
+            ] + still
     return tuple(_account(part, share, prepared) for part, share in weighed)
 
 
-def _weigh(prepared: PreparedDecay, along: Sequence[Laid]) -> list[tuple[_Weighed, float]]:
+def _shapes(prepared: PreparedDecay, along: Sequence[Laid]) -> list[Sequence[Laid]]:
+    """The law with corners as dry friction makes them, and with those of any shape, along several paths."""
+    free = [laid.with_free_corners(prepared.friction) for laid in along]
+    return [along, free] if free[0].has_free_corners else [along]
+
+
+def _weigh(
+    prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]], log_shape: Sequence[float] | Array = ()
+) -> list[tuple[_Weighed, float]]:
     """All accounts and their probabilities; without a force along the fit, with one along any path.
 
-    Evidences compare under one floor of the noise: the least that any shape of the corners leaves.
+    Evidences compare under one floor of the noise: the least that any shape leaves. ``log_shape`` are the log
+    prior probabilities of the shapes, equal where they are not given.
     """
-    free = [laid.with_free_corners(prepared.friction) for laid in along]
-    shapes = [along, free] if free[0].has_free_corners else [along]
-    prior, log_prior = prepared.prior.without_force, math.log(prepared.prior.none)
+    prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
+    log_shape = log_shape if len(log_shape) else np.zeros(len(shapes))
     rough = [_weighed(paths[0], prior) for paths in shapes]
     floor = min(each.noise_floor for each in rough)
-    stills = [_still(each, prior, log_prior, floor) for each in rough]
+    stills = [_still(each, prior, log_none + own, floor) for each, own in zip(rough, log_shape, strict=True)]
     best = max(part.log_evidence for parts in stills for part in parts)
     parts = [part for still in stills for part in still]
-    for paths, still in zip(shapes, stills, strict=True):
+    for paths, still, own in zip(shapes, stills, log_shape, strict=True):
         if max(part.log_evidence for part in still) > best + math.log(SLIGHT):
-            parts += _forced(prepared, paths, floor)
+            parts += [replace(part, log_prior=own) for part in _forced(prepared, paths, floor)]
     log_evidence = np.array([part.log_evidence for part in parts])
     return list(zip(parts, np.exp(log_evidence - logsumexp(log_evidence)).tolist(), strict=True))
 
@@ -190,6 +222,11 @@ class _Weighed:
     def forced(self) -> _Weighed:
         """Given that there is a random force."""
         return replace(self, posterior=self.posterior.among((self.posterior.ratio > 0.0)[:, None]))
+
+    @property
+    def has_force(self) -> bool:
+        """Whether there is a random force."""
+        return bool(np.any(self.posterior.ratio > 0.0))
 
     @property
     def noise_floor(self) -> float:
@@ -241,12 +278,13 @@ def _account(part: _Weighed, probability: float, prepared: PreparedDecay) -> Noi
     noise_unit = laid.unit * math.sqrt(decay.block)
     best = posterior.best
     innovations = regression.innovations(posterior.best_law(), best.ratio, best.tau)
-    forced = bool(np.any(posterior.ratio > 0.0))
+    forced = part.has_force
     return NoiseAccount(
         coloured=regression.clock.autoregression is not None,
         weaker_above=part.weaker_above,
         forced=forced,
         free_corners=regression.names[-1].startswith(CORNER),
+        filter=laid.filter,
         probability=probability,
         coefficient=posterior.coefficient("friction").scaled(unit),
         frequency=found,
@@ -288,7 +326,7 @@ def _target(part: _Weighed, prepared: PreparedDecay, unit: float, force_factor: 
 
     blocks = half_cycle_blocks(regression.clock.phase)
     signal = prepared.signal + prepared.decay.rest_position
-    if np.any(part.posterior.ratio > 0.0):
+    if part.has_force:
         return force_target(
             regression, prepared.prior, natural=forced, blocks=blocks, signal=signal, unit=laid.unit
         )

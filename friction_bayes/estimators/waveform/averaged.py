@@ -136,6 +136,14 @@ def _witness_of(decay: FreeDecay, coefficient: Any, accounts: Sequence[NoiseAcco
     lost = loss_of_amplitude(decay)
     if lost is None:
         return None
+    # the amplitudes are those of the signal
+    lost = (
+        Mixture.of(
+            [lost.scaled(1.0 / each.gain) for each in accounts], [each.probability for each in accounts]
+        )
+        if any(each.filter is not None for each in accounts)
+        else lost
+    )
     told_apart = bool(accounts) and (decay.quantity.order < 2 or accounts[0].probability > 0.5)
     return Witness.beside(coefficient, lost, bounds=not told_apart)
 

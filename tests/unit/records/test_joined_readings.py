@@ -69,7 +69,7 @@ def test_readings_alone_are_said_and_kept_at_their_times() -> None:
 def test_friction_is_that_of_the_readings() -> None:
     """Taken for samples, the lines make friction half a per cent too small (tenth of a period each)."""
     values = with_lines(decay(1000.0), 60)
+    record = fb.make_record(np.arange(values.size) / 1000.0, values, "displacement")
     with pytest.warns(RecordWarning, match="straight lines"):
-        record = fb.make_record(np.arange(values.size) / 1000.0, values, "displacement")
         result = fb.estimate(record, SYSTEM)
     assert abs(result.friction.mean() / 0.5 - 1.0) < 0.002

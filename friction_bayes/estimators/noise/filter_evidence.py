@@ -1,0 +1,205 @@
+r"""Which filter a record went through, by what it does to noise and to corners.
+
+Each filter is held against the samples by the law behind it, fitted by least squares, and the spectrum of
+what that leaves,
+
+.. math:: S(\omega) = a (|H(\omega)|^2 + \rho),
+
+``H`` the response of the filter, ``rho`` white noise that came after it. The rivals say nothing of an
+amplitude: noise of any other colour, an autoregression; white noise and the spectrum of an oscillator under a
+random force; noise that was integrated. Each has corners as dry friction makes them or of any shape. Spectra
+are of several orthogonal tapers (Thomson, Proceedings of the IEEE 70, 1982), whose sidelobes are low enough
+for the zeros of a filter; the likelihood is Whittle's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from scipy.fft import rfft
+from scipy.signal.windows import dpss
+from scipy.special import expit, logsumexp
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.estimators.noise.recording_filters import (
+    FilterKind,
+    RecordingFilter,
+    Through,
+    kinds_for,
+    margin,
+)
+from friction_bayes.statespace.coloured_noise import burg
+from friction_bayes.statespace.regression import near_least_squares
+
+__all__ = ["likely_filters"]
+
+_LOOKED_AT = 4096
+"""Samples in which filters are looked for."""
+_BANDWIDTH, _TAPERS = 3.0, 5
+"""Of the spectral estimate, in cycles a record, and how many tapers have it."""
+_ABOVE = 2.0
+"""Frequency over the motion's from which on spectra are compared: below, the fit takes from the noise."""
+_LATER = np.geomspace(1e-8, 1.0, 25)
+"""Equally probable variances of noise that came after a filter, over that which went through it."""
+_TIMES = np.geomspace(0.05, 20.0, 10)
+"""Correlation times of a random force, as phases of the motion."""
+_INTEGRATED = (2, 4)
+"""Powers of the spectrum of noise that was integrated once or twice, by trapezoids."""
+_STRIDE = 1.12
+"""Ratio of the sizes that are tried first: the evidence has one hump, which is wider."""
+_MOST, _MUCH_LESS = 6, 0.05
+"""Filters that are told at the most, and probability of each over that of the first."""
+_DRIFT = 2
+"""Degree of the polynomial by which the zero of a recording may drift, as of one that was integrated."""
+_SWINGS = 4
+"""The same of the amplitude of the swing, by which a force moves it: what is left there would leak above."""
+_PRIOR = 0.1
+"""That noise which is not white was filtered in one of the ways that are known here."""
+
+
+def likely_filters(
+    signal: Array, known: Array, columns: Array, free_columns: Array, angle: float, order: int
+) -> tuple[list[tuple[float, RecordingFilter]], float]:
+    """The filter that a record most likely went through, and how likely it is that it was one.
+
+    Parameters
+    ----------
+    signal : ndarray, shape (n,)
+        Evenly spaced samples.
+    known : ndarray, shape (n,)
+        What of them has no coefficient.
+    columns : ndarray, shape (n, p)
+        Of the law, which describes the rest but for noise.
+    free_columns : ndarray, shape (n, q)
+        The same, and what describes corners of any shape.
+    angle : float
+        Of the motion [rad/sample].
+    order : int
+        Of the derivative measured.
+
+    Returns
+    -------
+    list of (float, RecordingFilter)
+        The most probable ones, the first of them most, with their probabilities among themselves; none where
+        the record is too short to tell.
+    float
+    """
+    kinds = kinds_for(angle)
+    n, left_out = min(signal.size, _LOOKED_AT), margin(angle)
+    if n < 8 * left_out:
+        return [], 0.0
+    inner = slice(left_out, n - left_out)
+    spectra = _Spectra(n - 2 * left_out, angle, order)
+    others = [spectra.of_others((signal - known)[inner], each[inner]) for each in (columns, free_columns)]
+    log_other = math.log(0.5 * (1.0 - _PRIOR)) + float(logsumexp(others))
+    through = Through(np.column_stack([columns, known])[:n])
+    found: list[tuple[float, RecordingFilter]] = []
+    for kind in kinds:
+        log_prior = math.log(_PRIOR / len(kinds) / kind.sizes.size)
+        found += _of_kind(kind, log_prior, lambda each: spectra.behind(signal[inner], through, inner, each))
+    found.sort(key=lambda each: -each[0])
+    log_filtered = float(logsumexp([log_evidence for log_evidence, _ in found]))
+    likely = [each for each in found[:_MOST] if each[0] > found[0][0] + math.log(_MUCH_LESS)]
+    share = np.exp(np.array([each[0] for each in likely]) - logsumexp([each[0] for each in likely]))
+    filters = [filter_ for _, filter_ in likely]
+    return list(zip(share.tolist(), filters, strict=True)), float(expit(log_filtered - log_other))
+
+
+def _of_kind(
+    kind: FilterKind, log_prior: float, log_evidence: Callable[[RecordingFilter], float]
+) -> list[tuple[float, RecordingFilter]]:
+    """Filters of a kind with their log evidence: some of all sizes, and all near the best of these."""
+    filters = [kind.of(float(size)) for size in kind.sizes]
+    known = {i: log_prior + log_evidence(filters[i]) for i in _spread(kind.sizes)}
+    best = max(known, key=known.__getitem__)
+    tried = sorted(known)
+    place = tried.index(best)
+    first, last = tried[max(place - 1, 0)], tried[min(place + 1, len(tried) - 1)]
+    for i in range(first, last + 1):
+        if i not in known:
+            known[i] = log_prior + log_evidence(filters[i])
+    return [(value, filters[i]) for i, value in known.items()]
+
+
+def _spread(sizes: Array) -> list[int]:
+    """Places of sizes whose ratio is that of neighbours or :data:`_STRIDE`, whichever is more."""
+    count = math.ceil(math.log(sizes[-1] / sizes[0]) / math.log(_STRIDE)) + 1
+    wanted = np.geomspace(sizes[0], sizes[-1], count)
+    return sorted({int(np.argmin(np.abs(sizes - each))) for each in wanted})
+
+
+class _Spectra:
+    """Likelihoods of what fits leave of so many samples, by its spectrum."""
+
+    def __init__(self, n: int, angle: float, order: int) -> None:
+        self._n = n
+        place, phase = np.linspace(-1.0, 1.0, n), angle * np.arange(n)
+        swings = np.polynomial.legendre.legvander(place, _SWINGS)
+        self._slow = np.hstack(
+            [
+                np.polynomial.legendre.legvander(place, _DRIFT),
+                swings * np.cos(phase)[:, None],
+                swings * np.sin(phase)[:, None],
+            ]
+        )
+        self._tapers = dpss(n, _BANDWIDTH, _TAPERS)
+        # estimates that share no taper's main lobe are independent
+        stride = int(2 * _BANDWIDTH)
+        index = np.arange(stride, n // 2 - stride // 2, stride)
+        omega = 2.0 * math.pi * index / n
+        above = omega > _ABOVE * angle
+        self._index, self._omega = index[above], omega[above]
+        phase = self._omega / angle
+        resonance = phase ** (2 * order) / (phase * phase - 1.0) ** 2
+        integrator = math.tan(0.5 * _ABOVE * angle) / np.tan(0.5 * self._omega)
+        self._others = [np.ones_like(phase)]
+        self._others += [resonance / (1.0 + (phase * tau) ** 2) for tau in _TIMES]
+        self._others += [integrator**power for power in _INTEGRATED]
+
+    def of_others(self, signal: Array, columns: Array) -> float:
+        """Log evidence of noise that says nothing of an amplitude, averaged over its kinds."""
+        left = self._left(signal, columns)
+        colour, _ = burg(left, columns.shape[1])
+        power = self._power(left)
+        own = float(self._log_likelihood(power, colour.spectrum(self._omega)[None])[0]) - colour.penalty
+        kinds = [own, *(self._averaged(power, shape) for shape in self._others)]
+        return float(logsumexp(kinds)) - math.log(len(kinds)) - self._price(columns.shape[1])
+
+    def behind(self, signal: Array, through: Through, inner: slice, filter_: RecordingFilter) -> float:
+        """Log evidence of a filter; the last column that goes through it is known."""
+        shown = through(filter_)
+        columns = np.column_stack([shown[:, :-1], filter_.memory(len(shown))])[inner]
+        left = self._left(signal - shown[inner, -1], columns)
+        response = np.abs(filter_.response(self._omega)) ** 2
+        return self._averaged(self._power(left), response) - self._price(columns.shape[1])
+
+    def _left(self, signal: Array, columns: Array) -> Array:
+        """What columns, a zero that drifts and a swing that wanders leave of a signal."""
+        columns = np.hstack([columns, self._slow])
+        columns = columns / np.linalg.norm(columns, axis=0)
+        return np.asarray(signal - columns @ near_least_squares(_gram(columns, signal)))
+
+    def _price(self, coefficients: int) -> float:
+        """Of what has been fitted, by the Bayesian information criterion."""
+        return 0.5 * coefficients * math.log(self._n)
+
+    def _power(self, left: Array) -> Array:
+        power = np.abs(rfft(self._tapers * left, axis=1)[:, self._index]) ** 2
+        return np.asarray(power.mean(axis=0))
+
+    def _averaged(self, power: Array, shape: Array) -> float:
+        """Log likelihood of a shape, (frequencies,), averaged over white noise that came later."""
+        each = self._log_likelihood(power, shape + _LATER[:, None])
+        return float(logsumexp(each)) - math.log(_LATER.size)
+
+    def _log_likelihood(self, power: Array, shapes: Array) -> Array:
+        """For spectra of these shapes, (m, frequencies), the level of each fitted."""
+        level = np.mean(power / shapes, axis=1, keepdims=True)
+        return np.asarray(-_TAPERS * np.sum(np.log(level * shapes) + 1.0, axis=1))
+
+
+def _gram(columns: Array, signal: Array) -> Array:
+    both = np.column_stack([columns, signal])
+    return np.asarray(both.T @ both)

@@ -1,0 +1,193 @@
+"""Linear filters between a motion and its recording, and what they make of a signal.
+
+Each takes a share of the amplitude at the motion's frequency, and of friction with it, that no oscillation
+shows. What a filter delays is no matter here, as the time of the motion is that of the recording: its
+response is taken without the delay that the motion's own frequency has.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy import signal
+from scipy.fft import irfft, next_fast_len, rfft
+
+from friction_bayes.core.arrays import Array
+
+__all__ = ["FilterKind", "RecordingFilter", "Through", "kinds_for", "margin"]
+
+_LONGEST_MEAN, _LONGEST_POLYNOMIAL = 0.25, 0.5
+"""Windows over the period: a moving mean of that length takes a tenth of the amplitude."""
+_LOWEST_CORNER = 3.0
+"""Of a low pass, over the motion's frequency: one of first order takes a twentieth there."""
+_COUPLING = (0.01, 0.5)
+"""Corners of an AC coupling over the motion's frequency: 5e-5 and a tenth are what these take."""
+_APART = 1.03
+"""Ratio of neighbouring corners: to a few hundredths of one the rounding of a turning point is the same."""
+_HIGHEST_CORNER = 0.98
+"""Over Nyquist's frequency."""
+_BELOW_NYQUIST = math.pi - 1e-6
+"""Frequency at which a bilinear transform is still finite."""
+_MARGIN = 0.25
+"""Of a period at either end, where a filter has not seen enough."""
+
+
+Response = Callable[[Array], Array]
+"""Complex response, shape (m,), at frequencies [rad/sample], shape (m,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingFilter:
+    """A filter and what it does to a motion of one frequency.
+
+    Attributes
+    ----------
+    name : str
+        In words.
+    response : callable
+        See :data:`Response`.
+    angle : float
+        Frequency of the motion [rad/sample].
+    settling : float
+        Rate at which it forgets what was before the recording [1/sample]; zero where that is at once.
+    """
+
+    name: str
+    response: Response
+    angle: float
+    settling: float = 0.0
+
+    @cached_property
+    def _at_motion(self) -> complex:
+        return complex(self.response(np.array([self.angle]))[0])
+
+    @property
+    def gain(self) -> float:
+        """By what it multiplies the motion."""
+        return abs(self._at_motion)
+
+    def without_delay(self, omega: Array) -> Array:
+        """Response at frequencies, shape (m,), less the delay that the motion has."""
+        delay = np.angle(self._at_motion) / self.angle
+        return np.asarray(self.response(omega) * np.exp(-1j * omega * delay))
+
+    def memory(self, samples: int) -> Array:
+        """What is left of what was before the recording, shape (samples, 0 or 1): any multiple of it."""
+        if self.settling == 0.0:
+            return np.empty((samples, 0))
+        return np.exp(-self.settling * np.arange(samples))[:, None]
+
+
+class Through:
+    """Columns, shape (n, p), that go through one filter or another."""
+
+    def __init__(self, columns: Array) -> None:
+        self._n = len(columns)
+        self._size = next_fast_len(2 * self._n, real=True)
+        self._spectrum = rfft(columns, self._size, axis=0)
+        self._omega = 2.0 * math.pi * np.arange(len(self._spectrum)) / self._size
+
+    def __call__(self, filter_: RecordingFilter) -> Array:
+        """Columns behind the filter, shape (n, p); within the :func:`margin` of either end of no meaning."""
+        response = filter_.without_delay(self._omega)[:, None]
+        return np.asarray(irfft(self._spectrum * response, self._size, axis=0)[: self._n])
+
+
+def margin(angle: float) -> int:
+    """Samples at either end in which it is not known what a filter of a motion of ``angle`` shows."""
+    return math.ceil(_MARGIN * 2.0 * math.pi / angle)
+
+
+@dataclass(frozen=True, eq=False)
+class FilterKind:
+    """Filters that differ in their size alone.
+
+    Attributes
+    ----------
+    sizes : ndarray, shape (m,)
+        Ascending, as probable one as another.
+    of : callable, float -> RecordingFilter
+        The filter of a size.
+    """
+
+    sizes: Array
+    of: Callable[[float], RecordingFilter]
+
+
+def kinds_for(angle: float) -> list[FilterKind]:
+    """Filters that take from a motion of ``angle`` [rad/sample], all kinds equally probable."""
+    kinds = [_means(angle), *(_polynomials(angle, degree) for degree in (2, 4)), _couplings(angle)]
+    kinds += [_low_passes(angle, order, ways) for order, ways in ((1, 1), (2, 1), (4, 1), (4, 2))]
+    return [kind for kind in kinds if kind.sizes.size]
+
+
+def _windows(angle: float, shortest: int, longest: float) -> Array:
+    return np.arange(shortest, longest * 2.0 * math.pi / angle, 2.0)
+
+
+def _means(angle: float) -> FilterKind:
+    def of(window: float) -> RecordingFilter:
+        def response(omega: Array) -> Array:
+            half = 0.5 * np.maximum(omega, 1e-12)
+            return np.asarray(np.sin(window * half) / (window * np.sin(half)))
+
+        return RecordingFilter(f"a moving mean of {window:.0f} samples", response, angle)
+
+    return FilterKind(_windows(angle, 3, _LONGEST_MEAN), of)
+
+
+def _polynomials(angle: float, degree: int) -> FilterKind:
+    """Savitzky and Golay's, Analytical Chemistry 36, 1964: an odd degree is the same as the one below."""
+
+    def of(window: float) -> RecordingFilter:
+        weights = np.asarray(signal.savgol_coeffs(int(window), degree))
+        middle, later = weights[weights.size // 2], 2.0 * weights[weights.size // 2 + 1 :]
+        places = np.arange(1, later.size + 1)
+
+        def response(omega: Array) -> Array:
+            return np.asarray(middle + np.cos(np.multiply.outer(omega, places)) @ later)
+
+        name = f"a polynomial of degree {degree} or {degree + 1} over {window:.0f} samples (Savitzky-Golay)"
+        return RecordingFilter(name, response, angle)
+
+    return FilterKind(_windows(angle, degree + 3, _LONGEST_POLYNOMIAL), of)
+
+
+def _corners(lowest: float, highest: float) -> Array:
+    if lowest >= highest:
+        return np.empty(0)
+    return np.geomspace(lowest, highest, math.ceil(math.log(highest / lowest) / math.log(_APART)) + 1)
+
+
+def _low_passes(angle: float, order: int, ways: int) -> FilterKind:
+    """Butterworth's, by the bilinear transform, forward or both ways."""
+    poles = signal.buttap(order)[1]
+
+    def of(corner: float) -> RecordingFilter:
+        def response(omega: Array) -> Array:
+            s = 1j * np.tan(0.5 * np.minimum(omega, _BELOW_NYQUIST)) / math.tan(0.5 * corner)
+            one_way = np.prod(-poles / (s[:, None] - poles), axis=1)
+            return np.asarray(np.abs(one_way) ** 2 if ways == 2 else one_way)
+
+        both = ", forward and backward" if ways == 2 else ""
+        name = (
+            f"a low pass of order {order}{both}, corner at {corner / angle:.3g} times the motion's frequency"
+        )
+        return RecordingFilter(name, response, angle)
+
+    return FilterKind(_corners(_LOWEST_CORNER * angle, _HIGHEST_CORNER * math.pi), of)
+
+
+def _couplings(angle: float) -> FilterKind:
+    def of(corner: float) -> RecordingFilter:
+        def response(omega: Array) -> Array:
+            return np.asarray(1j * omega / (1j * omega + corner))
+
+        name = f"an AC coupling, corner at {corner / angle:.2g} times the motion's frequency"
+        return RecordingFilter(name, response, angle, settling=corner)
+
+    return FilterKind(_corners(*(share * angle for share in _COUPLING)), of)

@@ -1,0 +1,133 @@
+"""Filters between motion and recording: their responses, and what is found of them and put back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy import signal
+
+import friction_bayes as fb
+from fluctuating_force import fluctuating_decay
+from friction_bayes.estimators.noise.recording_filters import Through, kinds_for, margin
+
+Process = Callable[[np.ndarray], np.ndarray]
+
+SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
+RATE = 100.0
+ANGLE = 10.0 / RATE
+
+
+MEAN, QUADRATIC, _, COUPLING, *LOW_PASSES = kinds_for(ANGLE)
+CORNER = 8.0 * ANGLE
+OMEGA = np.linspace(0.01, 3.1, 50)
+
+
+@pytest.mark.parametrize(("kind", "order"), [(0, 1), (1, 2), (2, 4)])
+def test_a_low_pass_is_scipys(kind: int, order: int) -> None:
+    b, a = signal.butter(order, CORNER / math.pi)
+    expected = signal.freqz(b, a, OMEGA)[1]
+    np.testing.assert_allclose(LOW_PASSES[kind].of(CORNER).response(OMEGA), expected, rtol=1e-9)
+
+
+def test_windows_are_those_of_convolution() -> None:
+    wave = np.cos(ANGLE * np.arange(2000))
+    mean = MEAN.of(21.0)
+    fitted = QUADRATIC.of(21.0)
+    at = slice(500, 1500)
+    for filter_, expected in (
+        (mean, np.convolve(wave, np.ones(21) / 21.0, mode="same")),
+        (fitted, signal.savgol_filter(wave, 21, 3)),
+    ):
+        np.testing.assert_allclose(Through(wave[:, None])(filter_)[at, 0], expected[at], atol=1e-9)
+        np.testing.assert_allclose(expected[at], filter_.gain * wave[at], atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", range(8))
+def test_the_motion_itself_is_not_delayed(kind: int) -> None:
+    filter_ = kinds_for(ANGLE)[kind].of(float(kinds_for(ANGLE)[kind].sizes[3]))
+    wave = np.cos(ANGLE * np.arange(4000))
+    shown = Through(wave[:, None])(filter_)[:, 0]
+    inside = slice(10 * margin(ANGLE), -10 * margin(ANGLE))
+    left = shown[inside] - filter_.gain * wave[inside]
+    # what an AC coupling still remembers of the start falls off as it settles
+    memory = filter_.memory(wave.size)[inside]
+    if memory.size:
+        left = left - memory @ np.linalg.lstsq(memory, left)[0]
+    assert np.max(np.abs(left)) < 0.01
+
+
+def recorded(quantity: str, process: Process, noise_sd: float, seed: int = 4) -> xr.DataArray:
+    record = fb.simulate(
+        SYSTEM,
+        friction=1.0,
+        initial_displacement=0.05,
+        duration=12.0,
+        sampling_rate=RATE,
+        noise_sd=noise_sd,
+        seed=seed,
+        quantity=quantity,
+    )
+    return fb.make_record(record["time"].values, process(record.values), quantity)
+
+
+def coupled(values: np.ndarray) -> np.ndarray:
+    sos = signal.butter(1, 0.1 * 10.0 / (2.0 * math.pi), btype="highpass", fs=RATE, output="sos")
+    return np.asarray(signal.sosfilt(sos, values))
+
+
+@pytest.mark.parametrize(
+    ("quantity", "process", "noise_sd", "name"),
+    [
+        ("displacement", lambda v: signal.savgol_filter(v, 21, 3), 1e-4, "a polynomial of degree 2"),
+        ("acceleration", lambda v: signal.savgol_filter(v, 15, 3), 2e-2, "a polynomial of degree 2"),
+        ("velocity", lambda v: np.convolve(v, np.ones(9) / 9.0, mode="same"), 1e-3, "a moving mean of 9 "),
+        (
+            "displacement",
+            lambda v: np.convolve(v, np.ones(5) / 5.0, mode="same"),
+            1e-5,
+            "a moving mean of 5 ",
+        ),
+        ("acceleration", coupled, 2e-2, "an AC coupling"),
+        ("velocity", coupled, 1e-3, "an AC coupling"),
+    ],
+)
+def test_what_a_filter_takes_is_put_back(quantity: str, process: Process, noise_sd: float, name: str) -> None:
+    found = fb.estimate(recorded(quantity, process, noise_sd), SYSTEM)
+    filter_ = found.to_dict()["noise"]["filter"]
+    assert filter_ is not None
+    assert filter_["name"].startswith(name)
+    low, high = found.friction.ppf([0.05, 0.95])
+    assert abs(found.friction.mean() - 1.0) < high - low < 0.03
+    witness = found.fit.witness
+    assert witness is not None
+    assert witness.agrees
+
+
+@pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.parametrize("force_sd", [0.0, 3e-4])
+def test_no_filter_is_found_in_white_noise_or_under_a_force(
+    rng: np.random.Generator, order: int, force_sd: float
+) -> None:
+    """A force colours what the law leaves of a motion, and no filter is to take its place."""
+    motion = fluctuating_decay(
+        rng,
+        frequency=10.0,
+        friction=1e-3,
+        release=0.05,
+        step=1.0 / RATE,
+        samples=1200,
+        force_sd=force_sd,
+        correlation_time=0.1,
+    )[order]
+    noise = 1e-3 * float(np.std(motion)) * rng.standard_normal(motion.size)
+    quantity = ("displacement", "velocity", "acceleration")[order]
+    record = fb.make_record(np.arange(motion.size) / RATE, motion + noise, quantity)
+    found = fb.estimate(record, SYSTEM)
+    filter_ = found.to_dict()["noise"]["filter"]
+    assert filter_ is None or abs(filter_["gain"] - 1.0) < 1e-3
+    low, high = found.friction.ppf([0.05, 0.95])
+    assert abs(found.friction.mean() - 1.0) < high - low
