@@ -105,7 +105,7 @@ def _gains(
     lower: bool,
     levels: Array,
 ) -> Array:
-    """Log likelihood ratio of a sensor that saturates at each level, on the upper side, the lower one or both.
+    """Log likelihood ratio of a sensor that saturates at each level, on the upper side, the lower or both.
 
     Of the samples: what they show about the rest position and what they should, the weight of that, the half
     cycle and the bin of the phase, shape (n,) each. Minus infinity where tops scatter by more than noise.
