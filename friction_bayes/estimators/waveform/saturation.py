@@ -124,21 +124,23 @@ def _gains(
             if not reach[half_cycle[k]]:
                 total[bins[k]] += weight[k]
                 common[bins[k]] += weight[k] * np.sign(expected[k]) * (away[k] - expected[k])
-        common /= np.where(total > 0.0, total, 1.0)
+        for j in range(_BINS):
+            common[j] /= total[j] if total[j] > 0.0 else 1.0
         crossed, square = np.zeros(half_cycles), np.zeros(half_cycles)
         flat, used = 0.0, 0
         for k in range(n):
             if beyond[k]:
                 other = away[k] - np.sign(expected[k]) * common[bins[k]]
                 crossed[half_cycle[k]] += weight[k] * other * expected[k]
-                square[half_cycle[k]] += weight[k] * expected[k] ** 2
+                square[half_cycle[k]] += weight[k] * expected[k] * expected[k]
                 flat += weight[k] * (abs(away[k]) - level) ** 2
                 used += weight[k] > 0.0
-        size = crossed / np.where(square > 0.0, square, 1.0)
+        for j in range(half_cycles):
+            crossed[j] /= square[j] if square[j] > 0.0 else 1.0
         own = 0.0
         for k in range(n):
             if beyond[k]:
                 other = away[k] - np.sign(expected[k]) * common[bins[k]]
-                own += weight[k] * (other - size[half_cycle[k]] * expected[k]) ** 2
+                own += weight[k] * (other - crossed[half_cycle[k]] * expected[k]) ** 2
         gains[i] = 0.5 * (own - flat) if flat <= _LIKE_NOISE**2 * used else -np.inf
     return gains
