@@ -127,12 +127,20 @@ class Mixture(FrozenDistribution):
         return np.asarray(log_ndtr(self.location / self.scale))
 
     @cached_property
-    def _moments(self) -> tuple[Array, Array]:
-        """Means and variances of the parts."""
-        if self.positive:
-            parts = stats.truncnorm(-self.location / self.scale, np.inf, self.location, self.scale)
-            return np.asarray(parts.mean()), np.asarray(parts.var())
-        return self.location, np.asarray(stats.t(self.degrees, scale=self.scale).var())
+    def _cut(self) -> Any:
+        """The normal parts cut at zero."""
+        return stats.truncnorm(-self.location / self.scale, np.inf, self.location, self.scale)
+
+    @cached_property
+    def _means(self) -> Array:
+        """Of the parts."""
+        return np.asarray(self._cut.mean()) if self.positive else self.location
+
+    @cached_property
+    def _variances(self) -> Array:
+        """Of the parts."""
+        parts = self._cut if self.positive else stats.t(self.degrees, scale=self.scale)
+        return np.asarray(parts.var())
 
     def cdf(self, x: ArrayLike) -> Any:
         """Cumulative probability."""
@@ -165,14 +173,13 @@ class Mixture(FrozenDistribution):
 
     def mean(self) -> float:
         """Mean."""
-        return float(self.weight @ self._moments[0])
+        return float(self.weight @ self._means)
 
     def var(self) -> float:
         """Variance; not finite where that of a part is."""
-        mean, variance = self._moments
         # about the mean, so that a narrow distribution far from zero loses nothing
         centre = self.mean()
-        return float(self.weight @ (variance + (mean - centre) ** 2) + self.atom * centre**2)
+        return float(self.weight @ (self._variances + (self._means - centre) ** 2) + self.atom * centre**2)
 
     def support(self) -> tuple[float, float]:
         """Ends of the support."""

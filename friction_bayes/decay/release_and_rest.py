@@ -251,8 +251,9 @@ def locate_moving_parts(
         found = _moving_part(y, omega, resolution, order, given_start, alone, judged)
         undriven = found[8]
         if undriven > 0:
-            # phase and rest of the free part are its own
-            found = _moving_part(y, omega, resolution, order, undriven, True, judged)
+            # Phase and rest of the free part are its own, and it is taken to hold one decay. To numba True is
+            # a type, for which it would compile all of it once more.
+            found = _moving_part(y, omega, resolution, order, undriven, undriven > 0, judged)
         (
             located.status[r],
             located.start[r],

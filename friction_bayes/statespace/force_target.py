@@ -112,7 +112,9 @@ def force_target(
     centre, covariance = _moments(regression, prior, axes, sums)
 
     def log_prior(theta: Array) -> Array:
-        at = _Coordinates.of(theta, scale)
+        return prior_at(_Coordinates.of(theta, scale))
+
+    def prior_at(at: _Coordinates) -> Array:
         force = prior.log_density(np.exp(at.log_q), np.exp(at.log_tau))
         law = regression.log_prior_density(at.scaled)
         return np.where(at.log_variance >= regression.log_least_variance, law + force, -np.inf)
@@ -126,7 +128,7 @@ def force_target(
             factors, log_determinant = sums.at(places[use])
             misfit = _misfit(factors, reference - at.scaled[use])
             likelihood = signal_log_likelihood(misfit, at.log_variance[use], n) - 0.5 * log_determinant
-            out[use] = likelihood + log_prior(theta[use])
+            out[use] = likelihood + prior_at(at)[use]
         return out
 
     def closed_form(theta: Array) -> Array:

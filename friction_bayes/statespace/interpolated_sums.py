@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.interpolate import NdBSpline, make_interp_spline
 
-from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.statespace.kalman import Whitened
 
 __all__ = ["InterpolatedSums"]
@@ -51,7 +52,7 @@ class InterpolatedSums:
                 found = sums(float(u), float(log_tau))
                 gram = found.gram + _RIDGE * np.diag(np.diag(found.gram))
                 factor = np.linalg.cholesky(gram).T
-                rows.append(np.append(factor[np.triu_indices(len(gram))], found.log_determinant))
+                rows.append(np.append(factor[_upper(len(gram))], found.log_determinant))
         p = len(gram)
         values = np.array(rows).reshape(axes[0].size, axes[1].size, -1)
         along_u = make_interp_spline(axes[0], values, k=_CUBIC)
@@ -68,5 +69,11 @@ class InterpolatedSums:
         """Upper factors, shape (m, p, p), and log determinants, shape (m,), at places inside."""
         values = self.spline(places)
         factors = np.zeros((len(places), self.columns, self.columns))
-        factors[:, *np.triu_indices(self.columns)] = values[:, :-1]
+        factors[:, *_upper(self.columns)] = values[:, :-1]
         return factors, values[:, -1]
+
+
+@cache
+def _upper(size: int) -> tuple[Integers, Integers]:
+    """Rows and columns of the upper triangle of a square matrix."""
+    return np.triu_indices(size)

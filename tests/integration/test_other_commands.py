@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import re
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from friction_bayes.cli.console import output_console
 from friction_bayes.cli.demonstration import Case
 from friction_bayes.cli.program import main
 from friction_bayes.mechanics.testbed import PAPER_SYSTEM
+from friction_bayes.plotting import save_figure
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 
@@ -105,6 +107,8 @@ def test_demo_compares_and_closes_the_loop_with_the_further_release(
     )
     monkeypatch.setattr(demonstration, "_cases", lambda seed: (case,))
     monkeypatch.setattr(demonstration, "METHODS", ("waveform", "normal-gamma"))
+    # in one format: that figures are written in both is tested where they are
+    monkeypatch.setattr(demonstration, "save_figure", partial(save_figure, formats=("png",)))
     out = tmp_path / "demo"
     assert main(["demo", "--out", str(out)]) == 0
     shown = capsys.readouterr()

@@ -21,7 +21,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 from scipy import stats
-from scipy.linalg import solve_triangular
 from scipy.special import expit, logsumexp
 
 from friction_bayes.conjugate.mixture import Mixture
@@ -152,19 +151,17 @@ def _regressed(response: Array, design: Array, exact: float = _EXACT) -> _Regres
     columns = np.column_stack([design, response])
     steps = np.concatenate([[0.0], _WALKS / np.max(np.abs(loading))])
     log_weight = np.concatenate([[0.0], np.full(_WALKS.size, -math.log(_WALKS.size))])
-    location, scale = np.empty((2, steps.size, design.shape[1]))
-    for j, step in enumerate(steps):
-        white, log_determinant = _whitened(columns, loading, step)
-        upper = np.asarray(np.linalg.qr(white, mode="r"))
-        own, right, rest = upper[:-1, :-1], upper[:-1, -1], float(upper[-1, -1] ** 2)
-        rest = max(rest, exact * float(response @ response))
-        if np.min(np.abs(np.diag(own))) <= 1e-12 * np.max(np.abs(own)):
-            return None
-        inverse = solve_triangular(own, np.eye(len(own)))
-        location[j] = inverse @ right
-        scale[j] = math.sqrt(rest / freedom) * np.linalg.norm(inverse, axis=1)
-        log_weight[j] -= 0.5 * (log_determinant + freedom * math.log(rest))
-        log_weight[j] -= float(np.sum(np.log(np.abs(np.diag(own)))))
+    white, log_determinant = _whitened(columns, loading, steps)
+    upper = np.asarray(np.linalg.qr(white, mode="r"))
+    own, right = upper[:, :-1, :-1], upper[:, :-1, -1:]
+    rest = np.maximum(upper[:, -1, -1] ** 2, exact * float(response @ response))
+    diagonal = np.abs(np.diagonal(own, axis1=1, axis2=2))
+    if np.any(diagonal.min(axis=1) <= 1e-12 * np.abs(own).max(axis=(1, 2))):
+        return None
+    inverse = np.linalg.inv(own)
+    location = (inverse @ right)[:, :, 0]
+    scale = np.sqrt(rest / freedom)[:, None] * np.linalg.norm(inverse, axis=2)
+    log_weight -= 0.5 * (log_determinant + freedom * np.log(rest)) + np.log(diagonal).sum(axis=1)
     weight = np.exp(log_weight - logsumexp(log_weight))
 
     def marginal(k: int) -> Mixture:
@@ -174,20 +171,21 @@ def _regressed(response: Array, design: Array, exact: float = _EXACT) -> _Regres
 
 
 @njit(cache=True, nogil=True)
-def _whitened(columns: Array, loading: Array, step: float) -> tuple[Array, float]:
-    """Innovations of columns, shape (n, p), under a walk of this step over the noise, and log determinant."""
+def _whitened(columns: Array, loading: Array, steps: Array) -> tuple[Array, Array]:
+    """Innovations of columns, shape (n, p), under walks of these steps over the noise; log determinants."""
     n, p = columns.shape
-    white = np.empty((n, p))
-    state, variance, log_determinant = np.zeros(p), 0.0, 0.0
-    for k in range(n):
-        if k > 0:
-            variance += step * step
-        total = 1.0 + loading[k] * variance * loading[k]
-        gain = variance * loading[k] / total
-        log_determinant += math.log(total)
-        for j in range(p):
-            innovation = columns[k, j] - loading[k] * state[j]
-            white[k, j] = innovation / math.sqrt(total)
-            state[j] += gain * innovation
-        variance -= gain * loading[k] * variance
+    white, log_determinant = np.empty((steps.size, n, p)), np.zeros(steps.size)
+    for i, step in enumerate(steps):
+        state, variance = np.zeros(p), 0.0
+        for k in range(n):
+            if k > 0:
+                variance += step * step
+            total = 1.0 + loading[k] * variance * loading[k]
+            gain = variance * loading[k] / total
+            log_determinant[i] += math.log(total)
+            for j in range(p):
+                innovation = columns[k, j] - loading[k] * state[j]
+                white[i, k, j] = innovation / math.sqrt(total)
+                state[j] += gain * innovation
+            variance -= gain * loading[k] * variance
     return white, log_determinant

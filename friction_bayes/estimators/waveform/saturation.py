@@ -13,12 +13,12 @@ corners too, but by the same ``d`` in every half cycle: it is seen in those whos
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from scipy.special import logsumexp
 
-from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.waveform.coulomb_signal import signal_derivatives, signals
@@ -83,42 +83,64 @@ def saturation_level(decay: FreeDecay) -> float | None:
     variance[half_cycle <= half_cycle[0]] = np.inf
     phase = angle + 0.5 * order * math.pi - math.pi * half_cycle
     bins = np.clip(((phase / math.pi + 0.5) * _BINS).astype(np.intp), 0, _BINS - 1)
-    tops = _Tops(away, expected, variance, half_cycle, bins)
-    found, level = [], []
-    for sides in ((1.0,), (-1.0,), (1.0, -1.0)):
-        for share in _LEVELS:
-            gain, flat = tops.gain(sides, share * largest)
-            found.append(gain if flat else -math.inf)
-            level.append(share * largest)
-    evidence = float(logsumexp(found)) - math.log(len(found)) + _LOG_PRIOR
-    return level[int(np.argmax(found))] if evidence > _SURE else None
+    levels = largest * _LEVELS
+    found = np.concatenate(
+        [
+            _gains(away, expected, 1.0 / variance, half_cycle - half_cycle.min(), bins, *sides, levels)
+            for sides in ((True, False), (False, True), (True, True))
+        ]
+    )
+    evidence = float(logsumexp(found)) - math.log(found.size) + _LOG_PRIOR
+    return float(levels[int(np.argmax(found)) % levels.size]) if evidence > _SURE else None
 
 
-class _Tops(NamedTuple):
-    """The samples, what they should show, its variance, half cycle and bin of the phase, shape (n,) each."""
+@njit(cache=True, nogil=True)
+def _gains(
+    away: Array,
+    expected: Array,
+    weight: Array,
+    half_cycle: Integers,
+    bins: Integers,
+    upper: bool,
+    lower: bool,
+    levels: Array,
+) -> Array:
+    """Log likelihood ratio of a sensor that saturates at each level, on the upper side, the lower or both.
 
-    away: Array
-    expected: Array
-    variance: Array
-    half_cycle: Integers
-    bins: Integers
-
-    def gain(self, sides: tuple[float, ...], level: float) -> tuple[float, bool]:
-        """Log likelihood ratio of a sensor that saturates at a level, and whether tops scatter as noise."""
-        beyond = np.logical_or.reduce([side * self.expected > level for side in sides])
-        y, s, weight = self.away[beyond], self.expected[beyond], 1.0 / self.variance[beyond]
-        other = y - np.sign(s) * self._common(beyond)[self.bins[beyond]]
-        _, own = np.unique(self.half_cycle[beyond], return_inverse=True)
-        crossed, square = (np.bincount(own, weight * each * s) for each in (other, s))
-        size = (crossed / np.where(square > 0.0, square, 1.0))[own]
-        flat = weight * (np.abs(y) - level) ** 2
-        gain = 0.5 * float(np.sum(weight * (other - size * s) ** 2 - flat))
-        return gain, bool(flat.sum() <= _LIKE_NOISE**2 * np.count_nonzero(weight))
-
-    def _common(self, beyond: Mask) -> Array:
-        """What half cycles that stay below the level show beyond the law, by bin of the phase."""
-        below = ~np.isin(self.half_cycle, self.half_cycle[beyond])
-        bins, weight = self.bins[below], 1.0 / self.variance[below]
-        wrong = np.sign(self.expected[below]) * (self.away[below] - self.expected[below])
-        total = np.bincount(bins, weight, _BINS)
-        return np.bincount(bins, weight * wrong, _BINS) / np.where(total > 0.0, total, 1.0)
+    Of the samples: what they show about the rest position and what they should, the weight of that, the half
+    cycle and the bin of the phase, shape (n,) each. Minus infinity where tops scatter by more than noise.
+    """
+    n, half_cycles = away.size, int(half_cycle.max()) + 1
+    gains = np.empty(levels.size)
+    beyond = np.empty(n, dtype=np.bool_)
+    for i, level in enumerate(levels):
+        reach = np.zeros(half_cycles, dtype=np.bool_)
+        for k in range(n):
+            beyond[k] = (upper and expected[k] > level) or (lower and -expected[k] > level)
+            reach[half_cycle[k]] |= beyond[k]
+        # what half cycles that stay below the level show beyond the law
+        common, total = np.zeros(_BINS), np.zeros(_BINS)
+        for k in range(n):
+            if not reach[half_cycle[k]]:
+                total[bins[k]] += weight[k]
+                common[bins[k]] += weight[k] * np.sign(expected[k]) * (away[k] - expected[k])
+        for j in range(_BINS):
+            common[j] /= total[j] if total[j] > 0.0 else 1.0
+        crossed, square = np.zeros(half_cycles), np.zeros(half_cycles)
+        flat, used = 0.0, 0
+        for k in range(n):
+            if beyond[k]:
+                other = away[k] - np.sign(expected[k]) * common[bins[k]]
+                crossed[half_cycle[k]] += weight[k] * other * expected[k]
+                square[half_cycle[k]] += weight[k] * expected[k] * expected[k]
+                flat += weight[k] * (abs(away[k]) - level) ** 2
+                used += weight[k] > 0.0
+        for j in range(half_cycles):
+            crossed[j] /= square[j] if square[j] > 0.0 else 1.0
+        own = 0.0
+        for k in range(n):
+            if beyond[k]:
+                other = away[k] - np.sign(expected[k]) * common[bins[k]]
+                own += weight[k] * (other - crossed[half_cycle[k]] * expected[k]) ** 2
+        gains[i] = 0.5 * (own - flat) if flat <= _LIKE_NOISE**2 * used else -np.inf
+    return gains

@@ -36,10 +36,14 @@ def record(share: float, seed: int, noise: float = 2e-4) -> xr.DataArray:
 
 @pytest.fixture(scope="module")
 def undecided() -> fb.Estimate:
-    """With a force of 0.4 % of friction, of which the record cannot say whether it is there."""
-    # from a seed that was undecided on; each part is sampled, so few of them are wanted
-    found = (fb.estimate(record(0.004, seed, 5e-5), SYSTEM) for seed in range(6, 40))
-    return next(one for one in found if 0.2 < one.random_force.probability < 0.8 and len(one.fit.parts) < 4)
+    """With a force of 0.8 % of friction, which the record makes probable and no more.
+
+    Its part is sampled in 3,300 steps. Where a force is as probable as none, its size has a long tail towards
+    zero, which takes four times as many; shares are tested to about 0.01 in either case.
+    """
+    # from a seed that has both on; each part is sampled, so few of them are wanted
+    found = (fb.estimate(record(0.008, seed, 5e-5), SYSTEM) for seed in range(9, 40))
+    return next(one for one in found if 0.9 < one.random_force.probability < 0.97 and len(one.fit.parts) < 4)
 
 
 @pytest.fixture(scope="module")
