@@ -269,7 +269,7 @@ class PreparedDecay:
     def filters_along(self, laid: Laid) -> tuple[list[tuple[float, RecordingFilter]], float]:
         """Filters that the samples may have gone through, and the probability that they went through any."""
         regression = laid.regression
-        if self._missing.any() or not regression.clock.even or self.decay.block > 1:
+        if not regression.clock.even or self.decay.block > 1:
             return [], 0.0
         free = laid.with_free_corners(self.friction).regression.columns
         phase, signal = regression.clock.phase, self.natural(laid)

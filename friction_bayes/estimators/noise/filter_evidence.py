@@ -19,7 +19,7 @@ from collections.abc import Callable
 
 import numpy as np
 from scipy.fft import rfft
-from scipy.signal.windows import dpss
+from scipy.linalg import eigh_tridiagonal
 from scipy.special import expit, logsumexp
 
 from friction_bayes.core.arrays import Array
@@ -144,7 +144,7 @@ class _Spectra:
                 swings * np.sin(phase)[:, None],
             ]
         )
-        self._tapers = dpss(n, _BANDWIDTH, _TAPERS)
+        self._tapers = _tapers(n)
         # estimates that share no taper's main lobe are independent
         stride = int(2 * _BANDWIDTH)
         index = np.arange(stride, n // 2 - stride // 2, stride)
@@ -198,6 +198,17 @@ class _Spectra:
         """For spectra of these shapes, (m, frequencies), the level of each fitted."""
         level = np.mean(power / shapes, axis=1, keepdims=True)
         return np.asarray(-_TAPERS * np.sum(np.log(level * shapes) + 1.0, axis=1))
+
+
+def _tapers(n: int) -> Array:
+    """Orthogonal tapers, shape (tapers, n), that leak least beyond the bandwidth (Slepian, 1978)."""
+    place = 0.5 * (n - 1) - np.arange(n)
+    after = np.arange(1, n)
+    diagonal = place**2 * math.cos(2.0 * math.pi * _BANDWIDTH / n)
+    _, vectors = eigh_tridiagonal(
+        diagonal, 0.5 * after * (n - after), select="i", select_range=(n - _TAPERS, n - 1)
+    )
+    return np.asarray(vectors.T)
 
 
 def _gram(columns: Array, signal: Array) -> Array:

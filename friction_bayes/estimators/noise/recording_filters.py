@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import signal
 from scipy.fft import irfft, next_fast_len, rfft
 
 from friction_bayes.core.arrays import Array
@@ -144,9 +143,12 @@ def _polynomials(angle: float, degree: int) -> FilterKind:
     """Savitzky and Golay's, Analytical Chemistry 36, 1964: an odd degree is the same as the one below."""
 
     def of(window: float) -> RecordingFilter:
-        weights = np.asarray(signal.savgol_coeffs(int(window), degree))
-        middle, later = weights[weights.size // 2], 2.0 * weights[weights.size // 2 + 1 :]
-        places = np.arange(1, later.size + 1)
+        half = int(window) // 2
+        powers = np.polynomial.legendre.legvander(np.arange(-half, half + 1) / half, degree)
+        # what each sample adds to the polynomial at the middle
+        weights = np.linalg.lstsq(powers.T @ powers, powers[half])[0] @ powers.T
+        middle, later = weights[half], 2.0 * weights[half + 1 :]
+        places = np.arange(1, half + 1)
 
         def response(omega: Array) -> Array:
             return np.asarray(middle + np.cos(np.multiply.outer(omega, places)) @ later)
@@ -165,7 +167,7 @@ def _corners(lowest: float, highest: float) -> Array:
 
 def _low_passes(angle: float, order: int, ways: int) -> FilterKind:
     """Butterworth's, by the bilinear transform, forward or both ways."""
-    poles = signal.buttap(order)[1]
+    poles = np.exp(0.5j * math.pi * (1.0 + (2.0 * np.arange(order) + 1.0) / order))
 
     def of(corner: float) -> RecordingFilter:
         def response(omega: Array) -> Array:
