@@ -1,11 +1,11 @@
 """Periods at the start of a record in which something still drove the motion and no amplitude was lost.
 
 From one period to the next a free decay loses amplitude by a constant and a part in proportion to the
-amplitude. That law from the first period on is compared, by evidence, with the same law from a later period on
-and, before it, a smooth course of the amplitude that owes nothing to it: a motion that a drive builds up, keeps
-up or beats with. Each course has a scatter of its own, from whatever it comes, of which the noise of the
-samples is the prior idea, so that few periods are enough; the period in which the drive ends follows neither.
-A course counts as driven only where its first half goes without a loss.
+amplitude. That law from the first period on is compared, by evidence, with the same law from a later period
+on and, before it, a smooth course of the amplitude that owes nothing to it: a motion that a drive builds
+up, keeps up or beats with. Each course has a scatter of its own, from whatever it comes, of which the noise
+of the samples is the prior idea, so that few periods are enough; the period in which the drive ends follows
+neither. A course counts as driven only where its first half goes without a loss.
 """
 
 from __future__ import annotations
