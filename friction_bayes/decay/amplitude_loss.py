@@ -64,11 +64,12 @@ def _regress(amplitude: Array, design: Array) -> tuple[Array, Array]:
 
 
 @njit(cache=True, nogil=True)
-def amplitude_falls(y: Array, omega: float) -> bool:
+def amplitude_falls(y: Array, omega: float, after_drive: bool) -> bool:
     """Whether the amplitude may fall, from the first to the last, by a share that shows; true of few periods.
 
     A steady motion and one that grows are no free decay: something drives them. Of many periods the loss has
     to show itself: without, what moves steadily under noise would be given a friction of next to nothing.
+    So it has after a part that was driven, which may have gone on steadily.
 
     Parameters
     ----------
@@ -76,16 +77,18 @@ def amplitude_falls(y: Array, omega: float) -> bool:
         The moving samples.
     omega : float
         Rough angular frequency [rad/sample].
+    after_drive : bool
+        Whether a drive acted before.
     """
     amplitude = _amplitudes(y, omega)
     count = amplitude.size
-    if count < _FEWEST:
+    if count < (2 if after_drive else _FEWEST):
         return True
     design, largest = np.ones((count, 2)), 0.0
     for k in range(count):
         design[k, 1] = -k / (count - 1)
         largest = max(largest, amplitude[k])
     line, error = _regress(amplitude, design)
-    if count >= _MANY:
+    if count >= _MANY or after_drive:
         return line[1] > _NOT_EXCLUDED * error[1]
     return line[1] + _CERTAIN * error[1] > _LEAST_LOSS * largest

@@ -39,7 +39,7 @@ _FADING = 1
 
 
 @njit(cache=True, nogil=True)
-def disturbed_half_cycles(y: Array, omega: float) -> int:
+def disturbed_half_cycles(y: Array, omega: float) -> tuple[int, bool]:
     """How many half cycles from the start are to be left out.
 
     Parameters
@@ -51,8 +51,10 @@ def disturbed_half_cycles(y: Array, omega: float) -> int:
 
     Returns
     -------
-    int
+    count : int
         Zero where nothing shows, or where too few half cycles follow to compare with.
+    goes_on : bool
+        Whether the last step that is sought is disturbed too, so that more may be.
     """
     _, inphase, quadrature, _ = demodulate(y, omega)
     steps = inphase.size - 1
@@ -60,7 +62,7 @@ def disturbed_half_cycles(y: Array, omega: float) -> int:
     sought = min(_SOUGHT, steps // _PART)
     compared = min(_MOST_COMPARED, steps - 1 - sought)
     if compared < _FEWEST_COMPARED:
-        return 0
+        return 0, False
     amplitude, lost, advanced = np.zeros(steps), np.zeros(steps), np.zeros(steps)
     for k in range(steps):
         along = inphase[k + 1] * inphase[k] + quadrature[k + 1] * quadrature[k]
@@ -76,7 +78,7 @@ def disturbed_half_cycles(y: Array, omega: float) -> int:
         _last_apart(lost, amplitude, np.array([0.0, 1.0]), sought, compared, abs(matters)),
         _last_apart(advanced, amplitude, np.array([1.0, 3.0]), sought, compared, abs(matters)),
     )
-    return last + 1 + _FADING if last >= 0 else 0
+    return (last + 1 + _FADING, last == sought - 1) if last >= 0 else (0, False)
 
 
 @njit(cache=True, nogil=True)

@@ -1,9 +1,11 @@
 """Periods at the start of a record in which something still drove the motion and no amplitude was lost.
 
-A free decay loses amplitude from its first period on. Where the amplitudes of the first periods stay or grow,
-on average, and those that follow fall by more than their scatter leaves to chance, the decay begins between.
-The scatter is that of the later losses about a constant and a part in proportion to the amplitude, so that
-no law of friction enters.
+From one period to the next a free decay loses amplitude by a constant and a part in proportion to the
+amplitude. That law from the first period on is compared, by evidence, with the same law from a later period
+on and, before it, a smooth course of the amplitude that owes nothing to it: a motion that a drive builds
+up, keeps up or beats with. Each course has a scatter of its own, from whatever it comes, of which the noise
+of the samples is the prior idea, so that few periods are enough; the period in which the drive ends follows
+neither. A course counts as driven only where its first half goes without a loss.
 """
 
 from __future__ import annotations
@@ -12,7 +14,6 @@ import math
 
 import numpy as np
 from numba import njit
-from scipy import stats
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.demodulation import demodulate
@@ -20,21 +21,20 @@ from friction_bayes.decay.linear_least_squares import add_sample, regression
 
 __all__ = ["driven_half_cycles"]
 
-_FEWEST_DRIVEN, _FEWEST_FREE = 2, 4
-"""Periods that have to tell of either."""
-_MOST_COMPARED = 60
-_FALSE_ALARM = 1e-3
-"""Probability of a cut, at most, in a free decay whose losses scatter normally, over all its places."""
-_POINTS = 60
-_LIMITS: Array = np.asarray(
-    stats.t.isf(
-        _FALSE_ALARM / np.arange(1, _POINTS + 1)[None, :],
-        np.maximum(np.arange(_MOST_COMPARED + 1) - 2, 1)[:, None],
-    )
-)
-"""Of a difference over its standard error, by the periods compared and the places looked at."""
+_FEWEST_DRIVEN = 2
+"""Periods: one in which the drive ends and one before."""
+_DRIVEN = 0.01
+"""Share of records that begin under a drive, before any is seen; all places at which it may end are alike."""
+_SURELY_FREE = 0.95
+"""Probability that the drive has ended by the place of the cut."""
 _NO_LOSS = 2.0
-"""Standard errors within which the loss of the driven part is none."""
+"""Standard errors within which a loss is none."""
+_NOISE_FREEDOM = 2.0
+"""Degrees of freedom that the noise of the samples counts for in a scatter."""
+_STEEPEST = 2.0
+"""Prior standard deviation of the part in proportion to the amplitude, over the mean loss; by drag 1 or 2."""
+_COURSE = 3
+"""Coefficients of the change of amplitude under a drive, in powers of time, at most."""
 
 
 @njit(cache=True, nogil=True)
@@ -48,32 +48,136 @@ def driven_half_cycles(y: Array, omega: float) -> int:
     omega : float
         Rough angular frequency [rad/sample].
     """
-    _, inphase, quadrature, _ = demodulate(y, omega)
-    # windows of one period lie half a period apart: every other one has samples of its own
-    periods = (inphase.size - 1) // 2
-    amplitude = np.zeros(periods + 1)
-    for k in range(periods + 1):
-        amplitude[k] = math.hypot(inphase[2 * k], quadrature[2 * k])
-    places = periods - _FEWEST_DRIVEN - _FEWEST_FREE + 1
-    most, cut = 0.0, 0
-    for k in range(_FEWEST_DRIVEN, periods - _FEWEST_FREE + 1):
-        after = min(periods - k, _MOST_COMPARED)
-        matrix, right, square, basis = np.zeros((2, 2)), np.zeros(2), 0.0, np.ones(2)
-        for j in range(k, k + after):
-            lost = amplitude[j] - amplitude[j + 1]
-            basis[1] = amplitude[j] / amplitude[0] - 1.0
-            add_sample(matrix, right, basis, lost, 1.0)
-            square += lost * lost
-        _, rest = regression(matrix, right, square)
+    amplitude, noise = _amplitudes(y, omega)
+    steps = amplitude.size - 1
+    places = steps - _FEWEST_DRIVEN
+    if places < 1:
+        return 0
+    lost = amplitude[:-1] - amplitude[1:]
+    variance = max(2.0 * noise * noise, 1e-24 * amplitude.max() ** 2)
+    # a step of the period in which the drive ends lies anywhere between the others
+    anywhere = -math.log(max(lost.max() - lost.min(), 1e-12 * amplitude.max()))
+    before = _courses(lost, variance)
+    log_odds = np.full(steps, -math.inf)
+    matrix, right, square, basis = np.zeros((2, 2)), np.zeros(2), 0.0, np.ones(2)
+    free = -math.inf
+    for k in range(steps - 1, -1, -1):
+        basis[1] = 0.5 * (amplitude[k] + amplitude[k + 1]) / amplitude[0] - 1.0
+        add_sample(matrix, right, basis, lost[k], 1.0)
+        square += lost[k] * lost[k]
+        count = steps - k
+        later = (amplitude[k] - amplitude[steps]) / count
+        ridge = variance / max(_STEEPEST * later, 1e-12 * amplitude[0]) ** 2
+        known = matrix.copy()
+        known[1, 1] += ridge
+        _, rest = regression(known, right, square)
         if not rest < math.inf:
             continue
-        sd = math.sqrt(max(rest, 0.0) / (after - 2))
-        before = (amplitude[0] - amplitude[k]) / k
-        later = (amplitude[k] - amplitude[k + after]) / after
-        if before > _NO_LOSS * sd / math.sqrt(k):
-            continue
-        apart = (later - before) / max(sd * math.sqrt(1.0 / k + 1.0 / after), 1e-300)
-        if apart > max(most, _LIMITS[after, min(places, _POINTS) - 1]):
-            most, cut = apart, k
-    # the window that ends the driven part may reach into it
-    return 2 * cut + 1 if cut > 0 else 0
+        about_mean = matrix[1, 1] - matrix[1, 0] ** 2 / matrix[0, 0]
+        free = _evidence(count, 1, rest, variance) - 0.5 * math.log(1.0 + about_mean / ridge)
+        sd = math.sqrt((rest + _NOISE_FREEDOM * variance) / (count - 2 + _NOISE_FREEDOM))
+        if k >= _FEWEST_DRIVEN and _begins_without_loss(amplitude, k, sd, later):
+            log_odds[k] = free + before[k - 2] + 2.0 * anywhere
+    # ``free`` is now that of the law from the first period on
+    return 2 * _cut(log_odds + math.log(_DRIVEN / (1.0 - _DRIVEN) / places) - free)
+
+
+@njit(cache=True, nogil=True)
+def _amplitudes(y: Array, omega: float) -> tuple[Array, float]:
+    """Amplitudes in windows of one period that share no samples, each at its own frequency, and their noise.
+
+    That of a motion under a drive is the drive's, and a window of one period at another frequency gives an
+    amplitude that depends on the phase.
+    """
+    centre, inphase, quadrature, _ = demodulate(y, omega)
+    length, last = 2.0 * math.pi / omega, centre.size - 1
+    amplitude = np.zeros(last // 2 + 1)
+    log_noise = 0.0
+    basis = np.ones(3)
+    for k in range(amplitude.size):
+        a, b = max(2 * k - 1, 0), min(2 * k + 1, last)
+        along = inphase[b] * inphase[a] + quadrature[b] * quadrature[a]
+        across = quadrature[b] * inphase[a] - inphase[b] * quadrature[a]
+        rate = omega + (math.atan2(across, along) / (centre[b] - centre[a]) if b > a else 0.0)
+        begin = max(math.ceil(centre[2 * k] - 0.5 * length), 0)
+        end = min(math.floor(centre[2 * k] + 0.5 * length) + 1, y.size)
+        matrix, right, square = np.zeros((3, 3)), np.zeros(3), 0.0
+        for i in range(begin, end):
+            angle = rate * (i - centre[2 * k])
+            basis[1], basis[2] = math.cos(angle), math.sin(angle)
+            add_sample(matrix, right, basis, y[i], 1.0)
+            square += y[i] * y[i]
+        x, rest = regression(matrix, right, square)
+        if rest < math.inf:
+            amplitude[k] = math.hypot(x[1], x[2])
+            variance = 2.0 * rest / max(end - begin - 3, 1) / (end - begin)
+            # the mean of logarithms, as one window may hold more than noise
+            log_noise += 0.5 * math.log(max(variance, 1e-300)) / amplitude.size
+    return amplitude, math.exp(log_noise)
+
+
+@njit(cache=True, nogil=True)
+def _evidence(count: int, coefficients: int, rest: float, variance: float) -> float:
+    """Logarithm of the density of responses about a regression, its scatter integrated out.
+
+    ``coefficients`` have a prior as wide as one response determines; ``rest`` contains the penalty of others.
+    """
+    freedom = count + _NOISE_FREEDOM
+    prior = _NOISE_FREEDOM * variance
+    return (
+        math.lgamma(0.5 * freedom)
+        - math.lgamma(0.5 * _NOISE_FREEDOM)
+        + 0.5 * _NOISE_FREEDOM * math.log(prior)
+        - 0.5 * freedom * math.log(prior + rest)
+        - 0.5 * count * math.log(math.pi)
+        - 0.5 * coefficients * math.log(count + 1.0)
+    )
+
+
+@njit(cache=True, nogil=True)
+def _courses(lost: Array, variance: float) -> Array:
+    """Evidence of the first steps, by their number, as a polynomial in time: the mean over its degrees."""
+    out = np.zeros(lost.size)
+    matrix, right, square = np.zeros((_COURSE, _COURSE)), np.zeros(_COURSE), 0.0
+    basis = np.ones(_COURSE)
+    for k in range(lost.size - 1):
+        for power in range(1, _COURSE):
+            basis[power] = basis[power - 1] * k / lost.size
+        add_sample(matrix, right, basis, lost[k], 1.0)
+        square += lost[k] * lost[k]
+        total = -math.inf
+        for size in range(1, min(_COURSE, k + 1) + 1):
+            _, rest = regression(matrix[:size, :size].copy(), right[:size].copy(), square)
+            if rest < math.inf:
+                total = np.logaddexp(total, _evidence(k + 1, size, rest, variance))
+        out[k + 1] = total - math.log(_COURSE)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _begins_without_loss(amplitude: Array, end: int, sd: float, later: float) -> bool:
+    """Whether no amplitude is lost over the first steps, nor over half of all up to ``end``.
+
+    Under a drive it may fall later, where the motion beats with it.
+    """
+    for j in (_FEWEST_DRIVEN, max(end // 2, _FEWEST_DRIVEN)):
+        before = (amplitude[0] - amplitude[j]) / j
+        if before >= later or before > _NO_LOSS * sd / math.sqrt(j):
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _cut(log_odds: Array) -> int:
+    """First place by which a drive has surely ended; 0 where that there was one is less probable than not."""
+    largest = log_odds.max()
+    if not largest > -math.inf:
+        return 0
+    total = np.exp(log_odds - largest).sum()
+    if not largest + math.log(total) > 0.0:
+        return 0
+    reached, k = 0.0, -1
+    while reached < _SURELY_FREE * total:
+        k += 1
+        reached += math.exp(log_odds[k] - largest)
+    return k

@@ -248,12 +248,13 @@ def locate_moving_parts(
     """
     for r in range(values.shape[0]):
         y, omega, resolution = values[r], frequencies[r], resolutions[r]
-        found = _moving_part(y, omega, resolution, order, given_start, alone, judged)
+        # to numba True is a type, for which it would compile all of it once more
+        undriven = 0
+        found = _moving_part(y, omega, resolution, order, given_start, alone, judged, undriven > 0)
         undriven = found[8]
         if undriven > 0:
-            # Phase and rest of the free part are its own, and it is taken to hold one decay. To numba True is
-            # a type, for which it would compile all of it once more.
-            found = _moving_part(y, omega, resolution, order, undriven, undriven > 0, judged)
+            # phase and rest of the free part are its own, and it is taken to hold one decay
+            found = _moving_part(y, omega, resolution, order, undriven, undriven > 0, judged, undriven > 0)
         (
             located.status[r],
             located.start[r],
@@ -270,7 +271,14 @@ def locate_moving_parts(
 
 @njit(cache=True, nogil=True)
 def _moving_part(
-    y: Array, omega: float, resolution: float, order: int, given_start: int, alone: bool, judged: bool
+    y: Array,
+    omega: float,
+    resolution: float,
+    order: int,
+    given_start: int,
+    alone: bool,
+    judged: bool,
+    after_drive: bool,
 ) -> tuple[int, int, int, float, float, float, bool, int, int]:
     """The row of :class:`Located` that belongs to one record; its last entry: where a drive has ended."""
     low, high = math.inf, -math.inf
@@ -325,15 +333,21 @@ def _moving_part(
         # where the record begins with a hold, the release is known to about half a half cycle
         free = start + int(0.5 * half) if start > 0 else 0
         swing = moving[free : (stop - begin) // width] - rest
-        disturbed = disturbed_half_cycles(swing, math.pi / half)
-        let_go = float(free)
-        if disturbed > 0:
-            let_go = _nearest_turn(free + disturbed * half, polynomial, scale, order)
-            first_sample = math.ceil(begin + let_go * width + shift)
-        after = max(math.ceil(let_go), free)
-        driven = driven_half_cycles(moving[after : (stop - begin) // width] - rest, math.pi / half)
+        disturbed, goes_on = disturbed_half_cycles(swing, math.pi / half)
+        after, driven = free, 0
+        if goes_on:
+            # a drive that acts for longer shows as a whole
+            driven = driven_half_cycles(swing, math.pi / half)
+        if driven == 0:
+            let_go = float(free)
+            if disturbed > 0:
+                let_go = _nearest_turn(free + disturbed * half, polynomial, scale, order)
+                first_sample = math.ceil(begin + let_go * width + shift)
+            after = max(math.ceil(let_go), free)
+            driven = driven_half_cycles(moving[after : (stop - begin) // width] - rest, math.pi / half)
         if driven > 0:
-            released = _nearest_turn(after + driven * half, polynomial, scale, order)
+            # the turning point after
+            released = _nearest_turn(after + (driven + 0.5) * half, polynomial, scale, order)
             undriven = math.ceil(begin + released * width + shift)
     last = (stop - begin - shift) / width
     begun = (first_sample - begin - shift) / width
@@ -345,7 +359,7 @@ def _moving_part(
     if (stop - first_sample) * rate < LEAST_HALF_CYCLES * math.pi:
         return _nothing(TOO_SHORT)
     free_samples = moving[max((first_sample - begin) // width, 0) : (stop - begin) // width]
-    if not amplitude_falls(free_samples, rate * width):
+    if not amplitude_falls(free_samples, rate * width, after_drive):
         return NOT_DECAYING, 0, 0, 0.0, 0.0, 0.0, False, 0, undriven
     phase = (phase_of(polynomial, scale, begun) - 0.5 * math.pi * order) % (2.0 * math.pi)
     return FOUND, first_sample, stop, rate, phase, rest + offset, stop < y.size, disturbed, undriven
