@@ -28,7 +28,7 @@ from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
 from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
-from friction_bayes.estimators.waveform.saturation import saturation_level
+from friction_bayes.estimators.waveform.saturation import refuse_saturated
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.readings_alone import readings_alone
 from friction_bayes.records.record import record_name, validate_record
@@ -139,7 +139,7 @@ def estimate(
         record, _ = set_excursions_aside(record, system)
         refuse_clipped(record)
         decay = find_free_decay(record, system, start=start, rest_position=rest_position)
-        _refuse_saturated(decay)
+        refuse_saturated(decay)
         spline: list[str] = []
         if method != WaveformEstimator.name and not decay.evenly_spaced:
             decay = decay.on_even_grid()
@@ -198,16 +198,6 @@ def _precision_of(fit: Fit, method: str) -> Any:
             "method", f"{method} has no precision parameter to accept by", "use normal-gamma or waveform"
         )
     return fit.precision
-
-
-def _refuse_saturated(decay: FreeDecay) -> None:
-    level = saturation_level(decay)
-    if level is not None:
-        raise InputError(
-            decay.name,
-            f"the sensor saturates: tops are flat some {level:.4g} {decay.unit} from the rest position",
-            "start after them (--start), or take a sensor with more range",
-        )
 
 
 def _refuse_negative(decay: FreeDecay, fit: Fit) -> None:
