@@ -393,10 +393,9 @@ def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
     if not frequencies_disagree(system, found, sd):
         return []
     apart = float(disagreement(system, found, sd))
-    text = (
-        f"the record swings at {found:.5g} rad/s, declared {system.moving_name} and stiffness imply "
-        f"{system.natural_frequency:.5g} rad/s, {apart:.0f} standard deviations apart"
-    )
+    text = f"the record {decay.both_frequencies(found)}, {apart:.0f} standard deviations apart: "
+    far = decay.far_from_declared(found)
+    text += far and f"{far}; "
     if _calibrated(decay):
         coefficient, unit = float(fit.coefficient.mean()), system.friction_unit
         forces = [
@@ -404,7 +403,7 @@ def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
             for factor in (by_stiffness, by_mass)
         ]
         text += (
-            f": friction is {forces[0]:.4g} {unit} with the declared stiffness "
+            f"friction is {forces[0]:.4g} {unit} with the declared stiffness "
             f"and {forces[1]:.4g} {unit} with the declared {system.moving_name}; "
         )
         text += (
@@ -413,10 +412,8 @@ def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
             else f"the {system.trust} is trusted"
         )
     else:
-        text += (
-            f": friction in {decay.unit} does not depend on them, but a force computed from it would: "
-            f"check {system.moving_name} and stiffness"
-        )
+        text += f"friction in {decay.unit} does not depend on them, but a force computed from it would"
+        text += "" if far else f": check {system.moving_name} and stiffness"
     if abs(found / system.natural_frequency - 1.0) > _WORTH_A_WARNING:
         warnings.warn(text, RecordWarning, stacklevel=4)
     return [text]

@@ -90,6 +90,9 @@ class Segment:
     def notes(self) -> tuple[str, ...]:
         """What a reader must know of the record and of what was done to it before any model."""
         notes = self.decay.notes
+        far = self.decay.far_from_declared(self.decay.frequency)
+        if far:
+            notes += (f"{self.decay.name}: {self.decay.both_frequencies(self.decay.frequency)}: {far}",)
         if self.held:
             notes += (
                 f"{self.decay.name}: held at first: the {self.held * self.block} samples before the release, "
