@@ -19,6 +19,7 @@ from friction_bayes.core.text import number
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import PEAKS
+from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.acceptance import accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
@@ -154,6 +155,7 @@ def estimate(
         else:
             fit = fit_of(decay)
         warned = _faster_loss_note(decay)
+        pendulum = pendulum_notes(decay)
         acceptance = None
         if accept_precision is not None:
             acceptance = accept_by_threshold(
@@ -174,9 +176,10 @@ def estimate(
             acceptance=acceptance,
             notes=(
                 *warned,
+                *pendulum,
                 *decay.notes,
                 *fit.notes,
-                *force_notes(decay, fit),
+                *force_notes(decay, fit, slower_swings=bool(pendulum)),
                 *spline,
                 *_provenance(record),
             ),

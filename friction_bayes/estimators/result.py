@@ -305,8 +305,14 @@ def _taken_as_exact(factors: tuple[ForceFactor, ...]) -> bool:
     return len(factors) == 1 and factors[0].relative_sd == 0.0
 
 
-def force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
+def force_notes(decay: FreeDecay, fit: Fit, *, slower_swings: bool = False) -> list[str]:
     """Notes on the friction force that follows from a fit of the signal.
+
+    Parameters
+    ----------
+    decay, fit
+    slower_swings : bool
+        Whether the frequency is known to be that of large swings, which are slower.
 
     Warns
     -----
@@ -320,7 +326,7 @@ def force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
             "the sensor is not calibrated: friction is the friction force over "
             f"{_factor_symbol(system, order)}, in the signal's own unit, {decay.unit}"
         )
-    notes += _negative_note(fit) + _frequency_note(decay, fit) + _random_force_notes(fit)
+    notes += _negative_note(fit) + _frequency_note(decay, fit, slower_swings) + _random_force_notes(fit)
     if _calibrated(decay) and _taken_as_exact(_force_factors(decay, fit)):
         notes.append(f"{_exact(system, order)} uncertainty is not in the friction interval")
     return notes
@@ -387,14 +393,14 @@ def _exact(system: Oscillator, order: int) -> str:
     )[order]
 
 
-def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
+def _frequency_note(decay: FreeDecay, fit: Fit, slower_swings: bool) -> list[str]:
     """Give both frequencies and both forces where the declared system does not swing as the record does."""
     system, found, sd = decay.system, fit.frequency, fit.frequency_sd
     if not frequencies_disagree(system, found, sd):
         return []
     apart = float(disagreement(system, found, sd))
     text = f"the record {decay.both_frequencies(found)}, {apart:.0f} standard deviations apart: "
-    far = decay.far_from_declared(found)
+    far = "" if slower_swings else decay.far_from_declared(found)
     text += far and f"{far}; "
     if _calibrated(decay):
         coefficient, unit = float(fit.coefficient.mean()), system.friction_unit

@@ -16,6 +16,7 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.block_means import amplitude_kept, block_means, samples_in_block, torn_blocks
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
+from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.phase_tracking import nearest_turning_points
 from friction_bayes.estimators.waveform.saturation import refuse_saturated
 from friction_bayes.loop.data.held_release import held_samples
@@ -89,9 +90,10 @@ class Segment:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a reader must know of the record and of what was done to it before any model."""
-        notes = self.decay.notes
+        pendulum = pendulum_notes(self.decay)
+        notes = pendulum + self.decay.notes
         far = self.decay.far_from_declared(self.decay.frequency)
-        if far:
+        if far and not pendulum:
             notes += (f"{self.decay.name}: {self.decay.both_frequencies(self.decay.frequency)}: {far}",)
         if self.held:
             notes += (
