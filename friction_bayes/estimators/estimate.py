@@ -23,7 +23,7 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.acceptance import accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.envelope.loss_of_amplitude import faster_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss, faster_loss
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
@@ -34,7 +34,7 @@ from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.readings_alone import readings_alone
 from friction_bayes.records.record import record_name, validate_record
 
-__all__ = ["RANDOM_FORCE", "estimate", "prior_mapping", "refuse_clipped"]
+__all__ = ["RANDOM_FORCE", "estimate", "prior_mapping", "refuse_clipped", "surely_faster_loss"]
 
 RANDOM_FORCE = ("auto", "none")
 """Whether a random force may be there."""
@@ -222,10 +222,16 @@ def _refuse_other_signal(decay: FreeDecay, set_up: FreeDecay) -> None:
         )
 
 
+def surely_faster_loss(decay: FreeDecay) -> FasterLoss | None:
+    """The loss of amplitude where it is surely not that of dry friction alone; None otherwise."""
+    faster = faster_loss(decay)
+    return None if faster is None or faster.probability < _SURELY else faster
+
+
 def _faster_loss_note(decay: FreeDecay) -> list[str]:
     """Warn of a decay that loses more than dry friction alone would: the number is then another law's."""
-    faster = faster_loss(decay)
-    if faster is None or faster.probability < _SURELY:
+    faster = surely_faster_loss(decay)
+    if faster is None:
         return []
     text = (
         f"{decay.name}: the amplitude falls faster while it is larger (probability "

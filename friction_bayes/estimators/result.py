@@ -30,7 +30,7 @@ from friction_bayes.estimators.acceptance import Acceptance
 from friction_bayes.estimators.base import Fit, RandomForce
 from friction_bayes.estimators.equally_probable import EquallyProbable
 
-__all__ = ["Estimate", "force_notes"]
+__all__ = ["Estimate", "far_apart", "force_notes", "rather_a_push"]
 
 _NO_FLUCTUATION = 5.0
 """Times friction itself, beyond which a random force stands for something else: a warning is given then."""
@@ -332,6 +332,17 @@ def force_notes(decay: FreeDecay, fit: Fit, *, slower_swings: bool = False) -> l
     return notes
 
 
+def far_apart(system: Oscillator, frequency: float, frequency_sd: float) -> bool:
+    """Whether a frequency found [rad/s] is so far from the declared one that a warning is given."""
+    apart = abs(frequency / system.natural_frequency - 1.0)
+    return apart > _WORTH_A_WARNING and bool(frequencies_disagree(system, frequency, frequency_sd))
+
+
+def rather_a_push(force: RandomForce | None) -> bool:
+    """Whether a random force is so large that it stands for something else, and a warning is given."""
+    return force is not None and force.probability > 0.5 and force.share_of_friction > _NO_FLUCTUATION
+
+
 def _negative_note(fit: Fit) -> list[str]:
     """Warn of a friction that is surely below zero."""
     if not fit.surely_negative:
@@ -350,7 +361,7 @@ def _random_force_notes(fit: Fit) -> list[str]:
     if force is None or force.probability <= 0.5:
         return []
     notes = []
-    if force.share_of_friction > _NO_FLUCTUATION:
+    if rather_a_push(force):
         notes.append(
             f"beside friction a force would have to act {force.share_of_friction:.0f} times as large, which "
             "is rather a push, another law or an error of the sensor: close-loop, or a part of the record "
@@ -420,6 +431,6 @@ def _frequency_note(decay: FreeDecay, fit: Fit, slower_swings: bool) -> list[str
     else:
         text += f"friction in {decay.unit} does not depend on them, but a force computed from it would"
         text += "" if far else f": check {system.moving_name} and stiffness"
-    if abs(found / system.natural_frequency - 1.0) > _WORTH_A_WARNING:
+    if far_apart(system, found, sd):
         warnings.warn(text, RecordWarning, stacklevel=4)
     return [text]
