@@ -71,6 +71,7 @@ def measure(
                 sampling_rate=1.0 / (decay.time[1] - decay.time[0]),
                 quantity=QUANTITIES[decay.order],
                 method=method,
+                judge=False,
             )
             low, high = result["friction_interval90"].values.T
             hit = (low <= decay.friction) & (decay.friction <= high)

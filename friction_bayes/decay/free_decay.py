@@ -10,6 +10,7 @@ import xarray as xr
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite
+from friction_bayes.core.declared_force import frequencies_disagree
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
@@ -40,11 +41,13 @@ _RELEASE_KNOWN_TO = 1.0 / 16.0
 """Of a period, as it is looked for in strides of half as much."""
 _BEYOND_TURN = math.pi / 8.0
 """Phase from a turning point, to which its time is known better than this."""
+_FAR = 0.1
+"""Relative distance from the declared frequency that no damping explains under which a record oscillates."""
 _SAME_FREQUENCY = 0.03
 """Relative distance from a multiple of the declared frequency: a large swing or light damping shifts it."""
 _MULTIPLES = {
-    2.0: "a signal without a sign (distance from the middle, magnitude) does so, and friction is then wrong",
-    0.5: "a stiffness from half periods that were taken for whole ones does so, and friction is then wrong",
+    2.0: "a signal without a sign (distance from the middle, magnitude) swings twice as fast",
+    0.5: "a stiffness from half periods that were taken for whole ones implies twice the frequency",
 }
 """Ratios that a mistake makes, and which."""
 
@@ -192,15 +195,32 @@ class FreeDecay:
                 f"{self.other_share:.0%} as strong in the spectrum as the one followed at "
                 f"{self.frequency:.4g} rad/s"
             )
-        ratio = self.frequency / self.system.natural_frequency
+        return tuple(notes)
+
+    def both_frequencies(self, frequency: float) -> str:
+        """Say a frequency found [rad/s] next to the declared one, both in Hz."""
+        found, declared = (each / (2.0 * math.pi) for each in (frequency, self.system.natural_frequency))
+        return (
+            f"swings at {found:.5g} Hz, declared {self.system.moving_name} and stiffness imply "
+            f"{declared:.5g} Hz"
+        )
+
+    def far_from_declared(self, frequency: float) -> str:
+        """Say what to check where a frequency found [rad/s] is much too far from the declared one.
+
+        Empty where damping, a pendulum's large swing, or the standard deviations of the declared values may
+        explain the distance.
+        """
+        ratio = frequency / self.system.natural_frequency
+        near = -_FAR - self._slower < ratio - 1.0 < _FAR
+        if near or not frequencies_disagree(self.system, frequency, math.nan):
+            return ""
+        units = "kg m2, N m/rad" if self.system.angular else "kg, N/m"
+        check = f"check {self.system.moving_name}, stiffness and their units ({units})"
         for multiple, cause in _MULTIPLES.items():
             if -_SAME_FREQUENCY - self._slower < ratio / multiple - 1.0 < _SAME_FREQUENCY:
-                notes.append(
-                    f"{self.name}: swings at {self.frequency:.4g} rad/s, {multiple:g} times the declared "
-                    f"{self.system.natural_frequency:.4g} rad/s: {cause}; otherwise "
-                    f"check {self.system.moving_name} and stiffness"
-                )
-        return tuple(notes)
+                return f"{cause}, and friction is then wrong; otherwise {check}"
+        return f"no damping shifts it as far, {check}"
 
     @property
     def located(self) -> Located:

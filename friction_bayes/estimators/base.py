@@ -23,9 +23,9 @@ from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.estimators.priors import DeclaredSignal
 from friction_bayes.estimators.witness import Witness, not_negative, reconciled
 
-__all__ = ["Estimator", "Fit", "Fits", "FittedMotion", "FreeDecays", "Part", "RandomForce"]
+__all__ = ["SURELY_NEGATIVE", "Estimator", "Fit", "Fits", "FittedMotion", "FreeDecays", "Part", "RandomForce"]
 
-_SURELY = 0.99
+SURELY_NEGATIVE = 0.99
 """Probability of a negative friction above which there is no answer."""
 
 
@@ -184,7 +184,7 @@ class Fit:
     @property
     def surely_negative(self) -> bool:
         """Whether friction is negative: nothing is lost."""
-        return self.probability_negative > _SURELY
+        return self.probability_negative > SURELY_NEGATIVE
 
     @property
     def noise_model(self) -> str:
@@ -260,6 +260,8 @@ class FreeDecays:
             phase=float(located.phase[row]),
             rest_position=float(located.rest_position[row]),
             stops=bool(located.stops[row]),
+            disturbed=int(located.disturbed[row]),
+            driven=bool(located.driven[row]),
         )
 
     @property

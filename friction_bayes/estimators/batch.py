@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import warnings
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -13,28 +14,30 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from friction_bayes.conjugate.scaled_distribution import scaled, scaled_moments, scaled_quantiles
-from friction_bayes.core.arrays import Array, Indices, Mask
+from friction_bayes.core.arrays import Array, Indices, Integers, Mask
 from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.checks import positive
 from friction_bayes.core.declared_force import ForceFactor, declared_forces, frequencies_disagree
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.excursions import without_excursions
-from friction_bayes.decay.free_decay import after_leap, check_sampling
+from friction_bayes.decay.free_decay import FreeDecay, after_leap, check_sampling
 from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.decay.leaps import LEAST_LEAP, find_leap
 from friction_bayes.decay.located import FOUND, NOT_DECAYING, Located
 from friction_bayes.decay.location import locate_free_decays
+from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
-from friction_bayes.estimators.base import Estimator, Fits, FreeDecays
+from friction_bayes.estimators.base import SURELY_NEGATIVE, Estimator, Fit, Fits, FreeDecays
 from friction_bayes.estimators.equally_probable import EquallyProbable
-from friction_bayes.estimators.estimate import RANDOM_FORCE
+from friction_bayes.estimators.estimate import RANDOM_FORCE, surely_faster_loss
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
 from friction_bayes.estimators.noise.noise_level import looks_white
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
+from friction_bayes.estimators.result import far_apart, rather_a_push
 from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.estimators.waveform.saturation import saturation_level
@@ -42,7 +45,7 @@ from friction_bayes.records.clipping import SHORTEST_RUN, clipped_fraction
 from friction_bayes.records.clock import is_even, sampling_interval
 from friction_bayes.records.quantisation import ROUNDING
 
-__all__ = ["STATUS", "estimate_batch"]
+__all__ = ["STATUS", "WARNINGS", "estimate_batch"]
 
 STATUS = (
     "ok",
@@ -58,6 +61,20 @@ STATUS = (
     "leaps",
 )
 """Meaning of ``status`` 0, 1, 2, ..."""
+
+WARNINGS = {
+    "samples_set_aside": "samples leap out of the motion and are set aside",
+    "later_start": "a first part that does not fit the rest is left out",
+    "disturbed_release": "half cycles of a disturbed release are left out",
+    "driven_before": "a first part that loses no amplitude is left out",
+    "faster_loss": "the amplitude falls faster while it is larger",
+    "frequency": "the frequency is far from the declared one",
+    "pendulum": "the swings look like a pendulum's",
+    "negative_friction": "friction is negative",
+    "push": "a force would have to act many times as large as friction",
+}
+"""Bits of ``warnings``, the lowest first, and what they say of a record."""
+_BIT = {name: 1 << i for i, name in enumerate(WARNINGS)}
 
 _COEFFICIENTS = 5
 """Fitted to each record."""
@@ -80,6 +97,7 @@ _COLUMNS = (
     "rest_position",
     "status",
 )
+_STATUS = _COLUMNS.index("status")
 _FORCE_COLUMNS = ("random_force_probability", "random_force_sd")
 
 
@@ -93,6 +111,7 @@ def estimate_batch(
     prior: Mapping[str, float] | None = None,
     peaks: str = "highest",
     random_force: str = "auto",
+    judge: bool = True,
 ) -> xr.Dataset:
     """Estimate friction from many free decays of one system, in closed form.
 
@@ -122,6 +141,10 @@ def estimate_batch(
         How the paper's two methods pick amplitudes.
     random_force : {"auto", "none"}
         Whether a force that fluctuates may be there; method ``waveform`` alone knows one.
+    judge : bool
+        Whether to judge each record as :func:`friction_bayes.estimate` does: ``warnings`` then has what it
+        warns of and leaves out at the start, and tops that are flat below noise are ``clipped`` without a
+        random force too. This takes longer than the numbers of a record of white noise.
 
     Returns
     -------
@@ -131,12 +154,18 @@ def estimate_batch(
         ``frequency_sd`` [rad/s], ``rest_position`` and ``status``; where a random force is looked for also
         ``random_force_probability`` and ``random_force_sd``, given that there is one, both nan in records
         whose residuals are white. A record that cannot be used has a status
-        other than 0, see its attribute ``flag_meanings``, and nan elsewhere.
+        other than 0, see its attribute ``flag_meanings``, and nan elsewhere. Where records are judged,
+        ``warnings`` has a bit for each of :data:`WARNINGS`, see ``flag_masks`` and ``flag_meanings``.
 
     Raises
     ------
     InputError
         If the array is not two-dimensional, its sampling rate is missing, or an argument is wrong.
+
+    Warns
+    -----
+    RecordWarning
+        Once, with the number of records of each of the ``warnings``; not of a Dask array, which stays lazy.
     """
     estimator = estimator_named(method)
     if peaks not in PEAKS:
@@ -145,7 +174,7 @@ def estimate_batch(
         choices = ", ".join(RANDOM_FORCE)
         raise InputError("random_force", f"unknown choice {random_force!r}", f"give one of {choices}")
     with_force = random_force == "auto" and method == WaveformEstimator.name
-    columns = (*_COLUMNS, *_FORCE_COLUMNS) if with_force else _COLUMNS
+    columns = (*_COLUMNS, *_FORCE_COLUMNS * with_force, *("warnings",) * judge)
     stack, kind, unit, step = _as_stack(records, sampling_rate, quantity)
     if kind.angular != system.angular:
         expected = "inertia" if kind.angular else "mass"
@@ -174,6 +203,7 @@ def estimate_batch(
             "prior": chosen,
             "peaks": peaks,
             "with_force": with_force,
+            "judge": judge,
         },
         input_core_dims=[["time"]],
         output_core_dims=[["column"]],
@@ -181,7 +211,24 @@ def estimate_batch(
         dask_gufunc_kwargs={"output_sizes": {"column": len(columns)}},
         output_dtypes=[np.float64],
     )
-    return _as_dataset(table, columns, system, kind, unit).assign_attrs(method=method, peaks=peaks)
+    result = _as_dataset(table, columns, system, kind, unit).assign_attrs(method=method, peaks=peaks)
+    if judge and table.chunks is None:
+        said = _counted(result["warnings"].values)
+        if said:
+            warnings.warn(said, RecordWarning, stacklevel=2)
+    return result
+
+
+def _counted(found: Integers) -> str:
+    """Say how many records have each of the warnings; empty where none has any."""
+    counts = [(np.count_nonzero(found & _BIT[name]), said) for name, said in WARNINGS.items()]
+    listed = "; ".join(f"{said}: {count}" for count, said in counts if count)
+    if not listed:
+        return ""
+    return (
+        f"{np.count_nonzero(found)} of {found.size} records have warnings ({listed}): `warnings` of the "
+        "result says which, and estimate says more of each"
+    )
 
 
 def _as_stack(
@@ -225,12 +272,15 @@ def _estimate_rows(
     prior: Mapping[str, float],
     peaks: str,
     with_force: bool,
+    judge: bool,
 ) -> Array:
     """Estimate every row of an array, shape (records, n) to (records, columns)."""
     rows = max(_CHUNK_VALUES // max(values.shape[1], 1), 1)
     parts = [
         # writeable as those of a single record are: kernels are compiled for one kind of array
-        _estimate_chunk(np.require(part, np.float64, ["C", "W"]), estimator, like, prior, peaks, with_force)
+        _estimate_chunk(
+            np.require(part, np.float64, ["C", "W"]), estimator, like, prior, peaks, with_force, judge
+        )
         for part in np.split(values, range(rows, len(values), rows))
     ]
     return np.concatenate(parts)
@@ -243,10 +293,11 @@ def _estimate_chunk(
     prior: Mapping[str, float],
     peaks: str,
     with_force: bool,
+    judge: bool,
 ) -> Array:
     """Estimate rows of the system and sensor that ``like`` declares."""
     system, kind = like.system, like.quantity
-    values = _without_excursions(values, system.natural_frequency * like.step)
+    values, mended = _without_excursions(values, system.natural_frequency * like.step)
     located = locate_free_decays(values, like.step, system.natural_frequency, kind.order)
     located.status[_clipped(values, located.status == FOUND)] = _CLIPPED
     if kind.order == 0:
@@ -263,7 +314,63 @@ def _estimate_chunk(
     columns = (*friction, location * length, spread * length, over_low, over_high)
     rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
     table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
-    return _answered(table, decays, fits, estimator, prior) if with_force else table
+    flags = np.where(mended, _BIT["samples_set_aside"], 0)
+    flags[_finite(family.cdf(0.0, *coefficient)) > SURELY_NEGATIVE] |= _BIT["negative_friction"]
+    used = {row: decays.decay(row) for row in np.flatnonzero(found).tolist()}
+    white: frozenset[int] = frozenset()
+    if judge or with_force:
+        white = _white(used, fits)
+        _refuse_saturated(table, used, white)
+    if with_force:
+        table = _answered(table, used, flags, white, partial(estimator.fit, prior=prior, peaks=PEAKS[0]))
+    return np.column_stack([table, _judged(table, used, flags)]) if judge else table
+
+
+def _refuse(table: Array, row: int, status: int) -> None:
+    """Leave nothing of a record but why."""
+    table[row] = np.nan
+    table[row, _STATUS] = status
+
+
+def _white(used: Mapping[int, FreeDecay], fits: Fits) -> frozenset[int]:
+    """Rows whose residual is white noise at a glance; none of a method that leaves no residual."""
+    if fits.residual is None:
+        return frozenset()
+    white = set()
+    for row, decay in used.items():
+        phase = fits.frequency[row] * decay.time
+        long_enough = phase.size >= LEAST_SAMPLES
+        if long_enough and looks_white(fits.residual(row), phase, decay.quantity.order, _COEFFICIENTS):
+            white.add(row)
+    return frozenset(white)
+
+
+def _refuse_saturated(table: Array, used: dict[int, FreeDecay], white: frozenset[int]) -> None:
+    """Refuse records whose tops are flat below noise, and take them out of those used.
+
+    Flat tops leave no white noise.
+    """
+    doubtful = [row for row in used if row not in white]
+    for row in [row for row in doubtful if saturation_level(used[row]) is not None]:
+        _refuse(table, row, _CLIPPED)
+        del used[row]
+
+
+def _judged(table: Array, used: Mapping[int, FreeDecay], flags: Integers) -> Integers:
+    """Bits of the warnings of each record, shape (records,): those found, and those of the decays used."""
+    judged = np.zeros_like(flags)
+    frequency = table[:, [_COLUMNS.index(name) for name in ("frequency", "frequency_sd")]]
+    for row, decay in used.items():
+        found = {
+            "later_start": decay.later > 0,
+            "disturbed_release": decay.disturbed > 0,
+            "driven_before": decay.driven,
+            "faster_loss": surely_faster_loss(decay) is not None,
+            "frequency": far_apart(decay.system, *frequency[row].tolist()),
+            "pendulum": bool(pendulum_notes(decay)),
+        }
+        judged[row] = flags[row] | sum(_BIT[name] for name, applies in found.items() if applies)
+    return judged
 
 
 def _set_leaps_apart(values: Array, located: Located) -> None:
@@ -280,12 +387,13 @@ def _set_leaps_apart(values: Array, located: Located) -> None:
             located.status[row] = _LEAPS
 
 
-def _without_excursions(values: Array, angle: float) -> Array:
-    """Rows in which isolated excursions are replaced; those with values that are not finite as they are."""
-    mended = values.copy()
+def _without_excursions(values: Array, angle: float) -> tuple[Array, Mask]:
+    """Rows in which isolated excursions are replaced, and which; those that are not finite as they are."""
+    mended, which = values.copy(), np.zeros(len(values), dtype=np.bool_)
     for row in np.flatnonzero(np.isfinite(values).all(axis=1)).tolist():
-        mended[row] = without_excursions(values[row], angle)[0]
-    return mended
+        mended[row], stray = without_excursions(values[row], angle)
+        which[row] = stray.size > 0
+    return mended, which
 
 
 def _friction(
@@ -328,32 +436,31 @@ def _in_force(family: Any, coefficient: tuple[Array, ...], factors: tuple[ForceF
 
 
 def _answered(
-    table: Array, decays: FreeDecays, fits: Fits, estimator: Estimator, prior: Mapping[str, float]
+    table: Array,
+    used: dict[int, FreeDecay],
+    flags: Integers,
+    white: frozenset[int],
+    fit_of: Callable[[FreeDecay], Fit],
 ) -> Array:
     """Add the columns of a random force, and answer as :func:`friction_bayes.estimate` does.
 
     But where a glance at the residual shows white noise alone: the fit is the answer there, and what
-    ``estimate`` adds to it is the few per cent of a force that no record excludes.
+    ``estimate`` adds to it is the few per cent of a force that no record excludes. ``used`` is left with the
+    decays that were answered, and ``flags`` with what their forces are warned of for.
     """
-    assert fits.residual is not None
     table = np.column_stack([table, np.full((len(table), len(_FORCE_COLUMNS)), np.nan)])
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
-    system, kind, unit = decays.system, decays.quantity, decays.unit
-    for row in np.flatnonzero(fits.found).tolist():
-        decay = decays.decay(row)
-        phase = fits.frequency[row] * decay.time
-        positive = table[row, column["friction_low"]] > 0.0
-        long_enough = phase.size >= LEAST_SAMPLES
-        if positive and long_enough and looks_white(fits.residual(row), phase, kind.order, _COEFFICIENTS):
+    for row, decay in list(used.items()):
+        system, kind, unit = decay.system, decay.quantity, decay.unit
+        if row in white and table[row, column["friction_low"]] > 0.0:
             continue
-        status = _CLIPPED if saturation_level(decay) is not None else FOUND
-        if status == FOUND:
-            decay, fit = answered(decay, partial(estimator.fit, prior=prior, peaks=PEAKS[0]))
-            status = NOT_DECAYING if fit.surely_negative else FOUND
-        if status != FOUND:
-            table[row] = np.nan
-            table[row, column["status"]] = status
+        used[row], fit = answered(decay, fit_of)
+        if fit.surely_negative:
+            _refuse(table, row, NOT_DECAYING)
+            del used[row]
             continue
+        flags[row] &= ~_BIT["negative_friction"]
+        flags[row] |= _BIT["push"] * rather_a_push(fit.random_force)
         new = {
             "noise_sd": fit.noise_sd,
             "frequency": fit.frequency,
@@ -442,6 +549,12 @@ def _as_dataset(
     result["status"] = column["status"].astype(np.int8)
     for name, value in units.items():
         result[name].attrs["units"] = value
+    if "warnings" in column:
+        result["warnings"] = column["warnings"].astype(np.int16)
+        result["warnings"].attrs = {
+            "flag_masks": np.array(list(_BIT.values()), dtype=np.int16),
+            "flag_meanings": " ".join(WARNINGS),
+        }
     result["status"].attrs = {
         "flag_values": np.arange(len(STATUS), dtype=np.int8),
         "flag_meanings": " ".join(STATUS),

@@ -19,21 +19,22 @@ from friction_bayes.core.text import number
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import PEAKS
+from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.acceptance import accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.envelope.loss_of_amplitude import faster_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss, faster_loss
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
 from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
-from friction_bayes.estimators.waveform.saturation import saturation_level
+from friction_bayes.estimators.waveform.saturation import refuse_saturated
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.readings_alone import readings_alone
 from friction_bayes.records.record import record_name, validate_record
 
-__all__ = ["RANDOM_FORCE", "estimate", "prior_mapping", "refuse_clipped"]
+__all__ = ["RANDOM_FORCE", "estimate", "prior_mapping", "refuse_clipped", "surely_faster_loss"]
 
 RANDOM_FORCE = ("auto", "none")
 """Whether a random force may be there."""
@@ -139,7 +140,7 @@ def estimate(
         record, _ = set_excursions_aside(record, system)
         refuse_clipped(record)
         decay = find_free_decay(record, system, start=start, rest_position=rest_position)
-        _refuse_saturated(decay)
+        refuse_saturated(decay)
         spline: list[str] = []
         if method != WaveformEstimator.name and not decay.evenly_spaced:
             decay = decay.on_even_grid()
@@ -154,6 +155,7 @@ def estimate(
         else:
             fit = fit_of(decay)
         warned = _faster_loss_note(decay)
+        pendulum = pendulum_notes(decay)
         acceptance = None
         if accept_precision is not None:
             acceptance = accept_by_threshold(
@@ -174,9 +176,10 @@ def estimate(
             acceptance=acceptance,
             notes=(
                 *warned,
+                *pendulum,
                 *decay.notes,
                 *fit.notes,
-                *force_notes(decay, fit),
+                *force_notes(decay, fit, slower_swings=bool(pendulum)),
                 *spline,
                 *_provenance(record),
             ),
@@ -200,16 +203,6 @@ def _precision_of(fit: Fit, method: str) -> Any:
     return fit.precision
 
 
-def _refuse_saturated(decay: FreeDecay) -> None:
-    level = saturation_level(decay)
-    if level is not None:
-        raise InputError(
-            decay.name,
-            f"the sensor saturates: tops are flat some {level:.4g} {decay.unit} from the rest position",
-            "start after them (--start), or take a sensor with more range",
-        )
-
-
 def _refuse_negative(decay: FreeDecay, fit: Fit) -> None:
     """Refuse what loses no amplitude by any account."""
     if fit.surely_negative:
@@ -229,10 +222,16 @@ def _refuse_other_signal(decay: FreeDecay, set_up: FreeDecay) -> None:
         )
 
 
+def surely_faster_loss(decay: FreeDecay) -> FasterLoss | None:
+    """The loss of amplitude where it is surely not that of dry friction alone; None otherwise."""
+    faster = faster_loss(decay)
+    return None if faster is None or faster.probability < _SURELY else faster
+
+
 def _faster_loss_note(decay: FreeDecay) -> list[str]:
     """Warn of a decay that loses more than dry friction alone would: the number is then another law's."""
-    faster = faster_loss(decay)
-    if faster is None or faster.probability < _SURELY:
+    faster = surely_faster_loss(decay)
+    if faster is None:
         return []
     text = (
         f"{decay.name}: the amplitude falls faster while it is larger (probability "

@@ -30,7 +30,7 @@ from friction_bayes.estimators.acceptance import Acceptance
 from friction_bayes.estimators.base import Fit, RandomForce
 from friction_bayes.estimators.equally_probable import EquallyProbable
 
-__all__ = ["Estimate", "force_notes"]
+__all__ = ["Estimate", "far_apart", "force_notes", "rather_a_push"]
 
 _NO_FLUCTUATION = 5.0
 """Times friction itself, beyond which a random force stands for something else: a warning is given then."""
@@ -310,8 +310,14 @@ def _taken_as_exact(factors: tuple[ForceFactor, ...]) -> bool:
     return len(factors) == 1 and factors[0].relative_sd == 0.0
 
 
-def force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
+def force_notes(decay: FreeDecay, fit: Fit, *, slower_swings: bool = False) -> list[str]:
     """Notes on the friction force that follows from a fit of the signal.
+
+    Parameters
+    ----------
+    decay, fit
+    slower_swings : bool
+        Whether the frequency is known to be that of large swings, which are slower.
 
     Warns
     -----
@@ -325,10 +331,21 @@ def force_notes(decay: FreeDecay, fit: Fit) -> list[str]:
             "the sensor is not calibrated: friction is the friction force over "
             f"{_factor_symbol(system, order)}, in the signal's own unit, {decay.unit}"
         )
-    notes += _negative_note(fit) + _frequency_note(decay, fit) + _random_force_notes(fit)
+    notes += _negative_note(fit) + _frequency_note(decay, fit, slower_swings) + _random_force_notes(fit)
     if _calibrated(decay) and _taken_as_exact(_force_factors(decay, fit)):
         notes.append(f"{_exact(system, order)} uncertainty is not in the friction interval")
     return notes
+
+
+def far_apart(system: Oscillator, frequency: float, frequency_sd: float) -> bool:
+    """Whether a frequency found [rad/s] is so far from the declared one that a warning is given."""
+    apart = abs(frequency / system.natural_frequency - 1.0)
+    return apart > _WORTH_A_WARNING and bool(frequencies_disagree(system, frequency, frequency_sd))
+
+
+def rather_a_push(force: RandomForce | None) -> bool:
+    """Whether a random force is so large that it stands for something else, and a warning is given."""
+    return force is not None and force.probability > 0.5 and force.share_of_friction > _NO_FLUCTUATION
 
 
 def _negative_note(fit: Fit) -> list[str]:
@@ -349,7 +366,7 @@ def _random_force_notes(fit: Fit) -> list[str]:
     if force is None or force.probability <= 0.5:
         return []
     notes = []
-    if force.share_of_friction > _NO_FLUCTUATION:
+    if rather_a_push(force):
         notes.append(
             f"beside friction a force would have to act {force.share_of_friction:.0f} times as large, which "
             "is rather a push, another law or an error of the sensor: close-loop, or a part of the record "
@@ -392,16 +409,15 @@ def _exact(system: Oscillator, order: int) -> str:
     )[order]
 
 
-def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
+def _frequency_note(decay: FreeDecay, fit: Fit, slower_swings: bool) -> list[str]:
     """Give both frequencies and both forces where the declared system does not swing as the record does."""
     system, found, sd = decay.system, fit.frequency, fit.frequency_sd
     if not frequencies_disagree(system, found, sd):
         return []
     apart = float(disagreement(system, found, sd))
-    text = (
-        f"the record swings at {found:.5g} rad/s, declared {system.moving_name} and stiffness imply "
-        f"{system.natural_frequency:.5g} rad/s, {apart:.0f} standard deviations apart"
-    )
+    text = f"the record {decay.both_frequencies(found)}, {apart:.0f} standard deviations apart: "
+    far = "" if slower_swings else decay.far_from_declared(found)
+    text += far and f"{far}; "
     if _calibrated(decay):
         coefficient, unit = float(fit.coefficient.mean()), system.friction_unit
         forces = [
@@ -409,7 +425,7 @@ def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
             for factor in (by_stiffness, by_mass)
         ]
         text += (
-            f": friction is {forces[0]:.4g} {unit} with the declared stiffness "
+            f"friction is {forces[0]:.4g} {unit} with the declared stiffness "
             f"and {forces[1]:.4g} {unit} with the declared {system.moving_name}; "
         )
         text += (
@@ -418,10 +434,8 @@ def _frequency_note(decay: FreeDecay, fit: Fit) -> list[str]:
             else f"the {system.trust} is trusted"
         )
     else:
-        text += (
-            f": friction in {decay.unit} does not depend on them, but a force computed from it would: "
-            f"check {system.moving_name} and stiffness"
-        )
-    if abs(found / system.natural_frequency - 1.0) > _WORTH_A_WARNING:
+        text += f"friction in {decay.unit} does not depend on them, but a force computed from it would"
+        text += "" if far else f": check {system.moving_name} and stiffness"
+    if far_apart(system, found, sd):
         warnings.warn(text, RecordWarning, stacklevel=4)
     return [text]

@@ -102,6 +102,7 @@ def build_report(
         friction_before=judged.friction_before.to_dict(),
         friction_after=judged.friction.to_dict(),
         friction_range=judged.friction_range,
+        friction_agreed=judged.friction_agreed,
         prior_sensitivity=judged.sensitivity,
         dry_friction=judged.dry,
         held_out_error=judged.held_out,

@@ -24,7 +24,13 @@ from friction_bayes.loop.mixture.mixture import Family, Mixture, mixture_of
 from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
 from friction_bayes.loop.report.friction_range import Reading, coulomb_alone, friction_range, pooled
 from friction_bayes.loop.report.result import RecordTrace
-from friction_bayes.loop.report.verdict import UNEXPLAINED, Consequences, verdict
+from friction_bayes.loop.report.verdict import (
+    CREDIBLE_MASS,
+    UNEXPLAINED,
+    Consequences,
+    credible_count,
+    verdict,
+)
 from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
@@ -55,6 +61,8 @@ class Judgement:
         The same.
     sensitivity : dict
         The report's ``prior_sensitivity``.
+    friction_agreed : bool
+        The report's.
     shift : float
         How far friction could shift for what is left, as it is reported.
     forecasts : tuple
@@ -73,6 +81,7 @@ class Judgement:
     held_out: dict[str, Any]
     left: dict[str, Any]
     sensitivity: dict[str, Any]
+    friction_agreed: bool
     shift: float
     forecasts: tuple[tuple[Forecast, ...], tuple[Forecast, ...]]
     traces: tuple[RecordTrace, ...]
@@ -123,6 +132,9 @@ def judge(
     ).against()
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
     sensitivity = prior_sensitivity(mixture.draws, mixture.sets)
+    count = credible_count(mixture.probabilities)
+    # all agree on a friction that may be none
+    agreed = dry["probability"] >= CREDIBLE_MASS and mixture.same_friction(count)
     alone, readings = coulomb_alone(before, rng_before), None
     if word == UNEXPLAINED:
         readings, mixture = _unexplained(alone, families, mixture, filtered, rng_pool)
@@ -140,6 +152,7 @@ def judge(
         held_out=held_out,
         left=left,
         sensitivity=sensitivity,
+        friction_agreed=agreed and word != UNEXPLAINED,
         shift=shift,
         forecasts=forecasts,
         traces=traces,

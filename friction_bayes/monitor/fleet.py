@@ -141,7 +141,7 @@ def fleet_work(records: xr.DataArray, system: Oscillator, *, threshold: float | 
     # mass and stiffness are common to all points: their spread comes in at the threshold
     exact = replace(system, mass_sd=0.0, inertia_sd=0.0, stiffness_sd=0.0)
     ordered, blocks = _in_blocks(records.transpose(machine, point, "time"))
-    estimates = estimate_batch(_one_a_row(ordered), exact, random_force="none")
+    estimates = estimate_batch(_one_a_row(ordered), exact, random_force="none", judge=False)
     kind = quantity_named(estimates.attrs["quantity"])
     unit = estimates["friction_mean"].attrs["units"]
     factors = declared_forces(system, kind, system.natural_frequency, disagree=False)

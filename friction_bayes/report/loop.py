@@ -12,6 +12,7 @@ from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.report.page import render_page, reproduction
 from friction_bayes.report.story import (
     CHANNELS,
+    friction_agreed,
     loop_story,
     shown_lines,
     shown_parameters,
@@ -74,6 +75,7 @@ def loop_page(
         figures=figures,
         captions=_CAPTIONS,
         the_records=the_records(len(records)),
+        agreed=friction_agreed(report),
         sentence=verdict_sentence(report, len(records)),
         tiles=_tiles(report),
         tests=list(dict.fromkeys([*before, *after])),

@@ -24,6 +24,7 @@ __all__ = [
     "CHANNELS",
     "between_records",
     "effect_lines",
+    "friction_agreed",
     "known_within",
     "loop_story",
     "paper_words",
@@ -83,6 +84,12 @@ def the_records(count: int) -> str:
     return "the record" if count == 1 else "the records"
 
 
+def friction_agreed(report: Report) -> str:
+    """What follows the word of the verdict where only the effect is open; empty otherwise."""
+    agreed = report["verdict"] == AMBIGUOUS and report["friction_agreed"]
+    return " which effect, friction is agreed on" if agreed else ""
+
+
 def verdict_sentence(report: Report, records: int = 1) -> str:
     """Say the verdict in one sentence, and in a second one which part of it a sampler went over.
 
@@ -111,13 +118,21 @@ def _verdict(report: Report, records: int) -> str:
         return f"Coulomb friction with {name} explains {what} ({share}): what is left is {left}. {known}"
     if report["verdict"] == AMBIGUOUS:
         credible = credible_candidates(report["candidates"])
+        known = f" {known_within(report['friction_after'])}" if friction_agreed(report) else ""
+        if len(credible) == 1:
+            beside = f" with {name}" if best["effects"] else ""
+            matters = percent(report["dry_friction"]["probability"])
+            return (
+                f"Coulomb friction{beside} explains {what} ({share}), but the probability that dry friction "
+                f"matters is only {matters}: a longer record, to the stop, would show."
+            )
         law = set(best["effects"]) - {"random_force"}
         if all(set(c["effects"]) - {"random_force"} == law for c in credible):
-            return _with_or_without_random_force(credible, records)
+            return _with_or_without_random_force(credible, records) + known
         tied = [f"{set_words(c['effects'])} ({percent(c['probability'])})" for c in credible]
         if len(tied) > _MOST_NAMED:
             tied = [*tied[:_MOST_NAMED], f"{len(tied) - _MOST_NAMED} more"]
-        return f"{what.capitalize()} cannot tell {listed(tied)} apart; friction is averaged over them."
+        return f"{what.capitalize()} cannot tell {listed(tied)} apart; friction is averaged over them.{known}"
     against = "; ".join(_AGAINST[fault](report, what) for fault in report["because"])
     # a sentence begins with it
     against = against[0].upper() + against[1:]
@@ -247,7 +262,10 @@ def loop_story(report: Report, records: int = 1) -> list[tuple[str, str]]:
         Of how many records.
     """
     rows = [
-        ("verdict", f"{report['verdict'].upper()}: {verdict_sentence(report, records)}"),
+        (
+            "verdict",
+            f"{report['verdict'].upper()}{friction_agreed(report)}: {verdict_sentence(report, records)}",
+        ),
         ("friction before", with_interval(report["friction_before"])),
         ("friction after", with_interval(report["friction_after"])),
         ("dry friction", _dry_friction(report["dry_friction"])),

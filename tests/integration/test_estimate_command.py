@@ -123,6 +123,9 @@ def test_wrong_mass_is_told(csv: Path, capsys: pytest.CaptureFixture[str]) -> No
     # r = k d = 0.5 N; m w^2 d = 13 * 100 * 5e-4 = 0.65 N
     assert "declared stiffness" in text
     assert "0.65" in text
+    assert "swings at 1.59" in text
+    assert "imply 1.3959 Hz" in text
+    assert "check mass, stiffness and their units" in text
     assert result["frequency"]["mean"] == pytest.approx(10.0, rel=1e-3)
     assert result["frequency"]["declared"] == pytest.approx(np.sqrt(1000.0 / 13.0))
 

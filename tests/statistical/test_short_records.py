@@ -31,6 +31,7 @@ def hits(quantity: str, method: str, rng: np.random.Generator) -> np.ndarray:
             method=method,
             # by default so short a record is as wide as its amplitudes alone at least, and covers more
             random_force="none",
+            judge=False,
         )
         low, high = result["friction_interval90"].values[result["status"].values == 0].T
         found.append((low <= friction) & (friction <= high))

@@ -272,9 +272,11 @@ class PreparedDecay:
         if not regression.clock.even or self.decay.block > 1:
             return [], 0.0
         free = laid.with_free_corners(self.friction).regression.columns
-        phase, signal = regression.clock.phase, self.natural(laid)
+        phase = regression.clock.phase
+        signal = np.where(self._missing, np.nan, self.natural(laid))
         angle = float(phase[-1] - phase[0]) / (phase.size - 1)
-        return likely_filters(signal, signal - regression.target, regression.columns, free, angle, laid.order)
+        known = self.natural(laid) - regression.target
+        return likely_filters(signal, known, regression.columns, free, angle, laid.order)
 
     def along_fit(self) -> Laid:
         """Regression along the trajectory that was fitted."""

@@ -67,7 +67,7 @@ def likely_filters(
     Parameters
     ----------
     signal : ndarray, shape (n,)
-        Evenly spaced samples.
+        Evenly spaced samples, nan where one is missing.
     known : ndarray, shape (n,)
         What of them has no coefficient.
     columns : ndarray, shape (n, p)
@@ -179,7 +179,9 @@ class _Spectra:
         """What columns, a zero that drifts and a swing that wanders leave of a signal."""
         columns = np.hstack([columns, self._slow])
         columns = columns / np.linalg.norm(columns, axis=0)
-        return np.asarray(signal - columns @ near_least_squares(_gram(columns, signal)))
+        known = np.isfinite(signal)
+        left = np.asarray(signal - columns @ near_least_squares(_gram(columns[known], signal[known])))
+        return left if known.all() else np.interp(np.arange(left.size), np.flatnonzero(known), left[known])
 
     def _price(self, coefficients: int) -> float:
         """Of what has been fitted, by the Bayesian information criterion."""

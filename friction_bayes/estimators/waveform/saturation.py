@@ -19,13 +19,14 @@ from numba import njit
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.errors import InputError
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.waveform.coulomb_signal import signal_derivatives, signals
 from friction_bayes.estimators.waveform.least_squares import fit_waveforms
 from friction_bayes.estimators.waveform.normal_equations import ADVANCE, COEFFICIENTS, PHASE, Samples
 
-__all__ = ["saturation_level"]
+__all__ = ["refuse_saturated", "saturation_level"]
 
 _INSIDE = 0.55
 """Of the largest excursion: a sensor that saturates lower has lost more than half of the motion."""
@@ -92,6 +93,23 @@ def saturation_level(decay: FreeDecay) -> float | None:
     )
     evidence = float(logsumexp(found)) - math.log(found.size) + _LOG_PRIOR
     return float(levels[int(np.argmax(found)) % levels.size]) if evidence > _SURE else None
+
+
+def refuse_saturated(decay: FreeDecay) -> None:
+    """Refuse a decay whose tops are flat below noise.
+
+    Raises
+    ------
+    InputError
+        Saying how far from the rest position they are flat.
+    """
+    level = saturation_level(decay)
+    if level is not None:
+        raise InputError(
+            decay.name,
+            f"the sensor saturates: tops are flat some {level:.4g} {decay.unit} from the rest position",
+            "start after them (--start), or take a sensor with more range",
+        )
 
 
 @njit(cache=True, nogil=True)

@@ -16,7 +16,9 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.block_means import amplitude_kept, block_means, samples_in_block, torn_blocks
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
+from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.phase_tracking import nearest_turning_points
+from friction_bayes.estimators.waveform.saturation import refuse_saturated
 from friction_bayes.loop.data.held_release import held_samples
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import sampling_interval
@@ -88,7 +90,11 @@ class Segment:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a reader must know of the record and of what was done to it before any model."""
-        notes = self.decay.notes
+        pendulum = pendulum_notes(self.decay)
+        notes = pendulum + self.decay.notes
+        far = self.decay.far_from_declared(self.decay.frequency)
+        if far and not pendulum:
+            notes += (f"{self.decay.name}: {self.decay.both_frequencies(self.decay.frequency)}: {far}",)
         if self.held:
             notes += (
                 f"{self.decay.name}: held at first: the {self.held * self.block} samples before the release, "
@@ -160,7 +166,8 @@ def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Se
     Raises
     ------
     InputError
-        If there is no record, a record is unusable, or records hold different quantities or units.
+        If there is no record, a record is unusable, as where tops are flat below noise, or records hold
+        different quantities or units.
     """
     if not records:
         raise InputError("records", "none given", "give at least one record")
@@ -197,6 +204,9 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     if before_release:
         start = decay.start_time + before_release * decay.step
         decay = find_free_decay(with_values(record, tame), system, start=start, resolution=resolution)
+    if not clips:
+        # noise on top of a flat top leaves no samples at one value, which are all that can be censored
+        refuse_saturated(decay)
     clock = np.asarray(record["time"].values, dtype=np.float64)
     first = int(np.searchsorted(clock, decay.start_time))
     moving = decay.values.size

@@ -21,6 +21,7 @@ from friction_bayes.loop.report.friction_range import Reading
 from friction_bayes.loop.report.next_experiment import Contender
 from friction_bayes.loop.report.reference_force import ResistingForce
 from friction_bayes.loop.report.result import RecordTrace
+from friction_bayes.loop.report.verdict import SAME_FRICTION
 from friction_bayes.loop.search.draws import DRAWS, shared_out
 from friction_bayes.loop.search.residual_tests import ResidualTests
 
@@ -239,6 +240,20 @@ class Mixture:
             own_low, own_high = np.quantile(own, TAILS)
             found[c] = low <= own.mean() <= high or own_low <= mean <= own_high
         return found
+
+    def same_friction(self, count: int) -> bool:
+        """Whether the ``count`` most probable candidates agree on friction, each by itself.
+
+        Their means then differ by no more than a hundredth, or lie within the 90 % interval of the most
+        probable one: not in that over all, which is as wide as they differ.
+        """
+        own = [self.draws.friction[self.draws.candidate == c] for c in range(count)]
+        if any(each.size == 0 for each in own):
+            return False
+        means = np.array([each.mean() for each in own])
+        low, high = np.quantile(own[0], TAILS)
+        alike = np.ptp(means) <= SAME_FRICTION * np.abs(means).max()
+        return bool(alike or np.all((low <= means) & (means <= high)))
 
     def with_friction(self, friction: Array) -> Mixture:
         """The same with other draws of friction, shape (k,), which belong to none of the candidates."""

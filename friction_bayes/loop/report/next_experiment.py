@@ -23,6 +23,7 @@ from friction_bayes.loop.data.model import LoopModel, Prediction
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.noise.autoregression import variance_gain
 from friction_bayes.loop.noise.likelihood import whiten
+from friction_bayes.loop.report.verdict import SAME_FRICTION
 from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.statespace import kalman
 from friction_bayes.statespace.kalman import Clock, sensor_row
@@ -43,8 +44,6 @@ _STATE_STEP = 1e-4
 """Difference step in the initial state, in amplitudes."""
 _STATE_SD = 0.1
 """Standard deviation of the initial state of the further record, in amplitudes."""
-_SAME_FRICTION = 0.01
-"""Relative spread of friction over the candidates below which the choice among them does not matter."""
 _RECORDS = 100
 """Simulated records over which the scatter of two candidates is compared."""
 
@@ -158,7 +157,7 @@ def _agreement_on_friction(candidates: Sequence[Contender]) -> str:
     """Say so where friction hardly depends on which candidate is right."""
     frictions = [candidate.friction for candidate in candidates]
     spread = (max(frictions) - min(frictions)) / max(max(frictions), 1e-300)
-    if spread > _SAME_FRICTION:
+    if spread > SAME_FRICTION:
         return ""
     return f"; the candidates agree on friction within {max(100.0 * spread, 0.01):.2g} %"
 

@@ -135,6 +135,9 @@ class LoopReport:
     friction_range : dict or None
         Where the record is unexplained: the ``readings`` of friction, each with ``what`` it is and its
         summary, ``low`` and ``high``, between which their means lie, and ``unit``; None otherwise.
+    friction_agreed : bool
+        Whether the candidates that hold 95 % agree on friction, each by itself, and dry friction matters with
+        a probability of 95 %; False where the record is unexplained.
     dry_friction : dict
         Whether dry friction matters: ``probability`` that it takes more than the tolerance's share of the
         loss of amplitude, ``upper95`` below which it lies with 95 % if there is any, and ``unit``.
@@ -208,6 +211,7 @@ class LoopReport:
     friction_between_records: dict[str, Any] | None = None
     friction_range: dict[str, Any] | None = None
     notes: tuple[str, ...] = ()
+    friction_agreed: bool = False
 
     def __repr__(self) -> str:
         friction, closest = self.friction_after, set_words(self.candidates[0]["effects"])

@@ -15,6 +15,7 @@ from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 __all__ = [
     "AMBIGUOUS",
     "CREDIBLE_MASS",
+    "SAME_FRICTION",
     "UNEXPLAINED",
     "Consequences",
     "credible_candidates",
@@ -25,6 +26,8 @@ __all__ = [
 CREDIBLE_MASS = 0.95
 AMBIGUOUS = "ambiguous"
 UNEXPLAINED = "unexplained"
+SAME_FRICTION = 0.01
+"""Relative spread of friction over the candidates below which the choice among them does not matter."""
 
 _MOST_SHIFT = 0.5
 """Shift of friction for what is left, over the friction that alone would explain the loss of amplitude."""

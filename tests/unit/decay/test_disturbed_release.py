@@ -83,5 +83,6 @@ def test_one_record_or_many_are_cut_alike(seed: int) -> None:
     records = np.stack([pushed_decay(push=push, seed=seed).values for push in (-6.0, 0.0, 6.0)])
     together = locate_free_decays(records, 0.01, SYSTEM.natural_frequency, 0)
     np.testing.assert_array_equal((together.disturbed > 0) | together.driven, [True, False, True])
-    many = fb.estimate_batch(records, SYSTEM, sampling_rate=100.0, random_force="none")
+    with pytest.warns(fb.RecordWarning, match="2 of 3 records have warnings .*are? left out"):
+        many = fb.estimate_batch(records, SYSTEM, sampling_rate=100.0, random_force="none")
     np.testing.assert_allclose(many["friction_mean"], FRICTION, rtol=0.01)

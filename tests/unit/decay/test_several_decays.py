@@ -49,7 +49,7 @@ def test_nothing_is_estimated_of_several_at_once(rng: np.random.Generator) -> No
         estimate(record, SYSTEM)
     both = np.stack([signal, np.resize(recording_of_decays((0.02,)), signal.size)])
     both[1, 920:] = both[1, 919]
-    status = estimate_batch(both, SYSTEM, sampling_rate=100.0)["status"].values
+    status = estimate_batch(both, SYSTEM, sampling_rate=100.0, judge=False)["status"].values
     assert [STATUS[k] for k in status] == ["several_decays", "ok"]
 
 

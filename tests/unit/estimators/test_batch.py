@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from functools import partial
 
 import dask.array as da
@@ -10,19 +11,20 @@ import pytest
 import xarray as xr
 from scipy import stats
 
-from decays import SYSTEM
+from decays import SYSTEM, long_decay, pushed_decay
 from friction_bayes import (
     Estimate,
     InputError,
     Oscillator,
     Pendulum,
+    RecordWarning,
     estimate,
     estimate_batch,
     make_record,
     simulate,
 )
 from friction_bayes.conjugate.scaled_distribution import scaled, scaled_moments, scaled_quantiles
-from friction_bayes.estimators.batch import STATUS
+from friction_bayes.estimators.batch import STATUS, WARNINGS
 from friction_bayes.estimators.registry import ESTIMATORS
 
 METHODS = tuple(ESTIMATORS)
@@ -266,3 +268,98 @@ def test_records_that_are_not_white_are_averaged_over_accounts_as_one_record_is(
     assert result["random_force_sd"].attrs["units"] == "N"
     with pytest.raises(InputError, match="random_force"):
         estimate_batch(values, SYSTEM, sampling_rate=RATE, random_force="some")
+
+
+def driven_decay() -> xr.DataArray:
+    """A decay after five seconds of steady motion."""
+    decay = long_decay(sampling_rate=100.0, noise_sd=0.0, seed=4).values
+    steady = decay[0] * np.cos(0.1 * np.arange(-500, 0))
+    values = np.concatenate([steady, decay]) + 1e-4 * np.random.default_rng(4).standard_normal(
+        500 + decay.size
+    )
+    return make_record(np.arange(values.size) / 100.0, values, "displacement")
+
+
+DOUBTS = {
+    "none": (long_decay(sampling_rate=100.0, noise_sd=1e-4, seed=1), set()),
+    "damping": (
+        long_decay(
+            sampling_rate=100.0, noise_sd=1e-4, seed=2, effects={"viscous_damping.damping_ratio": 0.004}
+        ),
+        {"faster_loss"},
+    ),
+    "hand against": (pushed_decay(push=-3.0), {"disturbed_release"}),
+    "drive": (driven_decay(), {"driven_before"}),
+    "stray sample": (long_decay(sampling_rate=100.0, noise_sd=1e-4, seed=3), {"samples_set_aside"}),
+}
+"""Records of which ``estimate`` says something before or beside the number, and which warnings these are."""
+SAID = {
+    "faster_loss": "falls faster while it is larger",
+    "later_start": "it does not fit the rest",
+    "disturbed_release": "the release was still disturbed",
+    "driven_before": "no amplitude was lost up to",
+    "samples_set_aside": "set aside as outliers",
+    "frequency": "standard deviations apart",
+}
+
+
+def doubtful() -> np.ndarray:
+    rows = np.array([record.values[:1200] for record, _ in DOUBTS.values()])
+    rows[-1, 700] += 1.0
+    return rows
+
+
+def names_of(bits: int) -> set[str]:
+    return {name for i, name in enumerate(WARNINGS) if bits & (1 << i)}
+
+
+@pytest.mark.parametrize("random_force", ["auto", "none"])
+def test_what_estimate_says_has_its_bit_and_is_counted_once(random_force: str) -> None:
+    values = doubtful()
+    with pytest.warns(RecordWarning) as said:
+        result = estimate_batch(values, SYSTEM, sampling_rate=100.0, random_force=random_force)
+    (summary,) = said
+    assert str(summary.message).startswith("4 of 5 records have warnings (samples leap out of the motion and")
+    assert "the amplitude falls faster while it is larger: 1" in str(summary.message)
+    assert summary.filename == __file__
+    assert result["warnings"].attrs["flag_meanings"].split() == list(WARNINGS)
+    assert result["warnings"].attrs["flag_masks"].tolist() == [1 << i for i in range(len(WARNINGS))]
+    found = [names_of(bits) for bits in result["warnings"].values.tolist()]
+    # the start may be moved on where a random force is looked for
+    assert [names - {"later_start"} for names in found] == [names for _, names in DOUBTS.values()]
+    for row, names in zip(values, found, strict=True):
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            one = estimate(
+                make_record(np.arange(row.size) / 100.0, row, "displacement"),
+                SYSTEM,
+                random_force=random_force,
+            )
+        texts = " ".join([*one.notes, *(str(each.message) for each in told)])
+        assert {name for name, text in SAID.items() if text in texts} == names
+
+
+def test_a_frequency_far_from_the_declared_one_has_its_bit() -> None:
+    wrong = Oscillator(mass=13.0, stiffness=1000.0)
+    with pytest.warns(RecordWarning, match="2 of 2 records .*the frequency is far from the declared one: 2"):
+        result = estimate_batch(doubtful()[:1].repeat(2, axis=0), wrong, sampling_rate=100.0)
+    assert [names_of(bits) for bits in result["warnings"].values.tolist()] == [{"frequency"}] * 2
+
+
+def test_nothing_is_judged_where_it_is_not_asked_for_and_dask_stays_silent() -> None:
+    values = doubtful()[:2]
+    plain_numbers = estimate_batch(values, SYSTEM, sampling_rate=100.0, judge=False)
+    assert "warnings" not in plain_numbers
+    lazy = estimate_batch(da.from_array(values, chunks=(1, 400)), SYSTEM, sampling_rate=100.0).compute()
+    assert names_of(int(lazy["warnings"][1])) == {"faster_loss"}
+    xr.testing.assert_allclose(lazy.drop_vars("warnings"), plain_numbers, rtol=1e-12)
+
+
+def test_tops_flat_below_noise_are_clipped_with_a_random_force_and_without() -> None:
+    values = long_decay(sampling_rate=100.0, noise_sd=0.0, seed=1).values
+    noise = 1e-4 * np.random.default_rng(1).standard_normal(values.size)
+    values = np.clip(values, -0.035, 0.035) + noise
+    for random_force in ("auto", "none"):
+        result = estimate_batch(values[None], SYSTEM, sampling_rate=100.0, random_force=random_force)
+        assert STATUS[int(result["status"][0])] == "clipped"
+        assert result["warnings"].values.tolist() == [0]

@@ -18,7 +18,12 @@ RIGHT: dict[str, Any] = {"mass": 10.0, "stiffness": 1000.0}
 FRICTION = 0.07
 NOISE = {"displacement": 2e-4, "velocity": 2e-3, "acceleration": 2e-2}
 RECORDS = 12
-pytestmark = pytest.mark.filterwarnings("ignore:the record swings:friction_bayes.core.errors.RecordWarning")
+pytestmark = [
+    pytest.mark.filterwarnings("ignore:the record swings:friction_bayes.core.errors.RecordWarning"),
+    pytest.mark.filterwarnings(
+        "ignore:.* records have warnings .the frequency is far from:friction_bayes.core.errors.RecordWarning"
+    ),
+]
 
 
 def record(seed: int, quantity: str = "displacement") -> xr.DataArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from friction_bayes.loop.infer.cells import Cells
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.loop.mixture.force_family import ForceFamily
 from friction_bayes.loop.mixture.joint_family import JointFamily, joint_family
-from friction_bayes.loop.mixture.mixture import Family, mixture_of
+from friction_bayes.loop.mixture.mixture import Family, FamilyDraws, Mixture, mixture_of
 from friction_bayes.loop.mixture.search_family import SearchFamily
 from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.search.draws import DRAWS
@@ -166,6 +167,41 @@ def test_they_mix(family: Family) -> None:
     assert frozenset() in mixture.sets
     assert mixture.probabilities.sum() == pytest.approx(1.0)
     assert mixture.best.sets[0] == mixture.sets[0]
+
+
+@pytest.mark.parametrize(
+    ("means", "sd", "agree"),
+    [
+        ((1.0, 1.008, 0.999), 1e-4, True),
+        ((1.0, 1.03, 0.97), 0.03, True),
+        # the interval over both contains both, as it is as wide as they differ
+        ((1.0, 1.3), 0.01, False),
+        ((1.0, 1.3), 0.3, True),
+        ((1.0, 1.001, math.nan), 0.01, False),
+    ],
+)
+def test_candidates_agree_on_friction_each_by_itself(
+    means: tuple[float, ...], sd: float, agree: bool, rng: np.random.Generator
+) -> None:
+    drawn = [(c, mean) for c, mean in enumerate(means) if not math.isnan(mean)]
+    friction = np.concatenate([rng.normal(mean, sd, 500) for _, mean in drawn])
+    candidate, none = np.repeat([c for c, _ in drawn], 500), np.zeros(friction.size)
+    mixture = Mixture(
+        sets=tuple(frozenset({f"effect_{c}"}) for c in range(len(means))),
+        probabilities=np.full(len(means), 1.0 / len(means)),
+        best=None,  # type: ignore[arg-type]
+        draws=FamilyDraws(
+            candidate=candidate,
+            friction=friction,
+            frequency=none,
+            random_force=none,
+            correlation_time=none,
+            coefficients=candidate,
+            squares=none,
+        ),
+        share_of_best=1.0,
+    )
+    assert mixture.same_friction(len(means)) == agree
 
 
 def test_between_records_each_has_a_friction(joint: JointFamily) -> None:

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from numba import njit
 
 import friction_bayes as fb
 from decays import SYSTEM, long_decay
+from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Parameter, SensorEffect, register
 from friction_bayes.mechanics.effects.prior import half_normal, normal
 
@@ -56,6 +58,31 @@ def test_records_that_disagree_are_refused_by_name() -> None:
         fb.close_loop([displacement, acceleration], SYSTEM, seed=1)
     with pytest.raises(fb.InputError, match="none given"):
         fb.close_loop([], SYSTEM, seed=1)
+
+
+def saturated(share: float, noise_sd: float) -> xr.DataArray:
+    """A decay whose sensor ends at a share of its largest signal, with noise on top of that."""
+    record = long_decay(seed=1, noise_sd=0.0, quantity="displacement")
+    level = share * float(np.max(np.abs(record.values)))
+    noise = noise_sd * np.random.default_rng(1).standard_normal(record.size)
+    values = np.clip(record.values, -level, level) + noise
+    return fb.make_record(record["time"].values, values, "displacement").assign_attrs(name="flat.csv")
+
+
+def test_tops_that_are_flat_below_noise_are_refused_as_by_estimate() -> None:
+    record = saturated(0.7, 5e-4)
+    said = []
+    for refuse in (lambda: fb.estimate(record, SYSTEM), lambda: fb.close_loop([record], SYSTEM, seed=1)):
+        with pytest.raises(
+            fb.InputError, match=r"flat\.csv: the sensor saturates.*--start.*range"
+        ) as refused:
+            refuse()
+        said.append(str(refused.value))
+    levels = [float(text.split("flat some ")[1].split()[0]) for text in said]
+    assert levels == pytest.approx([0.7 * 0.05] * 2, rel=0.03)
+    # without noise the flat samples are censored
+    (segment,) = cut_records([saturated(0.7, 0.0)], SYSTEM)
+    assert segment.clipped
 
 
 @pytest.fixture

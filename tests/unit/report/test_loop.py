@@ -203,6 +203,30 @@ def test_one_law_with_and_without_a_random_force_is_said_to_be_that(loop_report:
     assert "a longer record or a further release" in sentence
 
 
+def test_the_headline_says_at_once_that_friction_is_agreed_on(
+    loop_report: LoopReport, drawn: Mapping[str, bytes]
+) -> None:
+    report = replace(loop_report, friction_agreed=True)
+    told = dict(loop_story(report.to_dict()))["verdict"]
+    assert told.startswith("AMBIGUOUS which effect, friction is agreed on: The record cannot tell viscous")
+    assert told.endswith("Friction is known within -16 and +16 %, with 90 % probability.")
+    said = " ".join(" ".join(outline(page_of(report, drawn)).words).split())
+    assert "ambiguous which effect, friction is agreed on: The record cannot tell" in said
+    open_too = dict(loop_story(loop_report.to_dict()))["verdict"]
+    assert open_too.startswith("AMBIGUOUS: The record cannot tell")
+    assert open_too.endswith("friction is averaged over them.")
+    explained = replace(report, verdict="explained")
+    assert dict(loop_story(explained.to_dict()))["verdict"].startswith("EXPLAINED: Coulomb friction with")
+
+
+def test_coulomb_friction_that_may_be_none_is_said_to_be_that(loop_report: LoopReport) -> None:
+    candidates = [{"effects": [], "probability": 0.97}, {"effects": ["presliding"], "probability": 0.03}]
+    report = replace(loop_report, candidates=candidates, dry_friction={"probability": 0.8, "upper95": 0.1})
+    sentence = verdict_sentence(report.to_dict())
+    assert sentence.startswith("Coulomb friction explains the record (97.0 %), but the probability that dry")
+    assert "only 80.0 %" in sentence
+
+
 def test_story_has_every_line(loop_report: LoopReport) -> None:
     told = dict(loop_story(loop_report.to_dict()))
     assert told["friction after"].startswith("0.53 N   sd 0.05   90 %: 0.447")
