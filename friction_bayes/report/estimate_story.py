@@ -69,9 +69,7 @@ def _rests_on(result: Mapping[str, Any]) -> str:
     text = f"{noise['model']} noise of the sensor"
     if noise["filter"] is not None:
         lost = 1.0 - noise["filter"]["gain"]
-        text += (
-            f", behind {noise['filter']['name']}; the {lost:.2%} that it takes from the motion are put back"
-        )
+        text += f", behind {noise['filter']['name']}: the {lost:.2%} that it takes of the motion is put back"
     elif noise["model"] == "coloured":
         text += ", as behind a filter, which may also have made amplitudes and friction too small"
     if force["probability"] > _LIKELY:
