@@ -23,7 +23,7 @@ __all__ = ["driven_half_cycles"]
 
 _FEWEST_DRIVEN = 2
 """Periods: one in which the drive ends and one before."""
-_DRIVEN = 0.01
+_DRIVEN = 0.001
 """Share of records that begin under a drive, before any is seen; all places at which it may end are alike."""
 _SURELY_FREE = 0.95
 """Probability that the drive has ended by the place of the cut."""

@@ -55,7 +55,7 @@ _DRIFT = 2
 """Degree of the polynomial by which the zero of a recording may drift, as of one that was integrated."""
 _SWINGS = 4
 """The same of the amplitude of the swing, by which a force moves it: what is left there would leak above."""
-_PRIOR = 0.1
+_PRIOR = 0.01
 """That noise which is not white was filtered in one of the ways that are known here."""
 
 
@@ -92,6 +92,8 @@ def likely_filters(
         return [], 0.0
     inner = slice(left_out, n - left_out)
     spectra = _Spectra(n - 2 * left_out, angle, order)
+    if spectra.empty:
+        return [], 0.0
     others = [spectra.of_others((signal - known)[inner], each[inner]) for each in (columns, free_columns)]
     log_other = math.log(0.5 * (1.0 - _PRIOR)) + float(logsumexp(others))
     through = Through(np.column_stack([columns, known])[:n])
@@ -157,6 +159,11 @@ class _Spectra:
         self._others = [np.ones_like(phase)]
         self._others += [resonance / (1.0 + (phase * tau) ** 2) for tau in _TIMES]
         self._others += [integrator**power for power in _INTEGRATED]
+
+    @property
+    def empty(self) -> bool:
+        """Whether the samples are too few or too far apart to show any frequency far above the motion's."""
+        return self._index.size == 0
 
     def of_others(self, signal: Array, columns: Array) -> float:
         """Log evidence of noise that says nothing of an amplitude, averaged over its kinds."""

@@ -100,6 +100,12 @@ class NoiseAccount:
         return 1.0 if self.filter is None else self.filter.gain
 
     @property
+    def of_known_noise(self) -> bool:
+        """Whether its noise is white, or what a filter makes of white noise, and there is no force."""
+        plain = not (self.coloured or self.weaker_above or self.free_corners)
+        return not self.forced and (plain or self.filter is not None)
+
+    @property
     def seems_filtered(self) -> bool:
         """Whether noise or corners are as behind a filter, without a random force."""
         doubtful = self.coloured or self.weaker_above or self.free_corners or self.filter is not None

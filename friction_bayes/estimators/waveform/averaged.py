@@ -131,20 +131,18 @@ def _witness_of(decay: FreeDecay, coefficient: Any, accounts: Sequence[NoiseAcco
     """The loss of amplitude beside a posterior of the friction coefficient; None where it tells nothing.
 
     It bounds the answer where no account but white noise could be weighed, and where an accelerometer's noise
-    is not white: such a sensor shows a force itself, which then passes for noise that moves nothing.
+    is neither white nor that of a filter: such a sensor shows a force itself, which then passes for noise
+    that moves nothing.
     """
     lost = loss_of_amplitude(decay)
     if lost is None:
         return None
-    # the amplitudes are those of the signal
-    lost = (
-        Mixture.of(
-            [lost.scaled(1.0 / each.gain) for each in accounts], [each.probability for each in accounts]
-        )
-        if any(each.filter is not None for each in accounts)
-        else lost
-    )
-    told_apart = bool(accounts) and (decay.quantity.order < 2 or accounts[0].probability > 0.5)
+    if any(each.filter is not None for each in accounts):
+        # the amplitudes are those of the signal
+        shares = [each.probability for each in accounts]
+        lost = Mixture.of([lost.scaled(1.0 / each.gain) for each in accounts], shares)
+    known = sum(each.probability for each in accounts if each.of_known_noise)
+    told_apart = bool(accounts) and (decay.quantity.order < 2 or known > 0.5)
     return Witness.beside(coefficient, lost, bounds=not told_apart)
 
 

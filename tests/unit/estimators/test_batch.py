@@ -358,7 +358,7 @@ def test_nothing_is_judged_where_it_is_not_asked_for_and_dask_stays_silent() -> 
 def test_tops_flat_below_noise_are_clipped_with_a_random_force_and_without() -> None:
     values = long_decay(sampling_rate=100.0, noise_sd=0.0, seed=1).values
     noise = 1e-4 * np.random.default_rng(1).standard_normal(values.size)
-    values = np.clip(values, -0.035, 0.035) + noise
+    values = np.clip(values, -0.045, 0.045) + noise
     for random_force in ("auto", "none"):
         result = estimate_batch(values[None], SYSTEM, sampling_rate=100.0, random_force=random_force)
         assert STATUS[int(result["status"][0])] == "clipped"
