@@ -39,7 +39,9 @@ __all__ = [
     "NEVER",
     "OFFSET",
     "PHASE",
+    "NormalEquations",
     "Samples",
+    "Signal",
     "accumulate",
     "first_at",
     "place",
@@ -90,6 +92,23 @@ def first_at(samples: Samples, s: float) -> int:
     return min(max(math.ceil(0.5 * (samples.size - 1) * (1.0 + s)), 0), samples.size)
 
 
+class Signal(NamedTuple):
+    """What is fitted: moving samples less a constant near their rest, derivative order, and ``kappa``."""
+
+    y: Array
+    samples: Samples
+    order: int
+    kappa: float
+
+
+class NormalEquations(NamedTuple):
+    """Coefficients ``p``, shape (5,), with ``J'J`` (lower triangle) and ``J'r`` there; all overwritten."""
+
+    p: Array
+    matrix: Array
+    gradient: Array
+
+
 class _Sums(NamedTuple):
     """Sums over the samples of one half cycle; ``fg`` is that of ``f g``, ``r`` the residual."""
 
@@ -121,51 +140,40 @@ def stopping_turn(p: Array, kappa: float) -> int:
 
 
 @njit(cache=True, nogil=True)
-def accumulate(
-    y: Array,
-    samples: Samples,
-    order: int,
-    p: Array,
-    held: Array,
-    kappa: float,
-    stop: int,
-    matrix: Array,
-    gradient: Array,
-) -> float:
-    """Sum of squared residuals, and ``J'J`` (lower triangle) and ``J'r`` in place.
+def accumulate(signal: Signal, at: NormalEquations, held: Array, stop: int) -> float:
+    """Sum of squared residuals at ``at.p``, and the normal equations there in place.
 
-    Samples lie in the half cycles that the phase of ``held`` puts them in, which may be ``p`` itself.
+    Samples lie in the half cycles that the phase of ``held`` puts them in, which may be ``at.p`` itself.
     """
-    n = y.size
+    p = at.p
     for a in range(COEFFICIENTS):
-        gradient[a] = 0.0
+        at.gradient[a] = 0.0
         for b in range(COEFFICIENTS):
-            matrix[a, b] = 0.0
+            at.matrix[a, b] = 0.0
     total = 0.0
     half = math.floor((held[PHASE] - held[ADVANCE]) / math.pi)
-    i = 0
+    i, n = 0, signal.y.size
     while i < n and half < stop:
-        end = max(first_at(samples, ((half + 1) * math.pi - held[PHASE]) / held[ADVANCE]), i)
-        k = kappa - 2.0 * half - 1.0
+        end = max(first_at(signal.samples, ((half + 1) * math.pi - held[PHASE]) / held[ADVANCE]), i)
+        k = signal.kappa - 2.0 * half - 1.0
         swing = p[AMPLITUDE] + k * p[FRICTION]
         e = 0.0
-        if order == 0:
+        if signal.order == 0:
             e = 1.0 if half % 2 == 0 else -1.0
-        sums = _half_cycle_sums(y, samples, i, end, order, p, p[OFFSET] + e * p[FRICTION], swing)
-        _add_half_cycle(matrix, gradient, sums, k, e, swing)
+        sums = _half_cycle_sums(signal, i, end, p, p[OFFSET] + e * p[FRICTION], swing)
+        _add_half_cycle(at, sums, k, e, swing)
         total += sums.rr
         i = end
         half += 1
     if i < n:
-        total = _add_rest(y, i, order, p, kappa, stop, matrix, gradient, total)
+        total = _add_rest(signal, at, stop, i, total)
     return total
 
 
 @njit(cache=True, nogil=True)
-def _half_cycle_sums(
-    y: Array, samples: Samples, start: int, end: int, order: int, p: Array, constant: float, swing: float
-) -> _Sums:
+def _half_cycle_sums(signal: Signal, start: int, end: int, p: Array, constant: float, swing: float) -> _Sums:
     """Sums over samples ``start <= j < end`` of the signal ``constant + swing f``."""
+    y, samples, order = signal.y, signal.samples, signal.order
     even = samples.places.size == 0
     middle = 0.5 * (y.size - 1)
     rate = p[ADVANCE] / middle
@@ -204,8 +212,9 @@ def _half_cycle_sums(
 
 
 @njit(cache=True, nogil=True)
-def _add_half_cycle(matrix: Array, gradient: Array, sums: _Sums, k: float, e: float, swing: float) -> None:
+def _add_half_cycle(at: NormalEquations, sums: _Sums, k: float, e: float, swing: float) -> None:
     """Add the products of the columns ``(1, f, e + k f, w h, w g)`` of one half cycle."""
+    matrix, gradient = at.matrix, at.gradient
     matrix[OFFSET, OFFSET] += sums.ones
     matrix[AMPLITUDE, OFFSET] += sums.f
     matrix[AMPLITUDE, AMPLITUDE] += sums.ff
@@ -229,22 +238,13 @@ def _add_half_cycle(matrix: Array, gradient: Array, sums: _Sums, k: float, e: fl
 
 
 @njit(cache=True, nogil=True)
-def _add_rest(
-    y: Array,
-    start: int,
-    order: int,
-    p: Array,
-    kappa: float,
-    stop: int,
-    matrix: Array,
-    gradient: Array,
-    total: float,
-) -> float:
+def _add_rest(signal: Signal, at: NormalEquations, stop: int, start: int, total: float) -> float:
     """Add the samples at rest, from ``start`` on; return ``total`` with their squared residuals."""
+    y, p, matrix, gradient = signal.y, at.p, at.matrix, at.gradient
     e = 0.0
-    if order == 0:
+    if signal.order == 0:
         e = 1.0 if stop % 2 == 0 else -1.0
-    k = e * (kappa - 2.0 * stop)
+    k = e * (signal.kappa - 2.0 * stop)
     rest = p[OFFSET] + e * p[AMPLITUDE] + k * p[FRICTION]
     count = y.size - start
     sum_r = 0.0
