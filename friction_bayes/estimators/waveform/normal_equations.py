@@ -145,23 +145,24 @@ def accumulate(signal: Signal, at: NormalEquations, held: Array, stop: int) -> f
 
     Samples lie in the half cycles that the phase of ``held`` puts them in, which may be ``at.p`` itself.
     """
-    p = at.p
+    y, samples, order, kappa = signal
+    p, matrix, gradient = at
     for a in range(COEFFICIENTS):
-        at.gradient[a] = 0.0
+        gradient[a] = 0.0
         for b in range(COEFFICIENTS):
-            at.matrix[a, b] = 0.0
+            matrix[a, b] = 0.0
     total = 0.0
     half = math.floor((held[PHASE] - held[ADVANCE]) / math.pi)
-    i, n = 0, signal.y.size
+    i, n = 0, y.size
     while i < n and half < stop:
-        end = max(first_at(signal.samples, ((half + 1) * math.pi - held[PHASE]) / held[ADVANCE]), i)
-        k = signal.kappa - 2.0 * half - 1.0
+        end = max(first_at(samples, ((half + 1) * math.pi - held[PHASE]) / held[ADVANCE]), i)
+        k = kappa - 2.0 * half - 1.0
         swing = p[AMPLITUDE] + k * p[FRICTION]
         e = 0.0
-        if signal.order == 0:
+        if order == 0:
             e = 1.0 if half % 2 == 0 else -1.0
-        sums = _half_cycle_sums(signal, i, end, p, p[OFFSET] + e * p[FRICTION], swing)
-        _add_half_cycle(at, sums, k, e, swing)
+        sums = _half_cycle_sums(y, samples, i, end, order, p, p[OFFSET] + e * p[FRICTION], swing)
+        _add_half_cycle(matrix, gradient, sums, k, e, swing)
         total += sums.rr
         i = end
         half += 1
@@ -171,9 +172,10 @@ def accumulate(signal: Signal, at: NormalEquations, held: Array, stop: int) -> f
 
 
 @njit(cache=True, nogil=True)
-def _half_cycle_sums(signal: Signal, start: int, end: int, p: Array, constant: float, swing: float) -> _Sums:
+def _half_cycle_sums(
+    y: Array, samples: Samples, start: int, end: int, order: int, p: Array, constant: float, swing: float
+) -> _Sums:
     """Sums over samples ``start <= j < end`` of the signal ``constant + swing f``."""
-    y, samples, order = signal.y, signal.samples, signal.order
     even = samples.places.size == 0
     middle = 0.5 * (y.size - 1)
     rate = p[ADVANCE] / middle
@@ -212,9 +214,8 @@ def _half_cycle_sums(signal: Signal, start: int, end: int, p: Array, constant: f
 
 
 @njit(cache=True, nogil=True)
-def _add_half_cycle(at: NormalEquations, sums: _Sums, k: float, e: float, swing: float) -> None:
+def _add_half_cycle(matrix: Array, gradient: Array, sums: _Sums, k: float, e: float, swing: float) -> None:
     """Add the products of the columns ``(1, f, e + k f, w h, w g)`` of one half cycle."""
-    matrix, gradient = at.matrix, at.gradient
     matrix[OFFSET, OFFSET] += sums.ones
     matrix[AMPLITUDE, OFFSET] += sums.f
     matrix[AMPLITUDE, AMPLITUDE] += sums.ff
