@@ -32,7 +32,7 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
 from friction_bayes.estimators.base import SURELY_NEGATIVE, Estimator, Fit, Fits, FreeDecays
 from friction_bayes.estimators.equally_probable import EquallyProbable
-from friction_bayes.estimators.estimate import RANDOM_FORCE, surely_faster_loss
+from friction_bayes.estimators.estimate import check_choices, surely_faster_loss
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
 from friction_bayes.estimators.noise.noise_level import looks_white
 from friction_bayes.estimators.priors import complete_prior
@@ -168,11 +168,7 @@ def estimate_batch(
         Once, with the number of records of each of the ``warnings``; not of a Dask array, which stays lazy.
     """
     estimator = estimator_named(method)
-    if peaks not in PEAKS:
-        raise InputError("peaks", f"unknown choice {peaks!r}", f"give one of {', '.join(PEAKS)}")
-    if random_force not in RANDOM_FORCE:
-        choices = ", ".join(RANDOM_FORCE)
-        raise InputError("random_force", f"unknown choice {random_force!r}", f"give one of {choices}")
+    check_choices(peaks, random_force)
     with_force = random_force == "auto" and method == WaveformEstimator.name
     columns = (*_COLUMNS, *_FORCE_COLUMNS * with_force, *("warnings",) * judge)
     stack, kind, unit, step = _as_stack(records, sampling_rate, quantity)

@@ -21,7 +21,7 @@ from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.friction_samples import PEAKS
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor
-from friction_bayes.estimators.acceptance import accept_by_set_up, accept_by_threshold
+from friction_bayes.estimators.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
 from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss, faster_loss
 from friction_bayes.estimators.priors import complete_prior
@@ -34,7 +34,14 @@ from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.readings_alone import readings_alone
 from friction_bayes.records.record import record_name, validate_record
 
-__all__ = ["RANDOM_FORCE", "estimate", "prior_mapping", "refuse_clipped", "surely_faster_loss"]
+__all__ = [
+    "RANDOM_FORCE",
+    "check_choices",
+    "estimate",
+    "prior_mapping",
+    "refuse_clipped",
+    "surely_faster_loss",
+]
 
 RANDOM_FORCE = ("auto", "none")
 """Whether a random force may be there."""
@@ -127,11 +134,7 @@ def estimate(
         raise InputError("setup", "given together with accept_precision", "give one of them")
     if accept_precision is not None:
         positive("accept_precision", accept_precision)
-    if peaks not in PEAKS:
-        raise InputError("peaks", f"unknown choice {peaks!r}", f"give one of {', '.join(PEAKS)}")
-    if random_force not in RANDOM_FORCE:
-        choices = ", ".join(RANDOM_FORCE)
-        raise InputError("random_force", f"unknown choice {random_force!r}", f"give one of {choices}")
+    check_choices(peaks, random_force)
     estimator = estimator_named(method)
     # no decorator, whose frame would stand where warnings name the caller's line
     with single_threaded_blas():
@@ -156,17 +159,14 @@ def estimate(
             fit = fit_of(decay)
         warned = _faster_loss_note(decay)
         pendulum = pendulum_notes(decay)
+        force = force_notes(decay, fit, slower_swings=bool(pendulum))
         acceptance = None
         if accept_precision is not None:
-            acceptance = accept_by_threshold(
-                _precision_of(fit, method), accept_precision, unit=fit.precision_unit
-            )
+            precision = _precision_of(fit, method)
+            acceptance = accept_by_threshold(precision, accept_precision, unit=fit.precision_unit)
         elif setup is not None:
             reference = estimate(setup, system, method=method, prior=prior, peaks=peaks, random_force="none")
-            _refuse_other_signal(decay, reference.decay)
-            acceptance = accept_by_set_up(
-                _precision_of(fit, method), _precision_of(reference.fit, method), unit=fit.precision_unit
-            )
+            acceptance = _accept_by_set_up(decay, fit, reference)
         return Estimate(
             method=method,
             decay=decay,
@@ -174,16 +174,22 @@ def estimate(
             prior=chosen,
             peaks=peaks,
             acceptance=acceptance,
-            notes=(
-                *warned,
-                *pendulum,
-                *decay.notes,
-                *fit.notes,
-                *force_notes(decay, fit, slower_swings=bool(pendulum)),
-                *spline,
-                *_provenance(record),
-            ),
+            notes=(*warned, *pendulum, *decay.notes, *fit.notes, *force, *spline, *_provenance(record)),
         )
+
+
+def check_choices(peaks: str, random_force: str) -> None:
+    """Refuse a way of picking amplitudes or of treating a random force that there is not.
+
+    Raises
+    ------
+    InputError
+        With the choices that there are.
+    """
+    given = {"peaks": (peaks, PEAKS), "random_force": (random_force, RANDOM_FORCE)}
+    for name, (choice, choices) in given.items():
+        if choice not in choices:
+            raise InputError(name, f"unknown choice {choice!r}", f"give one of {', '.join(choices)}")
 
 
 def prior_mapping(prior: Any) -> Mapping[str, float] | None:
@@ -213,13 +219,17 @@ def _refuse_negative(decay: FreeDecay, fit: Fit) -> None:
         )
 
 
-def _refuse_other_signal(decay: FreeDecay, set_up: FreeDecay) -> None:
+def _accept_by_set_up(decay: FreeDecay, fit: Fit, reference: Estimate) -> Acceptance:
+    """Accept by the precision of a record of the same sensor in the set-up phase."""
+    set_up, method = reference.decay, reference.method
     if (decay.quantity, decay.unit) != (set_up.quantity, set_up.unit):
         raise InputError(
             set_up.name,
             f"holds {set_up.quantity.name} [{set_up.unit}], not {decay.quantity.name} [{decay.unit}]",
             "give a set-up record of the same sensor",
         )
+    least = _precision_of(reference.fit, method)
+    return accept_by_set_up(_precision_of(fit, method), least, unit=fit.precision_unit)
 
 
 def surely_faster_loss(decay: FreeDecay) -> FasterLoss | None:

@@ -14,14 +14,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from scipy.linalg import solve_toeplitz, toeplitz
 
 from friction_bayes.core.arrays import Array, Indices
+from friction_bayes.statespace.transition import ForcedSteps
 
-__all__ = ["Autoregression", "burg", "coloured_gains", "coloured_innovations"]
+__all__ = ["Autoregression", "LaggedNoise", "burg", "coloured_gains", "coloured_innovations"]
 
 MOST_LAGS = 30
 _SAMPLES_PER_LAG = 8
@@ -31,6 +33,23 @@ _GRID = 4097
 _REGULAR = 1.0 - 1e-10
 """Factor on reflection coefficients: the recursion stays regular where a residual is smooth to rounding."""
 _STEADY = 1e-12
+
+
+class LaggedNoise(NamedTuple):
+    """An autoregression as the filter takes it.
+
+    Attributes
+    ----------
+    coefficients : ndarray, shape (p,)
+    covariance : ndarray, shape (p, p)
+        Of ``p`` successive values.
+    added : float
+        Variance that each sample adds.
+    """
+
+    coefficients: Array
+    covariance: Array
+    added: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +86,11 @@ class Autoregression:
         right = np.zeros(p + 1)
         right[0] = self.innovation_variance
         return np.asarray(toeplitz(np.linalg.solve(matrix, right)[:p]))
+
+    @property
+    def lagged(self) -> LaggedNoise:
+        """The same for the filter."""
+        return LaggedNoise(self.coefficients, self.covariance, self.innovation_variance)
 
     def drawn(self, samples: int, rng: np.random.Generator) -> Array:
         """Draw so many successive values, shape (samples,)."""
@@ -152,22 +176,14 @@ def _burg(x: Array, most: int) -> tuple[Array, Array]:
 
 
 @njit(cache=True, nogil=True)
-def coloured_gains(
-    index: Indices,
-    transitions: Array,
-    forced: Array,
-    square: float,
-    rows: Array,
-    variance: Array,
-    coefficients: Array,
-    covariance: Array,
-    added: float,
-) -> Array:
+def coloured_gains(force: ForcedSteps, noise: LaggedNoise, rows: Array, variance: Array) -> Array:
     """Gains, shape (n, m + 1), of the ``m = 3 + p`` states, and last one over the innovation's sd.
 
     The states are displacement, velocity, random force and the last ``p`` values of the noise. All are zero
-    of samples that are not ``used``.
+    of samples that are not used, whose ``variance`` is infinite.
     """
+    index, transitions, forced, square = force
+    coefficients, covariance, added = noise
     p, n = coefficients.size, variance.size
     m = 3 + p
     gains = np.zeros((n, m + 1))
@@ -175,8 +191,6 @@ def coloured_gains(
     cov[2, 2] = square
     cov[3:, 3:] = covariance
     before, moved, half = cov.copy(), np.empty((m, m)), np.empty((m, m))
-    read, gain = np.zeros(m), np.empty(m)
-    read[3] = 1.0
     changes = len(rows) > 1
     steady = False
     for i in range(n):
@@ -194,32 +208,34 @@ def coloured_gains(
                 for a in range(m):
                     for b in range(m):
                         before[a, b] = moved[a, b]
-        row = rows[i if changes else 0]
         same = i > 0 and variance[i] == variance[i - 1] < math.inf
-        if steady and same and not (changes and row[0] != rows[i - 1, 0]):
+        if steady and same and not (changes and rows[i, 0] != rows[i - 1, 0]):
             gains[i] = gains[i - 1]
-            continue
-        if variance[i] == math.inf:
+        elif variance[i] == math.inf:
             cov[:] = before
             steady = False
-            continue
-        steady = steady and same
-        for a in range(3):
-            read[a] = row[a]
-        total = variance[i] - 1.0
-        for a in range(m):
-            gain[a] = before[a, 0] * read[0] + before[a, 1] * read[1] + before[a, 2] * read[2] + before[a, 3]
-        for a in range(4):
-            total += read[a] * gain[a]
-        scale = 1.0 / math.sqrt(total)
-        for a in range(m):
-            gain[a] *= scale
-            gains[i, a] = gain[a]
-        gains[i, m] = scale
-        for a in range(m):
-            for b in range(m):
-                cov[a, b] = before[a, b] - gain[a] * gain[b]
+        else:
+            steady = steady and same
+            _learned(before, rows[i if changes else 0], variance[i], gains[i], cov)
     return gains
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _learned(before: Array, row: Array, variance: float, gain: Array, cov: Array) -> None:
+    """Fill the gains of a sample that is used, and the covariance once it is known."""
+    m = before.shape[0]
+    for a in range(m):
+        gain[a] = before[a, 0] * row[0] + before[a, 1] * row[1] + before[a, 2] * row[2] + before[a, 3]
+    total = variance - 1.0
+    for a in range(3):
+        total += row[a] * gain[a]
+    scale = 1.0 / math.sqrt(total + gain[3])
+    for a in range(m):
+        gain[a] *= scale
+    gain[m] = scale
+    for a in range(m):
+        for b in range(m):
+            cov[a, b] = before[a, b] - gain[a] * gain[b]
 
 
 @njit(cache=True, nogil=True)

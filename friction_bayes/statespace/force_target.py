@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import logsumexp
@@ -25,7 +26,7 @@ from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.force_grid import ForcePrior, Problem, at_resonance
 from friction_bayes.statespace.interpolated_sums import InterpolatedSums
-from friction_bayes.statespace.kalman import shown
+from friction_bayes.statespace.kalman import Whitened, shown
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.statespace.subset_evidence import WeighedSets, set_posterior
@@ -105,67 +106,83 @@ def force_target(
         ``log_correlation_time``, natural units. ``pointwise`` is the density of each half cycle given those
         before it: under a random force half cycles are not independent given the parameters.
     """
-    problem, scale, reference = regression.problem, regression.scale, regression.reference
-    n = _samples(regression)
-    axes = _axes(problem, prior, regression.motion.noise)
+    axes = _axes(regression.problem, prior, regression.motion.noise)
     sums = InterpolatedSums.over(axes, lambda u, log_tau: regression.whiten_at(*_force(u, log_tau)))
     centre, covariance = _moments(regression, prior, axes, sums)
-
-    def log_prior(theta: Array) -> Array:
-        return prior_at(_Coordinates.of(theta, scale))
-
-    def prior_at(at: _Coordinates) -> Array:
-        force = prior.log_density(np.exp(at.log_q), np.exp(at.log_tau))
-        law = regression.log_prior_density(at.scaled)
-        return np.where(at.log_variance >= regression.log_least_variance, law + force, -np.inf)
-
-    def log_prob(theta: Array) -> Array:
-        at = _Coordinates.of(theta, scale)
-        places = at.places
-        out = np.full(len(theta), -np.inf)
-        use = np.flatnonzero(sums.inside(places) & (np.abs(at.log_variance) < _LOG_LIMIT))
-        if use.size:
-            factors, log_determinant = sums.at(places[use])
-            misfit = _misfit(factors, reference - at.scaled[use])
-            likelihood = signal_log_likelihood(misfit, at.log_variance[use], n) - 0.5 * log_determinant
-            out[use] = likelihood + prior_at(at)[use]
-        return out
-
-    def closed_form(theta: Array) -> Array:
-        return np.array([_closed_form(problem, prior, n, row) for row in theta])
-
-    def posterior(theta: Array) -> dict[str, Array]:
-        noise, q, tau = np.exp(0.5 * theta[:, -3]), np.exp(theta[:, -2]), np.exp(theta[:, -1])
-        return natural(theta[:, :-3], noise, q, tau)
-
-    def pointwise(theta: Array) -> Array:
-        at = _Coordinates.of(theta, scale)
-        forces = [_force(*place) for place in at.places]
-        return densities_of_half_cycles(regression, blocks, theta[:, :-3], at.log_variance, forces)
-
-    def predictive(theta: Array, rng: np.random.Generator) -> Array:
-        def fluctuation(row: Array) -> Array:
-            drawn = drawn_fluctuation(regression.clock, math.exp(row[-1]), rng)
-            return math.exp(row[-2]) * shown(drawn, regression.row)
-
-        noises = [math.exp(0.5 * row[-3]) * drawn_noise(regression.clock, rng) for row in theta]
-        drawn = [fluctuation(row) + noise for row, noise in zip(theta, noises, strict=True)]
-        return replicated_records(regression, signal, unit, theta[:, :-3], drawn)
-
+    forced = _Forced(regression, prior, sums, natural, blocks, signal, unit)
     return Target(
         names=(*regression.names, "log_variance", "log_force_sd", "log_correlation_time"),
-        log_prob=log_prob,
-        closed_form=closed_form,
+        log_prob=forced.log_prob,
+        closed_form=forced.closed_form,
         centre=centre,
         covariance=covariance,
-        posterior=posterior,
-        log_prior=log_prior,
-        pointwise=pointwise,
-        predictive=predictive,
+        posterior=forced.posterior,
+        log_prior=forced.log_prior,
+        pointwise=forced.pointwise,
+        predictive=forced.predictive,
         prior_draws=no_prior_draws,
         observed=signal,
         observed_name="signal",
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Forced:
+    """The posterior under a random force, at a sampler's coordinates.
+
+    Fields are the parameters of :func:`force_target`, and the whitened sums of record and columns by place.
+    """
+
+    regression: LawRegression
+    prior: ForcePrior
+    sums: InterpolatedSums
+    natural: Callable[[Array, Array, Array, Array], dict[str, Array]]
+    blocks: Integers
+    signal: Array
+    unit: float
+
+    def log_prior(self, theta: Array) -> Array:
+        return self._prior_at(_Coordinates.of(theta, self.regression.scale))
+
+    def _prior_at(self, at: _Coordinates) -> Array:
+        force = self.prior.log_density(np.exp(at.log_q), np.exp(at.log_tau))
+        law = self.regression.log_prior_density(at.scaled)
+        return np.where(at.log_variance >= self.regression.log_least_variance, law + force, -np.inf)
+
+    def log_prob(self, theta: Array) -> Array:
+        regression = self.regression
+        at = _Coordinates.of(theta, regression.scale)
+        places = at.places
+        out = np.full(len(theta), -np.inf)
+        use = np.flatnonzero(self.sums.inside(places) & (np.abs(at.log_variance) < _LOG_LIMIT))
+        if use.size:
+            factors, log_determinant = self.sums.at(places[use])
+            misfit = _misfit(factors, regression.reference - at.scaled[use])
+            likelihood = signal_log_likelihood(misfit, at.log_variance[use], _samples(regression))
+            out[use] = likelihood - 0.5 * log_determinant + self._prior_at(at)[use]
+        return out
+
+    def closed_form(self, theta: Array) -> Array:
+        problem, n = self.regression.problem, _samples(self.regression)
+        return np.array([_closed_form(problem, self.prior, n, row) for row in theta])
+
+    def posterior(self, theta: Array) -> dict[str, Array]:
+        noise, q, tau = np.exp(0.5 * theta[:, -3]), np.exp(theta[:, -2]), np.exp(theta[:, -1])
+        return self.natural(theta[:, :-3], noise, q, tau)
+
+    def pointwise(self, theta: Array) -> Array:
+        at = _Coordinates.of(theta, self.regression.scale)
+        forces = [_force(*place) for place in at.places]
+        return densities_of_half_cycles(self.regression, self.blocks, theta[:, :-3], at.log_variance, forces)
+
+    def predictive(self, theta: Array, rng: np.random.Generator) -> Array:
+        clock, row = self.regression.clock, self.regression.row
+        noises = [math.exp(0.5 * one[-3]) * drawn_noise(clock, rng) for one in theta]
+        forces = [
+            math.exp(one[-2]) * shown(drawn_fluctuation(clock, math.exp(one[-1]), rng), row) for one in theta
+        ]
+        drawn = [force + noise for force, noise in zip(forces, noises, strict=True)]
+        return replicated_records(self.regression, self.signal, self.unit, theta[:, :-3], drawn)
 
 
 def still_target(
@@ -192,59 +209,87 @@ def still_target(
     Target
         Coordinates: the coefficients and ``log_variance`` of the sensor noise, natural units.
     """
-    scale, reference, n = regression.scale, regression.reference, _samples(regression)
-    p = scale.size
-    whitened = regression.whiten_at(*_NO_FORCE)
-    factor = np.asarray(np.linalg.cholesky(whitened.gram).T[None], dtype=np.float64)
+    scale, n, p = regression.scale, _samples(regression), regression.scale.size
     found = regression.problem.weigh(*_NO_FORCE)
+    whitened = regression.whiten_at(*_NO_FORCE)
     lam, noise2 = found.full_noise2, float(found.noise2[0])
-    mean, covariance = set_posterior(whitened.gram, reference, np.ones(p, dtype=np.bool_), lam, noise2)
-    precision = whitened.gram[:-1, :-1] + lam * np.eye(p)
-
-    def log_prior(theta: Array) -> Array:
-        law = regression.log_prior_density(theta[:, :-1] / scale)
-        inside = (theta[:, -1] >= regression.log_least_variance) & (np.abs(theta[:, -1]) < _LOG_LIMIT)
-        return np.where(inside, law, -np.inf)
-
-    def log_prob(theta: Array) -> Array:
-        log_v = np.clip(theta[:, -1], -_LOG_LIMIT, _LOG_LIMIT)
-        misfit = _misfit(factor, reference - theta[:, :-1] / scale)
-        likelihood = signal_log_likelihood(misfit, log_v, n) - 0.5 * whitened.log_determinant
-        return np.asarray(likelihood + log_prior(theta))
-
-    def closed_form(theta: Array) -> Array:
-        away, log_v = theta[:, :-1] / scale - mean, theta[:, -1]
-        square = np.einsum("mi,ij,mj->m", away, precision, away) + n * noise2
-        return np.asarray(-0.5 * (n + p) * log_v - 0.5 * square * np.exp(-log_v))
-
-    def pointwise(theta: Array) -> Array:
-        forces = [_NO_FORCE] * len(theta)
-        return densities_of_half_cycles(regression, blocks, theta[:, :-1], theta[:, -1], forces)
-
-    def predictive(theta: Array, rng: np.random.Generator) -> Array:
-        drawn = [math.exp(0.5 * row[-1]) * drawn_noise(regression.clock, rng) for row in theta]
-        return replicated_records(regression, signal, unit, theta[:, :-1], drawn)
-
+    gram, everything = whitened.gram, np.ones(p, dtype=np.bool_)
+    mean, covariance = set_posterior(gram, regression.reference, everything, lam, noise2)
+    precision = gram[:-1, :-1] + lam * np.eye(p)
     centre = np.append(
         mean * scale, math.log(noise2) + (math.sqrt(0.5 / n) if regression.least_noise else 0.0)
     )
     spread = np.zeros((p + 1, p + 1))
     spread[:-1, :-1] = covariance * np.outer(scale, scale)
     spread[-1, -1] = 2.0 / n
+    still = _Still(regression, whitened, mean, precision, noise2, natural, blocks, signal, unit)
     return Target(
         names=(*regression.names, "log_variance"),
-        log_prob=log_prob,
-        closed_form=closed_form,
+        log_prob=still.log_prob,
+        closed_form=still.closed_form,
         centre=centre,
         covariance=spread,
-        posterior=lambda theta: natural(theta[:, :-1], np.exp(0.5 * theta[:, -1])),
-        log_prior=log_prior,
-        pointwise=pointwise,
-        predictive=predictive,
+        posterior=still.posterior,
+        log_prior=still.log_prior,
+        pointwise=still.pointwise,
+        predictive=still.predictive,
         prior_draws=no_prior_draws,
         observed=signal,
         observed_name="signal",
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Still:
+    """The posterior without a random force, at a sampler's coordinates.
+
+    Fields are the parameters of :func:`still_target`, the whitened sums, and of the closed form the mean and
+    precision of the coefficients in units of their prior sd and the noise variance.
+    """
+
+    regression: LawRegression
+    whitened: Whitened
+    mean: Array
+    precision: Array
+    noise2: float
+    natural: Callable[[Array, Array], dict[str, Array]]
+    blocks: Integers
+    signal: Array
+    unit: float
+
+    @cached_property
+    def _factor(self) -> Array:
+        return np.asarray(np.linalg.cholesky(self.whitened.gram).T[None], dtype=np.float64)
+
+    def log_prior(self, theta: Array) -> Array:
+        log_v = theta[:, -1]
+        law = self.regression.log_prior_density(theta[:, :-1] / self.regression.scale)
+        inside = (log_v >= self.regression.log_least_variance) & (np.abs(log_v) < _LOG_LIMIT)
+        return np.where(inside, law, -np.inf)
+
+    def log_prob(self, theta: Array) -> Array:
+        regression, whitened = self.regression, self.whitened
+        log_v = np.clip(theta[:, -1], -_LOG_LIMIT, _LOG_LIMIT)
+        misfit = _misfit(self._factor, regression.reference - theta[:, :-1] / regression.scale)
+        likelihood = signal_log_likelihood(misfit, log_v, whitened.used) - 0.5 * whitened.log_determinant
+        return np.asarray(likelihood + self.log_prior(theta))
+
+    def closed_form(self, theta: Array) -> Array:
+        n, p = self.whitened.used, self.mean.size
+        away, log_v = theta[:, :-1] / self.regression.scale - self.mean, theta[:, -1]
+        square = np.einsum("mi,ij,mj->m", away, self.precision, away) + n * self.noise2
+        return np.asarray(-0.5 * (n + p) * log_v - 0.5 * square * np.exp(-log_v))
+
+    def posterior(self, theta: Array) -> dict[str, Array]:
+        return self.natural(theta[:, :-1], np.exp(0.5 * theta[:, -1]))
+
+    def pointwise(self, theta: Array) -> Array:
+        forces = [_NO_FORCE] * len(theta)
+        return densities_of_half_cycles(self.regression, self.blocks, theta[:, :-1], theta[:, -1], forces)
+
+    def predictive(self, theta: Array, rng: np.random.Generator) -> Array:
+        drawn = [math.exp(0.5 * row[-1]) * drawn_noise(self.regression.clock, rng) for row in theta]
+        return replicated_records(self.regression, self.signal, self.unit, theta[:, :-1], drawn)
 
 
 def densities_of_half_cycles(

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -29,7 +30,7 @@ from friction_bayes.statespace.coloured_noise import (
     coloured_gains,
     coloured_innovations,
 )
-from friction_bayes.statespace.transition import distinct_steps, transition_table
+from friction_bayes.statespace.transition import ForcedSteps, distinct_steps, transition_table
 
 __all__ = [
     "Clock",
@@ -93,6 +94,22 @@ class CorrelatedError:
 
     ratio: float = 0.0
     tau: float = 1.0
+
+
+class ErrorSteps(NamedTuple):
+    """The sensor's error over the distinct steps of a clock.
+
+    Attributes
+    ----------
+    decays, added : ndarray, shape (m,)
+        What each step leaves of it, and the variance that it adds.
+    square : float
+        Its variance, in units of that of the white noise.
+    """
+
+    decays: Array
+    added: Array
+    square: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,13 +176,14 @@ class Clock:
         """Whether all steps are the same, as nearly as matters to noise that goes from sample to sample."""
         return bool(np.ptp(self.steps) < _EVEN * float(np.mean(self.steps)))
 
-    def error_table(self) -> tuple[Array, Array]:
-        """Decay of the sensor's error over each distinct step and the variance added, both of shape (m,)."""
-        decay = np.exp(-self.steps / self.error.tau)
-        return decay, self.error.ratio**2 * (1.0 - decay * decay)
+    @property
+    def error_steps(self) -> ErrorSteps:
+        """The sensor's error over the distinct steps."""
+        decays, square = np.exp(-self.steps / self.error.tau), self.error.ratio**2
+        return ErrorSteps(decays, square * (1.0 - decays * decays), square)
 
-    def force_table(self, ratio: float, tau: float) -> tuple[Array, Array]:
-        """Transitions of the distinct steps and what the force adds to the covariance, (m, 3, 3) both.
+    def forced_steps(self, ratio: float, tau: float) -> ForcedSteps:
+        """Oscillator and force over the steps.
 
         For a force of sd ``ratio`` times that of the noise, correlated over a phase ``tau``; a jump comes at
         any time within its step, as the force itself does.
@@ -176,7 +194,7 @@ class Clock:
         if jumping.any():
             of_jump = self.jump[jumping] ** 2 / covariances[jumping, 2, 2]
             added[jumping] += of_jump[:, None, None] * covariances[jumping]
-        return transitions, added
+        return ForcedSteps(self.index, transitions, added, ratio * ratio)
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,22 +245,11 @@ def whiten(
     columns, rows = np.ascontiguousarray(columns, dtype=np.float64), row.reshape(-1, 3)
     if clock.autoregression is None:
         transitions, gains = _filter(clock, row, ratio, tau, np.empty((0, 4, 4)))
-        white = _innovations(columns, clock.index, transitions, clock.error_table()[0], rows, gains)
+        white = _innovations(columns, clock.index, transitions, clock.error_steps.decays, rows, gains)
     else:
-        transitions, forced = clock.force_table(ratio, tau)
-        noise = clock.autoregression
-        gains = coloured_gains(
-            clock.index,
-            transitions,
-            forced,
-            ratio * ratio,
-            rows,
-            clock.variance,
-            noise.coefficients,
-            noise.covariance,
-            noise.innovation_variance,
-        )
-        white = coloured_innovations(columns, clock.index, transitions, rows, noise.coefficients, gains)
+        force, noise = clock.forced_steps(ratio, tau), clock.autoregression
+        gains = coloured_gains(force, noise.lagged, rows, clock.variance)
+        white = coloured_innovations(columns, clock.index, force.transitions, rows, noise.coefficients, gains)
     scale = gains[:, -1]
     used = scale > 0.0
     log_determinant = -2.0 * float(np.sum(np.log(scale[used])))
@@ -265,7 +272,8 @@ def colour(white: Array, clock: Clock, row: Array, ratio: float, tau: float) -> 
         As in :func:`whiten`; samples that are not used are what the others predict of them.
     """
     transitions, gains = _filter(clock, row, ratio, tau, np.empty((0, 4, 4)))
-    return _coloured(white, clock.index, transitions, clock.error_table()[0], row.reshape(-1, 3), gains)
+    decays = clock.error_steps.decays
+    return _coloured(white, clock.index, transitions, decays, row.reshape(-1, 3), gains)
 
 
 def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -> tuple[Array, Array]:
@@ -287,11 +295,7 @@ def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -
     covariance : ndarray, shape (n, 4, 4)
         Of the states given ``beta``, in units of ``sigma**2``.
     """
-    columns = np.ascontiguousarray(columns, dtype=np.float64)
-    predicted = np.empty((len(columns), 4, 4))
-    transitions, gains = _filter(clock, row, ratio, tau, predicted)
-    decays = clock.error_table()[0]
-    return _smooth(columns, clock.index, transitions, decays, row.reshape(-1, 3), gains, predicted)[:2]
+    return _smoothed(columns, clock, row, ratio, tau)[:2]
 
 
 def jump_scores(column: Array, clock: Clock, row: Array, ratio: float, tau: float) -> Array:
@@ -308,31 +312,28 @@ def jump_scores(column: Array, clock: Clock, row: Array, ratio: float, tau: floa
     clock, row, ratio, tau
         As in :func:`whiten`.
     """
-    block = np.ascontiguousarray(column, dtype=np.float64)[:, None]
-    predicted = np.empty((len(block), 4, 4))
-    transitions, gains = _filter(clock, row, ratio, tau, predicted)
-    decays = clock.error_table()[0]
-    told = _smooth(block, clock.index, transitions, decays, row.reshape(-1, 3), gains, predicted)[2]
-    score, information = told[:, 0], told[:, 1]
+    score, information = _smoothed(column[:, None], clock, row, ratio, tau)[2].T
     telling = information > _TELLING * np.median(information)
     return np.asarray(np.where(telling, score / np.sqrt(np.where(telling, information, 1.0)), 0.0))
 
 
 def _filter(clock: Clock, row: Array, ratio: float, tau: float, predicted: Array) -> tuple[Array, Array]:
     """Transitions of the distinct steps, and the gains of the filter; ``predicted`` as in :func:`_gains`."""
-    transitions, forced = clock.force_table(ratio, tau)
-    gains = _gains(
-        clock.index,
-        transitions,
-        forced,
-        ratio * ratio,
-        row.reshape(-1, 3),
-        clock.variance,
-        *clock.error_table(),
-        clock.error.ratio**2,
-        predicted,
-    )
-    return transitions, gains
+    force = clock.forced_steps(ratio, tau)
+    gains = _gains(force, clock.error_steps, row.reshape(-1, 3), clock.variance, predicted)
+    return force.transitions, gains
+
+
+def _smoothed(
+    columns: Array, clock: Clock, row: Array, ratio: float, tau: float
+) -> tuple[Array, Array, Array]:
+    """Smoothed states and their covariance as of :func:`smooth`, and of jumps as :func:`_looked_back`."""
+    columns, rows = np.ascontiguousarray(columns, dtype=np.float64), row.reshape(-1, 3)
+    predicted = np.empty((len(columns), 4, 4))
+    transitions, gains = _filter(clock, row, ratio, tau, predicted)
+    index, decays = clock.index, clock.error_steps.decays
+    states, innovations = _looked_ahead(columns, index, transitions, decays, rows, gains)
+    return _looked_back(states, innovations, index, transitions, decays, rows, gains, predicted)
 
 
 @njit(cache=True, nogil=True)
@@ -404,26 +405,17 @@ def _same(first, second) -> bool:  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _gains(
-    index: Indices,
-    transitions: Array,
-    forced: Array,
-    square: float,
-    rows: Array,
-    variance: Array,
-    decays: Array,
-    added: Array,
-    error: float,
-    predicted: Array,
-) -> Array:
+def _gains(force: ForcedSteps, error: ErrorSteps, rows: Array, variance: Array, predicted: Array) -> Array:
     """Gains, shape (n, 5): of the four states for a whitened innovation, and one over the innovation's sd.
 
     All are zero of samples that are not used. ``predicted`` is filled with the covariances before each
     sample, unless it is empty. A covariance that is the same as one sample before stays the same until the
     step, the noise or the sensor's row changes.
     """
+    index, transitions, forced, square = force
+    decays, added, error_square = error
     gains = np.zeros((variance.size, 5))
-    cov = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, square, 0.0, error)
+    cov = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, square, 0.0, error_square)
     before, steady = cov, False
     changes = len(rows) > 1
     for i in range(variance.size):
@@ -537,15 +529,10 @@ def _product(left: Array, right: Array, out: Array) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _smooth(
-    columns: Array,
-    index: Indices,
-    transitions: Array,
-    decays: Array,
-    rows: Array,
-    gains: Array,
-    predicted: Array,
-) -> tuple[Array, Array, Array]:
+def _looked_ahead(
+    columns: Array, index: Indices, transitions: Array, decays: Array, rows: Array, gains: Array
+) -> tuple[Array, Array]:
+    """States of every column before each sample, shape (n, 4, p), and whitened innovations, (n, p)."""
     n, p = columns.shape
     changes = len(rows) > 1
     states = np.zeros((n, 4, p))
@@ -570,13 +557,33 @@ def _smooth(
                 innovations[i, j] = e * scale
                 for a in range(4):
                     now[a, j] += gains[i, a] * e * scale
+    return states, innovations
+
+
+@njit(cache=True, nogil=True)
+def _looked_back(
+    states: Array,
+    innovations: Array,
+    index: Indices,
+    transitions: Array,
+    decays: Array,
+    rows: Array,
+    gains: Array,
+    predicted: Array,
+) -> tuple[Array, Array, Array]:
+    """States given all samples, in place, their covariance, and what later samples tell of a jump.
+
+    That is of the force of the first column, shape (n, 2): what all later samples say of a jump and how much
+    they can say.
+    """
+    n, p = innovations.shape
+    changes = len(rows) > 1
     f = np.zeros((4, 4))
     read = np.ones(4)
     adjoint, shift = np.zeros((4, p)), np.zeros((4, p))
     information, half = np.zeros((4, 4)), np.zeros((4, 4))
     told = np.zeros(4)
     covariance = np.zeros((n, 4, 4))
-    # of the force of the first column, what all later samples say of a jump and how much they can say
     jumps = np.zeros((n, 2))
     for i in range(n - 1, -1, -1):
         if i < n - 1:

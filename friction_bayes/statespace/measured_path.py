@@ -31,7 +31,7 @@ import numpy as np
 from numba import njit
 from scipy.special import erf
 
-from friction_bayes.core.arrays import Array, Indices
+from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.transition import initial_response
 
@@ -262,32 +262,11 @@ def _nodes(phase: Array, x: Array, v: Array, abscissae: Array, weights: Array) -
     m, turn = 0, 0
     for i in range(n - 1):
         h = phase[i + 1] - phase[i]
-        f0, f1 = force[0, i], force[1, i]
         ends[1], ends[2] = h, h
-        parts, sided = 1, False
-        before, after = 0.0, 0.0
+        parts, sided, before, after = 1, False, 0.0, 0.0
         if crosses[i]:
             parts = 2
-            if 0 < i < n - 2 and not crosses[i - 1] and not crosses[i + 1]:
-                before = force[0, i - 1] + 0.5 * force[1, i - 1] * (phase[i] - phase[i - 1])
-                after = force[0, i + 1] + 0.5 * force[1, i + 1] * (phase[i + 2] - phase[i + 1])
-                left = math.atan2(abs(v[i]), abs(x[i] - before))
-                right = math.atan2(abs(v[i + 1]), abs(x[i + 1] - after))
-                # from the left it comes to rest, from the right it sets out
-                sided = (
-                    v[i] * (x[i] - before) >= 0.0
-                    and v[i + 1] * (x[i + 1] - after) <= 0.0
-                    and max(left, right) <= h
-                )
-            if sided:
-                ends[1] = 0.5 * (left + h - right)
-                turning[1, turn] = 0.5 * (
-                    _state(x[i], v[i], before, 0.0, ends[1])[0]
-                    + _state(x[i + 1], v[i + 1], after, 0.0, ends[1] - h)[0]
-                )
-            else:
-                ends[1] = _crossing(x[i], v[i], f0, f1, h)
-                turning[1, turn] = _state(x[i], v[i], f0, f1, ends[1])[0]
+            ends[1], turning[1, turn], sided, before, after = _turn(phase, x, v, force, crosses, i)
             turning[0, turn] = phase[i] + ends[1]
             turn += 1
         for part in range(parts):
@@ -300,7 +279,7 @@ def _nodes(phase: Array, x: Array, v: Array, abscissae: Array, weights: Array) -
                     nodes[0, m] = i
                     nodes[1, m] = phase[i] + s
                     if not sided:
-                        nodes[2, m], nodes[3, m] = _state(x[i], v[i], f0, f1, s)
+                        nodes[2, m], nodes[3, m] = _state(x[i], v[i], force[0, i], force[1, i], s)
                     elif part == 0:
                         nodes[2, m], nodes[3, m] = _state(x[i], v[i], before, 0.0, s)
                     else:
@@ -309,3 +288,28 @@ def _nodes(phase: Array, x: Array, v: Array, abscissae: Array, weights: Array) -
                     nodes[5, m] = weights[k] * length / pieces
                     m += 1
     return nodes[:, :m].copy(), turning
+
+
+@njit(cache=True, nogil=True)
+def _turn(
+    phase: Array, x: Array, v: Array, force: Array, crosses: Mask, i: int
+) -> tuple[float, float, bool, float, float]:
+    """Where the motion turns in an interval, by its phase from there and its displacement.
+
+    Then whether the motion goes on from either side, and the mean forces under which it does, before and
+    after; else it does not jump there, under the ``force`` that leads over the interval.
+    """
+    h = phase[i + 1] - phase[i]
+    if 0 < i < phase.size - 2 and not crosses[i - 1] and not crosses[i + 1]:
+        before = force[0, i - 1] + 0.5 * force[1, i - 1] * (phase[i] - phase[i - 1])
+        after = force[0, i + 1] + 0.5 * force[1, i + 1] * (phase[i + 2] - phase[i + 1])
+        left = math.atan2(abs(v[i]), abs(x[i] - before))
+        right = math.atan2(abs(v[i + 1]), abs(x[i + 1] - after))
+        # from the left it comes to rest, from the right it sets out
+        if v[i] * (x[i] - before) >= 0.0 and v[i + 1] * (x[i + 1] - after) <= 0.0 and max(left, right) <= h:
+            at = 0.5 * (left + h - right)
+            from_left = _state(x[i], v[i], before, 0.0, at)[0]
+            from_right = _state(x[i + 1], v[i + 1], after, 0.0, at - h)[0]
+            return at, 0.5 * (from_left + from_right), True, before, after
+    at = _crossing(x[i], v[i], force[0, i], force[1, i], h)
+    return at, _state(x[i], v[i], force[0, i], force[1, i], at)[0], False, 0.0, 0.0

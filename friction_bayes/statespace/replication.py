@@ -46,12 +46,12 @@ def drawn_noise(clock: Clock, rng: np.random.Generator) -> Array:
     noise = np.sqrt(np.where(np.isfinite(clock.variance), clock.variance, 1.0)) * rng.standard_normal(n)
     if clock.error.ratio == 0.0:
         return np.asarray(noise)
-    decays, added = clock.error_table()
+    steps = clock.error_steps
     kicks = rng.standard_normal(n)
     error = clock.error.ratio * kicks[0]
     noise[0] += error
     for i, k in enumerate(clock.index, start=1):
-        error = decays[k] * error + math.sqrt(added[k]) * kicks[i]
+        error = steps.decays[k] * error + math.sqrt(steps.added[k]) * kicks[i]
         noise[i] += error
     return np.asarray(noise)
 

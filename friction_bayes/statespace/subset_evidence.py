@@ -107,6 +107,16 @@ class NestedSets(NamedTuple):
     order: Indices
 
 
+class _Regression(NamedTuple):
+    """Whitened sums of the columns and the record about a reference law; fields as of :func:`bound_sets`."""
+
+    gram: Array
+    log_determinant: float
+    used: int
+    reference: Array
+    positive: Mask
+
+
 def all_sets(always: Mask) -> Mask:
     """Every set, shape (2**free, p), that holds the columns ``always``, shape (p,)."""
     free = np.flatnonzero(~always)
@@ -217,18 +227,11 @@ def bound_sets(
         nested = NestedSets(np.arange(reference.size), sets, np.arange(len(sets)))
     columns = nested.columns
     place = np.append(columns, reference.size)
-    log_weight, noise2 = _bound_sets(
-        whitened.gram[np.ix_(place, place)],
-        whitened.log_determinant,
-        whitened.used,
-        reference[columns],
-        positive[columns],
-        nested.inside,
-        log_prior,
-        least_noise2,
-        full,
-        nested.order,
+    gram = whitened.gram[np.ix_(place, place)]
+    regression = _Regression(
+        gram, whitened.log_determinant, whitened.used, reference[columns], positive[columns]
     )
+    log_weight, noise2 = _bound_sets(regression, nested, log_prior, full, least_noise2)
     return SetBounds(log_weight, noise2, full)
 
 
@@ -269,7 +272,8 @@ def weigh_bounded(
         Log weight of a set that is not among these, beside which they may not matter.
     """
     order = np.argsort(-bounds.log_weight)
-    log_weight = _weigh_sets(whitened.gram, reference, positive, sets, *bounds, best, order)
+    regression = _Regression(whitened.gram, whitened.log_determinant, whitened.used, reference, positive)
+    log_weight = _weigh_sets(regression, sets, order, bounds, best)
     return WeighedSets(log_weight, bounds.noise2, bounds.full_noise2)
 
 
@@ -291,16 +295,7 @@ def _full_noise(gram: Array, used: int, work: Array, half: Array) -> float:
 
 @njit(cache=True, nogil=True)
 def _bound_sets(
-    gram: Array,
-    log_determinant: float,
-    used: int,
-    reference: Array,
-    positive: Mask,
-    sets: Mask,
-    log_prior: Array,
-    least_noise2: float,
-    lam: float,
-    order: Indices,
+    regression: _Regression, nested: NestedSets, log_prior: Array, lam: float, least_noise2: float
 ) -> tuple[Array, Array]:
     """Bounds and noise variances, from what the columns of a set leave of the sums when eliminated in turn.
 
@@ -309,6 +304,8 @@ def _bound_sets(
     hold what is known after so many steps; the sums themselves only after ``known``, since the last column
     of a set is rarely the last but one of the next.
     """
+    gram, log_determinant, used, reference, positive = regression
+    sets, order = nested.inside, nested.order
     m, p = sets.shape
     left = np.empty((p + 1, p + 1, p + 1))
     left[0] = gram
@@ -325,23 +322,22 @@ def _bound_sets(
         known = min(known, k)
         for j in range(first, p):
             steps[j] = k
-            if not sets[s, j] and reference[j] == 0.0:
-                continue
-            if known < k:
-                _take_step(left[k - 1], left[k], column[k - 1], sets[s, column[k - 1]], reference, lam)
-                known = k
-            own, shared = left[k, j, j], left[k, j, p]
-            if sets[s, j]:
-                own += lam
-                shared -= lam * reference[j]
-                square[k + 1] = square[k] + lam * reference[j] ** 2 - shared * shared / max(own, _LEAST)
-                log_factor[k + 1] = log_factor[k] + math.log(max(own, _LEAST))
-                size[k + 1], confined[k + 1] = size[k] + 1.0, confined[k] + positive[j]
-            else:
-                square[k + 1] = square[k] + reference[j] * (2.0 * shared + reference[j] * own)
-                log_factor[k + 1], size[k + 1], confined[k + 1] = log_factor[k], size[k], confined[k]
-            column[k] = j
-            k += 1
+            if sets[s, j] or reference[j] != 0.0:
+                if known < k:
+                    _take_step(left[k - 1], left[k], column[k - 1], sets[s, column[k - 1]], reference, lam)
+                    known = k
+                own, shared = left[k, j, j], left[k, j, p]
+                if sets[s, j]:
+                    own += lam
+                    shared -= lam * reference[j]
+                    square[k + 1] = square[k] + lam * reference[j] ** 2 - shared * shared / max(own, _LEAST)
+                    log_factor[k + 1] = log_factor[k] + math.log(max(own, _LEAST))
+                    size[k + 1], confined[k + 1] = size[k] + 1.0, confined[k] + positive[j]
+                else:
+                    square[k + 1] = square[k] + reference[j] * (2.0 * shared + reference[j] * own)
+                    log_factor[k + 1], size[k + 1], confined[k + 1] = log_factor[k], size[k], confined[k]
+                column[k] = j
+                k += 1
         steps[p] = k
         last = s
         total = max(square[k], _LEAST)
@@ -399,18 +395,10 @@ def _penalised(
 
 
 @njit(cache=True, nogil=True)
-def _weigh_sets(
-    gram: Array,
-    reference: Array,
-    positive: Mask,
-    sets: Mask,
-    bound: Array,
-    noise2: Array,
-    lam: float,
-    best: float,
-    order: Indices,
-) -> Array:
+def _weigh_sets(regression: _Regression, sets: Mask, order: Indices, bounds: SetBounds, best: float) -> Array:
     """Log weights: bounds and the mass of positive coefficients. ``order`` is that of falling bounds."""
+    gram, reference, positive = regression.gram, regression.reference, regression.positive
+    bound, noise2, lam = bounds
     p = reference.size
     work, half, rhs, back = np.empty((p, p)), np.empty(p), np.empty(p), np.empty(p + 1)
     index, chosen = np.empty(p, np.int64), np.empty(p, np.int64)
@@ -425,17 +413,10 @@ def _weigh_sets(
         forward(work, rhs, size, half)
         some = 0
         for a in range(size):
-            if not positive[index[a]]:
-                continue
-            # column a of the inverse of the factor
-            root[some, a] = 1.0 / work[a, a]
-            for b in range(a + 1, size):
-                total = 0.0
-                for k in range(a, b):
-                    total -= work[b, k] * root[some, k]
-                root[some, b] = total / work[b, b]
-            chosen[some] = a
-            some += 1
+            if positive[index[a]]:
+                _inverse_column(work, size, a, root[some])
+                chosen[some] = a
+                some += 1
         mean, cov = np.empty(some), np.empty((some, some))
         for i in range(some):
             mean[i] = reference[index[chosen[i]]]
@@ -449,3 +430,14 @@ def _weigh_sets(
         log_weight[s] = bound[s] + confine(mean, cov, np.ones(some, np.bool_), np.empty(some), np.empty(some))
         best = max(best, log_weight[s])
     return log_weight
+
+
+@njit(cache=True, nogil=True)
+def _inverse_column(lower: Array, size: int, a: int, column: Array) -> None:
+    """Fill column ``a`` of the inverse of a triangular factor, from its diagonal on."""
+    column[a] = 1.0 / lower[a, a]
+    for b in range(a + 1, size):
+        total = 0.0
+        for k in range(a, b):
+            total -= lower[b, k] * column[k]
+        column[b] = total / lower[b, b]

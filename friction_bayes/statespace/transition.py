@@ -15,6 +15,7 @@ with the stiffness ``kappa`` one, but for a pendulum that swings far (see
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -22,13 +23,39 @@ from numba import njit
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
 
-__all__ = ["discretise", "distinct_steps", "free_motion", "initial_response", "transition_table"]
+__all__ = [
+    "ForcedSteps",
+    "discretise",
+    "distinct_steps",
+    "free_motion",
+    "initial_response",
+    "transition_table",
+]
 
 _TAYLOR_TERMS = 14
 _LARGEST_NORM = 0.125
 """Of ``A h`` at the step where the series are summed: ``0.125**14 / 14!`` is far below rounding."""
 _SAME_STEP = 1e-7
 """Steps closer than this share of the median step are one."""
+
+
+class ForcedSteps(NamedTuple):
+    """Oscillator and random force from sample to sample.
+
+    Attributes
+    ----------
+    step : ndarray of int, shape (n - 1,)
+        Which of the distinct steps each interval takes.
+    transitions, added : ndarray, shape (m, 3, 3)
+        Of each distinct step, and what the force adds to the covariance.
+    square : float
+        Variance of the force at the start.
+    """
+
+    step: Indices
+    transitions: Array
+    added: Array
+    square: float
 
 
 @njit(cache=True, nogil=True)

@@ -78,7 +78,54 @@ def half_cycle_rows(
     stride = math.ceil(_MIN_SAMPLES / per_half_cycle)
     first_block = math.floor((first - shift) / (math.pi * stride))
     blocks = math.floor((last - shift) / (math.pi * stride)) - first_block + 1
-    # Inner products of slope, f and 1 over each block with every function.
+    with_slope, with_f, with_one = _products(
+        values, polynomial, order, swing_frequency, stride, first_block, blocks
+    )
+    response = np.zeros(blocks + 1)
+    design = np.zeros((blocks + 1, 3))
+    rest = np.zeros(_FUNCTIONS)
+    used = 0
+    for block in range(blocks):
+        slope_products, f_products, one_products = with_slope[block], with_f[block], with_one[block]
+        count = one_products[_ONE]
+        whole = 0 < block < blocks - 1 or count > per_half_cycle * stride - 1.5
+        flat = slope_products[_SLOPE] <= _SMALLEST_SHARE * count
+        if count >= 2 and not flat and (whole or swing_frequency <= 0.0):
+            _remove(f_products, slope_products, _SLOPE)
+            _remove(one_products, slope_products, _SLOPE)
+            if f_products[_F] > _SMALLEST_SHARE * count:
+                _remove(one_products, f_products, _F)
+                for b in range(_FUNCTIONS):
+                    rest[b] += one_products[b]
+                _put(response, design, used, f_products, f_products[_F])
+                used += 1
+    rows = used
+    if rest[_ONE] > _SMALLEST_SHARE * n:
+        _put(response, design, rows, rest, rest[_ONE])
+        rows += 1
+    response = response[:rows].copy()
+    design = design[:rows].copy()
+    if swing_frequency > 0.0:
+        _straighten(response, design, used, order, swing_frequency)
+    return response, design, used
+
+
+@njit(cache=True, nogil=True)
+def _products(
+    values: Array,
+    polynomial: Array,
+    order: int,
+    swing_frequency: float,
+    stride: int,
+    first_block: int,
+    blocks: int,
+) -> tuple[Array, Array, Array]:
+    """Inner products of slope, ``f`` and 1 over each block with every function, (blocks, functions) each.
+
+    A block is ``stride`` half cycles long.
+    """
+    n = values.size
+    shift = 0.5 * order * math.pi
     with_slope, with_f, with_one = (
         np.zeros((blocks, _FUNCTIONS)),
         np.zeros((blocks, _FUNCTIONS)),
@@ -103,36 +150,7 @@ def half_cycle_rows(
             with_slope[block, b] += slope * functions[b]
             with_f[block, b] += f * functions[b]
             with_one[block, b] += functions[b]
-
-    response = np.zeros(blocks + 1)
-    design = np.zeros((blocks + 1, 3))
-    rest = np.zeros(_FUNCTIONS)
-    used = 0
-    for block in range(blocks):
-        slope_products, f_products, one_products = with_slope[block], with_f[block], with_one[block]
-        count = one_products[_ONE]
-        whole = 0 < block < blocks - 1 or count > per_half_cycle * stride - 1.5
-        flat = slope_products[_SLOPE] <= _SMALLEST_SHARE * count
-        if count < 2 or flat or (swing_frequency > 0.0 and not whole):
-            continue
-        _remove(f_products, slope_products, _SLOPE)
-        _remove(one_products, slope_products, _SLOPE)
-        if f_products[_F] <= _SMALLEST_SHARE * count:
-            continue
-        _remove(one_products, f_products, _F)
-        for b in range(_FUNCTIONS):
-            rest[b] += one_products[b]
-        _put(response, design, used, f_products, f_products[_F])
-        used += 1
-    rows = used
-    if rest[_ONE] > _SMALLEST_SHARE * n:
-        _put(response, design, rows, rest, rest[_ONE])
-        rows += 1
-    response = response[:rows].copy()
-    design = design[:rows].copy()
-    if swing_frequency > 0.0:
-        _straighten(response, design, used, order, swing_frequency)
-    return response, design, used
+    return with_slope, with_f, with_one
 
 
 @njit(cache=True, nogil=True)

@@ -17,7 +17,9 @@ from friction_bayes.estimators.waveform.normal_equations import (
     FRICTION,
     OFFSET,
     PHASE,
+    NormalEquations,
     Samples,
+    Signal,
     accumulate,
     first_at,
     place,
@@ -157,9 +159,10 @@ def signal_derivatives(
 def exact_misfit(y: Array, samples: Samples, order: int, p: Array, kappa: float, stop: int) -> Array:
     """Sum of squared residuals of many coefficients, shape (m, 5) to (m,)."""
     out = np.empty(p.shape[0])
+    signal = Signal(y, samples, order, kappa)
     matrix, gradient = np.zeros((COEFFICIENTS, COEFFICIENTS)), np.zeros(COEFFICIENTS)
     for row in range(p.shape[0]):
-        out[row] = accumulate(y, samples, order, p[row], p[row], kappa, stop, matrix, gradient)
+        out[row] = accumulate(signal, NormalEquations(p[row], matrix, gradient), p[row], stop)
     return out
 
 

@@ -48,7 +48,7 @@ from friction_bayes.estimators.waveform.normal_equations import (
 )
 from friction_bayes.estimators.waveform.pendulum_fit import fit_pendulum
 from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion, agrees_near
-from friction_bayes.estimators.waveform.signal_fit import signal_fit
+from friction_bayes.estimators.waveform.signal_fit import FittedSignal, signal_fit
 from friction_bayes.estimators.waveform.signal_target import SignalModel
 from friction_bayes.statespace.measured_path import NEAR_TURN
 
@@ -94,11 +94,7 @@ class WaveformEstimator(TabulatedPrior):
         after = before.update_statistics(fits.linearised([samples.size], free).record(0))
         phase_variance = np.diag(after.coefficients.shape)[[ADVANCE - COEFFICIENTS, PHASE - COEFFICIENTS]]
         phase_sd = math.sqrt(float(phase_variance.sum()))
-        return signal_fit(
-            decay,
-            lambda: _model(decay, p, kappa, stop, after, prior["coefficient_precision"]),
-            before,
-            after,
+        fitted = FittedSignal(
             coefficients=dict(zip(NAMES[free], p[free], strict=True)),
             frequency_scale=2.0 / decay.duration,
             half_cycles=turning_samples(samples, p, stop).size - 1,
@@ -106,6 +102,10 @@ class WaveformEstimator(TabulatedPrior):
             prediction=signals(samples, decay.quantity.order, p[None], kappa, stop)[0],
             motion=FittedMotion(states(samples, p, kappa, stop), phase_sd),
             jumps=decay.quantity.order == 2 and _SURELY * phase_sd > NEAR_TURN,
+        )
+        precision = prior["coefficient_precision"]
+        return signal_fit(
+            decay, lambda: _model(decay, p, kappa, stop, after, precision), before, after, fitted
         )
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:

@@ -21,12 +21,13 @@ from friction_bayes.estimators.waveform.normal_equations import (
     FRICTION,
     NEVER,
     PHASE,
-    Samples,
+    NormalEquations,
+    Signal,
     accumulate,
     stopping_turn,
 )
 
-__all__ = ["Optimum", "Penalty", "Signal", "fit_waveform", "leave_out_turns"]
+__all__ = ["Penalty", "fit_waveform", "leave_out_turns"]
 
 _LINEAR = 3
 """The first coefficients, in which the signal is linear once frequency and phase are given."""
@@ -44,15 +45,6 @@ _SHIFTS = (-3.0, -1.0, -0.4, 0.4, 1.0, 3.0)
 """Samples by which the turning points of an acceleration are tried elsewhere."""
 
 
-class Signal(NamedTuple):
-    """What is fitted: moving samples less a constant near their rest, derivative order, and ``kappa``."""
-
-    y: Array
-    samples: Samples
-    order: int
-    kappa: float
-
-
 class Penalty(NamedTuple):
     """Prior of the coefficients, shape (5,) each: ``weight (p - mean)**2``; infinite weight holds one."""
 
@@ -60,21 +52,14 @@ class Penalty(NamedTuple):
     mean: Array
 
 
-class Optimum(NamedTuple):
-    """Coefficients ``p``, shape (5,), with ``J'J`` (lower triangle) and ``J'r`` there; all overwritten."""
-
-    p: Array
-    matrix: Array
-    gradient: Array
+@njit(cache=True, nogil=True)
+def _blank() -> NormalEquations:
+    p, gradient = np.zeros(COEFFICIENTS), np.zeros(COEFFICIENTS)
+    return NormalEquations(p, np.zeros((COEFFICIENTS, COEFFICIENTS)), gradient)
 
 
 @njit(cache=True, nogil=True)
-def _blank() -> Optimum:
-    return Optimum(np.zeros(COEFFICIENTS), np.zeros((COEFFICIENTS, COEFFICIENTS)), np.zeros(COEFFICIENTS))
-
-
-@njit(cache=True, nogil=True)
-def _keep(at: Optimum, trial: Optimum) -> None:
+def _keep(at: NormalEquations, trial: NormalEquations) -> None:
     """Take a trial over, by loops: slice assignment costs the compiler seconds."""
     for a in range(COEFFICIENTS):
         at.p[a], at.gradient[a] = trial.p[a], trial.gradient[a]
@@ -83,16 +68,7 @@ def _keep(at: Optimum, trial: Optimum) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _misfit(signal: Signal, at: Optimum, held: Array, stop: int) -> float:
-    """Sum of squared residuals at ``at.p``, with the half cycles of ``held``; fills the normal equations."""
-    matrix, gradient = at.matrix, at.gradient
-    return accumulate(
-        signal.y, signal.samples, signal.order, at.p, held, signal.kappa, stop, matrix, gradient
-    )
-
-
-@njit(cache=True, nogil=True)
-def _step(at: Optimum, prior: Penalty, damping: float, size: int) -> tuple[Array, bool]:
+def _step(at: NormalEquations, prior: Penalty, damping: float, size: int) -> tuple[Array, bool]:
     """Levenberg-Marquardt step of the first ``size`` coefficients; infinite weight holds a coefficient."""
     normal = np.zeros((size, size))
     right = np.zeros(size)
@@ -116,7 +92,7 @@ def _penalty(p: Array, prior: Penalty) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _promised_fall(at: Optimum, step: Array, prior: Penalty) -> float:
+def _promised_fall(at: NormalEquations, step: Array, prior: Penalty) -> float:
     """By how much the linearised cost falls with a step."""
     fall = 0.0
     for a in range(COEFFICIENTS):
@@ -126,7 +102,9 @@ def _promised_fall(at: Optimum, step: Array, prior: Penalty) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _minimise(signal: Signal, at: Optimum, held: Array, stop: int, prior: Penalty) -> tuple[float, bool]:
+def _minimise(
+    signal: Signal, at: NormalEquations, held: Array, stop: int, prior: Penalty
+) -> tuple[float, bool]:
     """Gauss-Newton from ``at``, damped where a step does not descend; see :func:`fit_waveform`.
 
     An acceleration jumps where a sample changes its half cycle: there the half cycles of ``held`` are kept.
@@ -136,7 +114,7 @@ def _minimise(signal: Signal, at: Optimum, held: Array, stop: int, prior: Penalt
     for i in range(signal.y.size):
         squares += signal.y[i] * signal.y[i]
     jumps = signal.order == 2
-    misfit = _misfit(signal, at, held if jumps else at.p, stop)
+    misfit = accumulate(signal, at, held if jumps else at.p, stop)
     cost = misfit + _penalty(at.p, prior)
     damping = 0.0
     for _ in range(_MAX_STEPS):
@@ -155,7 +133,7 @@ def _minimise(signal: Signal, at: Optimum, held: Array, stop: int, prior: Penalt
             trial.p[a] = at.p[a] + scale * step[a]
         trial_misfit, trial_cost = math.inf, math.inf
         if trial.p[ADVANCE] > 0.0:
-            trial_misfit = _misfit(signal, trial, held if jumps else trial.p, stop)
+            trial_misfit = accumulate(signal, trial, held if jumps else trial.p, stop)
             trial_cost = trial_misfit + _penalty(trial.p, prior)
         if trial_cost <= cost:
             _keep(at, trial)
@@ -169,7 +147,7 @@ def _minimise(signal: Signal, at: Optimum, held: Array, stop: int, prior: Penalt
 
 
 @njit(cache=True, nogil=True)
-def _settle_jumps(signal: Signal, at: Optimum, stop: int, misfit: float, prior: Penalty) -> float:
+def _settle_jumps(signal: Signal, at: NormalEquations, stop: int, misfit: float, prior: Penalty) -> float:
     """Move an acceleration's turning points by a few samples, all alike or at the ends, while that helps.
 
     Where a jump stands out of the noise, every sample in the wrong half cycle makes a minimum of its own.
@@ -184,7 +162,7 @@ def _settle_jumps(signal: Signal, at: Optimum, stop: int, misfit: float, prior: 
                     held[a] = trial.p[a] = at.p[a]
                 held[which] += shift * sample
                 _minimise(signal, trial, held, stop, prior)
-                trial_misfit = _misfit(signal, trial, trial.p, stop)
+                trial_misfit = accumulate(signal, trial, trial.p, stop)
                 if trial_misfit < misfit:
                     _keep(at, trial)
                     misfit = trial_misfit
@@ -194,7 +172,7 @@ def _settle_jumps(signal: Signal, at: Optimum, stop: int, misfit: float, prior: 
 
 
 @njit(cache=True, nogil=True)
-def fit_waveform(signal: Signal, at: Optimum, prior: Penalty) -> tuple[float, int, bool]:
+def fit_waveform(signal: Signal, at: NormalEquations, prior: Penalty) -> tuple[float, int, bool]:
     """Minimise squared residuals plus ``weight (p - mean)**2``, from phase and frequency in ``at.p``.
 
     The turning point where the motion ends is held within a minimisation, where the signal is then smooth,
@@ -204,7 +182,7 @@ def fit_waveform(signal: Signal, at: Optimum, prior: Penalty) -> tuple[float, in
     ----------
     signal : Signal
         What is fitted.
-    at : Optimum
+    at : NormalEquations
         Its ``p`` holds the rough phase advance and phase, and the offset if its weight is infinite. Receives
         the optimum.
     prior : Penalty
@@ -218,7 +196,7 @@ def fit_waveform(signal: Signal, at: Optimum, prior: Penalty) -> tuple[float, in
     """
     trial = _blank()
     at.p[AMPLITUDE], at.p[FRICTION] = 0.0, 0.0
-    _misfit(signal, at, at.p, NEVER)
+    accumulate(signal, at, at.p, NEVER)
     step, ok = _step(at, prior, 0.0, _LINEAR)
     if not ok:
         return math.inf, NEVER, False
@@ -234,7 +212,7 @@ def fit_waveform(signal: Signal, at: Optimum, prior: Penalty) -> tuple[float, in
         for a in range(COEFFICIENTS):
             trial.p[a] = at.p[a]
         _, trial_found = _minimise(signal, trial, at.p, proposed, prior)
-        trial_misfit = _misfit(signal, trial, trial.p, proposed)
+        trial_misfit = accumulate(signal, trial, trial.p, proposed)
         if turn > 1 and trial_misfit >= misfit:
             break
         _keep(at, trial)
@@ -247,7 +225,9 @@ def fit_waveform(signal: Signal, at: Optimum, prior: Penalty) -> tuple[float, in
 
 
 @njit(cache=True, nogil=True)
-def leave_out_turns(signal: Signal, at: Optimum, stop: int, prior: Penalty) -> tuple[float, int, bool]:
+def leave_out_turns(
+    signal: Signal, at: NormalEquations, stop: int, prior: Penalty
+) -> tuple[float, int, bool]:
     """Minimise without the samples of an acceleration that may be of either half cycle at a turning point.
 
     All others keep theirs, so that what is left is smooth. Where a jump stands out of the noise, each of

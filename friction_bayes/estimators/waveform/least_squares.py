@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -14,20 +14,16 @@ from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.sufficient_statistics import RegressionStatistics
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.decay.located import FOUND, Located
-from friction_bayes.estimators.waveform.gauss_newton import (
-    Optimum,
-    Penalty,
-    Signal,
-    fit_waveform,
-    leave_out_turns,
-)
+from friction_bayes.estimators.waveform.gauss_newton import Penalty, fit_waveform, leave_out_turns
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
     COEFFICIENTS,
     EVENLY,
     OFFSET,
     PHASE,
+    NormalEquations,
     Samples,
+    Signal,
 )
 
 __all__ = ["WaveformFits", "fit_waveforms", "prior_of"]
@@ -38,8 +34,7 @@ FLAT = 2
 """Frequency and phase, the last two coefficients, never have a prior precision."""
 
 
-@dataclass(frozen=True, eq=False)
-class WaveformFits:
+class WaveformFits(NamedTuple):
     """Least-squares fits of many records.
 
     Attributes
@@ -134,21 +129,7 @@ def fit_waveforms(
         np.zeros(records, dtype=np.bool_),
     )
     weight = np.array([math.inf if rest_known else precision, precision, precision, 0.0, 0.0])
-    _fit_all(
-        values,
-        places,
-        located,
-        order,
-        weight,
-        fits.coefficients,
-        fits.kappa,
-        fits.stop,
-        fits.normal,
-        fits.gradient,
-        fits.misfit,
-        fits.left_out,
-        fits.found,
-    )
+    _fit_all(values, places, located, order, weight, fits)
     fits.normal[:] = fits.normal + np.tril(fits.normal, -1).swapaxes(-1, -2)
     fits.found[:] &= _regular(fits.normal)
     return fits
@@ -166,41 +147,28 @@ def _regular(normal: Array) -> Mask:
 
 @njit(cache=True, nogil=True)
 def _fit_all(
-    values: Array,
-    places: Array,
-    located: Located,
-    order: int,
-    weight: Array,
-    coefficients: Array,
-    kappa: Array,
-    stop: Integers,
-    normal: Array,
-    gradient: Array,
-    misfit: Array,
-    left_out: Integers,
-    found: Mask,
+    values: Array, places: Array, located: Located, order: int, weight: Array, fits: WaveformFits
 ) -> None:
     prior = Penalty(weight, np.zeros(COEFFICIENTS))
     for r in range(values.shape[0]):
-        if located.status[r] != FOUND:
-            continue
-        reference = located.rest_position[r]
-        y = values[r, located.start[r] : located.stop[r]] - reference
-        p = np.zeros(COEFFICIENTS)
-        p[ADVANCE] = located.frequency[r] * 0.5 * (y.size - 1)
-        p[PHASE] = located.phase[r] + p[ADVANCE]
-        kappa[r] = 2.0 * math.floor(p[PHASE] / math.pi) + 1.0
-        prior.mean[OFFSET] = -reference
-        signal, optimum = (
-            Signal(y, Samples(y.size, places), order, kappa[r]),
-            Optimum(p, normal[r], gradient[r]),
-        )
-        misfit[r], stop[r], found[r] = fit_waveform(signal, optimum, prior)
-        if order == 2 and found[r]:
-            misfit[r], left_out[r], found[r] = leave_out_turns(signal, optimum, stop[r], prior)
-        p[OFFSET] += reference
-        for k in range(COEFFICIENTS):
-            coefficients[r, k] = p[k]
+        if located.status[r] == FOUND:
+            reference = located.rest_position[r]
+            y = values[r, located.start[r] : located.stop[r]] - reference
+            p = np.zeros(COEFFICIENTS)
+            p[ADVANCE] = located.frequency[r] * 0.5 * (y.size - 1)
+            p[PHASE] = located.phase[r] + p[ADVANCE]
+            fits.kappa[r] = 2.0 * math.floor(p[PHASE] / math.pi) + 1.0
+            prior.mean[OFFSET] = -reference
+            signal = Signal(y, Samples(y.size, places), order, fits.kappa[r])
+            at = NormalEquations(p, fits.normal[r], fits.gradient[r])
+            fits.misfit[r], fits.stop[r], fits.found[r] = fit_waveform(signal, at, prior)
+            if order == 2 and fits.found[r]:
+                fits.misfit[r], fits.left_out[r], fits.found[r] = leave_out_turns(
+                    signal, at, fits.stop[r], prior
+                )
+            p[OFFSET] += reference
+            for k in range(COEFFICIENTS):
+                fits.coefficients[r, k] = p[k]
 
 
 def prior_of(prior: Mapping[str, float], size: int) -> NormalInverseGamma:

@@ -39,7 +39,9 @@ __all__ = [
     "NEVER",
     "OFFSET",
     "PHASE",
+    "NormalEquations",
     "Samples",
+    "Signal",
     "accumulate",
     "first_at",
     "place",
@@ -90,6 +92,23 @@ def first_at(samples: Samples, s: float) -> int:
     return min(max(math.ceil(0.5 * (samples.size - 1) * (1.0 + s)), 0), samples.size)
 
 
+class Signal(NamedTuple):
+    """What is fitted: moving samples less a constant near their rest, derivative order, and ``kappa``."""
+
+    y: Array
+    samples: Samples
+    order: int
+    kappa: float
+
+
+class NormalEquations(NamedTuple):
+    """Coefficients ``p``, shape (5,), with ``J'J`` (lower triangle) and ``J'r`` there; all overwritten."""
+
+    p: Array
+    matrix: Array
+    gradient: Array
+
+
 class _Sums(NamedTuple):
     """Sums over the samples of one half cycle; ``fg`` is that of ``f g``, ``r`` the residual."""
 
@@ -121,29 +140,20 @@ def stopping_turn(p: Array, kappa: float) -> int:
 
 
 @njit(cache=True, nogil=True)
-def accumulate(
-    y: Array,
-    samples: Samples,
-    order: int,
-    p: Array,
-    held: Array,
-    kappa: float,
-    stop: int,
-    matrix: Array,
-    gradient: Array,
-) -> float:
-    """Sum of squared residuals, and ``J'J`` (lower triangle) and ``J'r`` in place.
+def accumulate(signal: Signal, at: NormalEquations, held: Array, stop: int) -> float:
+    """Sum of squared residuals at ``at.p``, and the normal equations there in place.
 
-    Samples lie in the half cycles that the phase of ``held`` puts them in, which may be ``p`` itself.
+    Samples lie in the half cycles that the phase of ``held`` puts them in, which may be ``at.p`` itself.
     """
-    n = y.size
+    y, samples, order, kappa = signal
+    p, matrix, gradient = at
     for a in range(COEFFICIENTS):
         gradient[a] = 0.0
         for b in range(COEFFICIENTS):
             matrix[a, b] = 0.0
     total = 0.0
     half = math.floor((held[PHASE] - held[ADVANCE]) / math.pi)
-    i = 0
+    i, n = 0, y.size
     while i < n and half < stop:
         end = max(first_at(samples, ((half + 1) * math.pi - held[PHASE]) / held[ADVANCE]), i)
         k = kappa - 2.0 * half - 1.0
@@ -157,7 +167,7 @@ def accumulate(
         i = end
         half += 1
     if i < n:
-        total = _add_rest(y, i, order, p, kappa, stop, matrix, gradient, total)
+        total = _add_rest(signal, at, stop, i, total)
     return total
 
 
@@ -229,22 +239,13 @@ def _add_half_cycle(matrix: Array, gradient: Array, sums: _Sums, k: float, e: fl
 
 
 @njit(cache=True, nogil=True)
-def _add_rest(
-    y: Array,
-    start: int,
-    order: int,
-    p: Array,
-    kappa: float,
-    stop: int,
-    matrix: Array,
-    gradient: Array,
-    total: float,
-) -> float:
+def _add_rest(signal: Signal, at: NormalEquations, stop: int, start: int, total: float) -> float:
     """Add the samples at rest, from ``start`` on; return ``total`` with their squared residuals."""
+    y, p, matrix, gradient = signal.y, at.p, at.matrix, at.gradient
     e = 0.0
-    if order == 0:
+    if signal.order == 0:
         e = 1.0 if stop % 2 == 0 else -1.0
-    k = e * (kappa - 2.0 * stop)
+    k = e * (signal.kappa - 2.0 * stop)
     rest = p[OFFSET] + e * p[AMPLITUDE] + k * p[FRICTION]
     count = y.size - start
     sum_r = 0.0

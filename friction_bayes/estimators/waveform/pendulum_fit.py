@@ -28,7 +28,7 @@ from friction_bayes.estimators.waveform.pendulum_signal import (
     PendulumSignal,
 )
 from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion, agrees_near
-from friction_bayes.estimators.waveform.signal_fit import signal_fit
+from friction_bayes.estimators.waveform.signal_fit import FittedSignal, signal_fit
 from friction_bayes.estimators.waveform.signal_target import SignalModel
 
 __all__ = ["NAMES", "fit_pendulum"]
@@ -70,19 +70,18 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
     jacobian = swing.jacobian(q, swing.n)[:, skip:]
     after = before.update(jacobian, decay.values - prediction + jacobian @ q[skip:])
     free = coefficient_bounds(prior["coefficient_precision"], decay.system, decay.quantity, decay.unit)
-    return signal_fit(
-        decay,
-        lambda: _model(swing, q, skip, after, free),
-        before,
-        after,
+    fitted = FittedSignal(
         coefficients=dict(zip(NAMES[skip:], q[skip:], strict=True)),
-        motion=FittedMotion(swing.states(q), _phase_sd(swing, q, after)),
-        jumps=decay.quantity.order == 2,
         frequency_scale=1.0,
         half_cycles=swing.turning_samples(q).size - 1,
         rest_position=float(q[OFFSET]),
         prediction=prediction,
-        notes=("frequency and friction are those of a pendulum, integrated at its full swing",),
+        motion=FittedMotion(swing.states(q), _phase_sd(swing, q, after)),
+        jumps=decay.quantity.order == 2,
+    )
+    note = "frequency and friction are those of a pendulum, integrated at its full swing"
+    return signal_fit(
+        decay, lambda: _model(swing, q, skip, after, free), before, after, fitted, notes=(note,)
     )
 
 

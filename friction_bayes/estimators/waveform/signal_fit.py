@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 from scipy import stats
 
@@ -16,7 +17,7 @@ from friction_bayes.decay.whiteness import residual_notes
 from friction_bayes.estimators.base import Fit, FittedMotion
 from friction_bayes.estimators.waveform.signal_target import SignalModel, signal_target
 
-__all__ = ["signal_fit"]
+__all__ = ["FittedSignal", "signal_fit"]
 
 _JUMPS = (
     "an acceleration jumps at its turning points: a sample that changes its half cycle changes the "
@@ -25,19 +26,43 @@ _JUMPS = (
 )
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FittedSignal:
+    """The signal that fits a record best.
+
+    Attributes
+    ----------
+    coefficients : mapping of str to float
+        In order; ``friction_coefficient`` and ``frequency`` are among the names.
+    frequency_scale : float
+        From the coefficient named ``frequency`` to rad/s.
+    half_cycles : int
+        How many lie in the record.
+    rest_position : float
+        Unit of the signal.
+    prediction : ndarray, shape (n,)
+        The signal.
+    motion : FittedMotion
+        The motion that it shows.
+    jumps : bool
+        Whether a sample that counts may be of either half cycle, of which an acceleration makes a jump.
+    """
+
+    coefficients: Mapping[str, float]
+    frequency_scale: float
+    half_cycles: int
+    rest_position: float
+    prediction: Array
+    motion: FittedMotion
+    jumps: bool
+
+
 def signal_fit(
     decay: FreeDecay,
     build_model: Callable[[], SignalModel],
     prior: NormalInverseGamma,
     posterior: NormalInverseGamma,
-    *,
-    coefficients: Mapping[str, float],
-    frequency_scale: float,
-    half_cycles: int,
-    rest_position: float,
-    prediction: Array,
-    motion: FittedMotion,
-    jumps: bool,
+    fitted: FittedSignal,
     notes: tuple[str, ...] = (),
 ) -> Fit:
     """Put a fit together.
@@ -50,26 +75,14 @@ def signal_fit(
         Makes the signal as the sampler sees it.
     prior, posterior : NormalInverseGamma
         Of its coefficients and the error variance.
-    coefficients : mapping of str to float
-        The optimum in order; ``friction_coefficient`` and ``frequency`` are among the names.
-    frequency_scale : float
-        From the coefficient named ``frequency`` to rad/s.
-    half_cycles : int
-        How many lie in the record.
-    rest_position : float
-        Unit of the signal.
-    prediction : ndarray, shape (n,)
-        The signal at the optimum.
-    motion : FittedMotion
-        Likewise.
-    jumps : bool
-        Whether a sample that counts may be of either half cycle, of which an acceleration makes a jump.
+    fitted : FittedSignal
+        The optimum.
     notes : tuple of str
         What is to be said before the residuals speak.
     """
-    if jumps:
+    if fitted.jumps:
         notes = (*notes, _JUMPS)
-    names = list(coefficients)
+    names, scale = list(fitted.coefficients), fitted.frequency_scale
     friction, frequency = (names.index(name) for name in ("friction_coefficient", "frequency"))
     alpha, beta = posterior.alpha, posterior.beta
     return Fit(
@@ -77,18 +90,18 @@ def signal_fit(
         precision=stats.gamma(alpha, scale=1.0 / beta),
         precision_unit=inverse_square(decay.unit),
         posterior=posterior,
-        amplitudes=half_cycles,
-        frequency=float(coefficients["frequency"]) * frequency_scale,
-        frequency_sd=math.sqrt(posterior.coefficients.shape[frequency, frequency]) * frequency_scale,
-        rest_position=rest_position,
+        amplitudes=fitted.half_cycles,
+        frequency=float(fitted.coefficients["frequency"]) * scale,
+        frequency_sd=math.sqrt(posterior.coefficients.shape[frequency, frequency]) * scale,
+        rest_position=fitted.rest_position,
         noise_sd=float(mean_error_sd(alpha, beta)),
-        prediction=prediction,
-        motion=motion,
+        prediction=fitted.prediction,
+        motion=fitted.motion,
         build_target=lambda: signal_target(
             build_model(),
             prior,
             posterior,
             force_factor=force_factor(decay.system, decay.quantity, decay.unit),
         ),
-        notes=(*notes, *residual_notes(decay.values - prediction, prediction)),
+        notes=(*notes, *residual_notes(decay.values - fitted.prediction, fitted.prediction)),
     )

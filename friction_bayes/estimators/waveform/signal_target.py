@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy import stats
@@ -79,41 +80,84 @@ def signal_target(
     Target
         Coordinates: the coefficients times their scale, and ``log_variance``.
     """
-    n, used, size = model.observed.size, int(np.count_nonzero(model.used)), len(model.names)
-    friction = model.names.index("friction_coefficient")
-    prior_density = prior.logpdf if prior.proper else prior.log_kernel
+    size, coefficients = len(model.names), posterior.coefficients
+    covariance = np.zeros((size + 1, size + 1))
+    covariance[:-1, :-1] = coefficients.shape * max(coefficients.df / max(coefficients.df - 2.0, 1.0), 1.0)
+    covariance[:-1, :-1] *= np.outer(model.scale, model.scale)
+    covariance[-1, -1] = polygamma(1, posterior.alpha)
+    sampled = _SampledSignal(model, prior, posterior, force_factor)
+    return Target(
+        names=(*model.names, "log_variance"),
+        log_prob=sampled.log_prob,
+        closed_form=sampled.closed_form,
+        centre=np.append(posterior.mean * model.scale, np.log(posterior.beta) - psi(posterior.alpha)),
+        covariance=covariance,
+        posterior=sampled.natural,
+        log_prior=sampled.log_prior,
+        pointwise=sampled.pointwise,
+        predictive=sampled.predictive,
+        prior_draws=sampled.prior_draws,
+        observed=model.observed,
+        observed_name="signal",
+    )
 
-    def split(theta: Array) -> tuple[Array, Array, Mask]:
-        """Coefficients and log-variance, and where both lie within the support (else the centre's)."""
+
+class _Supported(NamedTuple):
+    """Coefficients and log-variance, outside the support those of the centre, and which lie inside."""
+
+    coefficients: Array
+    log_variance: Array
+    inside: Mask
+
+
+@dataclass(frozen=True, eq=False)
+class _SampledSignal:
+    """The posterior of a whole signal, at a sampler's coordinates; fields as of :func:`signal_target`."""
+
+    model: SignalModel
+    prior: NormalInverseGamma
+    posterior: NormalInverseGamma
+    force_factor: float
+
+    def _supported(self, theta: Array) -> _Supported:
+        bounds = self.model.bounds
         inside = np.abs(theta[:, -1]) < _LOG_LIMIT
-        coefficients = theta[:, :-1] / model.scale
-        inside &= np.all((coefficients >= model.bounds[:, 0]) & (coefficients <= model.bounds[:, 1]), axis=1)
-        coefficients = np.where(inside[:, None], coefficients, posterior.mean)
-        return coefficients, np.where(inside, theta[:, -1], 0.0), inside
+        coefficients = theta[:, :-1] / self.model.scale
+        inside &= np.all((coefficients >= bounds[:, 0]) & (coefficients <= bounds[:, 1]), axis=1)
+        coefficients = np.where(inside[:, None], coefficients, self.posterior.mean)
+        return _Supported(coefficients, np.where(inside, theta[:, -1], 0.0), inside)
 
-    def log_prior(theta: Array) -> Array:
-        coefficients, log_v, inside = split(theta)
-        return np.where(inside, prior_density(coefficients, np.exp(log_v)) + log_v, -np.inf)
+    def _prior_at(self, at: _Supported) -> Array:
+        density = self.prior.logpdf if self.prior.proper else self.prior.log_kernel
+        return np.asarray(density(at.coefficients, np.exp(at.log_variance)) + at.log_variance)
 
-    def log_prob(theta: Array) -> Array:
-        coefficients, log_v, inside = split(theta)
-        value = prior_density(coefficients, np.exp(log_v)) + log_v
-        value = value + signal_log_likelihood(model.misfit(coefficients), log_v, used)
-        return np.where(inside, value, -np.inf)
+    def log_prior(self, theta: Array) -> Array:
+        at = self._supported(theta)
+        return np.where(at.inside, self._prior_at(at), -np.inf)
 
-    def closed_form(theta: Array) -> Array:
+    def log_prob(self, theta: Array) -> Array:
+        at, used = self._supported(theta), int(np.count_nonzero(self.model.used))
+        misfit = self.model.misfit(at.coefficients)
+        value = self._prior_at(at) + signal_log_likelihood(misfit, at.log_variance, used)
+        return np.where(at.inside, value, -np.inf)
+
+    def closed_form(self, theta: Array) -> Array:
         inside = np.abs(theta[:, -1]) < _LOG_LIMIT
         log_v = np.where(inside, theta[:, -1], 0.0)
-        return np.where(inside, posterior.logpdf(theta[:, :-1] / model.scale, np.exp(log_v)) + log_v, -np.inf)
+        density = self.posterior.logpdf(theta[:, :-1] / self.model.scale, np.exp(log_v)) + log_v
+        return np.where(inside, density, -np.inf)
 
-    def natural(theta: Array) -> dict[str, Array]:
-        others = {name: theta[:, i] for i, name in enumerate(model.names) if i != friction}
-        force = force_factor / model.scale[friction] * theta[:, friction]
+    def natural(self, theta: Array) -> dict[str, Array]:
+        names = self.model.names
+        friction = names.index("friction_coefficient")
+        others = {name: theta[:, i] for i, name in enumerate(names) if i != friction}
+        force = self.force_factor / self.model.scale[friction] * theta[:, friction]
         return {"friction": force, **others, "precision": np.exp(-theta[:, -1])}
 
-    def pointwise(theta: Array) -> Array:
+    def pointwise(self, theta: Array) -> Array:
+        model = self.model
         counts = np.add.reduceat(model.used.astype(float), model.blocks)
-        rows = max(_CHUNK_VALUES // n, 1)
+        rows = max(_CHUNK_VALUES // model.observed.size, 1)
         squares = [
             np.add.reduceat(
                 model.used * (model.observed - model.signal(part / model.scale)) ** 2, model.blocks, axis=1
@@ -125,40 +169,21 @@ def signal_target(
             - 0.5 * np.concatenate(squares) * np.exp(-theta[:, -1:])
         )
 
-    def predictive(theta: Array, rng: np.random.Generator) -> Array:
-        noise = rng.standard_normal((len(theta), n)) * np.exp(0.5 * theta[:, -1:])
-        return model.signal(np.ascontiguousarray(theta[:, :-1] / model.scale)) + noise
+    def predictive(self, theta: Array, rng: np.random.Generator) -> Array:
+        noise = rng.standard_normal((len(theta), self.model.observed.size)) * np.exp(0.5 * theta[:, -1:])
+        return self.model.signal(np.ascontiguousarray(theta[:, :-1] / self.model.scale)) + noise
 
-    def prior_draws(rng: np.random.Generator, count: int) -> Array:
-        alpha = _proper_shape(prior, model.bounds)
+    def prior_draws(self, rng: np.random.Generator, count: int) -> Array:
+        prior, (low, high) = self.prior, self.model.bounds.T
+        alpha = _proper_shape(prior, self.model.bounds)
         log_v = np.log(prior.beta) - stats.loggamma.rvs(alpha, size=count, random_state=rng)
         weight = np.diag(prior.factor)
         flat = weight == 0.0
-        unit = rng.standard_normal((count, size)) / np.where(flat, 1.0, weight)
+        unit = rng.standard_normal((count, low.size)) / np.where(flat, 1.0, weight)
         normal = prior.mean + unit * np.exp(0.5 * log_v)[:, None]
-        low, high = model.bounds[:, 0], model.bounds[:, 1]
-        uniform = np.where(flat, low, 0.0) + np.where(flat, high - low, 0.0) * rng.random((count, size))
-        return np.column_stack([np.where(flat, uniform, normal) * model.scale, log_v])
-
-    coefficients = posterior.coefficients
-    covariance = np.zeros((size + 1, size + 1))
-    covariance[:-1, :-1] = coefficients.shape * max(coefficients.df / max(coefficients.df - 2.0, 1.0), 1.0)
-    covariance[:-1, :-1] *= np.outer(model.scale, model.scale)
-    covariance[-1, -1] = polygamma(1, posterior.alpha)
-    return Target(
-        names=(*model.names, "log_variance"),
-        log_prob=log_prob,
-        closed_form=closed_form,
-        centre=np.append(posterior.mean * model.scale, np.log(posterior.beta) - psi(posterior.alpha)),
-        covariance=covariance,
-        posterior=natural,
-        log_prior=log_prior,
-        pointwise=pointwise,
-        predictive=predictive,
-        prior_draws=prior_draws,
-        observed=model.observed,
-        observed_name="signal",
-    )
+        share = rng.random((count, low.size))
+        uniform = np.where(flat, low, 0.0) + np.where(flat, high - low, 0.0) * share
+        return np.column_stack([np.where(flat, uniform, normal) * self.model.scale, log_v])
 
 
 def _proper_shape(prior: NormalInverseGamma, bounds: Array) -> float:

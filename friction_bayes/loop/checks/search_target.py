@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import ndtr, ndtri
@@ -32,57 +34,73 @@ def target_of(fit: LoopFit, seed: int) -> Target:
     seed : int
         Of the draws from the normal approximation that give centre and covariance.
     """
-    model = fit.model
-    prior = np.array([c.precision for c in model.coordinates])
-    low, high = model.support
     draws = posterior_draws(fit, np.random.default_rng(seed), _DRAWS)
+    sampled = _SampledModel(fit)
+    return Target(
+        names=tuple(_name(c) for c in fit.model.coordinates),
+        log_prob=sampled.log_prob,
+        closed_form=sampled.closed_form,
+        centre=draws.mean(axis=0),
+        covariance=np.cov(draws, rowvar=False),
+        posterior=sampled.posterior,
+        log_prior=sampled.log_prior,
+        pointwise=sampled.pointwise,
+        predictive=sampled.predictive,
+        prior_draws=sampled.prior_draws,
+        observed=fit.model.segments[0].values,
+        observed_name="signal",
+    )
 
-    def inside(z: Array) -> Mask:
+
+@dataclass(frozen=True, eq=False)
+class _SampledModel:
+    """The posterior of a fit's coordinates ``z``, shape (m, d), as functions of them."""
+
+    fit: LoopFit
+
+    @cached_property
+    def _precision(self) -> Array:
+        """Of the prior of each coordinate, zero where it is uniform on its support."""
+        return np.array([c.precision for c in self.fit.model.coordinates])
+
+    def _inside(self, z: Array) -> Mask:
+        low, high = self.fit.model.support
         return np.asarray(np.all((z >= low) & (z <= high), axis=1))
 
-    def log_prior(z: Array) -> Array:
-        return np.where(inside(z), -0.5 * (z * z) @ prior, -np.inf)
+    def log_prior(self, z: Array) -> Array:
+        return np.where(self._inside(z), -0.5 * (z * z) @ self._precision, -np.inf)
 
-    def log_prob(z: Array) -> Array:
-        out = log_prior(z)
+    def log_prob(self, z: Array) -> Array:
+        out = self.log_prior(z)
         for i in np.flatnonzero(np.isfinite(out)):
-            out[i] -= 0.5 * _deviance(fit, z[i])
+            out[i] -= 0.5 * _deviance(self.fit, z[i])
         return out
 
-    def closed_form(z: Array) -> Array:
-        away = z - fit.z
-        return np.where(inside(z), -0.5 * np.einsum("ij,jk,ik->i", away, fit.precision, away), -np.inf)
+    def closed_form(self, z: Array) -> Array:
+        away = z - self.fit.z
+        square = np.einsum("ij,jk,ik->i", away, self.fit.precision, away)
+        return np.where(self._inside(z), -0.5 * square, -np.inf)
 
-    def posterior(z: Array) -> dict[str, Array]:
-        return {FRICTION: model.value(z, FRICTION)}
+    def posterior(self, z: Array) -> dict[str, Array]:
+        return {FRICTION: self.fit.model.value(z, FRICTION)}
 
-    def predictive(z: Array, rng: np.random.Generator) -> Array:
+    def pointwise(self, z: Array) -> Array:
+        return block_log_likelihoods(self.fit, z)
+
+    def predictive(self, z: Array, rng: np.random.Generator) -> Array:
+        model = self.fit.model
         size = model.segments[0].values.size
         signals = [
             np.full(size, np.nan) if p is None else p.signal for p in (model.predict(one, 0) for one in z)
         ]
-        return np.array(signals) + fit.noises[0].sd * rng.standard_normal((len(z), size))
+        return np.array(signals) + self.fit.noises[0].sd * rng.standard_normal((len(z), size))
 
-    def prior_draws(rng: np.random.Generator, n: int) -> Array:
-        flat = prior == 0.0
+    def prior_draws(self, rng: np.random.Generator, n: int) -> Array:
+        low, high = self.fit.model.support
+        flat = self._precision == 0.0
         least, most = np.where(flat, 0.0, ndtr(low)), np.where(flat, 1.0, ndtr(high))
-        u = least + (most - least) * rng.random((n, fit.z.size))
+        u = least + (most - least) * rng.random((n, self.fit.z.size))
         return np.where(flat, u, ndtri(u))
-
-    return Target(
-        names=tuple(_name(c) for c in model.coordinates),
-        log_prob=log_prob,
-        closed_form=closed_form,
-        centre=draws.mean(axis=0),
-        covariance=np.cov(draws, rowvar=False),
-        posterior=posterior,
-        log_prior=log_prior,
-        pointwise=lambda z: block_log_likelihoods(fit, z),
-        predictive=predictive,
-        prior_draws=prior_draws,
-        observed=model.segments[0].values,
-        observed_name="signal",
-    )
 
 
 def _name(c: Coordinate) -> str:

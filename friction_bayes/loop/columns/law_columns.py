@@ -8,9 +8,8 @@ only shapes a term is taken at a few values of its prior, one column each.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
-from types import MappingProxyType
 
 import numpy as np
 
@@ -32,7 +31,7 @@ from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.response import at_sensor, force_response
 from friction_bayes.statespace.transition import initial_response
 
-__all__ = ["STIFFNESS_SD", "LawColumns", "law_columns"]
+__all__ = ["STIFFNESS_SD", "Circumstances", "LawColumns", "law_columns"]
 
 STIFFNESS_SD = 0.05
 """Prior sd of the relative correction of the stiffness: the frequency is known to some per cent before."""
@@ -132,20 +131,45 @@ def _of_a_spring(name: str) -> bool:
     return isinstance(effect, ForceEffect) and not effect.resists
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Circumstances:
+    """What a law has to do with besides the motion: how that was recorded, and what may act.
+
+    Attributes
+    ----------
+    system : Oscillator
+        The declared system.
+    scales : Scales
+        Of the priors.
+    effects : sequence of str
+        Force and sensor effects that may act.
+    order : int
+        Derivative that is measured.
+    duration : float
+        Length of the record [s], to which friction drift refers.
+    sizes : mapping
+        About how large the faults of the sensor are whose size shapes them, by effect.
+    block : int
+        Samples of the record that each value is the mean of.
+    """
+
+    system: Oscillator
+    scales: Scales
+    effects: Sequence[str]
+    order: int
+    duration: float
+    sizes: Mapping[str, float] = field(default_factory=dict)
+    block: int = 1
+
+
 def law_columns(
     path: MeasuredPath,
     row: Array,
-    order: int,
+    given: Circumstances,
     *,
-    system: Oscillator,
-    scales: Scales,
-    effects: Sequence[str],
     w0: float,
     friction: float,
-    duration: float,
     lines: Sequence[Line] = (),
-    sizes: Mapping[str, float] = MappingProxyType({}),
-    block: int = 1,
 ) -> LawColumns:
     """Evaluate the law along a path.
 
@@ -155,70 +179,46 @@ def law_columns(
         In natural units of ``w0``.
     row : ndarray, shape (3,) or (n, 3)
         Of the sensor.
-    order : int
-        Derivative that is measured.
-    system : Oscillator
-        The declared system.
-    scales : Scales
-        Of the priors.
-    effects : sequence of str
-        Force and sensor effects that may act.
+    given : Circumstances
     w0 : float
         Frequency of the natural units [rad/s].
     friction : float
         Rough friction in natural units.
-    duration : float
-        Length of the record [s], to which friction drift refers.
     lines : sequence of Line
         Those of each effect, the strongest first.
-    sizes : mapping
-        About how large the faults of the sensor are whose size shapes them, by effect.
-    block : int
-        Samples of the record that each value is the mean of.
     """
+    system, order = given.system, given.order
     ratio = w0 / system.natural_frequency
     # the factor from the friction coefficient to force stays that of the declared system
     mass = system.moving * ratio ** (order - 2)
     stiffness = system.stiffness * ratio**order
     unit = mass * w0**2
-    evaluator = ForceEvaluator(path, w0, mass, stiffness, friction * unit, duration)
-    amplitude = scales.amplitude * (system.natural_frequency / w0) ** order
+    evaluator = ForceEvaluator(path, w0, mass, stiffness, friction * unit, given.duration)
+    amplitude = given.scales.amplitude * (system.natural_frequency / w0) ** order
     columns = [
         Column("displacement", STATE_SHARE * amplitude),
         Column("velocity", STATE_SHARE * amplitude),
         Column("stiffness", STIFFNESS_SD),
         Column("friction", FRICTION_SHARE * amplitude, positive=True),
     ]
-    nodes = [-path.restoring(path.node_x), -path.direction]
-    samples = [-path.restoring(path.x), -path.expected_direction]
-    for name in effects:
-        if isinstance(EFFECTS[name], ForceEffect):
-            for column, at_nodes, at_samples in force_columns(name, scales, evaluator):
-                columns.append(column)
-                nodes.append(at_nodes)
-                samples.append(at_samples)
+    acting = _forces(given, evaluator)
+    columns += [column for column, _, _ in acting]
     # what the restoring force lacks of the oscillator that answers
-    nodes.append(path.stiffness[path.interval] * path.node_x - path.restoring(path.node_x))
-    samples.append(path.slope * path.x - path.restoring(path.x))
-    answered = force_response(path, np.column_stack(nodes))
-    direct = np.column_stack(samples)
+    lacking = path.stiffness[path.interval] * path.node_x - path.restoring(path.node_x)
+    at_nodes = [-path.restoring(path.node_x), -path.direction, *(each for _, each, _ in acting), lacking]
+    lacking = path.slope * path.x - path.restoring(path.x)
+    direct = np.column_stack(
+        [-path.restoring(path.x), -path.expected_direction, *(each for _, _, each in acting), lacking]
+    )
+    answered = force_response(path, np.column_stack(at_nodes))
     start = initial_response(path.phase, path.stiffness)
     states = np.concatenate([start, answered[:, :, :-1]], axis=2)
     forces = np.column_stack([np.zeros((path.phase.size, 2)), direct[:, :-1]])
     sensor = at_sensor(states, row, forces)
-    known = at_sensor(answered[:, :, -1:], row, direct[:, -1:])[:, 0]
-    faults, read = [], sampled(path, block, order)
-    for name in effects:
-        if isinstance(EFFECTS[name], SensorEffect) and name not in OF_LINES:
-            for column, fault in sensor_columns(name, scales, read, order, w0, sizes.get(name)):
-                columns.append(column)
-                faults.append(fault)
-    for line in lines:
-        for column, fault in line_columns(line, scales, path, order, w0):
-            columns.append(column)
-            faults.append(fault)
+    faults = _faults(path, given, w0, lines)
     if faults:
-        sensor = np.column_stack([sensor, *faults])
+        columns += [column for column, _ in faults]
+        sensor = np.column_stack([sensor, *(fault for _, fault in faults)])
         states = np.concatenate([states, np.zeros((path.phase.size, 2, len(faults)))], axis=2)
         forces = np.column_stack([forces, np.zeros((path.phase.size, len(faults)))])
     return LawColumns(
@@ -226,8 +226,28 @@ def law_columns(
         sensor=sensor,
         states=states,
         forces=forces,
-        known=known,
+        known=at_sensor(answered[:, :, -1:], row, direct[:, -1:])[:, 0],
         known_states=answered[:, :, -1],
         friction=friction * unit,
         unit_force=unit,
     )
+
+
+def _forces(given: Circumstances, evaluator: ForceEvaluator) -> list[tuple[Column, Array, Array]]:
+    """Columns of the forces that may act, with their values at the nodes and at the samples."""
+    names = [name for name in given.effects if isinstance(EFFECTS[name], ForceEffect)]
+    return [found for name in names for found in force_columns(name, given.scales, evaluator)]
+
+
+def _faults(
+    path: MeasuredPath, given: Circumstances, w0: float, lines: Sequence[Line]
+) -> list[tuple[Column, Array]]:
+    """Columns of the faults that the sensor may have, those of lines last, with what it shows of each."""
+    order, read = given.order, sampled(path, given.block, given.order)
+    found: list[tuple[Column, Array]] = []
+    for name in given.effects:
+        if isinstance(EFFECTS[name], SensorEffect) and name not in OF_LINES:
+            found += sensor_columns(name, given.scales, read, order, w0, given.sizes.get(name))
+    for line in lines:
+        found += line_columns(line, given.scales, path, order, w0)
+    return found

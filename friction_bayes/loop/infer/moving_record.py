@@ -13,7 +13,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.columns.column_sets import ColumnSets, column_sets
-from friction_bayes.loop.columns.law_columns import LawColumns, law_columns
+from friction_bayes.loop.columns.law_columns import Circumstances, LawColumns, law_columns
 from friction_bayes.loop.columns.lines import Line
 from friction_bayes.loop.data.friction import friction_of_loss
 from friction_bayes.loop.data.prepared_record import Segment
@@ -184,20 +184,16 @@ class MovingRecord:
         if path.turning.size < _LEAST_TURNS:
             return None
         rough = friction_of_loss(path.turning_x) if friction is None else friction
-        law = law_columns(
-            path,
-            row,
-            order,
+        given = Circumstances(
             system=self.system,
             scales=self.scales,
             effects=self.effects,
-            w0=w0,
-            friction=rough,
+            order=order,
             duration=self.segment.duration,
-            lines=lines,
             sizes=self.sizes,
             block=self.segment.block,
         )
+        law = law_columns(path, row, given, w0=w0, friction=rough, lines=lines)
         sets = column_sets(law, self.effects)
         regression = LawRegression(
             clock=clock,

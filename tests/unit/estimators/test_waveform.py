@@ -23,7 +23,13 @@ from friction_bayes.estimators.waveform.coulomb_signal import (
     turning_samples,
 )
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
-from friction_bayes.estimators.waveform.normal_equations import EVENLY, Samples, accumulate
+from friction_bayes.estimators.waveform.normal_equations import (
+    EVENLY,
+    NormalEquations,
+    Samples,
+    Signal,
+    accumulate,
+)
 from friction_bayes.estimators.waveform.signal_expansion import SignalExpansion
 
 WAVEFORM = WaveformEstimator()
@@ -88,7 +94,8 @@ def test_streamed_sums_are_those_of_the_design(
 ) -> None:
     y = signals(samples, order, COEFFICIENTS[None], KAPPA, STOP)[0] + rng.standard_normal(N)
     matrix, gradient = np.zeros((5, 5)), np.zeros(5)
-    misfit = accumulate(y, samples, order, COEFFICIENTS, COEFFICIENTS, KAPPA, STOP, matrix, gradient)
+    at = NormalEquations(COEFFICIENTS, matrix, gradient)
+    misfit = accumulate(Signal(y, samples, order, KAPPA), at, COEFFICIENTS, STOP)
     jacobian, _ = signal_derivatives(samples, order, COEFFICIENTS, KAPPA, STOP)
     residual = y - signals(samples, order, COEFFICIENTS[None], KAPPA, STOP)[0]
     assert misfit == pytest.approx(residual @ residual, rel=1e-12)

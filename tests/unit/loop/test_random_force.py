@@ -15,7 +15,7 @@ from fluctuating_force import fluctuating_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.decay.block_means import block_means
-from friction_bayes.loop.columns.law_columns import law_columns
+from friction_bayes.loop.columns.law_columns import Circumstances, law_columns
 from friction_bayes.loop.columns.lines import steady_lines
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_random_force
@@ -55,17 +55,8 @@ def test_columns_along_the_motion_add_up_to_the_motion(name: str) -> None:
 
     def columns_along(x: np.ndarray, v: np.ndarray):  # type: ignore[no-untyped-def]
         path = MeasuredPath.through(w0 * TIME, x, v / w0)
-        return law_columns(
-            path,
-            row,
-            0,
-            system=SYSTEM,
-            scales=SCALES,
-            effects=(name,),
-            w0=w0,
-            friction=friction,
-            duration=DURATION,
-        )
+        given = Circumstances(system=SYSTEM, scales=SCALES, effects=(name,), order=0, duration=DURATION)
+        return law_columns(path, row, given, w0=w0, friction=friction)
 
     still = columns_along(RELEASE * np.cos(w0 * TIME), -w0 * RELEASE * np.sin(w0 * TIME))
     chosen = still.alternatives(name)[len(still.alternatives(name)) // 2]
@@ -210,18 +201,15 @@ def test_a_fault_that_jumps_within_a_block_shows_with_its_share_there() -> None:
     path = MeasuredPath.through(
         w0 * TIME, RELEASE * np.cos(w0 * TIME + 0.3), -RELEASE * np.sin(w0 * TIME + 0.3)
     )
-    law = law_columns(
-        path,
-        sensor_row(0),
-        0,
+    given = Circumstances(
         system=SYSTEM,
         scales=SCALES,
         effects=("sensor_hysteresis",),
-        w0=w0,
-        friction=FRICTION / SYSTEM.stiffness,
+        order=0,
         duration=DURATION,
         block=block,
     )
+    law = law_columns(path, sensor_row(0), given, w0=w0, friction=FRICTION / SYSTEM.stiffness)
     (column,) = law.alternatives("sensor_hysteresis")[0]
     expected = block_means(np.sign(np.sin(w0 * fine + 0.3)), block)
     assert set(np.abs(expected)) > {1.0}

@@ -167,7 +167,7 @@ def test_a_force_that_may_jump_in_one_interval_adds_a_response_of_that_size(rng)
     for i in (4, 20):
         # what the force itself does within the step, as large as to give the jump its sd
         alone = Clock.of(clock.phase[i : i + 2], stiffness=plain.stiffness[plain.index][i : i + 1])
-        within = alone.force_table(1.0, tau)[1][0]
+        within = alone.forced_steps(1.0, tau).added[0]
         response = after[:, :, i + 1].reshape(3 * n, 3)
         states += 7.0**2 / within[2, 2] * response @ within @ response.T
     reading = (np.eye(n)[:, :, None] * row).reshape(n, 3 * n)[used]
