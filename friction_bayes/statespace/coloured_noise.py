@@ -209,7 +209,9 @@ def coloured_gains(force: ForcedSteps, noise: LaggedNoise, rows: Array, variance
                     for b in range(m):
                         before[a, b] = moved[a, b]
         same = i > 0 and variance[i] == variance[i - 1] < math.inf
-        if steady and same and not (changes and rows[i, 0] != rows[i - 1, 0]):
+        # what another row tells is another covariance
+        same = same and not (changes and rows[i, 0] != rows[i - 1, 0])
+        if steady and same:
             gains[i] = gains[i - 1]
         elif variance[i] == math.inf:
             cov[:] = before

@@ -14,6 +14,7 @@ from scipy.stats import multivariate_normal
 from dense_force import dense_covariance
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
+from friction_bayes.statespace.coloured_noise import Autoregression
 from friction_bayes.statespace.force_grid import (
     ForcePrior,
     GridPoint,
@@ -180,11 +181,15 @@ def test_a_force_that_may_jump_in_one_interval_adds_a_response_of_that_size(rng)
     assert whitened.log_determinant == pytest.approx(np.linalg.slogdet(covariance)[1], rel=1e-10)
 
 
-def test_gains_that_have_settled_change_with_the_slope_that_an_accelerometer_reads(rng) -> None:
+@pytest.mark.parametrize("noise", [None, Autoregression(np.array([0.6, -0.2]), 0.7)])
+def test_gains_that_have_settled_change_with_the_slope_that_an_accelerometer_reads(noise, rng) -> None:
     phase, row, block = 0.3 * np.arange(2000.0), row_of(3, 2000), rng.standard_normal((2000, 2))
     # the least change of the noise from sample to sample keeps them from settling
     restless = np.where(np.arange(2000) % 2, 1.0, 1.0 + 1e-14)
-    found, expected = (whiten(block, Clock.of(phase, noise), row, 1.0, 1.0) for noise in (None, restless))
+    found, expected = (
+        whiten(block, replace(Clock.of(phase, variance), autoregression=noise), row, 1.0, 1.0)
+        for variance in (None, restless)
+    )
     np.testing.assert_allclose(found.gram, expected.gram, rtol=1e-9)
 
 
