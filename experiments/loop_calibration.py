@@ -27,6 +27,7 @@ FALSE_ALARM_RATE = 0.01
 _TARGET = "88 .. 92 %"
 _EDGES = (0.0, 0.05, 0.2, 0.5, 0.8, 0.95, 1.0)
 """Of the bins of stated probabilities."""
+_WITHOUT_VERDICT = ("refused", "crashed")
 _SURE = 1e-3
 _LONG = 20
 _BENT = ("stribeck_friction", "presliding")
@@ -37,7 +38,7 @@ _BENT = ("stribeck_friction", "presliding")
 class Config:
     """Records."""
 
-    records: int = 120
+    records: int = 300
     records_full: int = 500
 
 
@@ -81,7 +82,9 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
             seed=int(seed_of_loop.generate_state(1)[0]),
         )
     except fb.InputError as refusal:
-        return known | _refused(str(refusal)) | {"elapsed": time.process_time() - busy}
+        return known | _without_verdict("refused", refusal) | {"elapsed": time.process_time() - busy}
+    except Exception as crash:  # counted in the table, so that one record does not end the run
+        return known | _without_verdict("crashed", crash) | {"elapsed": time.process_time() - busy}
     elapsed = time.process_time() - busy
     after = report.friction_after
     low, high = after["interval90"]
@@ -107,13 +110,21 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     }
 
 
-def _refused(why: str) -> dict[str, Any]:
-    unknown = dict.fromkeys(
-        ("said_probability", "truth_probability", "place", "covered", "low", "high", "mean", "widths_off"),
-        math.nan,
+def _without_verdict(word: str, why: Exception) -> dict[str, Any]:
+    """What stands for the numbers of a record that the loop refused, or that it failed on."""
+    numbers = (
+        "said_probability",
+        "truth_probability",
+        "place",
+        "covered",
+        "low",
+        "high",
+        "mean",
+        "widths_off",
     )
     nothing = [math.nan] * len(NAMES)
-    return {"verdict": "refused", "because": why, "said": "refused", "probabilities": nothing} | unknown
+    told = {"verdict": word, "because": repr(why), "said": word, "probabilities": nothing}
+    return told | dict.fromkeys(numbers, math.nan)
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dataset:
@@ -128,14 +139,14 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
         else:
             columns[name] = ("record", np.array(values, dtype=float))
     dataset = xr.Dataset(columns, coords={"effect": list(NAMES)})
-    refused = dataset["verdict"] == "refused"
+    nothing = dataset["verdict"].isin(_WITHOUT_VERDICT)
     widths = dataset["widths_off"]
-    return dataset.assign(widths_off=widths.where(widths.notnull() | refused, math.inf))
+    return dataset.assign(widths_off=widths.where(widths.notnull() | nothing, math.inf))
 
 
 def judged(dataset: xr.Dataset) -> xr.Dataset:
-    """Those that the loop did not refuse."""
-    return dataset.isel(record=(dataset["verdict"] != "refused").values)
+    """Those that have a verdict."""
+    return dataset.isel(record=~dataset["verdict"].isin(_WITHOUT_VERDICT).values)
 
 
 def rank_test(dataset: xr.Dataset) -> Calibration:
@@ -287,8 +298,9 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                 f"{found}; {z:+.1f} sd",
             )
         )
-    refused = dataset.sizes["record"] - records.sizes["record"]
-    table.append(Row("refused", f"{refused} of {dataset.sizes['record']}", "", ""))
+    for word in _WITHOUT_VERDICT:
+        count = int((dataset["verdict"] == word).sum())
+        table.append(Row(word, f"{count} of {dataset.sizes['record']}", "0", ""))
     seconds = dataset["elapsed"]
     told = f"median; mean {float(seconds.mean()):.2g} s, longest {float(seconds.max()):.2g} s"
     return [*table, Row("time a record", f"{float(seconds.median()):.2g} s", "", told)]

@@ -33,7 +33,8 @@ def draw_ranks(axes: Axes, dataset: xr.Dataset) -> None:
     axes.set(xlabel="posterior distribution function at the truth", xlim=(0.0, 1.0))
     axes.set_ylabel("empirical less uniform")
     axes.set_title(f"Ranks of friction, {test.pit.size} records")
-    axes.legend(loc="best", frameon=False)
+    axes.set_ylim(-1.2 * reach, 1.75 * reach)
+    axes.legend(loc="upper left", frameon=False)
 
 
 def draw_reliability(axes: Axes, dataset: xr.Dataset) -> None:
