@@ -27,8 +27,10 @@ def draw_ranks(axes: Axes, dataset: xr.Dataset) -> None:
         (trusted, ACCENT, "--", "not unexplained"),
     ):
         places = np.sort(records["place"].values[which])
-        steps = np.arange(1, places.size + 1) / places.size
-        x, y = np.append(0.0, places), np.append(0.0, steps - places)
+        # before and after each step
+        reached = np.repeat(np.arange(places.size + 1) / places.size, 2)[1:-1]
+        x = np.repeat(places, 2)
+        y = reached - x
         axes.plot(x, y, style, color=colour, linewidth=1.2, label=label)
     axes.set(xlabel="posterior distribution function at the truth", xlim=(0.0, 1.0))
     axes.set_ylabel("empirical less uniform")
