@@ -42,6 +42,8 @@ _CENTRE_BINS = 24
 _FAR = 4.0
 _MOST_OF_SQUARES = 0.1
 """Share of their sum of squares that one residual may have: with more, the sd is that of one sample."""
+_FEWEST_FOR_A_LINE = 4
+"""Samples that have a frequency between zero and Nyquist's: of a record that clips none may be left."""
 _LEAST_SHARE = 1e-2
 """Share of a template that the fit must leave for it to test anything."""
 _SILENT = 0.5
@@ -246,8 +248,10 @@ def _binned(column: Array, share: Array, bins: int) -> Array:
 
 def largest_line(x: Array) -> tuple[float, float]:
     """Largest ordinate of the periodogram over their mean, and its p-value (Fisher)."""
+    if x.size < _FEWEST_FOR_A_LINE:
+        return 0.0, 1.0
     power = np.abs(np.fft.rfft(x - x.mean())[1:-1]) ** 2
-    mean = float(power.mean()) if power.size else 0.0
+    mean = float(power.mean())
     if mean == 0.0:
         return 0.0, 1.0
     g = float(power.max()) / mean
