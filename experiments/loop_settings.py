@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import Field, dataclass, fields, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -16,35 +17,63 @@ from scipy.special import expit, logit
 import friction_bayes as fb
 from experiments.blind.fluctuating import draw_fluctuating
 from experiments.blind.misleading_records import MISLEADING, draw_misleading
-from experiments.blind.near_threshold import draw_near_threshold
+from experiments.blind.near_threshold import (
+    AMPLITUDE,
+    DISSIPATION,
+    DURATION,
+    FREQUENCY,
+    NOISE,
+    SAMPLING_RATE,
+    SYSTEM,
+    ImitatingEffect,
+    draw_near_threshold,
+    sampled,
+)
 from experiments.runner import Cell, Experiment, Row, main
+from friction_bayes.core.files import settings_key
 from friction_bayes.core.text import number
 from friction_bayes.loop import settings
 from friction_bayes.records.datasets import LOCAL_FOLDER
 
 __all__ = ["EXPERIMENT", "using"]
 
+_AS_THEY_ARE = settings.SETTINGS
 _FIELDS = {each.name: each for each in fields(settings.LoopSettings)}
 _AS_IT_IS = ""
 """Name of the setting of the cell in which none is varied."""
 _FACTORS = {0.5: "halved", 2.0: "doubled"}
-_SMALL = ("plain_coulomb", "one_sided_stop", "shared_error", "differing_releases")
-"""Of one rig, whose effect is small or imitates another; a pair of records among them."""
-_FLUCTUATING = ("plain_coulomb", "outliers")
-_STEADY = ("sensor_clipping", "disturbed_release", "periodic_interference", "quadratic_drag")
-"""Of any rig, with a random force and without."""
-_MEASURED = ("bicycle-wheel/1", "pasco-oscillator/no-magnet-2")
+_ONE_RIG = {"plain_coulomb": 1, "accelerometer": 1, "shared_error": 7, "differing_releases": 7}
+"""Seeds by kind, of one rig, a pair of records among them: the effect is small or imitates another."""
+_EVERY_THIRD = 3
+"""Sample of a displacement that is kept; of an acceleration all, which the loop averages."""
+_FLUCTUATING = {"plain_coulomb": 1, "outliers": 2}
+_STEADY = {"sensor_clipping": 1, "disturbed_release": 2, "periodic_interference": 7, "quadratic_drag": 2}
+"""Seeds by kind, of any rig, with a random force and without."""
+_EFFECTS = (
+    "viscous_damping",
+    "quadratic_drag",
+    "asymmetric_friction",
+    "friction_drift",
+    "cubic_stiffness",
+    "presliding",
+    "random_force",
+    "sensor_offset",
+    "sensor_clipping",
+    "periodic_interference",
+    "outliers",
+)
+"""Evaluated for synthetic records: those of the corpus and rivals, in half the time of all."""
+_MEASURED = ("bicycle-wheel/1",)
 
-Release = tuple[Sequence[xr.DataArray], fb.Oscillator]
+Loop = tuple[Sequence[xr.DataArray], fb.Oscillator, Sequence[str] | None]
+"""Records, their system, and the effects to evaluate."""
 
 
 @dataclass(frozen=True)
 class Config:
-    """Seed of the corpus, and the size that its records are cut to."""
+    """Most samples of a record of any rig."""
 
-    seed: int = 7
     samples: int = 1000
-    samples_a_period: float = 40.0
 
 
 def cells(config: Config, full: bool) -> list[Cell]:
@@ -69,56 +98,96 @@ def _varied(field: Field[Any], factor: float) -> Any:
 
 
 @contextmanager
-def using(setting: str, factor: float) -> Iterator[None]:
-    """Close loops with one setting varied."""
-    before = settings.SETTINGS
-    if setting != _AS_IT_IS:
-        settings.SETTINGS = replace(before, **{setting: _varied(_FIELDS[setting], factor)})
+def _in_place(other: Any) -> Iterator[None]:
+    """Close loops with other settings."""
+    settings.SETTINGS = other
     try:
         yield
     finally:
-        settings.SETTINGS = before
+        settings.SETTINGS = _AS_THEY_ARE
 
 
-def _corpus(config: Config, measured: bool) -> Iterator[Release]:
+def using(setting: str, factor: float) -> AbstractContextManager[None]:
+    """Close loops with one setting varied."""
+    return _in_place(replace(_AS_THEY_ARE, **{setting: _varied(_FIELDS[setting], factor)}))
+
+
+def _corpus(samples: int, measured: bool) -> Iterator[Loop]:
     """Short records of different kinds, synthetic ones and, where they are at hand, measured ones."""
-    for kind in _SMALL:
-        draw = draw_misleading if kind in MISLEADING else draw_near_threshold
-        small = draw(kind, config.seed)
-        yield [record[::3] for record in small.records], fb.Oscillator(**small.declared)
-    for kind, force in [*((kind, True) for kind in _FLUCTUATING), *((kind, False) for kind in _STEADY)]:
-        sealed = draw_fluctuating(kind, config.seed, with_force=force)
-        every = max(int(sealed.truth.samples_per_period / config.samples_a_period), 1)
-        yield [sealed.record[::every][: config.samples]], fb.Oscillator(**sealed.system)
+    for kind, seed in _ONE_RIG.items():
+        small = (draw_misleading if kind in MISLEADING else draw_near_threshold)(kind, seed)
+        every = 1 if kind == "accelerometer" else _EVERY_THIRD
+        yield [record[::every] for record in small.records], fb.Oscillator(**small.declared), _EFFECTS
+    yield [_knocked()], fb.Oscillator(**SYSTEM), _EFFECTS
+    for kinds, force in ((_FLUCTUATING, True), (_STEADY, False)):
+        for kind, seed in kinds.items():
+            sealed = draw_fluctuating(kind, seed, with_force=force)
+            every = math.ceil(sealed.record.size / samples)
+            yield [sealed.record[::every]], fb.Oscillator(**sealed.system), _EFFECTS
     for name in _MEASURED if measured else ():
         record, system = fb.dataset_record(name)
-        yield [record], system
+        yield [record], system, None
+
+
+def _knocked() -> xr.DataArray:
+    """Half a record of the same rig and a tenth of its noise, with a knock of 15 times the friction."""
+    touch = (15.0 * DISSIPATION, 0.2 * DURATION * FREQUENCY, 1.0)
+    clean = AMPLITUDE * sampled(ImitatingEffect(touch=touch))[: int(0.5 * DURATION * SAMPLING_RATE)]
+    noisy = clean + 0.1 * NOISE * np.random.default_rng(1).standard_normal(clean.size)
+    return fb.make_record(np.arange(clean.size) / SAMPLING_RATE, noisy, "displacement", synthetic=True)
+
+
+class _Watched:
+    """The settings as they are, and the names of those that have been read."""
+
+    def __init__(self) -> None:
+        self.read: set[str] = set()
+
+    def __getattr__(self, name: str) -> Any:
+        self.read.add(name)
+        return getattr(_AS_THEY_ARE, name)
+
+
+@cache
+def _as_they_are(samples: int, measured: bool, seed: int) -> list[tuple[Loop, dict[str, Any], set[str]]]:
+    """Every loop of the corpus, what it gives, and the settings it reads: no other can move it."""
+    found = []
+    for loop in _corpus(samples, measured):
+        watched = _Watched()
+        with _in_place(watched):
+            found.append((loop, _closed(loop, seed), watched.read))
+    return found
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """Close the loop on the corpus: verdicts and friction, of each record in a list."""
     seed_of_loop = int(seed.generate_state(1)[0])
-    found: dict[str, list[Any]] = {"verdict": [], "mean": [], "sd": [], "width": []}
-    with using(cell["setting"], cell["factor"]):
-        for records, system in _corpus(config, cell["measured"]):
-            verdict, friction = _closed(records, system, seed_of_loop)
-            low, high = friction["interval90"]
-            numbers = {"mean": friction["mean"], "sd": friction["sd"], "width": high - low}
-            for name, value in ({"verdict": verdict} | numbers).items():
-                found[name].append(value)
-    return found
+    results = []
+    for loop, result, read in _as_they_are(config.samples, cell["measured"], seed_of_loop):
+        if cell["setting"] in read:
+            with using(cell["setting"], cell["factor"]):
+                result = _closed(loop, seed_of_loop)
+        results.append(result)
+    return {name: [result[name] for result in results] for name in results[0]}
 
 
-def _closed(
-    records: Sequence[xr.DataArray], system: fb.Oscillator, seed: int
-) -> tuple[str, Mapping[str, Any]]:
-    """Verdict and friction; no friction where the record is refused."""
+def _closed(loop: Loop, seed: int) -> dict[str, Any]:
+    """Verdict, mean and sd of friction and width of its interval; no friction where a record is refused."""
+    records, system, effects = loop
     try:
         # the default of an option is read once, when the function is defined
-        report = fb.close_loop(records, system, seed=seed, tolerance=settings.SETTINGS.tolerance)
+        tolerance = settings.SETTINGS.tolerance
+        report = fb.close_loop(records, system, effects=effects, seed=seed, tolerance=tolerance)
     except fb.InputError:
-        return "refused", {"mean": math.nan, "sd": math.nan, "interval90": (math.nan, math.nan)}
-    return report.verdict, report.friction_after
+        return {"verdict": "refused", "report": "", "mean": math.nan, "sd": math.nan, "width": math.nan}
+    low, high = report.friction_after["interval90"]
+    return {
+        "verdict": report.verdict,
+        "report": settings_key([report.to_dict() | {"elapsed_s": None}]),
+        "mean": report.friction_after["mean"],
+        "sd": report.friction_after["sd"],
+        "width": high - low,
+    }
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dataset:
@@ -137,8 +206,9 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
 
 @dataclass(frozen=True)
 class _Move:
-    """What one variation does: verdicts that change, the largest shift of friction [sd], and of a width."""
+    """Reports and verdicts that one variation changes, the largest shift of friction [sd], and of a width."""
 
+    reports: int
     verdicts: int
     shift: float
     width: float
@@ -148,16 +218,19 @@ class _Move:
         # a record that is refused has no friction
         shift = np.nan_to_num(np.abs(varied["mean"] - default["mean"]) / default["sd"])
         width = np.nan_to_num(np.abs(varied["width"] / default["width"] - 1.0))
-        changed = int((varied["verdict"] != default["verdict"]).sum())
-        return cls(changed, float(np.max(shift)), float(np.max(width)))
+        changed = [int((varied[what] != default[what]).sum()) for what in ("report", "verdict")]
+        return cls(*changed, float(np.max(shift)), float(np.max(width)))
 
     @property
     def nothing(self) -> bool:
-        return self == _Move(0, 0.0, 0.0)
+        return self.reports == 0
 
     def __str__(self) -> str:
         if self.nothing:
             return "nothing"
+        moved = self.shift > 0.0 or self.width > 0.0
+        if not (self.verdicts or moved):
+            return "reports alone"
         return f"{self.verdicts} verdicts, {self.shift:.2g} sd, {100.0 * self.width:.2g} %"
 
 

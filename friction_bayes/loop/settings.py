@@ -31,7 +31,7 @@ class LoopSettings:
     noise_alarm_rate: float = _setting(
         1e-4,
         "probability",
-        "that white noise passes for coloured or for a line, or outliers for uneven, by chance",
+        "that white noise passes for coloured, a line or spikes, or outliers for uneven, by chance",
         "a hundredth of the rate of the tests: each changes the noise model of the whole record",
     )
     far: float = _setting(
@@ -47,13 +47,11 @@ class LoopSettings:
         "its square over two: nats by which a slight force may change the evidence",
         "convention",
     )
-    least_left: float = _setting(
-        0.05, "share", "of a force or template that a law must leave for a test of it", "judgement"
-    )
     minor_share: float = _setting(
         0.1,
         "share",
-        "of the work of dry friction that may drive the motion, and of a sum of squares in one sample",
+        "of the work of dry friction that may drive the motion, of a sum of squares in one sample, and of a force "
+        "or template that a law must leave for a test of it",
         "judgement",
     )
     bins: int = _setting(
@@ -95,16 +93,14 @@ class LoopSettings:
         "between two motions too different to take terms from one to the other, or two interval widths",
         "judgement",
     )
-    most_rivals: int = _setting(
-        3, "number", "rivals that the next experiment has to decide between", "a sentence holds no more"
-    )
 
     # which candidates are evaluated
-    most_effects: int = _setting(
-        3, "number", "effects at once; the sensor's zero and certain ones not counted", "cost"
-    )
-    search_spared: float = _setting(
-        50.0, "nats", "by which the search has to be less probable to be left out", "beyond any rounding"
+    most_at_once: int = _setting(
+        3,
+        "number",
+        "effects of a set but for the sensor's zero and certain ones; knocks in a record; rivals that a "
+        "further record has to decide between",
+        "more are no accident; cost",
     )
     promising: float = _setting(
         300.0, "factor", "below the best within which the search fits or settles a set", "cost"
@@ -125,9 +121,6 @@ class LoopSettings:
     )
     spike: float = _setting(
         6.0, "sd", "from the neighbours' median of samples ignored when a record is cut", "judgement"
-    )
-    stray_spikes: float = _setting(
-        1e-3, "share", "of such samples up to which samples are averaged in blocks", "judgement"
     )
 
     # priors
@@ -176,10 +169,10 @@ class LoopSettings:
 
     # noise, lines and knocks
     quiet_harmonic: float = _setting(
-        8.0, "the motion's frequency", "above which a decay has next to no power", "odd harmonics fall fast"
-    )
-    strong_harmonics: float = _setting(
-        3.0, "the motion's frequency", "up to which a decay has most of its power", "odd harmonics fall fast"
+        8.0,
+        "the motion's frequency",
+        "above which a decay has next to no power; half of it where samples are few",
+        "odd harmonics fall fast",
     )
     colour_ratio: float = _setting(
         2.0, "factor", "between the powers of two bands of coloured noise", "judgement"
@@ -196,7 +189,6 @@ class LoopSettings:
     knock_frictions: float = _setting(
         3.0, "friction of the loss", "prior sd of a knock's force", "seen where it is several times friction"
     )
-    most_knocks: int = _setting(3, "number", "knocks in a record", "more are no accident")
     longest_knock: float = _setting(2.0, "rad", "that a knock lasts at most", "a third of a period")
 
 

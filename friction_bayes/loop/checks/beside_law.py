@@ -55,7 +55,7 @@ class BesideLaw(NamedTuple):
         """Test some of the forces together."""
         norm = self.norm[chosen]
         values, vectors = np.linalg.eigh(self.gram[chosen, chosen] / np.outer(norm, norm))
-        kept = values > settings.SETTINGS.least_left
+        kept = values > settings.SETTINGS.minor_share
         b = vectors[:, kept].T @ (self.score[chosen] / norm)
         basis = vectors[:, kept] / norm[:, None]
         return ScoreTest(
@@ -68,7 +68,7 @@ class BesideLaw(NamedTuple):
     def with_law(self, j: int) -> BesideLaw | None:
         """The same if force ``j`` were part of the law; None where the law has taken it already."""
         own = self.gram[j, j]
-        if own <= settings.SETTINGS.least_left * self.norm[j] ** 2:
+        if own <= settings.SETTINGS.minor_share * self.norm[j] ** 2:
             return None
         share = self.gram[j] / own
         return BesideLaw(

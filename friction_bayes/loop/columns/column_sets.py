@@ -92,7 +92,7 @@ def _named_sets(effects: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
     zeros = [(), *((name,) for name in effects if name in SENSOR_ZERO)]
     spectra = [some for size in range(len(of_lines) + 1) for some in combinations(of_lines, size)]
     for lines, zero in product(spectra, zeros):
-        for size in range(min(settings.SETTINGS.most_effects, len(others)) + 1):
+        for size in range(min(settings.SETTINGS.most_at_once, len(others)) + 1):
             for names in combinations(others, size):
                 together = (*names, *lines, *zero)
                 if not any(other in together for name in together for other in EFFECTS[name].excludes):

@@ -264,7 +264,7 @@ def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, i
     if block == 1 or samples > values.size or clipped_fraction(values)[1] is not None:
         return record, 1, np.zeros(values.size)
     spikes = _spikes(values, 2.0 * math.pi / samples)[1]
-    if np.count_nonzero(spikes) > settings.SETTINGS.stray_spikes * values.size:
+    if np.count_nonzero(spikes) > settings.SETTINGS.noise_alarm_rate * values.size:
         return record, 1, np.zeros(values.size)
     means = block_means(values, block)
     spread = block_means((values[: means.size * block] - np.repeat(means, block)) ** 2, block)

@@ -67,7 +67,7 @@ def next_knock(regression: LawRegression, law: Array, best: GridPoint, friction:
     jumps = _joined(jumps, clock.phase)
     spans = spans_of(jumps)
     longest = max(clock.phase[b] - clock.phase[a] for a, b in spans)
-    if len(spans) > settings.SETTINGS.most_knocks or longest > settings.SETTINGS.longest_knock:
+    if len(spans) > settings.SETTINGS.most_at_once or longest > settings.SETTINGS.longest_knock:
         return np.zeros_like(known)
     return jumps
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from friction_bayes.core.system import Oscillator
-from friction_bayes.loop import settings
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
@@ -30,6 +29,10 @@ from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
 __all__ = ["Candidates", "candidates_of", "families_of_one"]
+
+_BEYOND = 50.0
+"""Log evidence by which noise of the sensor alone has to fall behind for the search to be spared: far below
+rounding, half and twice as much give the same reports."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,10 +164,10 @@ def families_of_one(
     def search(*only: frozenset[str]) -> SearchResult:
         return search_records(system, (segment,), tried, "auto", progress, only)
 
-    if fit is not None and log_share_of_search(fit, tried) < -settings.SETTINGS.search_spared:
+    if fit is not None and log_share_of_search(fit, tried) < -_BEYOND:
         narrow = SearchFamily(search(*_sets_to_check(fit, tried)), allowed, rng_search, search)
         force = None if narrow.is_silent else ForceFamily(narrow, fit, allowed, tolerance, rng_force)
-        if force is not None and force.lead > settings.SETTINGS.search_spared:
+        if force is not None and force.lead > _BEYOND:
             return narrow, force
     whole = SearchFamily(search(), allowed, rng_search)
     if fit is None or whole.is_silent:

@@ -41,8 +41,8 @@ def is_coloured(residual: Array, step: float, frequency: float) -> bool:
     lowest = frequency * step * n / (2.0 * math.pi)
     first = int(settings.SETTINGS.quiet_harmonic * lowest)
     if power.size - first < 20 * settings.SETTINGS.bins:
-        # sampled too coarsely to look above all of its harmonics: above the strong ones instead
-        first = int(settings.SETTINGS.strong_harmonics * lowest)
+        # sampled too coarsely to look above all of its harmonics: above half of them instead
+        first = int(0.5 * settings.SETTINGS.quiet_harmonic * lowest)
     bands = np.array_split(power[first:], settings.SETTINGS.bins)
     size = min(band.size for band in bands)
     if size < 10:

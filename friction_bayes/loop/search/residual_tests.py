@@ -187,7 +187,7 @@ def _template_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> lis
             shared = jacobian.T @ scaled
             gram = scaled.T @ scaled - shared.T @ cho_solve(factor, shared)
             values, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
-            kept = values > settings.SETTINGS.least_left
+            kept = values > settings.SETTINGS.minor_share
             b = vectors[:, kept].T @ (scaled.T @ e - shared.T @ unclimbed)
             statistic, degrees = sums.get(name, (0.0, 0))
             sums[name] = (statistic + float(np.sum(b * b / values[kept])), degrees + int(kept.sum()))

@@ -183,7 +183,7 @@ class Search:
         in_signal = [name for name in self.allowed if changes_signal(name)]
         noise = centre.effects - frozenset(in_signal)
         one_more = max(self.sets.counted(centre.effects) + 1, 2)
-        most = min(settings.SETTINGS.most_effects - len(noise - self.sets.certain), one_more)
+        most = min(settings.SETTINGS.most_at_once - len(noise - self.sets.certain), one_more)
         log_prior = self.sets.log_prior
         for approximation in Expansion(centre.fit, in_signal).approximations(most, SENSOR_ZERO):
             names = approximation.effects | noise
@@ -220,7 +220,7 @@ class Search:
             other = centre.effects | {OUTLIERS.name}
         else:
             return
-        if self.sets.counted(other) <= settings.SETTINGS.most_effects and other not in self.candidates:
+        if self.sets.counted(other) <= settings.SETTINGS.most_at_once and other not in self.candidates:
             self._keep(other, fit_model(centre.fit.model, self._noise_models(other), centre.fit.z))
 
     def _model(self, names: Names) -> LoopModel:

@@ -115,7 +115,7 @@ def follows_motion(frequency: ArrayLike, segment: Segment) -> Mask:
     """
     motion = segment.decay.frequency / (2.0 * math.pi)
     line = np.asarray(frequency, dtype=np.float64)
-    harmonic = np.clip(np.rint(line / motion), 1, settings.SETTINGS.strong_harmonics)
+    harmonic = np.clip(np.rint(line / motion), 1, settings.SETTINGS.quiet_harmonic)
     return np.asarray(np.abs(line - harmonic * motion) * segment.duration < 1.0)
 
 

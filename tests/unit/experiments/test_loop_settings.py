@@ -17,16 +17,27 @@ def test_a_setting_is_varied_and_put_back() -> None:
             dataclasses.replace(before, false_alarm_rate=pytest.approx(2.0 / 101.0, rel=1e-12))
             == settings.SETTINGS
         )
-    with using("most_effects", 0.5):
-        assert settings.SETTINGS.most_effects == 2
+    with using("most_at_once", 0.5):
+        assert settings.SETTINGS.most_at_once == 2
     assert settings.SETTINGS is before
 
 
 def test_what_moves_is_told_of_each_setting() -> None:
-    found = {"verdict": ["adequate", "refused"], "mean": [1.0, None], "sd": [0.1, None], "width": [0.3, None]}
+    found = {
+        "report": ["a", ""],
+        "verdict": ["adequate", "refused"],
+        "mean": [1.0, None],
+        "sd": [0.1, None],
+        "width": [0.3, None],
+    }
     every = cells(Config(), full=False)
     results = [found] * len(every)
-    results[2] = found | {"verdict": ["ambiguous", "refused"], "mean": [1.05, None], "width": [0.36, None]}
+    results[2] = found | {
+        "report": ["b", ""],
+        "verdict": ["ambiguous", "refused"],
+        "mean": [1.05, None],
+        "width": [0.36, None],
+    }
     dataset = assemble(every, results)
     assert [row.ours for row in rows(dataset)[:3]] == [
         str(len(every) // 2),
