@@ -175,9 +175,7 @@ def _closed(loop: Loop, seed: int) -> dict[str, Any]:
     """Verdict, mean and sd of friction and width of its interval; no friction where a record is refused."""
     records, system, effects = loop
     try:
-        # the default of an option is read once, when the function is defined
-        tolerance = settings.SETTINGS.tolerance
-        report = fb.close_loop(records, system, effects=effects, seed=seed, tolerance=tolerance)
+        report = fb.close_loop(records, system, effects=effects, seed=seed)
     except fb.InputError:
         return {"verdict": "refused", "report": "", "mean": math.nan, "sd": math.nan, "width": math.nan}
     low, high = report.friction_after["interval90"]

@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.system import Oscillator
-from friction_bayes.loop import settings
-from friction_bayes.loop.data.options import LoopOptions
+from friction_bayes.loop.data.options import TOLERANCE, LoopOptions
 from friction_bayes.loop.pipeline import run
 from friction_bayes.loop.report.result import LoopReport
 
@@ -28,7 +27,7 @@ def close_loop(
     noise: str = "auto",
     random_force: str = "auto",
     varying_friction: bool = False,
-    tolerance: float = settings.SETTINGS.tolerance,
+    tolerance: float = TOLERANCE,
     check: bool = False,
     reference_friction: float | None = None,
     reference_force: ArrayLike | None = None,

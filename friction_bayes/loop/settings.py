@@ -18,7 +18,8 @@ class LoopSettings:
     """Rates of false alarm, priors, and limits from which on something counts.
 
     Each field has its ``unit``, ``meaning`` and ``source`` in its metadata. The priors of effects are theirs
-    (:mod:`friction_bayes.mechanics.effects`). What moves with each is in ``docs/loop_settings.md``.
+    (:mod:`friction_bayes.mechanics.effects`), the tolerance is an option. What moves with each is in
+    ``docs/loop_settings.md``.
     """
 
     # tests
@@ -50,8 +51,8 @@ class LoopSettings:
     minor_share: float = _setting(
         0.1,
         "share",
-        "of the work of dry friction that may drive the motion, of a sum of squares in one sample, and of a force "
-        "or template that a law must leave for a test of it",
+        "of the work of dry friction that may drive the motion, of a sum of squares in one sample, of a "
+        "force or template that a law must leave for a test of it",
         "judgement",
     )
     bins: int = _setting(
@@ -72,12 +73,6 @@ class LoopSettings:
 
     # verdict
     credible_mass: float = _setting(0.95, "probability", "that the sets of a verdict hold", "interface")
-    tolerance: float = _setting(
-        0.2,
-        "share",
-        "of friction that a force may have before it matters, and of the loss that is dry friction",
-        "option tolerance",
-    )
     most_shift: float = _setting(
         0.5, "share", "of the loss that what is left may shift friction by", "interface"
     )
@@ -132,6 +127,12 @@ class LoopSettings:
     )
     frequency_sd: float = _setting(
         0.2, "logarithm", "prior sd of the natural over the declared frequency", "stiffness known to 40 %"
+    )
+    stiffness_sd: float = _setting(
+        0.05,
+        "share",
+        "prior sd of the stiffness about what the measured motion shows",
+        "wider, a fault of the sensor takes the place of the motion",
     )
     state_share: float = _setting(
         2.0, "largest in the record", "prior sd of the initial displacement and velocity", "wide"

@@ -183,7 +183,7 @@ def law_columns(
     columns = [
         Column("displacement", settings.SETTINGS.state_share * amplitude),
         Column("velocity", settings.SETTINGS.state_share * amplitude),
-        Column("stiffness", 2.0 * settings.SETTINGS.frequency_sd),
+        Column("stiffness", settings.SETTINGS.stiffness_sd),
         Column("friction", settings.SETTINGS.friction_share * amplitude, positive=True),
     ]
     nodes = [-path.restoring(path.node_x), -path.direction]

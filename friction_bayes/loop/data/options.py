@@ -13,10 +13,11 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.mechanics.effects import EFFECTS, effect_named
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
-__all__ = ["NOISES", "RANDOM_FORCES", "LoopOptions"]
+__all__ = ["NOISES", "RANDOM_FORCES", "TOLERANCE", "LoopOptions"]
 
 NOISES = ("auto", "white", "ar")
 RANDOM_FORCES = ("auto", "none")
+TOLERANCE = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
