@@ -18,6 +18,7 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.core.text import set_words
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
+from friction_bayes.loop import settings
 from friction_bayes.loop.checks.search_forecast import with_forecasts
 from friction_bayes.loop.data.effect_sets import in_catalogue_order
 from friction_bayes.loop.data.friction import (
@@ -44,7 +45,6 @@ from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["build_report"]
 
-_MOST_RIVALS = 3
 _ROUNDING = 0.05
 """Share of a half cycle by which three may fall short, their frequency being known so well."""
 
@@ -151,7 +151,7 @@ def _reference_check(
 
 def _deciding_experiment(families: Sequence[Family], mixture: Mixture) -> str | None:
     """The record that would decide between the most probable candidates."""
-    credible = mixture.sets[: credible_count(mixture.probabilities)][: _MOST_RIVALS + 1]
+    credible = mixture.sets[: credible_count(mixture.probabilities)][: settings.SETTINGS.most_at_once + 1]
     # of several that have a set the one where it is most probable
     weighed = [pair for f in families for pair in zip(f.log_weights, f.sets, [f] * len(f.sets), strict=True)]
     owners = {names: family for _, names, family in sorted(weighed, key=lambda one: float(one[0]))}

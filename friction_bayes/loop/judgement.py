@@ -10,6 +10,8 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import TAILS
+from friction_bayes.decay.located import LEAST_HALF_CYCLES
+from friction_bayes.loop import settings
 from friction_bayes.loop.checks.search_forecast import Forecast, forecast_records, held_out_error
 from friction_bayes.loop.checks.whole_signal import filtered_signal
 from friction_bayes.loop.data.friction import (
@@ -25,7 +27,6 @@ from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
 from friction_bayes.loop.report.friction_range import Reading, coulomb_alone, friction_range, pooled
 from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.loop.report.verdict import (
-    CREDIBLE_MASS,
     UNEXPLAINED,
     Consequences,
     credible_count,
@@ -36,9 +37,6 @@ from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["Judgement", "judge"]
-
-_LEAST_TURNS = 3
-"""Turning points that show a loss of amplitude about a middle."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -134,7 +132,7 @@ def judge(
     sensitivity = prior_sensitivity(mixture.draws, mixture.sets)
     count = credible_count(mixture.probabilities)
     # all agree on a friction that may be none
-    agreed = dry["probability"] >= CREDIBLE_MASS and mixture.same_friction(count)
+    agreed = dry["probability"] >= settings.SETTINGS.credible_mass and mixture.same_friction(count)
     alone, readings = coulomb_alone(before, rng_before), None
     if word == UNEXPLAINED:
         readings, mixture = _unexplained(alone, families, mixture, filtered, rng_pool)
@@ -193,7 +191,7 @@ def _unexplained(
 
 def _loss(trace: RecordTrace, mixture: Mixture, model: LoopModel) -> float:
     """Friction that alone would explain the loss of amplitude, as friction is reported."""
-    if trace.turning_points.size < _LEAST_TURNS:
+    if trace.turning_points.size < LEAST_HALF_CYCLES:
         return 0.0
     system, order = model.system, model.segments[0].order
     ratio = float(mixture.draws.frequency.mean()) / system.natural_frequency

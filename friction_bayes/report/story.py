@@ -17,7 +17,8 @@ from friction_bayes.core.text import (
     with_interval,
     words,
 )
-from friction_bayes.loop.report.verdict import AMBIGUOUS, CREDIBLE_MASS, UNEXPLAINED, credible_candidates
+from friction_bayes.loop import settings
+from friction_bayes.loop.report.verdict import AMBIGUOUS, UNEXPLAINED, credible_candidates
 from friction_bayes.mechanics.effects import EFFECTS
 
 __all__ = [
@@ -179,7 +180,7 @@ def _at_odds(report: Report, what: str) -> str:
 
 def _contradiction(report: Report, what: str) -> str:
     between = report["friction_between_records"]
-    if between["probability"] < CREDIBLE_MASS:
+    if between["probability"] < settings.SETTINGS.credible_mass:
         return "the records contradict each other in an effect that they share (see the notes)"
     ordered = sorted(between["records"], key=lambda record: record["friction"]["mean"])
     low, high = (record["friction"]["mean"] for record in (ordered[0], ordered[-1]))

@@ -7,14 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.loop import settings
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.statespace.kalman import whiten
 from friction_bayes.statespace.response import at_sensor, force_response
 
 __all__ = ["BesideLaw", "ScoreTest", "beside_law"]
-
-_LEAST_SHARE = 0.05
-"""Share of a force, whitened, that the law must leave for it to test anything."""
 
 
 class ScoreTest(NamedTuple):
@@ -57,7 +55,7 @@ class BesideLaw(NamedTuple):
         """Test some of the forces together."""
         norm = self.norm[chosen]
         values, vectors = np.linalg.eigh(self.gram[chosen, chosen] / np.outer(norm, norm))
-        kept = values > _LEAST_SHARE
+        kept = values > settings.SETTINGS.minor_share
         b = vectors[:, kept].T @ (self.score[chosen] / norm)
         basis = vectors[:, kept] / norm[:, None]
         return ScoreTest(
@@ -70,7 +68,7 @@ class BesideLaw(NamedTuple):
     def with_law(self, j: int) -> BesideLaw | None:
         """The same if force ``j`` were part of the law; None where the law has taken it already."""
         own = self.gram[j, j]
-        if own <= _LEAST_SHARE * self.norm[j] ** 2:
+        if own <= settings.SETTINGS.minor_share * self.norm[j] ** 2:
             return None
         share = self.gram[j] / own
         return BesideLaw(

@@ -21,13 +21,12 @@ import numpy as np
 from scipy.stats import chi2
 
 from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.loop import settings
 from friction_bayes.loop.infer.joint_fit import JointFit
 from friction_bayes.statespace.subset_evidence import set_posterior
 
 __all__ = ["Comparison", "compared_sizes", "contradictions"]
 
-_BY_CHANCE = 0.01
-"""Probability that one of the effects is said to differ where none does."""
 _PRIOR = 1e-4
 """Of its precision, what the sizes by themselves are told with: enough for a unique answer."""
 
@@ -62,7 +61,7 @@ def contradictions(fit: JointFit) -> Iterator[str]:
     """Say which effects the records contradict one size of."""
     found = compared_sizes(fit)
     for one in found:
-        if one.p_value >= _BY_CHANCE / len(found):
+        if one.p_value >= settings.SETTINGS.false_alarm_rate / len(found):
             continue
         shares = ""
         if one.share.shape[1] == 1:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.loop import settings
 from friction_bayes.loop.checks.beside_law import beside_law
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.statespace.measured_path import MeasuredPath
@@ -18,8 +19,7 @@ _LENGTHS = (0.01, 0.03, 0.1, 0.3)
 """Over the median amplitude: how far after a turning point a pulse reaches."""
 _PLACES = np.linspace(-0.9, 0.9, 13)
 _STOPS = np.linspace(0.1, 0.8, 8)
-_WIDTH = 0.1
-"""Place and width of a bump over the largest displacement."""
+"""Place of a bump over the largest displacement."""
 _STOPS = np.linspace(0.1, 0.8, 8)
 """Where a spring may begin that the motion meets on one side, likewise."""
 
@@ -84,7 +84,7 @@ def _shapes(path: MeasuredPath) -> Iterator[tuple[str, Array]]:
         yield "a pulse after each turning point", sign * np.exp(-travelled / (length * np.median(turns)))
     reach = float(np.max(np.abs(x)))
     for place in _PLACES:
-        bump = np.exp(-0.5 * ((x / reach - place) / _WIDTH) ** 2)
+        bump = np.exp(-0.5 * ((x / reach - place) * settings.SETTINGS.travel_bins) ** 2)
         yield f"a bump {_where(place)}", bump
         yield f"friction that is larger {_where(place)}", sign * bump
 
@@ -114,4 +114,6 @@ def _middle(path: MeasuredPath) -> float:
 
 
 def _where(place: float) -> str:
-    return "in the middle" if abs(place) < _WIDTH else f"at {place:+.2f} of the largest displacement"
+    if abs(place) * settings.SETTINGS.travel_bins < 1.0:
+        return "in the middle"
+    return f"at {place:+.2f} of the largest displacement"

@@ -17,6 +17,7 @@ from scipy import stats
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.loop import settings
 from friction_bayes.loop.checks.beside_law import ScoreTest, beside_law
 from friction_bayes.loop.checks.force_shapes import Shape, best_shape, stops
 from friction_bayes.loop.infer.knocks import jump_tails
@@ -25,11 +26,7 @@ from friction_bayes.loop.search.residual_tests import Channel, ResidualTests, fa
 
 __all__ = ["Dependence", "LeftOver", "what_is_left", "worst_of"]
 
-_BINS = 10
-_TIME_BINS = 8
 _JUMPS = "force_jumps"
-_BAND = (0.5, 1.5)
-"""Frequencies over that of the motion between which the record tells friction."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +122,7 @@ def what_is_left(fit: ForceFit) -> LeftOver:
     channels.append(Channel(_JUMPS, kurtosis, int(independent), p_value))
     dependences = (
         *(_dependence(fit, on, bins) for on, bins in binned.items()),
-        _one_of(fit, "friction_by_position", binned["position"][:, _BINS:]),
+        _one_of(fit, "friction_by_position", binned["position"][:, settings.SETTINGS.travel_bins :]),
         _one_of(fit, "force_by_stop", stops(fit.path)[1]),
     )
     left = LeftOver(
@@ -153,7 +150,7 @@ def _near_motion(fit: ForceFit, innovations: Array) -> float:
     """Standard deviation of the innovations in a band about the motion's frequency, per unit of bandwidth."""
     power = np.abs(np.fft.rfft(innovations - innovations.mean())) ** 2 / innovations.size
     order = np.fft.rfftfreq(innovations.size, fit.segment.decay.step) * 2.0 * math.pi / fit.w0
-    inside = (order >= _BAND[0]) & (order <= _BAND[1])
+    inside = np.abs(order - 1.0) <= settings.SETTINGS.friction_band
     return math.sqrt(float(power[inside].mean())) if inside.any() else 1.0
 
 
@@ -163,11 +160,12 @@ def _binned_forces(fit: ForceFit) -> Iterator[tuple[str, Array]]:
     sign = path.direction[:, None]
     turns = path.turning_x - np.mean(0.5 * (path.turning_x[1:] + path.turning_x[:-1]))
     amplitude = np.interp(path.node_phase, path.turning, np.abs(turns))
-    yield "velocity", _indicator(path.node_v, 2 * _BINS)
-    position = _indicator(path.node_x, _BINS)
+    bins = settings.SETTINGS.travel_bins
+    yield "velocity", _indicator(path.node_v, 2 * bins)
+    position = _indicator(path.node_x, bins)
     yield "position", np.hstack([position, sign * position])
-    yield "amplitude", sign * _indicator(amplitude, _BINS)
-    yield "time", sign * _indicator(path.node_phase, _TIME_BINS)
+    yield "amplitude", sign * _indicator(amplitude, bins)
+    yield "time", sign * _indicator(path.node_phase, settings.SETTINGS.bins)
 
 
 def _indicator(values: Array, bins: int) -> Array:

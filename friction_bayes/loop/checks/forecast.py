@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers
-from friction_bayes.loop.checks.search_forecast import FITTED_SHARE, Forecast
+from friction_bayes.loop import settings
+from friction_bayes.loop.checks.search_forecast import Forecast
 from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.data.model import LoopModel, changes_signal
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
@@ -33,7 +34,7 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     force, each from the state at which its own law and force leave the first part.
     """
     segment = fit.segment
-    head = int(FITTED_SHARE * segment.moving)
+    head = int(settings.SETTINGS.fitted_share * segment.moving)
     of_law = dict.fromkeys(column.effect for column in fit.law.columns if column.effect)
     allowed = (*of_law, *sorted(fit.sensor_noise.effects))
     first = fit_random_force(segment, fit.system, allowed, samples=head)

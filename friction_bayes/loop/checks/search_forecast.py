@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop import settings
 from friction_bayes.loop.report.result import ForecastTrace, RecordTrace
 from friction_bayes.loop.search.derivatives import signal_derivatives
 from friction_bayes.loop.search.fit import LoopFit, fit_growing_record
 
 __all__ = [
-    "FITTED_SHARE",
     "Forecast",
     "forecast_errors",
     "forecast_records",
@@ -23,7 +23,6 @@ __all__ = [
     "with_forecasts",
 ]
 
-FITTED_SHARE = 0.7
 _WHAT = (
     "root mean square error over the last 30 % of the moving record of each model, "
     "fitted anew to the first 70 %; the noise floor is the residual of the final fit to all of it"
@@ -67,7 +66,7 @@ def forecast_records(fit: LoopFit) -> tuple[Forecast, ...]:
     steps of their standard deviations, and that of the noise.
     """
     model = fit.model
-    heads = [int(FITTED_SHARE * segment.moving) for segment in model.segments]
+    heads = [int(settings.SETTINGS.fitted_share * segment.moving) for segment in model.segments]
     first = model.of_first_samples(heads)
     again = fit_growing_record(first, fit.noise_models, fit.z, share=0.5)
     if again is None:

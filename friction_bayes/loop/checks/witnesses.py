@@ -17,6 +17,7 @@ from scipy.stats import norm
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
+from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import ForceEvaluator, force_columns
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.statespace.kalman import whiten
@@ -24,9 +25,6 @@ from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.response import at_sensor, force_response
 
 __all__ = ["Witnesses", "two_witnesses"]
-
-_AGREE = 2.0
-"""Standard deviations of their difference within which two frictions agree."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +78,8 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     by_loss, by_shape = (
         Summary.of_distribution(norm(unit_force * mean[j], unit_force * sd[j]), unit) for j in (-2, -1)
     )
-    return Witnesses(by_loss, by_shape, agree=bool(abs(mean[-2] - mean[-1]) < _AGREE * apart))
+    agree = bool(abs(mean[-2] - mean[-1]) < settings.SETTINGS.unseen * apart)
+    return Witnesses(by_loss, by_shape, agree=agree)
 
 
 def _at_nodes(fit: ForceFit, friction: int) -> Array:

@@ -10,16 +10,14 @@ from itertools import chain, combinations, product
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop import settings
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import OF_LINES
-from friction_bayes.loop.data.effect_sets import MOST_EFFECTS, SENSOR_ZERO
+from friction_bayes.loop.data.effect_sets import SENSOR_ZERO
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.inclusion import INCLUSION
 
 __all__ = ["ColumnSets", "column_sets"]
-
-_NO_DRY_FRICTION = 0.2
-"""Prior probability that nothing rubs, of the sets of effects that do not bend or scale friction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +46,7 @@ def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
     always, frictions, dry_friction = law.always, set(law.frictions), law.dry_friction
     bends = {name for name in effects if not frictions.isdisjoint(shapes[name][0])}
     of_friction = {j for j, column in enumerate(law.columns) if column.of_friction}
-    rubs, idles = math.log1p(-_NO_DRY_FRICTION), math.log(_NO_DRY_FRICTION)
+    rubs, idles = math.log1p(-settings.SETTINGS.no_dry_friction), math.log(settings.SETTINGS.no_dry_friction)
     # thousands of sets, and anew in every round: lists are filled, and all masks at once
     found: list[frozenset[str]] = []
     places: list[list[int]] = []
@@ -94,7 +92,7 @@ def _named_sets(effects: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
     zeros = [(), *((name,) for name in effects if name in SENSOR_ZERO)]
     spectra = [some for size in range(len(of_lines) + 1) for some in combinations(of_lines, size)]
     for lines, zero in product(spectra, zeros):
-        for size in range(min(MOST_EFFECTS, len(others)) + 1):
+        for size in range(min(settings.SETTINGS.most_at_once, len(others)) + 1):
             for names in combinations(others, size):
                 together = (*names, *lines, *zero)
                 if not any(other in together for name in together for other in EFFECTS[name].excludes):

@@ -12,8 +12,9 @@ from scipy.interpolate import CubicHermiteSpline
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means
+from friction_bayes.loop import settings
 from friction_bayes.loop.columns.lines import Line
-from friction_bayes.loop.data.parameters import FRICTION_SHARE, Coordinate, effect_coordinates
+from friction_bayes.loop.data.parameters import Coordinate, effect_coordinates
 from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect, force_vector
 from friction_bayes.mechanics.integrate import force_along
 from friction_bayes.statespace.measured_path import MeasuredPath
@@ -213,7 +214,7 @@ def _bent_friction(
         value = taken.value
         column = Column(
             "friction",
-            FRICTION_SHARE * amplitude,
+            settings.SETTINGS.friction_share * amplitude,
             positive=True,
             effect=name,
             parameter=first.name,

@@ -15,6 +15,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
+from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import (
     Column,
     ForceEvaluator,
@@ -25,16 +26,12 @@ from friction_bayes.loop.columns.effect_columns import (
     sensor_columns,
 )
 from friction_bayes.loop.columns.lines import OF_LINES, Line
-from friction_bayes.loop.data.parameters import FRICTION_SHARE, STATE_SHARE
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.response import at_sensor, force_response
 from friction_bayes.statespace.transition import initial_response
 
-__all__ = ["STIFFNESS_SD", "Circumstances", "LawColumns", "law_columns"]
-
-STIFFNESS_SD = 0.05
-"""Prior sd of the relative correction of the stiffness: the frequency is known to some per cent before."""
+__all__ = ["Circumstances", "LawColumns", "law_columns"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,10 +193,10 @@ def law_columns(
     evaluator = ForceEvaluator(path, w0, mass, stiffness, friction * unit, given.duration)
     amplitude = given.scales.amplitude * (system.natural_frequency / w0) ** order
     columns = [
-        Column("displacement", STATE_SHARE * amplitude),
-        Column("velocity", STATE_SHARE * amplitude),
-        Column("stiffness", STIFFNESS_SD),
-        Column("friction", FRICTION_SHARE * amplitude, positive=True),
+        Column("displacement", settings.SETTINGS.state_share * amplitude),
+        Column("velocity", settings.SETTINGS.state_share * amplitude),
+        Column("stiffness", settings.SETTINGS.stiffness_sd),
+        Column("friction", settings.SETTINGS.friction_share * amplitude, positive=True),
     ]
     acting = _forces(given, evaluator)
     columns += [column for column, _, _ in acting]

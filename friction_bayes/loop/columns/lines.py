@@ -17,6 +17,7 @@ from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.optimize import minimize, minimize_scalar
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop import settings
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.second_mode import SECOND_MODE
@@ -28,8 +29,6 @@ OF_LINES = (PERIODIC_INTERFERENCE.name, SECOND_MODE.name)
 
 _MOST_LINES = 8
 """Lines of each effect in one record: a second mode, its products, the mains."""
-_BAND = 0.05
-"""Distance from the harmonics, over the motion's frequency, within which its own changes make lines."""
 _NEIGHBOURS = 61
 """Ordinates of a spectrum that show what a line stands out of."""
 _LEAST_SAMPLES = 500
@@ -38,16 +37,10 @@ _APART = 4.0
 """Distance between two lines times the length of the window: those of a windowed signal are four wide."""
 _CLOSE = 1e-3
 """Ordinates to within which the frequency of a line is sought: a hundredth of a radian at the end."""
-_LEAST_PERIODS = 2
-"""Periods of a line within the record; with fewer it is a drift."""
-_CERTAIN = 1e-4
-"""Lines as large as the largest that noise is expected to have, below which it may be one."""
 _PARTS = (1, 3, 9)
 """How many times as long as a window the record is; between two, a line keeps nine tenths of its power."""
 _DECAYED = 5.0
 """Decay times within a window."""
-_DIED_OUT = 2.0
-"""Decay times within the record; with fewer a line may be a steady one whose amplitude changes."""
 
 
 class Line(NamedTuple):
@@ -150,7 +143,8 @@ class _Spectrum:
     def stands_out(self) -> bool:
         """Whether its highest top is one that noise is not expected to have."""
         samples = self.window.size
-        return samples >= _LEAST_SAMPLES and samples * math.exp(-float(self.height.max())) < _CERTAIN
+        by_chance = samples * math.exp(-float(self.height.max()))
+        return samples >= _LEAST_SAMPLES and by_chance < settings.SETTINGS.noise_alarm_rate
 
     def strike_out(self, line: Line) -> None:
         """Look for no other line so near to one."""
@@ -225,7 +219,7 @@ def _found(spectra: Sequence[_Spectrum], segment: Segment, known: Sequence[Line]
         for spectrum in spectra:
             spectrum.strike_out(at)
             spectrum.strike_out(line)
-        dies_out = _DIED_OUT * line.decay_time < segment.duration
+        dies_out = settings.SETTINGS.line_repeats * line.decay_time < segment.duration
         # its ordinate may lie just outside of the motion's band
         if (line.steady or dies_out) and not _of_motion(line.frequency, line.decay_time, segment):
             found.append(line)
@@ -237,8 +231,9 @@ def _of_motion(frequency: ArrayLike, decay_time: float, segment: Segment) -> Mas
     line, motion = np.asarray(frequency, dtype=np.float64), segment.decay.frequency / (2.0 * math.pi)
     # a line that dies out is so wide at half its power
     width = 1.0 / (math.pi * decay_time)
-    least = max(_LEAST_PERIODS / segment.duration, 1.0 / decay_time)
-    beside = np.abs(line - np.rint(line / motion) * motion) >= max(_BAND * motion, width)
+    least = max(settings.SETTINGS.line_repeats / segment.duration, 1.0 / decay_time)
+    band = max(settings.SETTINGS.harmonic_band * motion, width)
+    beside = np.abs(line - np.rint(line / motion) * motion) >= band
     return np.asarray(~beside | (line < least))
 
 

@@ -11,10 +11,8 @@ from friction_bayes.mechanics.effects.inclusion import INCLUSION
 from friction_bayes.mechanics.effects.sensor_drift import SENSOR_DRIFT
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
-__all__ = ["MOST_EFFECTS", "SENSOR_ZERO", "EffectSets", "in_catalogue_order", "searched", "set_name"]
+__all__ = ["SENSOR_ZERO", "EffectSets", "in_catalogue_order", "searched", "set_name"]
 
-MOST_EFFECTS = 3
-"""Effects at once, those of the sensor's zero and those that are certain not counted."""
 SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
 """An error of the sensor's zero comes besides: measured records hardly ever have none."""
 Names = frozenset[str]

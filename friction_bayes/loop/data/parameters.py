@@ -11,6 +11,7 @@ from scipy import special
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
+from friction_bayes.loop import settings
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.mechanics.effects import (
     EFFECTS,
@@ -41,13 +42,6 @@ DISPLACEMENT, VELOCITY = "displacement", "velocity"
 """State at the start of a record."""
 SHARED = -1
 """In place of a record: the parameter is the same for all of them."""
-
-FRICTION_SHARE = 0.05
-"""Prior scale of friction over stiffness times amplitude: a decay of three half cycles has 0.15."""
-FREQUENCY_SD = 0.2
-"""Prior standard deviation of the logarithm of the fitted over the declared natural frequency."""
-STATE_SHARE = 2.0
-"""Prior scale of the initial displacement and velocity over the largest in the record."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,7 +185,7 @@ def scales_of(segments: Sequence[Segment], system: Oscillator) -> Scales:
 
 def physical_coordinates(scales: Scales, records: int) -> tuple[Coordinate, ...]:
     """Friction and frequency, shared; then displacement and velocity at the start of each record."""
-    friction = FRICTION_SHARE * scales.system.stiffness * scales.amplitude
+    friction = settings.SETTINGS.friction_share * scales.system.stiffness * scales.amplitude
     shared = (
         Coordinate(
             name=FRICTION,
@@ -200,12 +194,12 @@ def physical_coordinates(scales: Scales, records: int) -> tuple[Coordinate, ...]
         ),
         Coordinate(
             name=LOG_FREQUENCY_RATIO,
-            prior=Prior("normal", 0.0, FREQUENCY_SD),
+            prior=Prior("normal", 0.0, settings.SETTINGS.frequency_sd),
             bounds=(-1.2, 1.2),
         ),
     )
-    wide = STATE_SHARE * scales.amplitude
-    fast = STATE_SHARE * scales.velocity
+    wide = settings.SETTINGS.state_share * scales.amplitude
+    fast = settings.SETTINGS.state_share * scales.velocity
     state = [
         Coordinate(
             name=name,

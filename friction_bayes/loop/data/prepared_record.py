@@ -19,6 +19,7 @@ from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.phase_tracking import nearest_turning_points
 from friction_bayes.estimators.waveform.saturation import refuse_saturated
+from friction_bayes.loop import settings
 from friction_bayes.loop.data.held_release import held_samples
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import sampling_interval
@@ -28,16 +29,7 @@ from friction_bayes.records.record import validate_record, with_values
 
 __all__ = ["Segment", "cut_records"]
 
-_JUDGED = 22
-"""Half cycles of a decay from which on a hand at its release is cut: in fewer a law that takes most from
-large swings, as a magnet's, looks the same, and the loop knows such laws."""
-_REST_KEPT = 0.15
-"""Share of the moving time kept after the stop: where it rests shows the sensor's zero."""
-_SPIKE = 6.0
-"""Distance from the neighbours' median, in robust standard deviations, of samples ignored when cutting."""
 _NEIGHBOURS = 7
-_STRAY_SPIKES = 1e-3
-"""Share of spikes that chance explains: white noise has one sample in a million beyond six deviations."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -196,7 +188,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     smooth, spikes = _spikes(values, system.natural_frequency * sampling_interval(record))
     tame = np.where(spikes, smooth, values)
     decay = find_free_decay(with_values(record, tame), system, resolution=resolution)
-    if 0 < decay.disturbed < _JUDGED - decay.half_cycles:
+    if 0 < decay.disturbed < settings.SETTINGS.release_judged - decay.half_cycles:
         whole = max(decay.start_time - decay.disturbed * math.pi / decay.frequency, float(record["time"][0]))
         decay = find_free_decay(with_values(record, tame), system, start=whole, resolution=resolution)
     clips = clipped_fraction(values)[1] is not None
@@ -210,7 +202,8 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     clock = np.asarray(record["time"].values, dtype=np.float64)
     first = int(np.searchsorted(clock, decay.start_time))
     moving = decay.values.size
-    n = min(values.size - first, moving + round(_REST_KEPT * moving) if decay.stops else moving)
+    rest = round(settings.SETTINGS.rest_kept * moving) if decay.stops else 0
+    n = min(values.size - first, moving + rest)
     used = values[first : first + n]
     sides = np.zeros(n)
     if clips:
@@ -255,7 +248,7 @@ def _spikes(values: Array, angle: float) -> tuple[Array, Mask]:
     swing = 0.5 * float(np.ptp(smooth))
     turns = swing * (1.0 - math.cos(min(angle * (_NEIGHBOURS // 2), math.pi)))
     # where most samples equal their neighbours but for rounding, the rest are steps of a digitiser
-    return smooth, (away > _SPIKE * spread + turns) & (spread > ROUNDING * np.ptp(values))
+    return smooth, (away > settings.SETTINGS.spike * spread + turns) & (spread > ROUNDING * np.ptp(values))
 
 
 def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int, Array]:
@@ -270,7 +263,8 @@ def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, i
     # less than a period is refused for what it is, not for what is left of it
     if block == 1 or samples > values.size or clipped_fraction(values)[1] is not None:
         return record, 1, np.zeros(values.size)
-    if np.count_nonzero(_spikes(values, 2.0 * math.pi / samples)[1]) > _STRAY_SPIKES * values.size:
+    spikes = _spikes(values, 2.0 * math.pi / samples)[1]
+    if np.count_nonzero(spikes) > settings.SETTINGS.noise_alarm_rate * values.size:
         return record, 1, np.zeros(values.size)
     means = block_means(values, block)
     spread = block_means((values[: means.size * block] - np.repeat(means, block)) ** 2, block)

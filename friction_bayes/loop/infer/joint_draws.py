@@ -6,7 +6,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
-from friction_bayes.loop.infer.joint_fit import SPREADS, JointFit
+from friction_bayes.loop.infer.joint_fit import JointFit, spreads_weighed
 from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, laws_drawn, unit_force
 from friction_bayes.loop.search.draws import shared_out
 from friction_bayes.loop.search.truncated_normal import truncated_draws
@@ -58,7 +58,7 @@ def joint_draws(
     frictions = fit.along[0].law.frictions
     force = unit_force(fit.fits[0], records[0].stiffness)
     # a spread stands for its part of the prior
-    step = SPREADS[1] / SPREADS[0]
-    spread = fit.level * fit.spread_of[row] * step ** rng.uniform(-0.5, 0.5, draws)
+    least, second = spreads_weighed()[:2]
+    spread = fit.level * fit.spread_of[row] * (second / least) ** rng.uniform(-0.5, 0.5, draws)
     friction = mean[:, frictions].sum(axis=1) * force
     return DrawnLaws(records=records, row=row, friction=friction, spread=spread * force)

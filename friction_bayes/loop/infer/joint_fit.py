@@ -16,6 +16,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
+from friction_bayes.loop import settings
 from friction_bayes.loop.columns.lines import OF_LINES, Line
 from friction_bayes.loop.data.friction import friction_of_loss
 from friction_bayes.loop.data.parameters import scales_of
@@ -29,16 +30,19 @@ from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import Motion
 from friction_bayes.statespace.subset_evidence import WeighedSets
 
-__all__ = ["SPREADS", "JointFit", "fit_together"]
+__all__ = ["JointFit", "fit_together", "spreads_weighed"]
 
-SPREADS = np.geomspace(1e-3, 0.6, 13)
-"""Spreads of friction between records that are weighed, over friction; all are as probable."""
+_SPREADS = 13
 _COARSE = 3
 """The first round takes every third of them."""
 _HOPELESS = 1e-13
 """Probability of a set in the first round below which the second does without it."""
-_DIFFERS = 0.5
-"""Prior probability that friction differs between records."""
+
+
+def spreads_weighed() -> Array:
+    """Spreads of friction between records that are weighed, over friction; all are as probable."""
+    least, largest = settings.SETTINGS.spreads
+    return np.geomspace(least, largest, _SPREADS)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -166,15 +170,16 @@ def fit_together(
     along = _along(alone, records, motions, w0)
     if along is None:
         return None
+    spreads = spreads_weighed()
     first = _weighed(
-        alone, records, along, SPREADS[::_COARSE], varying=varying, forced=forced, only_mode=True
+        alone, records, along, spreads[::_COARSE], varying=varying, forced=forced, only_mode=True
     )
     one = first.fits[0]
     change = frequency_change(one.coefficients[one.regression.stiffness])
     along = _along(alone, records, [fit.motion.at_frequency(change) for fit in first.fits], w0 * change)
     if along is None:
         return None
-    fit = _weighed(alone, records, along, SPREADS, varying=varying, forced=forced, kept=first.worth_it)
+    fit = _weighed(alone, records, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
     return None if any(is_read_as_fault(one) for one in fit.fits) else fit
 
 
@@ -210,8 +215,8 @@ def _weighed(
     columns = np.where(rubbing.any(axis=1), np.array(law.frictions)[rubbing.argmax(axis=1)], -1)
     level = float(np.median([fit.coefficients[fit.law.frictions].sum() for fit in alone])) or friction
     spreads = some if varying else np.append(0.0, some)
-    share = np.full(spreads.size, (1.0 if varying else _DIFFERS) / some.size)
-    share[spreads == 0.0] = 1.0 - _DIFFERS
+    share = np.full(spreads.size, (1.0 if varying else settings.SETTINGS.nuisance) / some.size)
+    share[spreads == 0.0] = 1.0 - settings.SETTINGS.nuisance
     problem = JointProblem(
         _members(alone, along),
         np.array([column.own for column in law.columns]),

@@ -16,6 +16,7 @@ import numpy as np
 from scipy import stats
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop import settings
 from friction_bayes.statespace.force_grid import GridPoint
 from friction_bayes.statespace.kalman import Clock, jump_scores
 from friction_bayes.statespace.regression import LawRegression
@@ -23,18 +24,6 @@ from friction_bayes.statespace.smoother import Motion
 
 __all__ = ["jump_tails", "log_odds_of_knocks", "next_knock", "spans_of"]
 
-_BY_CHANCE = 1e-2
-"""Probability that a record without a knock shows one, its intervals taken as independent."""
-_PART_OF_IT = 0.25
-"""Share of its largest score from which on those of its neighbours belong to it."""
-_FRICTIONS = 3.0
-"""Sd of a jump, in frictions that alone explain the loss of amplitude."""
-_MOST = 3
-"""Knocks in a record; more are no accident."""
-_LONGEST = 2.0
-"""Phase that one may last, a third of a period: what lasts longer is a force of the machine."""
-_DOUBTFUL = 4.0
-"""Sd of the velocity below which friction may have either direction."""
 _BESIDE = 1
 """Samples on either side of it that see the jump of friction too."""
 _FEWEST = 20.0
@@ -67,17 +56,18 @@ def next_knock(regression: LawRegression, law: Array, best: GridPoint, friction:
         return np.zeros_like(known)
     scores = _scores(regression, law, best)
     place = int(np.argmax(np.where(_beside_turns(regression, motion), 0.0, np.abs(scores))))
-    if scores.size * 2.0 * float(stats.norm.sf(abs(scores[place]))) > _BY_CHANCE:
+    if scores.size * 2.0 * float(stats.norm.sf(abs(scores[place]))) > settings.SETTINGS.false_alarm_rate:
         return None
-    same = scores / scores[place] > _PART_OF_IT
+    same = scores / scores[place] > settings.SETTINGS.knock_part
     first = place - int(np.argmin(same[place::-1])) + 1
     # one more: the force goes back
     last = min(place + int(np.argmin(np.append(same[place:], False))), scores.size - 1)
     jumps = known.copy()
-    jumps[max(first - 1, 0) : last] = _FRICTIONS * friction / best.noise
+    jumps[max(first - 1, 0) : last] = settings.SETTINGS.knock_frictions * friction / best.noise
     jumps = _joined(jumps, clock.phase)
     spans = spans_of(jumps)
-    if len(spans) > _MOST or any(clock.phase[b] - clock.phase[a] > _LONGEST for a, b in spans):
+    longest = max(clock.phase[b] - clock.phase[a] for a, b in spans)
+    if len(spans) > settings.SETTINGS.most_at_once or longest > settings.SETTINGS.longest_knock:
         return np.zeros_like(known)
     return jumps
 
@@ -89,7 +79,7 @@ def _joined(jumps: Array, phase: Array) -> Array:
     """
     spans, jumps = spans_of(jumps), jumps.copy()
     for (a, b), (c, d) in pairwise(spans):
-        if phase[d] - phase[a] <= _LONGEST:
+        if phase[d] - phase[a] <= settings.SETTINGS.longest_knock:
             jumps[b:c] = jumps[a]
     return jumps
 
@@ -100,7 +90,8 @@ def _lasts(force: Array, phase: Array, spans: list[tuple[int, int]]) -> bool:
         held = float(np.mean(force[b : c + 1]))
         rise, fall = held - force[a], held - force[d]
         largest = float(np.max(np.abs(force[a : d + 1] - force[a])))
-        if phase[d] - phase[a] > _LONGEST and rise * fall > 0.0 and min(abs(rise), abs(fall)) > 0.5 * largest:
+        comes_and_goes = rise * fall > 0.0 and min(abs(rise), abs(fall)) > 0.5 * largest
+        if comes_and_goes and phase[d] - phase[a] > settings.SETTINGS.longest_knock:
             return True
     return False
 
@@ -164,7 +155,7 @@ def _beside_turns(regression: LawRegression, motion: Motion) -> Mask:
     velocity = motion.states[:, 1]
     if not np.any(regression.row[..., 2]):
         return np.zeros(velocity.size, np.bool_)
-    doubtful = np.abs(velocity) < _DOUBTFUL * motion.velocity_sd
+    doubtful = np.abs(velocity) < settings.SETTINGS.far * motion.velocity_sd
     return np.convolve(doubtful, np.ones(2 * _BESIDE + 1), "same") > 0.0
 
 

@@ -12,6 +12,8 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.located import LEAST_HALF_CYCLES
+from friction_bayes.loop import settings
 from friction_bayes.loop.columns.column_sets import ColumnSets, column_sets
 from friction_bayes.loop.columns.law_columns import Circumstances, LawColumns, law_columns
 from friction_bayes.loop.columns.lines import Line
@@ -27,10 +29,6 @@ from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import LEAST_NOISE, Motion, first_motion
 
 __all__ = ["LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "why_not_weighed"]
-
-_SHARE_OF_FRICTION = 0.2
-"""Median of the prior of the force's sd, in frictions that alone explain the loss of amplitude."""
-_LEAST_TURNS = 4
 
 
 def along_motion(effect: Effect) -> bool:
@@ -181,7 +179,7 @@ class MovingRecord:
         path = MeasuredPath.through(self.phase(w0), x, v, motion.velocity_sd, pendulum=self.system.pendulum)
         row = sensor_row(order, path.slope)
         clock = self.clock_along(path, w0)
-        if path.turning.size < _LEAST_TURNS:
+        if path.turning.size <= LEAST_HALF_CYCLES:
             return None
         rough = friction_of_loss(path.turning_x) if friction is None else friction
         given = Circumstances(
@@ -216,7 +214,7 @@ class MovingRecord:
 
 def force_prior(friction: float) -> ForcePrior:
     """Prior of the random force beside a rough friction, natural units."""
-    return ForcePrior(centre=_SHARE_OF_FRICTION * friction)
+    return ForcePrior(centre=settings.SETTINGS.force_share * friction)
 
 
 def why_not_weighed(name: str, segment: Segment, scales: Scales) -> str:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop import settings
 from friction_bayes.loop.infer.record_fit import ForceFit
 
 __all__ = ["pushing"]
 
-_MOST_PUSHING = 0.1
-"""Share of the work of dry friction, in size, that may drive the motion: noise makes it of a small one."""
 _NEGLIGIBLE = 1e-3
 """Probability of sets that need not be looked at."""
 
@@ -32,7 +31,8 @@ def pushing(fit: ForceFit) -> Mask:
     for k in np.argsort(-total):
         if may_push[k]:
             point = fit.posterior.points[int(np.argmax(weight[:, k]))]
-            pushes[k] = _share_pushed(work @ fit.posterior.mean_law(point, k)[rubs]) > _MOST_PUSHING
+            share = _share_pushed(work @ fit.posterior.mean_law(point, k)[rubs])
+            pushes[k] = share > settings.SETTINGS.minor_share
         left -= float(total[k])
         if left < _NEGLIGIBLE * float(total[~pushes].sum()):
             break

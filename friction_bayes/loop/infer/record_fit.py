@@ -16,6 +16,7 @@ from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
+from friction_bayes.loop import settings
 from friction_bayes.loop.columns.column_sets import ColumnSets
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import Line
@@ -36,9 +37,6 @@ from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import Motion
 
 __all__ = ["ForceFit", "fit_random_force", "force_fit", "is_read_as_fault"]
-
-_UNLIKE = 3.0
-"""How many times as far or as little a law may move as the motion along which its terms were evaluated."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,7 +232,7 @@ def is_read_as_fault(fit: ForceFit) -> bool:
     every wander of it, which no motion under a law does. The motion then differs from round to round.
     """
     moved, along = (float(np.ptp(x)) for x in (fit.motion.states[:, 0], fit.path.x))
-    return not along / _UNLIKE < moved < along * _UNLIKE
+    return not along / settings.SETTINGS.unlike < moved < along * settings.SETTINGS.unlike
 
 
 def force_fit(

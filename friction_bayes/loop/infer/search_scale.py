@@ -20,8 +20,8 @@ import math
 import numpy as np
 from scipy.special import logsumexp
 
-from friction_bayes.loop.columns.law_columns import STIFFNESS_SD
-from friction_bayes.loop.data.parameters import FREQUENCY_SD, LOG_FREQUENCY_RATIO
+from friction_bayes.loop import settings
+from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.infer.sensor_noise import log_convention
 from friction_bayes.loop.noise.correlated_error import NO_ERROR
@@ -84,8 +84,9 @@ def _log_convention(fit: ForceFit, white: LoopFit, at_rest: LoopFit) -> float:
     """What the conventions make: a fit says what rest is worth, the white one its prior of the frequency."""
     n = int(np.count_nonzero(np.isfinite(fit.clock.variance)))
     # the stiffness is corrected about what the record shows, in units of half as much frequency
+    unit = 0.5 * settings.SETTINGS.stiffness_sd / settings.SETTINGS.frequency_sd
     score = float(white.z[white.model.index(LOG_FREQUENCY_RATIO)])
-    value = log_convention(n, fit.unit) + math.log(0.5 * STIFFNESS_SD / FREQUENCY_SD) - 0.5 * score**2
+    value = log_convention(n, fit.unit) + math.log(unit) - 0.5 * score**2
     model, noise = at_rest.noise_models[0], at_rest.noises[0]
     densities = log_densities(at_rest.residuals[0], fit.segment.sides, model, noise)
     return value + float(densities[fit.samples :].sum())

@@ -31,7 +31,8 @@ from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 __all__ = ["Candidates", "candidates_of", "families_of_one"]
 
 _BEYOND = 50.0
-"""Log evidence by which noise of the sensor alone has to fall behind for the search to be spared."""
+"""Log evidence by which noise of the sensor alone has to fall behind for the search to be spared: far below
+rounding, half and twice as much give the same reports."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
+from friction_bayes.loop import settings
 from friction_bayes.loop.checks.contradictions import contradictions
 from friction_bayes.loop.checks.joint_check import check_together
 from friction_bayes.loop.data.friction import friction_scale, scale_draws
@@ -30,7 +31,6 @@ from friction_bayes.loop.noise.likelihood import NoiseModel, has_heavy_tails
 from friction_bayes.loop.report.between_records import friction_between_records
 from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.report.friction_range import Reading
-from friction_bayes.loop.report.verdict import CREDIBLE_MASS
 from friction_bayes.loop.search.draws import DRAWS
 from friction_bayes.loop.search.fit import LoopFit, fit_model
 from friction_bayes.loop.search.run_search import coulomb_model
@@ -196,7 +196,7 @@ class JointFamily(MotionFamily):
     def contradicted(self) -> bool:
         """Whether the records contradict one friction for all, if it is not known to differ, or one law."""
         known = bool((self.fit.spreads > 0.0).all())
-        return bool(self._contradictions) or (not known and self._differs >= CREDIBLE_MASS)
+        return bool(self._contradictions) or (not known and self._differs >= settings.SETTINGS.credible_mass)
 
     def variables(self) -> dict[str, Array]:
         best = self._of_best

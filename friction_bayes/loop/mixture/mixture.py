@@ -15,13 +15,13 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.summary import TAILS
+from friction_bayes.loop import settings
 from friction_bayes.loop.checks.search_forecast import Forecast
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.report.friction_range import Reading
 from friction_bayes.loop.report.next_experiment import Contender
 from friction_bayes.loop.report.reference_force import ResistingForce
 from friction_bayes.loop.report.result import RecordTrace
-from friction_bayes.loop.report.verdict import SAME_FRICTION
 from friction_bayes.loop.search.draws import DRAWS, shared_out
 from friction_bayes.loop.search.residual_tests import ResidualTests
 
@@ -252,7 +252,7 @@ class Mixture:
             return False
         means = np.array([each.mean() for each in own])
         low, high = np.quantile(own[0], TAILS)
-        alike = np.ptp(means) <= SAME_FRICTION * np.abs(means).max()
+        alike = np.ptp(means) <= settings.SETTINGS.same_friction * np.abs(means).max()
         return bool(alike or np.all((low <= means) & (means <= high)))
 
     def with_friction(self, friction: Array) -> Mixture:

@@ -27,6 +27,7 @@ import numpy as np
 from scipy.special import expit, logit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.loop import settings
 from friction_bayes.loop.data.parameters import FRICTION
 from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.loop.search.linear_columns import LinearColumns
@@ -38,16 +39,6 @@ from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
 __all__ = ["SlightEffect", "slight_beside", "slight_effects", "with_slight_effects"]
 
 _SLIGHT_EFFECTS = (VISCOUS_DAMPING.name, FRICTION_DRIFT.name)
-_PRESENT = 0.5
-"""Prior probability of each that it acts on a motion that no other effect of the catalogue bends."""
-_PRESENT_BESIDE = 0.25
-"""The same where one does. With one half, friction's mean is moved from the truth by as much as the effect
-that was found had brought it nearer; with one tenth, the prior of a candidate's own effects, the intervals
-hold friction less often where two effects cancel."""
-_REACH = 2.0
-"""Prior sd of a coefficient, in standard deviations of its estimate from the samples alone."""
-_GAIN_RISE = 0.2
-"""Share by which a sensor's gain may rise within a record: damping in units of its prior, an e-fold there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,15 +86,16 @@ class SlightEffect:
         beside : iterable of str
             Effects of the candidate.
         """
-        low, high = min(support[0], -_GAIN_RISE), support[1]
-        scale = min(_REACH / math.sqrt(information), 1.0)
+        low, high = min(support[0], -settings.SETTINGS.gain_rise), support[1]
+        scale = min(settings.SETTINGS.unseen / math.sqrt(information), 1.0)
         variance = 1.0 / (information + scale**-2)
         mean, sd = variance * information * estimate, math.sqrt(variance)
         ends = np.array([[low - mean, high - mean], [low, high]]) / np.array([[sd], [scale]])
         inside = log_interval_probability(ends[:, 0], ends[:, 1])
         log_bayes_factor = math.log(sd / scale) + 0.5 * (mean / sd) ** 2 + float(inside[0] - inside[1])
         bent = any(isinstance(EFFECTS[name], ForceEffect) for name in beside)
-        probability = float(expit(logit(_PRESENT_BESIDE if bent else _PRESENT) + log_bayes_factor))
+        prior = settings.SETTINGS.nuisance_beside if bent else settings.SETTINGS.nuisance
+        probability = float(expit(logit(prior) + log_bayes_factor))
         return cls(probability, mean, sd, low, high, follow)
 
 

@@ -15,15 +15,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import softmax
+from scipy.special import expit, logit, softmax
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.loop import settings
 from friction_bayes.loop.infer.record_fit import ForceFit
 
 __all__ = ["SlightForce", "slight_force"]
-
-_SAYS_LITTLE = 2.0
-"""Nats by which the law is at most more or less probable under such a force than under none."""
 
 
 @dataclass(frozen=True)
@@ -66,11 +64,12 @@ def slight_force(fit: ForceFit) -> SlightForce | None:
     if rubs.size == 0:
         return None
     j = int(rubs[0])
+    said_at_most = 0.5 * settings.SETTINGS.unseen**2
     hidden = [
         point
         for point in fit.posterior.points
         if point.ratio > 0.0
-        and abs(point.found.log_weight[best] - none.found.log_weight[best]) <= _SAYS_LITTLE
+        and abs(point.found.log_weight[best] - none.found.log_weight[best]) <= said_at_most
     ]
     if not hidden:
         return None
@@ -85,7 +84,7 @@ def slight_force(fit: ForceFit) -> SlightForce | None:
     added = float(share @ (variance + (mean - middle) ** 2)) - float(scale2[0])
     unit = float(fit.law.scale[j]) * fit.law.unit_force
     return SlightForce(
-        probability=bayes_factor / (1.0 + bayes_factor),
+        probability=float(expit(logit(settings.SETTINGS.nuisance) + math.log(bayes_factor))),
         shift=(middle - float(location[0])) * unit,
         sd=math.sqrt(max(added, 0.0)) * unit,
     )

@@ -13,14 +13,10 @@ import numpy as np
 from scipy import stats
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.loop import settings
 
 __all__ = ["correlation_length", "fit_autoregression", "is_coloured", "variance_gain"]
 
-_HARMONICS = 8.0
-_BANDS = 8
-_LEVEL = 1e-4
-_RATIO = 2.0
-"""Least ratio of the powers of two bands for the noise to count as coloured."""
 _MOST_LAGS = 40
 _SPECTRUM_SIZE = 1 << 16
 _HANN_SPREAD = 1.5
@@ -39,15 +35,15 @@ def is_coloured(residual: Array, step: float, frequency: float) -> bool:
         Of the motion [rad/s].
     """
     n = residual.size
-    limit = float(4.0 * 1.4826 * np.median(np.abs(residual - np.median(residual))))
+    limit = float(settings.SETTINGS.far * 1.4826 * np.median(np.abs(residual - np.median(residual))))
     tame = np.clip(residual - residual.mean(), -limit, limit)
     power = np.abs(np.fft.rfft(tame * np.hanning(n)))[1:-1] ** 2
     lowest = frequency * step * n / (2.0 * math.pi)
-    first = int(_HARMONICS * lowest)
-    if power.size - first < 20 * _BANDS:
-        # sampled too coarsely to look above the eighth harmonic: above the third instead
-        first = int(3.0 * lowest)
-    bands = np.array_split(power[first:], _BANDS)
+    first = int(settings.SETTINGS.quiet_harmonic * lowest)
+    if power.size - first < 20 * settings.SETTINGS.bins:
+        # sampled too coarsely to look above all of its harmonics: above half of them instead
+        first = int(0.5 * settings.SETTINGS.quiet_harmonic * lowest)
+    bands = np.array_split(power[first:], settings.SETTINGS.bins)
     size = min(band.size for band in bands)
     if size < 10:
         return False
@@ -55,8 +51,8 @@ def is_coloured(residual: Array, step: float, frequency: float) -> bool:
     level = np.log([np.median(band) for band in bands])
     variance = _HANN_SPREAD / (size * math.log(2.0) ** 2)
     statistic = float(np.sum((level - level.mean()) ** 2)) / variance
-    flat = stats.chi2.sf(statistic, _BANDS - 1) > _LEVEL
-    return not flat and float(level.max() - level.min()) > math.log(_RATIO)
+    flat = stats.chi2.sf(statistic, settings.SETTINGS.bins - 1) > settings.SETTINGS.noise_alarm_rate
+    return not flat and float(level.max() - level.min()) > math.log(settings.SETTINGS.colour_ratio)
 
 
 def fit_autoregression(residual: Array) -> Array:

@@ -23,6 +23,7 @@ from scipy.optimize import minimize
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.loop import settings
 from friction_bayes.statespace.force_grid import ForcePrior, Posterior, at_resonance
 from friction_bayes.statespace.kalman import Clock, CorrelatedError, whiten
 from friction_bayes.statespace.regression import LawRegression
@@ -32,9 +33,7 @@ __all__ = ["NO_ERROR", "SensorError", "find_sensor_error"]
 
 Place = tuple[float, float]
 
-_LOG_RATIO_SD = 2.0
 _LEAST_STEPS = 1.0 / 3.0
-_LONGEST = 0.2 * math.pi
 _RATIOS = (0.3, 1.0, 3.0, 9.0)
 _PLACES = (0.1, 0.37, 0.63, 0.9)
 """Between the bounds of the logarithm of the correlation time."""
@@ -98,11 +97,11 @@ def find_sensor_error(
     """
     best, law = posterior.best, posterior.best_law()
     left = regression.innovations(law, best.ratio, best.tau)[np.isfinite(regression.clock.variance)]
-    looks_like_one = best.ratio > 0.0 and best.tau < _LONGEST
+    looks_like_one = best.ratio > 0.0 and best.tau < settings.SETTINGS.longest_error
     if whiteness(left).white and not looks_like_one:
         return None
     step = float(np.median(regression.clock.steps[regression.clock.index]))
-    bounds = math.log(_LEAST_STEPS * step), math.log(_LONGEST)
+    bounds = math.log(_LEAST_STEPS * step), math.log(settings.SETTINGS.longest_error)
     if bounds[0] >= bounds[1]:
         return None
     density = _Density(regression, posterior, prior, bounds)
@@ -174,8 +173,8 @@ class _Density:
 
     def log_prior(self, error: Place) -> float:
         """Log prior density of an error."""
-        z, range_of_time = error[0] / _LOG_RATIO_SD, self.bounds[1] - self.bounds[0]
-        return -0.5 * (z * z + math.log(2.0 * math.pi)) - math.log(_LOG_RATIO_SD * range_of_time)
+        sd, range_of_time = settings.SETTINGS.error_ratio_sd, self.bounds[1] - self.bounds[0]
+        return -0.5 * ((error[0] / sd) ** 2 + math.log(2.0 * math.pi)) - math.log(sd * range_of_time)
 
     def climb(self, force: Place | None, error: Place) -> tuple[Place | None, Place]:
         """The mode near a place."""
@@ -204,7 +203,8 @@ class _Density:
         """Logarithms of the sds of both numbers of an error, each given all others, shape (2,)."""
         top = self(force, error)
         sds = []
-        for j, widest in enumerate((_LOG_RATIO_SD, (self.bounds[1] - self.bounds[0]) / math.sqrt(12.0))):
+        sd_of_time = (self.bounds[1] - self.bounds[0]) / math.sqrt(12.0)
+        for j, widest in enumerate((settings.SETTINGS.error_ratio_sd, sd_of_time)):
             steps = [tuple(np.array(error) + sign * _STENCIL * np.eye(2)[j]) for sign in (-1.0, 1.0)]
             lost = max(2.0 * top - sum(max(self(force, (a, b)), top - 4.0) for a, b in steps), 0.0)
             sds.append(min(_STENCIL / math.sqrt(max(lost, 1e-12)), widest))

@@ -10,9 +10,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import log_ndtr
+from scipy.special import log_ndtr, ndtr
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop import settings
 from friction_bayes.mechanics.effects import EFFECTS, Scales
 
 __all__ = ["NoiseFit", "NoiseModel", "fit_noise", "has_heavy_tails", "log_densities", "whiten"]
@@ -170,7 +171,7 @@ def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, float,
     square = x * x
     least = LEAST_NOISE * scales.signal
     sd = max(1.4826 * float(np.median(np.abs(x))), least)
-    far = square > (4.0 * sd) ** 2
+    far = square > (settings.SETTINGS.far * sd) ** 2
     fraction = max(float(far.mean()), 1.0 / x.size)
     scale = math.sqrt(float(square[far].mean())) if far.any() else 6.0 * sd
     last = math.inf
@@ -197,8 +198,8 @@ def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, float,
 
 
 def has_heavy_tails(x: Array) -> bool:
-    """Whether more residuals lie beyond four standard deviations than the normal has by chance."""
+    """Whether more residuals lie far out than the normal has by chance."""
     core = 1.4826 * float(np.median(np.abs(x)))
-    expected = 6.4e-5 * x.size
-    far = np.count_nonzero(np.abs(x) > 4.0 * core)
+    expected = 2.0 * float(ndtr(-settings.SETTINGS.far)) * x.size
+    far = np.count_nonzero(np.abs(x) > settings.SETTINGS.far * core)
     return bool(far > expected + 3.0 * math.sqrt(expected) + 1.0)

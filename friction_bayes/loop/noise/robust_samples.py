@@ -22,6 +22,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop import settings
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.likelihood import (
     NoiseFit,
@@ -36,12 +37,6 @@ from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import Motion
 
 __all__ = ["LeftOut", "come_anywhere", "outlying"]
-
-_NEAR = 4.0
-"""Standard deviations below a ceiling from which on noise may take a sample there."""
-_PARTS = 5
-_BY_CHANCE = 5e-4
-"""Probability below which an uneven share of outliers in as many parts is not chance."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -106,7 +101,7 @@ class LeftOut:
         """Samples that are held at an end of the range or that noise may have taken there, shape (n,)."""
         values = self.segment.values[: self.error.size]
         near = self.sides != 0.0
-        margin = _NEAR * noise.sd * np.sqrt(self.variance)
+        margin = settings.SETTINGS.far * noise.sd * np.sqrt(self.variance)
         for side in (1.0, -1.0):
             held = self.sides == side
             if held.any():
@@ -145,10 +140,10 @@ def come_anywhere(outliers: Mask, among: Mask, motion: Motion) -> bool:
 
 def _evenly(outliers: Mask) -> bool:
     """Whether equal parts of samples in a row hold as many each as chance would have it."""
-    counts = np.array([part.sum() for part in np.array_split(outliers, _PARTS)])
+    counts = np.array([part.sum() for part in np.array_split(outliers, settings.SETTINGS.bins)])
     total = int(counts.sum())
     if total == 0:
         return True
-    expected = total / _PARTS
+    expected = total / settings.SETTINGS.bins
     statistic = float(np.sum((counts - expected) ** 2) / (expected * (1.0 - total / (outliers.size + 1))))
-    return bool(chi2.sf(statistic, _PARTS - 1) > _BY_CHANCE)
+    return bool(chi2.sf(statistic, settings.SETTINGS.bins - 1) > settings.SETTINGS.noise_alarm_rate)

@@ -16,14 +16,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import block_diag
+from scipy.special import logit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.text import listed
+from friction_bayes.loop import settings
 from friction_bayes.loop.data.model import LoopModel, Prediction
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.noise.autoregression import variance_gain
 from friction_bayes.loop.noise.likelihood import whiten
-from friction_bayes.loop.report.verdict import SAME_FRICTION
 from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.statespace import kalman
 from friction_bayes.statespace.kalman import Clock, sensor_row
@@ -38,12 +39,9 @@ __all__ = [
     "rival_prediction",
 ]
 
-_DECISIVE = math.log(20.0)
 _STEP = 1e-3
 _STATE_STEP = 1e-4
 """Difference step in the initial state, in amplitudes."""
-_STATE_SD = 0.1
-"""Standard deviation of the initial state of the further record, in amplitudes."""
 _RECORDS = 100
 """Simulated records over which the scatter of two candidates is compared."""
 
@@ -140,7 +138,7 @@ def next_experiment(candidates: Sequence[Contender], names: Sequence[str]) -> st
     best = int(np.argmax(scores))
     rivals = listed(names[1:], "or")
     chosen, score = decided[0][best], scores[best]
-    if score < _DECISIVE:
+    if score < logit(settings.SETTINGS.credible_mass):
         return (
             f"No single further record is expected to tell {names[0]} from {rivals}; "
             f"the best, {chosen.what}, is expected to shift the odds by a factor {math.exp(score):.2g}"
@@ -157,7 +155,7 @@ def _agreement_on_friction(candidates: Sequence[Contender]) -> str:
     """Say so where friction hardly depends on which candidate is right."""
     frictions = [candidate.friction for candidate in candidates]
     spread = (max(frictions) - min(frictions)) / max(max(frictions), 1e-300)
-    if spread > SAME_FRICTION:
+    if spread > settings.SETTINGS.same_friction:
         return ""
     return f"; the candidates agree on friction within {max(100.0 * spread, 0.01):.2g} %"
 
@@ -262,7 +260,7 @@ def rival_prediction(
         columns.append(change(moved, release, step))
     columns.append(change(rival.z, (largest + _STATE_STEP * largest, 0.0), _STATE_STEP))
     columns.append(change(rival.z, (largest, _STATE_STEP * fast), _STATE_STEP))
-    covariance = block_diag(posterior[np.ix_(law, law)], _STATE_SD**2 * np.eye(2))
+    covariance = block_diag(posterior[np.ix_(law, law)], settings.SETTINGS.state_share**2 * np.eye(2))
     return base, np.column_stack(columns), covariance
 
 

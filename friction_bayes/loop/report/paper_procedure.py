@@ -15,6 +15,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.estimators.estimate import estimate
+from friction_bayes.loop import settings
 from friction_bayes.loop.data.friction import Distribution
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.records.record import make_record
@@ -24,10 +25,6 @@ __all__ = ["paper_procedure"]
 _METHOD = "normal-gamma"
 _FINE = 400.0
 """Samples a period of the finely sampled prediction: the highest falls short by 1e-5 of the amplitude."""
-_SHARE = 0.02
-"""Relative difference of friction that is called a disagreement, besides an interval that excludes it."""
-_TOO_WIDE = 3.0
-"""Ratio of interval widths beyond which successive drops that share a peak are named."""
 _NO_WIDTH = 1e-6
 """Share of friction below which an interval is that of samples without scatter: one alone, or equal steps."""
 
@@ -71,7 +68,7 @@ def paper_procedure(
         last = read
     shares["noise_lifts_maxima"] = said.mean - last
     low, high = said.interval90
-    least = max(_SHARE * friction, 2.0 * sd)
+    least = max(settings.SETTINGS.same_friction * friction, settings.SETTINGS.unseen * sd)
     measures = high - low > _NO_WIDTH * abs(said.mean)
     outside = measures and not low <= friction <= high
     disagrees = bool(abs(said.mean - friction) > least or outside)
@@ -82,7 +79,7 @@ def paper_procedure(
     because: list[str] = []
     for fault in faults:
         because += effects if fault == "effects" else [fault]
-    if high - low > _TOO_WIDE * float(np.diff(np.quantile(after.draws, TAILS))[0]):
+    if high - low > settings.SETTINGS.unlike * float(np.diff(np.quantile(after.draws, TAILS))[0]):
         because.append("telescoping_drops")
     if not measures:
         because.append("no_scatter")

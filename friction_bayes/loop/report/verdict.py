@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop import settings
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = [
     "AMBIGUOUS",
-    "CREDIBLE_MASS",
-    "SAME_FRICTION",
     "UNEXPLAINED",
     "Consequences",
     "credible_candidates",
@@ -23,23 +22,13 @@ __all__ = [
     "verdict",
 ]
 
-CREDIBLE_MASS = 0.95
 AMBIGUOUS = "ambiguous"
 UNEXPLAINED = "unexplained"
-SAME_FRICTION = 0.01
-"""Relative spread of friction over the candidates below which the choice among them does not matter."""
-
-_MOST_SHIFT = 0.5
-"""Shift of friction for what is left, over the friction that alone would explain the loss of amplitude."""
-_LEAST_INSIDE = 0.75
-"""Share of held-out samples in their 90 % band."""
-_SAME_ERROR = 1.05
-"""Ratio of two errors of a forecast up to which they are the same."""
 
 
 def credible_count(probabilities: ArrayLike) -> int:
     """Count the candidates, most probable first, that hold 95 % together."""
-    return int(np.searchsorted(np.cumsum(probabilities), CREDIBLE_MASS) + 1)
+    return int(np.searchsorted(np.cumsum(probabilities), settings.SETTINGS.credible_mass) + 1)
 
 
 def credible_candidates(candidates: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
@@ -83,12 +72,12 @@ class Consequences:
 
     def against(self) -> tuple[str, ...]:
         """Name what forbids to use the number, if anything does; a figure that is not known is no fault."""
-        held_out = self.held_out
+        held_out, as_bad = self.held_out, 1.0 + settings.SETTINGS.worse_forecast
         faults = {
             "left_over": not self.is_noise,
-            "shift": self.shift > _MOST_SHIFT * self.loss > 0.0,
-            "band": held_out["inside90"] < _LEAST_INSIDE,
-            "forecast": held_out["after"] > _SAME_ERROR * held_out["before"] > 0.0,
+            "shift": self.shift > settings.SETTINGS.most_shift * self.loss > 0.0,
+            "band": held_out["inside90"] < settings.SETTINGS.least_inside,
+            "forecast": held_out["after"] > as_bad * held_out["before"] > 0.0,
             "witnesses": not self._spans_witnesses,
             "filter": self.filtered is not None and not _overlap(self.friction, self.filtered),
             "records": self.contradicted,
@@ -132,6 +121,6 @@ def verdict(
     if against:
         return UNEXPLAINED
     if sets[0] <= {RANDOM_FORCE.name}:
-        known = min(float(probabilities[agrees].sum()), rubs) >= CREDIBLE_MASS
+        known = min(float(probabilities[agrees].sum()), rubs) >= settings.SETTINGS.credible_mass
         return "adequate" if known else AMBIGUOUS
-    return "explained" if probabilities[0] >= CREDIBLE_MASS else AMBIGUOUS
+    return "explained" if probabilities[0] >= settings.SETTINGS.credible_mass else AMBIGUOUS

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Indices
+from friction_bayes.loop import settings
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import Coordinate
 from friction_bayes.loop.search.fit import LoopFit
@@ -23,12 +24,10 @@ from friction_bayes.loop.search.linear_columns import LinearColumns, Linearised
 from friction_bayes.loop.search.truncated_normal import log_interval_probability
 from friction_bayes.mechanics.effects import EFFECTS
 
-__all__ = ["LEAST_INFORMATION", "Approximation", "Expansion", "is_identifiable"]
+__all__ = ["Approximation", "Expansion", "is_identifiable"]
 
 _SHAPES = 2
 """Shapes of an effect, of those tried, that go on into combinations."""
-LEAST_INFORMATION = 0.3
-"""Information of the samples on an effect, over that of its prior, below which it is not weighed."""
 _LEAST_SHARE = 1e-4
 """A residual is not promised to fall below this share of its sum of squares."""
 _ROUNDING = 1e-12
@@ -147,7 +146,8 @@ class Expansion:
         cross = gram[always, shape.columns]
         absorbed = np.linalg.solve(self._fit.precision[np.ix_(always, always)], cross)
         left = gram[shape.columns, shape.columns] - cross.T @ absorbed
-        return bool(np.any(np.diag(left) > LEAST_INFORMATION * self._problem.precision[shape.columns]))
+        least = settings.SETTINGS.least_information * self._problem.precision[shape.columns]
+        return bool(np.any(np.diag(left) > least))
 
     def _solve(self, names: Names, shapes: Sequence[Linearised]) -> _Solution:
         """Posterior of a set whose new effects have these shapes."""
@@ -229,7 +229,6 @@ def is_identifiable(fit: LoopFit) -> bool:
 
 def _all_identified(variances: Sequence[tuple[Coordinate, float]]) -> bool:
     """Whether of each effect some parameter is known better than by its prior alone."""
-    identified = {
-        c.effect for c, variance in variances if 1.0 / variance > (1.0 + LEAST_INFORMATION) * c.precision
-    }
+    known = 1.0 + settings.SETTINGS.least_information
+    identified = {c.effect for c, variance in variances if 1.0 / variance > known * c.precision}
     return {c.effect for c, _ in variances} <= identified

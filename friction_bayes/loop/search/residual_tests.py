@@ -19,11 +19,11 @@ from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.loop import settings
 from friction_bayes.loop.noise.likelihood import whiten
 from friction_bayes.loop.search.fit import LoopFit
 
 __all__ = [
-    "FALSE_ALARM_RATE",
     "Channel",
     "ResidualTests",
     "far_residuals",
@@ -32,24 +32,12 @@ __all__ = [
     "standardised_residual",
 ]
 
-FALSE_ALARM_RATE = 0.01
-"""Probability that any channel fails where the residual is noise."""
 
 _THIRDS = 3
-_PHASE_BINS = 8
-_TIME_BINS = 8
-_CENTRE_BINS = 24
-_FAR = 4.0
-_MOST_OF_SQUARES = 0.1
-"""Share of their sum of squares that one residual may have: with more, the sd is that of one sample."""
 _FEWEST_FOR_A_LINE = 4
 """Samples that have a frequency between zero and Nyquist's: of a record that clips none may be left."""
-_LEAST_SHARE = 1e-2
-"""Share of a template that the fit must leave for it to test anything."""
 _SILENT = 0.5
 """Root mean square of standardised residuals that are far below the least noise."""
-_CUT = 4.0
-"""Standard deviations from an end of the range within which noise is cut off."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +77,7 @@ class ResidualTests:
     @property
     def failed(self) -> tuple[str, ...]:
         """Names of the channels that fail."""
-        level = FALSE_ALARM_RATE / max(len(self.channels), 1)
+        level = settings.SETTINGS.false_alarm_rate / max(len(self.channels), 1)
         return tuple(c.name for c in self.channels if c.p_value < level)
 
     def to_dict(self) -> dict[str, Any]:
@@ -98,7 +86,7 @@ class ResidualTests:
             "rms": self.rms,
             "passes": not self.failed,
             "failed": list(self.failed),
-            "false_alarm_rate": FALSE_ALARM_RATE,
+            "false_alarm_rate": settings.SETTINGS.false_alarm_rate,
             "channels": {
                 c.name: {"statistic": c.statistic, "degrees": c.degrees, "p_value": c.p_value}
                 for c in self.channels
@@ -122,7 +110,7 @@ def standardised_residual(fit: LoopFit, r: int) -> tuple[Array, Mask]:
         for side in (1.0, -1.0):
             held = segment.values[segment.sides == side]
             if held.size:
-                free &= side * reach < side * held[0] - _CUT * noise.sd
+                free &= side * reach < side * held[0] - settings.SETTINGS.far * noise.sd
     return e, free
 
 
@@ -165,10 +153,10 @@ def far_residuals(x: Array) -> Channel:
     x : ndarray, shape (n,)
         White residuals over their standard deviation.
     """
-    count = int(np.count_nonzero(np.abs(x) > _FAR))
-    p_value = float(stats.binom.sf(count - 1, x.size, 2.0 * stats.norm.sf(_FAR)))
+    count = int(np.count_nonzero(np.abs(x) > settings.SETTINGS.far))
+    p_value = float(stats.binom.sf(count - 1, x.size, 2.0 * stats.norm.sf(settings.SETTINGS.far)))
     largest = float(np.max(np.abs(x), initial=0.0))
-    if largest**2 > _MOST_OF_SQUARES * float(x @ x):
+    if largest**2 > settings.SETTINGS.minor_share * float(x @ x):
         p_value = min(p_value, 2.0 * x.size * float(stats.norm.sf(largest)))
     return Channel("tails", float(count), x.size, p_value)
 
@@ -201,7 +189,7 @@ def _template_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> lis
             shared = jacobian.T @ scaled
             gram = scaled.T @ scaled - shared.T @ cho_solve(factor, shared)
             values, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
-            kept = values > _LEAST_SHARE
+            kept = values > settings.SETTINGS.minor_share
             b = vectors[:, kept].T @ (scaled.T @ e - shared.T @ unclimbed)
             statistic, degrees = sums.get(name, (0.0, 0))
             sums[name] = (statistic + float(np.sum(b * b / values[kept])), degrees + int(kept.sum()))
@@ -214,25 +202,26 @@ def _templates(fit: LoopFit, r: int) -> dict[str, Array]:
     moving = time < prediction.stop_time
     end = max(int(np.count_nonzero(moving)), 1)
     share = np.minimum(np.arange(n) / end, 1.0 - 1e-9)
-    turns = prediction.turning_times
+    turns, bins = prediction.turning_times, settings.SETTINGS.bins
+    centres = _binned(np.ones(n), np.arange(n) / n, _THIRDS * bins)
     if turns.size < 2:
-        return {"centres": _binned(np.ones(n), np.arange(n) / n, _CENTRE_BINS)}
+        return {"centres": centres}
     half = np.clip(np.searchsorted(turns, time, side="right") - 1, 0, turns.size - 2)
     fraction = np.clip((time - turns[half]) / (turns[half + 1] - turns[half]), 0.0, 1.0 - 1e-9)
     before = time < turns[0]
     # a start in mid-motion: count back from the first turning point at the pace of the first half cycle
     fraction[before] = np.clip(1.0 - (turns[0] - time[before]) / (turns[1] - turns[0]), 0.0, 1.0 - 1e-9)
-    cell = np.floor(fraction * _PHASE_BINS) + _PHASE_BINS * (prediction.direction > 0.0)
-    cell += 2 * _PHASE_BINS * np.floor(share * _THIRDS)
-    phase = np.zeros((n, 2 * _PHASE_BINS * _THIRDS))
+    cell = np.floor(fraction * bins) + bins * (prediction.direction > 0.0)
+    cell += 2 * bins * np.floor(share * _THIRDS)
+    phase = np.zeros((n, 2 * bins * _THIRDS))
     phase[np.arange(n), cell.astype(int)] = moving
     swing = prediction.clean * moving
     found = {
         "phase": phase,
-        "turning_points": _binned(swing, share, _TIME_BINS),
-        "half_periods": _binned(np.gradient(prediction.clean, time) * moving, share, _TIME_BINS),
-        "centres": _binned(np.ones(n), np.arange(n) / n, _CENTRE_BINS),
-        "direction": _binned(prediction.direction * moving, share, _TIME_BINS),
+        "turning_points": _binned(swing, share, bins),
+        "half_periods": _binned(np.gradient(prediction.clean, time) * moving, share, bins),
+        "centres": centres,
+        "direction": _binned(prediction.direction * moving, share, bins),
     }
     if not moving.all():
         found["rest"] = (~moving).astype(float)[:, None]

@@ -16,7 +16,8 @@ from functools import cached_property
 import numpy as np
 
 from friction_bayes.core.system import Oscillator
-from friction_bayes.loop.data.effect_sets import MOST_EFFECTS, SENSOR_ZERO, EffectSets, set_name
+from friction_bayes.loop import settings
+from friction_bayes.loop.data.effect_sets import SENSOR_ZERO, EffectSets, set_name
 from friction_bayes.loop.data.model import LoopModel, changes_signal
 from friction_bayes.loop.data.parameters import FRICTION
 from friction_bayes.loop.data.prepared_record import Segment
@@ -36,10 +37,6 @@ __all__ = ["Search"]
 
 _CARRIED = 3
 """Best sets of another search to start from."""
-_PROMISING = math.log(300.0)
-"""How far below the best a set may be, to second order, and still be fitted."""
-_COUNTS = math.log(100.0)
-"""How far below the best a set may be and still be weighed with derivatives at its mode."""
 _BETTER = 1.0
 """Objective below that of a fit, to second order, that makes it be climbed again."""
 _NEAR = 4.0
@@ -130,7 +127,7 @@ class Search:
         """Weigh what counts at its mode."""
         if not self.candidates:
             return
-        least = self.ranked()[0].log_weight - _COUNTS
+        least = self.ranked()[0].log_weight - math.log(settings.SETTINGS.promising)
         for names, candidate in self.candidates.items():
             if candidate.log_weight > least:
                 self.candidates[names] = self._weighed(names, settle(candidate.fit))
@@ -165,11 +162,11 @@ class Search:
         centre = self._with_other_stops(centre)
         self._toggle_outliers(centre)
         promised = sorted(self._promised(centre), key=lambda promise: -promise[0])
-        fitted = 0
+        fitted, margin = 0, math.log(settings.SETTINGS.promising)
         for log_weight, names, approximation in promised:
             known = self.candidates.get(names)
             single = self.sets.is_single(names) and known is None
-            promising = log_weight > self.ranked()[0].log_weight - _PROMISING and fitted < _MOST_FITS
+            promising = log_weight > self.ranked()[0].log_weight - margin and fitted < _MOST_FITS
             if single or (promising and (known is None or self._is_better(approximation, known, centre))):
                 self._fit_from_approximation(names, approximation, centre)
                 fitted += 1
@@ -186,7 +183,7 @@ class Search:
         in_signal = [name for name in self.allowed if changes_signal(name)]
         noise = centre.effects - frozenset(in_signal)
         one_more = max(self.sets.counted(centre.effects) + 1, 2)
-        most = min(MOST_EFFECTS - len(noise - self.sets.certain), one_more)
+        most = min(settings.SETTINGS.most_at_once - len(noise - self.sets.certain), one_more)
         log_prior = self.sets.log_prior
         for approximation in Expansion(centre.fit, in_signal).approximations(most, SENSOR_ZERO):
             names = approximation.effects | noise
@@ -223,7 +220,7 @@ class Search:
             other = centre.effects | {OUTLIERS.name}
         else:
             return
-        if self.sets.counted(other) <= MOST_EFFECTS and other not in self.candidates:
+        if self.sets.counted(other) <= settings.SETTINGS.most_at_once and other not in self.candidates:
             self._keep(other, fit_model(centre.fit.model, self._noise_models(other), centre.fit.z))
 
     def _model(self, names: Names) -> LoopModel:

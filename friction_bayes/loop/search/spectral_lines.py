@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.loop import settings
 from friction_bayes.loop.data.parameters import Coordinate
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.likelihood import whiten
@@ -24,10 +25,6 @@ __all__ = [
 ]
 
 _LINES = 2
-_LEAST_PERIODS = 2
-"""Periods of a line within the record; with fewer it is a drift."""
-_HARMONICS = 3
-"""Multiples of the motion's frequency, itself the first, at which a line is the motion's."""
 _WIDTH = 8
 """Half width of a line [1/zero padding] that is taken out before the next one is looked for."""
 
@@ -118,7 +115,7 @@ def follows_motion(frequency: ArrayLike, segment: Segment) -> Mask:
     """
     motion = segment.decay.frequency / (2.0 * math.pi)
     line = np.asarray(frequency, dtype=np.float64)
-    harmonic = np.clip(np.rint(line / motion), 1, _HARMONICS)
+    harmonic = np.clip(np.rint(line / motion), 1, settings.SETTINGS.quiet_harmonic)
     return np.asarray(np.abs(line - harmonic * motion) * segment.duration < 1.0)
 
 
@@ -136,11 +133,12 @@ def strongest_lines(fit: LoopFit) -> Iterator[SpectralLine]:
     r = int(np.argmax([segment.values.size for segment in fit.model.segments]))
     segment, noise = fit.model.segments[r], fit.noises[r]
     residual = noise.residual * (noise.weight > 0.0)
-    residual = np.clip(residual, -4.0 * noise.sd, 4.0 * noise.sd)
+    far = settings.SETTINGS.far * noise.sd
+    residual = np.clip(residual, -far, far)
     n = residual.size
     size = 1 << (4 * n - 1).bit_length()
     power = np.abs(np.fft.rfft(residual * np.hanning(n), size))
-    power[: _LEAST_PERIODS * size // n] = 0.0
+    power[: int(settings.SETTINGS.line_repeats * size / n)] = 0.0
     power[follows_motion(np.fft.rfftfreq(size, segment.decay.step), segment)] = 0.0
     reach = _WIDTH * size // n
     for _ in range(_LINES):
