@@ -28,10 +28,10 @@ from experiments.blind.prior_drawn import (
 from friction_bayes import Oscillator, make_record
 from friction_bayes.core.quantities import quantity_named
 from friction_bayes.loop.columns.lines import OF_LINES
-from friction_bayes.loop.data.effect_sets import MOST_EFFECTS, SENSOR_ZERO
+from friction_bayes.loop.data.effect_sets import SENSOR_ZERO
 from friction_bayes.loop.data.friction import friction_of_loss
-from friction_bayes.loop.data.parameters import FRICTION_SHARE
 from friction_bayes.loop.infer.moving_record import force_prior
+from friction_bayes.loop.settings import SETTINGS
 from friction_bayes.mechanics.effects import BUILT_IN, EFFECTS, Scales
 from friction_bayes.mechanics.effects.inclusion import INCLUSION
 
@@ -59,8 +59,6 @@ MOVING = (0.05, 50.0)
 AMPLITUDE_M = (1e-4, 0.1)
 SWING_RAD = (0.02, 6.0)
 
-_NO_DRY_FRICTION = 0.2
-"""Prior probability that nothing rubs, where no effect needs that something does."""
 _OF_FRICTION = frozenset(
     {"asymmetric_friction", "stribeck_friction", "friction_drift", "presliding", "position_friction"}
 )
@@ -206,7 +204,7 @@ def draw_effects(names: Collection[str], rng: np.random.Generator) -> tuple[str,
         chosen = tuple(name for name in names if rng.random() < INCLUSION)
         counted = set(chosen) - SENSOR_ZERO - set(OF_LINES) - _OF_NOISE
         excluded = any(other in chosen for name in chosen for other in EFFECTS[name].excludes)
-        if len(counted) <= MOST_EFFECTS and len(_BENDS_FRICTION & counted) < 2 and not excluded:
+        if len(counted) <= SETTINGS.most_at_once and len(_BENDS_FRICTION & counted) < 2 and not excluded:
             return chosen
 
 
@@ -327,8 +325,8 @@ def _attempt(rng: np.random.Generator, attempts: int) -> DrawnRecord | None:
     names = offered(setting)
     chosen = draw_effects(names, rng)
     drawn = {name: _draw_parameters(name, setting.scales, rng) for name in chosen}
-    friction = FRICTION_SHARE * abs(float(rng.standard_normal()))
-    if not _OF_FRICTION.intersection(chosen) and rng.random() < _NO_DRY_FRICTION:
+    friction = SETTINGS.friction_share * abs(float(rng.standard_normal()))
+    if not _OF_FRICTION.intersection(chosen) and rng.random() < SETTINGS.no_dry_friction:
         friction = 0.0
     with_force, z, u = rng.random(), float(rng.standard_normal()), float(rng.random())
     if setting.half_cycles * friction > 1.0:

@@ -15,7 +15,8 @@ from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.data.starting_point import starting_point
 from friction_bayes.loop.noise.likelihood import NoiseModel
 from friction_bayes.loop.search.fit import LoopFit, fit_growing_record
-from friction_bayes.loop.search.residual_tests import FALSE_ALARM_RATE, residual_tests
+from friction_bayes.loop.search.residual_tests import residual_tests
+from friction_bayes.loop.settings import SETTINGS
 
 RECORDS = 120
 
@@ -41,7 +42,7 @@ def test_noise_fails_no_more_often_than_stated(seed: int) -> None:
         tests = residual_tests(fitted(int(s)))
         alarms += bool(tests.failed)
         low.update(c.name for c in tests.channels if c.p_value < 0.1)
-    assert alarms <= int(stats.binom.isf(3e-4, RECORDS, FALSE_ALARM_RATE))
+    assert alarms <= int(stats.binom.isf(3e-4, RECORDS, SETTINGS.false_alarm_rate))
     limits = stats.binom.ppf((1e-4, 1.0 - 1e-4), RECORDS, 0.1)
     for name in ("phase", "turning_points", "half_periods", "centres", "direction", "whiteness", "spectrum"):
         assert limits[0] <= low[name] <= limits[1], name

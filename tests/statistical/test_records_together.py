@@ -11,7 +11,7 @@ from decays import SYSTEM, slow_decay
 from friction_bayes.loop.checks.contradictions import compared_sizes
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.joint_fit import fit_together
-from friction_bayes.loop.report.verdict import CREDIBLE_MASS
+from friction_bayes.loop.settings import SETTINGS
 
 MEAN, EFFECTS = 0.07, ["viscous_damping", "random_force"]
 
@@ -109,5 +109,5 @@ def test_equal_frictions_seldom_contradict_each_other(share: float, seed: int) -
         ]
         fit = fit_together(cut_records(records, SYSTEM), SYSTEM, EFFECTS, varying=False)
         assert fit is not None
-        told += bool(fit.posterior.weight[:, fit.spread_of > 0.0].sum() >= CREDIBLE_MASS)
+        told += bool(fit.posterior.weight[:, fit.spread_of > 0.0].sum() >= SETTINGS.credible_mass)
     assert told <= 3

@@ -141,7 +141,9 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
         variance = np.maximum(*(each.regression.clock.variance for each in along))
         along = [each.with_variance(variance) for each in along]
         weighed = _weigh(prepared, _shapes(prepared, along))
-    if weighed[0][1] < 1.0 - SLIGHT or weighed[0][0].weaker_above:
+    plainly = max((share for part, share in weighed if part.of_white_noise), default=0.0)
+    if plainly < 1.0 - SLIGHT:
+        # neither white noise alone nor with a force explains all there is
         filters, probability = prepared.filters_along(along[0])
         if filters and probability > SLIGHT:
             # noise and corners tell a filter; the evidences of accounts leave the noise far above the
@@ -233,6 +235,12 @@ class _Weighed:
     def has_force(self) -> bool:
         """Whether there is a random force."""
         return bool(np.any(self.posterior.ratio > 0.0))
+
+    @property
+    def of_white_noise(self) -> bool:
+        """Whether nothing but white noise and perhaps a force is in it."""
+        coloured = self.laid.regression.clock.autoregression is not None
+        return not (coloured or self.weaker_above or self.laid.has_free_corners)
 
     @property
     def noise_floor(self) -> float:

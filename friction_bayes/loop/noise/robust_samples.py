@@ -38,6 +38,9 @@ from friction_bayes.statespace.smoother import Motion
 
 __all__ = ["LeftOut", "come_anywhere", "outlying"]
 
+_PARTS = 5
+"""Equal parts of the samples in which outliers are counted: few, as outliers are."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LeftOut:
@@ -140,10 +143,10 @@ def come_anywhere(outliers: Mask, among: Mask, motion: Motion) -> bool:
 
 def _evenly(outliers: Mask) -> bool:
     """Whether equal parts of samples in a row hold as many each as chance would have it."""
-    counts = np.array([part.sum() for part in np.array_split(outliers, settings.SETTINGS.bins)])
+    counts = np.array([part.sum() for part in np.array_split(outliers, _PARTS)])
     total = int(counts.sum())
     if total == 0:
         return True
-    expected = total / settings.SETTINGS.bins
+    expected = total / _PARTS
     statistic = float(np.sum((counts - expected) ** 2) / (expected * (1.0 - total / (outliers.size + 1))))
-    return bool(chi2.sf(statistic, settings.SETTINGS.bins - 1) > settings.SETTINGS.noise_alarm_rate)
+    return bool(chi2.sf(statistic, _PARTS - 1) > settings.SETTINGS.noise_alarm_rate)

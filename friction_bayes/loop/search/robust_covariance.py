@@ -15,19 +15,21 @@ from __future__ import annotations
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.loop import settings
 from friction_bayes.loop.search.fit import LoopFit
 
 __all__ = ["robust_covariance"]
 
+_STRETCHES = 10
+"""Stretches of a record: each several half cycles long, and enough of them to scatter."""
+
 
 def robust_covariance(fit: LoopFit) -> Array:
     """Covariance of the coordinates with the scatter of a residual that is more than noise, shape (p, p)."""
-    spread, parts = np.zeros_like(fit.precision), settings.SETTINGS.bins
+    spread = np.zeros_like(fit.precision)
     for jacobian, noise, segment in zip(fit.jacobians, fit.noises, fit.model.segments, strict=True):
         scores = jacobian * (noise.weight * noise.residual)[:, None]
-        starts = np.linspace(0, segment.moving, parts + 1).astype(int)[:-1]
+        starts = np.linspace(0, segment.moving, _STRETCHES + 1).astype(int)[:-1]
         sums = np.add.reduceat(scores, starts, axis=0)
-        spread += parts / (parts - 1.0) * sums.T @ sums
+        spread += _STRETCHES / (_STRETCHES - 1.0) * sums.T @ sums
     own = fit.covariance
     return np.asarray(own + own @ spread @ own)

@@ -15,7 +15,6 @@ from experiments.blind.laws import Law, integrate
 from experiments.blind.prior_drawn import AddedLaw, Sensor, measure, move, pushed_share, shows_a_decay
 from experiments.loop_calibration import place_of_truth, rank_test, reliability, rows
 from experiments.loop_priors import NAMES, RANDOM_FORCE, Setting, draw, draw_effects, offered
-from friction_bayes.loop.columns import column_sets
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.inclusion import INCLUSION
 
@@ -47,10 +46,6 @@ def test_effects_act_as_often_as_the_loop_states(rng: np.random.Generator) -> No
     # sets that the loop does not form are drawn again, so a little less often: 4 sd
     assert 0.8 * INCLUSION * n < often < (INCLUSION + 4.0 * math.sqrt(INCLUSION / n)) * n
     assert not any({"sensor_offset", "sensor_drift"} <= set(each) for each in drawn)
-
-
-def test_the_share_without_dry_friction_is_the_loop_s() -> None:
-    assert loop_priors._NO_DRY_FRICTION == column_sets._NO_DRY_FRICTION
 
 
 @pytest.mark.parametrize("name", NAMES)
