@@ -2,7 +2,7 @@
 
 The recipes are those of the experiment of this name, which share no code with the package; their seeds here
 are the suite's own. Groups of records are judged together: where 85 % of the intervals hold the friction that
-the signal shows and 3 % are a whole interval off, the limits are passed once in 10,000 runs.
+acted and 3 % are a whole interval off, the limits are passed once in 10,000 runs.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def verdict(row: str, number: int, sequence: np.random.SeedSequence) -> Verdict:
     if ordinary.truth is None:
         return Verdict(False, False, True)
     part = found.to_dict()["fitted"]
-    truth = ordinary.gain * ordinary.truth(part["from_s"], part["to_s"])
+    truth = ordinary.truth(part["from_s"], part["to_s"])
     low, high = found.friction.interval(0.9)
     assert low >= 0.0
     return Verdict(False, low <= truth <= high, abs(found.friction.mean() - truth) > high - low)
