@@ -141,9 +141,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
         variance = np.maximum(*(each.regression.clock.variance for each in along))
         along = [each.with_variance(variance) for each in along]
         weighed = _weigh(prepared, _shapes(prepared, along))
-    plainly = max((share for part, share in weighed if part.of_white_noise), default=0.0)
-    if plainly < 1.0 - SLIGHT:
-        # neither white noise alone nor with a force explains all there is
+    if not _white_noise_explains(weighed):
         filters, probability = prepared.filters_along(along[0])
         if filters and probability > SLIGHT:
             # noise and corners tell a filter; the evidences of accounts leave the noise far above the
@@ -156,6 +154,18 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
                 (part, share * (1.0 - sum(own for _, own in still))) for part, share in weighed
             ] + still
     return tuple(_account(part, share, prepared) for part, share in weighed)
+
+
+def _white_noise_explains(weighed: Sequence[tuple[_Weighed, float]]) -> bool:
+    """Whether white noise, alone or with a force, explains a record, and corners as dry friction makes them.
+
+    A filter would colour the noise or take the corners away; what it would not is asked about no filter.
+    """
+    law, any_shape, forced = (
+        sum(share for part, share in weighed if part.of_white_noise and part.kind == kind)
+        for kind in ((False, False), (True, False), (False, True))
+    )
+    return max(law + any_shape if law >= any_shape else law, forced) >= 1.0 - SLIGHT
 
 
 def _shapes(prepared: PreparedDecay, along: Sequence[Laid]) -> list[Sequence[Laid]]:
@@ -238,9 +248,13 @@ class _Weighed:
 
     @property
     def of_white_noise(self) -> bool:
-        """Whether nothing but white noise and perhaps a force is in it."""
-        coloured = self.laid.regression.clock.autoregression is not None
-        return not (coloured or self.weaker_above or self.laid.has_free_corners)
+        """Whether its noise is white, as near the motion's frequency as far above it."""
+        return self.laid.regression.clock.autoregression is None and not self.weaker_above
+
+    @property
+    def kind(self) -> tuple[bool, bool]:
+        """Whether corners may have any shape, and whether there is a random force."""
+        return self.laid.has_free_corners, self.has_force
 
     @property
     def noise_floor(self) -> float:
