@@ -45,7 +45,7 @@ GROUPS = {
     ),
     "disturbed": ("hand at the start", "hand at the start, 200 half cycles", "driven, then free"),
 }
-REPLICATES = 3
+REPLICATES = 2
 MISSED, OFF = 0.15, 0.03
 ONCE = 1e-4
 
