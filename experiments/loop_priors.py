@@ -60,7 +60,14 @@ AMPLITUDE_M = (1e-4, 0.1)
 SWING_RAD = (0.02, 6.0)
 
 _OF_FRICTION = frozenset(
-    {"asymmetric_friction", "stribeck_friction", "friction_drift", "presliding", "position_friction"}
+    {
+        "asymmetric_friction",
+        "stribeck_friction",
+        "friction_drift",
+        "curved_friction_drift",
+        "presliding",
+        "position_friction",
+    }
 )
 _BENDS_FRICTION = frozenset({"stribeck_friction", "presliding"})
 _OF_NOISE = frozenset({"timing_jitter", "proportional_noise", "outliers", "sensor_clipping"})
@@ -250,6 +257,8 @@ def _law(friction: float, setting: Setting, drawn: Mapping[str, tuple[float, ...
                 given |= {"static_excess": p[0], "stribeck_velocity": p[1] / s}
             case "friction_drift":
                 given |= {"relative_change": p[0]}
+            case "curved_friction_drift":
+                given |= {"relative_change": p[0], "drift_curvature": p[1]}
             case "cubic_stiffness":
                 given |= {"cubic": p[0] * s**2}
             case "stiffness_drift":

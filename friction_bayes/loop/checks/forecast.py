@@ -14,8 +14,7 @@ from friction_bayes.loop.data.model import LoopModel, changes_signal
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.infer.law_draws import LawDraws, law_draws
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
-from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
-from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.statespace.kalman import sensor_row, smooth
 from friction_bayes.statespace.measured_path import stiffness_along
 from friction_bayes.statespace.regression import frequency_change
@@ -100,17 +99,20 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
         for parameter, value in draws.parameters(name, only).items()
     }
     # the simulated clock starts at the forecast, that of a drift with the record
-    levels = {}
-    for effect in (FRICTION_DRIFT, STIFFNESS_DRIFT):
-        drift = (effect.name, effect.parameters[0].name)
-        change = values.get(drift, 0.0)
-        levels[effect.name] = 1.0 + change * (time[0] - fit.segment.time[0]) / fit.duration
-        if drift in values:
-            values[drift] = change / levels[effect.name]
+    friction, stiffness = float(draws.friction[k]), 1.0
+    for effect in (EFFECTS[name] for name in names):
+        if isinstance(effect, ForceEffect) and effect.later is not None:
+            own = [(effect.name, parameter.name) for parameter in effect.parameters]
+            share = (time[0] - fit.segment.time[0]) / fit.duration
+            level, later = effect.later(tuple(values[key] for key in own), share)
+            values |= dict(zip(own, later, strict=True))
+            if effect.resists:
+                friction *= level
+            else:
+                stiffness *= level
     model = LoopModel(fit.system, (fit.segment,)).with_effects([n for n in names if changes_signal(n)])
-    friction = float(draws.friction[k]) * levels[FRICTION_DRIFT.name]
     ratio = fit.w0 / fit.system.natural_frequency * frequency_change(draws.stiffness[k])
-    ratio *= math.sqrt(levels[STIFFNESS_DRIFT.name])
+    ratio *= math.sqrt(stiffness)
     values |= {("", FRICTION): friction, ("", LOG_FREQUENCY_RATIO): math.log(ratio)}
     z = np.array(
         [

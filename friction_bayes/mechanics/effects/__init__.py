@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from friction_bayes.mechanics.effects.asymmetric_friction import ASYMMETRIC_FRICTION
 from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
+from friction_bayes.mechanics.effects.curved_friction_drift import CURVED_FRICTION_DRIFT
 from friction_bayes.mechanics.effects.effect import (
     Effect,
     Extent,
@@ -78,6 +79,7 @@ BUILT_IN: tuple[Effect, ...] = (
     ASYMMETRIC_FRICTION,
     STRIBECK_FRICTION,
     FRICTION_DRIFT,
+    CURVED_FRICTION_DRIFT,
     CUBIC_STIFFNESS,
     STIFFNESS_DRIFT,
     PRESLIDING,

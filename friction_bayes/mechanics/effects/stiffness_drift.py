@@ -11,6 +11,7 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.effects.effect import ForceEffect, Parameter
+from friction_bayes.mechanics.effects.friction_drift import drift_later
 from friction_bayes.mechanics.effects.prior import normal
 
 __all__ = ["STIFFNESS_DRIFT"]
@@ -47,6 +48,7 @@ STIFFNESS_DRIFT = ForceEffect(
     ),
     per_record=True,
     force=_force,
+    later=drift_later,
     resists=False,
     search="if named",
 )

@@ -104,6 +104,10 @@ TERMS = {
         {"relative_change": 1.1},
         lambda t, x, v, s: K * x + R * s * (1 + 1.1 * (t / T - 0.5)),
     ),
+    "curved_friction_drift": (
+        {"relative_change": -0.7, "curvature": 2.0},
+        lambda t, x, v, s: K * x + R * s * (1 - 0.7 * (t / T - 0.5) + 2.0 * ((t / T - 0.5) ** 2 - 1 / 12)),
+    ),
     "stiffness_drift": (
         {"relative_change": 0.02},
         lambda t, x, v, s: K * x * (1 + 0.02 * (t / T - 0.5)) + R * s,

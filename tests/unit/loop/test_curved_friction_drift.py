@@ -1,0 +1,58 @@
+"""Friction that approaches a level as the record goes on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import friction_bayes as fb
+from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
+from unsteady_decays import RELEASE, SYSTEM, fitted, probability_of
+
+OFFERED = ("friction_drift", "curved_friction_drift", "cubic_stiffness")
+EFFECT, DRIFT = EFFECTS["curved_friction_drift"], EFFECTS["friction_drift"]
+FRICTION = 0.018
+
+
+def settling(change: float, curvature: float, seed: int = 4) -> xr.DataArray:
+    """Record of a decay whose friction changes as the catalogue has it."""
+    return fb.simulate(
+        SYSTEM,
+        friction=FRICTION,
+        initial_displacement=RELEASE,
+        duration=15.0,
+        sampling_rate=100.0,
+        noise_sd=1e-5,
+        seed=seed,
+        effects={
+            "curved_friction_drift.relative_change": change,
+            "curved_friction_drift.curvature": curvature,
+        },
+    )
+
+
+def test_it_is_found_and_friction_is_its_mean() -> None:
+    fit = fitted(settling(-0.8, 1.5), OFFERED)
+    assert probability_of(fit, "curved_friction_drift") > 0.99
+    friction = fit.coefficients[fit.law.dry_friction] * fit.law.unit_force
+    assert friction == pytest.approx(FRICTION, rel=0.02)
+
+
+def test_a_straight_drift_is_not_called_curved() -> None:
+    fits = [fitted(settling(-0.8, 0.0, seed), OFFERED) for seed in range(4, 8)]
+    assert np.mean([probability_of(fit, "friction_drift") for fit in fits]) > 0.9
+
+
+@pytest.mark.parametrize(("effect", "values"), [(EFFECT, (-0.7, 1.9)), (DRIFT, (-0.7,))])
+def test_it_is_the_same_friction_on_a_clock_that_starts_later(
+    effect: ForceEffect, values: tuple[float, ...]
+) -> None:
+    """Of a record of unit length: the level on the later clock times the change there."""
+    assert effect.later is not None
+    level, later = effect.later(values, 0.3)
+    shape = [lambda u: u, lambda u: u * u - 1.0 / 12.0]
+    for t in np.linspace(0.0, 0.7, 5):
+        then = 1.0 + sum(v * f(t + 0.3 - 0.5) for v, f in zip(values, shape, strict=False))
+        now = level * (1.0 + sum(v * f(t - 0.5) for v, f in zip(later, shape, strict=False)))
+        assert now == pytest.approx(then, rel=1e-12)
