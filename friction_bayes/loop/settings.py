@@ -144,16 +144,10 @@ class LoopSettings:
         0.2, "friction of the loss", "prior median of the sd of a random force", "sealed records"
     )
     nuisance: float = _setting(
-        0.5,
+        0.2,
         "probability",
         "prior, that a slight effect or force acts, and that friction differs between records",
-        "indifference",
-    )
-    nuisance_beside: float = _setting(
-        0.25,
-        "probability",
-        "prior, that a slight effect acts in addition to a force of the catalogue",
-        "near_threshold: with 0.5 friction is moved from the truth, with 0.1 covered less often",
+        "loop_calibration: with 0.5 intervals are half as wide again, and ranks not uniform",
     )
     gain_rise: float = _setting(
         0.2, "share", "by which a sensor's gain may rise within a record", "near_threshold"

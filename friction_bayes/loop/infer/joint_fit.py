@@ -132,7 +132,7 @@ def fit_together(
     allowed : sequence of str
         Effects that may act.
     varying : bool
-        Whether friction is known to differ between the records; else that is as probable as not.
+        Whether friction is known to differ between the records; else that is as probable as a slight effect.
     progress : callable, optional
         Called with the name of each record.
 

@@ -3,8 +3,8 @@ r"""Damping and drift too slight for a record to show, which friction has to ans
 A viscous damping of one standard deviation of what the record tells of it leaves no trace by which it could
 be found, and yet moves friction by several of friction's own standard deviations: over a decay that is cut
 before it rests, the two act nearly alike. So every candidate that lacks one of these effects carries it as a
-nuisance: absent with probability one half (three quarters where the candidate has another force of the
-catalogue), else of a size of up to a few of its standard deviations. Of several records it is one that they
+nuisance: present with the prior probability ``nuisance`` of the settings (that of any effect where the
+candidate has another force of the catalogue), of a size of up to a few of its standard deviations. Of several records it is one that they
 share: damping. With the estimate :math:`\hat c` and standard deviation :math:`s` that the samples give its
 coefficient beside the candidate's parameters,
 
@@ -34,6 +34,7 @@ from friction_bayes.loop.search.linear_columns import LinearColumns
 from friction_bayes.loop.search.truncated_normal import log_interval_probability, truncated_draws
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
+from friction_bayes.mechanics.effects.inclusion import INCLUSION
 from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
 
 __all__ = ["SlightEffect", "slight_beside", "slight_effects", "with_slight_effects"]
@@ -94,7 +95,7 @@ class SlightEffect:
         inside = log_interval_probability(ends[:, 0], ends[:, 1])
         log_bayes_factor = math.log(sd / scale) + 0.5 * (mean / sd) ** 2 + float(inside[0] - inside[1])
         bent = any(isinstance(EFFECTS[name], ForceEffect) for name in beside)
-        prior = settings.SETTINGS.nuisance_beside if bent else settings.SETTINGS.nuisance
+        prior = INCLUSION if bent else settings.SETTINGS.nuisance
         probability = float(expit(logit(prior) + log_bayes_factor))
         return cls(probability, mean, sd, low, high, follow)
 
