@@ -27,6 +27,9 @@ __all__ = [
 def finite(name: str, value: float) -> float:
     """Return ``value`` as a float, refusing what is not a finite number."""
     try:
+        if isinstance(value, str):
+            # float would read "10" and not "10 kg" or "1,0": text is read where files and options are
+            raise TypeError
         number = float(value)
     except (TypeError, ValueError):
         raise InputError(name, f"{value!r} is not a number", "give a finite number") from None

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import InitVar, dataclass
+from typing import Any, ClassVar, Self
 
 from friction_bayes.core.checks import non_negative, positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import STANDARD_GRAVITY, Quantity
 
-__all__ = ["Oscillator", "Pendulum"]
+__all__ = ["Oscillator", "Pendulum", "check_system"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Oscillator:
     """A single-degree-of-freedom system with dry friction, ``m x'' + r sign(x') + k x = 0``.
 
-    Give either ``mass`` (linear motion) or ``inertia`` (rotation).
+    Give either ``mass`` (linear motion) or ``inertia`` (rotation). Values are plain numbers in the units
+    below, or quantities that convert themselves to these, such as those of pint.
 
     Parameters
     ----------
@@ -37,8 +38,8 @@ class Oscillator:
     Raises
     ------
     InputError
-        If a value is not positive and finite, a standard deviation is larger than its value, mass and inertia
-        are both given or both missing, or ``trust`` names neither of the values given.
+        If a value is not a positive and finite number in its unit, a standard deviation is larger than its
+        value, mass and inertia are both given or both missing, or ``trust`` names neither value given.
     """
 
     mass: float | None = None
@@ -55,10 +56,11 @@ class Oscillator:
         if (self.mass is None) == (self.inertia is None):
             given = "neither" if self.mass is None else "both"
             raise InputError("system", f"{given} of mass and inertia given", "give exactly one of them")
-        positive("inertia" if self.mass is None else "mass", self.moving)
-        positive("stiffness", self.stiffness)
+        for name in (self.moving_name, "stiffness"):
+            self._set(name, positive(name, _in_unit(name, getattr(self, name), self.unit_of(name))))
         for name in ("mass_sd", "inertia_sd", "stiffness_sd"):
-            non_negative(name, getattr(self, name))
+            value = _in_unit(name, getattr(self, name), self.unit_of(name.removesuffix("_sd")))
+            self._set(name, non_negative(name, value))
         other = "mass_sd" if self.mass is None else "inertia_sd"
         if getattr(self, other):
             raise InputError(other, "belongs to the other kind of system", f"leave out {other}")
@@ -74,6 +76,40 @@ class Oscillator:
             raise InputError(
                 "trust", f"{self.trust!r} is not declared", f"give stiffness or {self.moving_name}"
             )
+
+    @classmethod
+    def from_frequency(
+        cls, frequency: float, *, mass: float | None = None, inertia: float | None = None, **others: Any
+    ) -> Self:
+        """Declare a system by the natural frequency of its small motion, ``k = m (2 pi f)^2``.
+
+        Parameters
+        ----------
+        frequency : float
+            [Hz].
+        mass, inertia : float, optional
+            One of them [kg, kg m2].
+        **others
+            As the class has them: ``mass_sd``, ``inertia_sd``, ``stiffness_sd``, ``trust``.
+
+        Raises
+        ------
+        InputError
+            As the class; also where the frequency is not a positive and finite number.
+        """
+        rate = 2.0 * math.pi * positive("frequency", _in_unit("frequency", frequency, "Hz"))
+        # of neither or both, and of what is no number, the class itself says what is wrong
+        name, unit, given = ("inertia", "kg*m**2", inertia) if mass is None else ("mass", "kg", mass)
+        moving = 1.0 if given is None else positive(name, _in_unit(name, given, unit))
+        return cls(mass=mass, inertia=inertia, stiffness=moving * rate**2, **others)
+
+    def _set(self, name: str, value: float | None) -> None:
+        """Set a field of the frozen class while it is made."""
+        object.__setattr__(self, name, value)
+
+    def unit_of(self, name: str) -> str:
+        """Unit of ``mass``, ``inertia`` or ``stiffness``, as unit packages spell it."""
+        return {"mass": "kg", "inertia": "kg*m**2"}.get(name, "N*m" if self.angular else "N/m")
 
     @property
     def angular(self) -> bool:
@@ -150,12 +186,67 @@ class Oscillator:
 class Pendulum(Oscillator):
     """A pendulum: inertia about the pivot and restoring torque ``k sin(angle)``.
 
-    ``stiffness`` is the gravity torque per ``sin(angle)``, i.e. ``mass * g * arm`` [N m].
+    ``stiffness`` is the gravity torque per ``sin(angle)``, i.e. ``mass * g * arm`` [N m]. A simple pendulum
+    is declared by its ``length`` and ``mass`` instead: all of the mass at the end of a rod without weight.
+
+    Parameters
+    ----------
+    length : float, optional
+        From the pivot to the mass [m].
     """
+
+    stiffness: float = math.nan
+    length: InitVar[float | None] = None
 
     pendulum: ClassVar[bool] = True
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, length: float | None) -> None:
+        if length is not None:
+            self._take_length(positive("length", _in_unit("length", length, "m")))
+        elif _is_nan(self.stiffness):
+            raise InputError(
+                "system",
+                "neither stiffness nor length given",
+                "give inertia and stiffness, or length and mass",
+            )
         super().__post_init__()
         if not self.angular:
             raise InputError("system", "a pendulum declared with a mass", "give its inertia about the pivot")
+
+    def _take_length(self, length: float) -> None:
+        """Inertia and stiffness of a simple pendulum, ``m l^2`` and ``m g l``."""
+        if self.mass is None or self.inertia is not None or not _is_nan(self.stiffness):
+            raise InputError(
+                "length",
+                "declares a simple pendulum, whose inertia and stiffness follow from its mass",
+                "give length and mass alone, or inertia and stiffness without a length",
+            )
+        mass = positive("mass", _in_unit("mass", self.mass, "kg"))
+        self._set("mass", None)
+        self._set("inertia", mass * length**2)
+        self._set("stiffness", mass * STANDARD_GRAVITY * length)
+
+
+def check_system(system: Oscillator) -> Oscillator:
+    """Return the system, refusing what is none."""
+    if not isinstance(system, Oscillator):
+        raise InputError(
+            "system",
+            f"{type(system).__name__} instead of an Oscillator or a Pendulum",
+            "declare it, such as Oscillator(mass=10.0, stiffness=1000.0)",
+        )
+    return system
+
+
+def _in_unit(name: str, value: Any, unit: str) -> Any:
+    """The number of a quantity that converts itself; anything else as it is."""
+    if not hasattr(value, "to") or not hasattr(value, "magnitude"):
+        return value
+    try:
+        return value.to(unit).magnitude
+    except Exception as error:
+        raise InputError(name, f"{value} is not in {unit}: {error}", f"give it in {unit}") from None
+
+
+def _is_nan(value: Any) -> bool:
+    return isinstance(value, float) and math.isnan(value)

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
-from friction_bayes.core.system import Oscillator
+from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.decay.excursions import without_excursions
 from friction_bayes.decay.free_decay import check_sampling
 from friction_bayes.decay.location import decays_within
@@ -42,6 +42,7 @@ def split_decays(record: xr.DataArray, system: Oscillator) -> list[xr.DataArray]
     InputError
         If the record is unusable, or sampled too slowly for the declared frequency.
     """
+    check_system(system)
     validate_record(record)
     name, time = record_name(record), record["time"].values
     check_sampling(name, sampling_interval(record), system)

@@ -166,7 +166,7 @@ class Fit:
 
     @property
     def parts(self) -> tuple[Part, ...]:
-        return self.account_parts or (Part("the whole posterior", 1.0, False, lambda: self.target),)
+        return self.account_parts or (Part("the whole posterior", 1.0, False, self.build_target),)
 
     @cached_property
     def _reconciled(self) -> Any:
@@ -210,9 +210,9 @@ class Fit:
         """Whether dry friction alone behind a filter is more probable than all else."""
         return sum(each.probability for each in self.accounts if each.seems_filtered) > 0.5
 
-    @cached_property
+    @property
     def target(self) -> Target:
-        """The same posterior for the sampler, built when it is first asked for."""
+        """The same posterior for the sampler, built anew: its functions could not be pickled."""
         return self.build_target()
 
 

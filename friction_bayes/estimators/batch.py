@@ -21,7 +21,7 @@ from friction_bayes.core.declared_force import ForceFactor, declared_forces, fre
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
 from friction_bayes.core.summary import TAILS
-from friction_bayes.core.system import Oscillator
+from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.decay.excursions import without_excursions
 from friction_bayes.decay.free_decay import FreeDecay, after_leap, check_sampling
 from friction_bayes.decay.friction_samples import PEAKS
@@ -167,6 +167,7 @@ def estimate_batch(
     RecordWarning
         Once, with the number of records of each of the ``warnings``; not of a Dask array, which stays lazy.
     """
+    check_system(system)
     estimator = estimator_named(method)
     check_choices(peaks, random_force)
     with_force = random_force == "auto" and method == WaveformEstimator.name

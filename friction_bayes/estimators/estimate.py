@@ -14,7 +14,7 @@ from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
-from friction_bayes.core.system import Oscillator
+from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.core.text import number
 from friction_bayes.decay.excursions import set_excursions_aside
 from friction_bayes.decay.free_decay import FreeDecay, find_free_decay
@@ -130,6 +130,7 @@ def estimate(
     RecordWarning
         Of samples set aside, of a decay without dry friction, and of a frequency far from the declared one.
     """
+    check_system(system)
     if setup is not None and accept_precision is not None:
         raise InputError("setup", "given together with accept_precision", "give one of them")
     if accept_precision is not None:

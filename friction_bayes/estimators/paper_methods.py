@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -58,7 +59,7 @@ class NormalGammaEstimator(TabulatedPrior):
             posterior,
             samples,
             peaks,
-            build_target=lambda: normal_gamma_target(before, samples),
+            build_target=partial(normal_gamma_target, before, samples),
             precision=posterior.precision,
             notes=(_TELESCOPING,) if samples.size > 1 else (_PRIOR_WIDTH,),
         )
@@ -98,7 +99,7 @@ class GammaExponentialEstimator(TabulatedPrior):
             posterior,
             samples,
             peaks,
-            build_target=lambda: gamma_exponential_target(before, samples),
+            build_target=partial(gamma_exponential_target, before, samples),
             precision=None,
             notes=notes,
         )

@@ -9,6 +9,9 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+import xarray as xr
+
 from friction_bayes.conjugate.scaled_distribution import scaled
 from friction_bayes.core.declared_force import (
     ForceFactor,
@@ -17,8 +20,8 @@ from friction_bayes.core.declared_force import (
     disagreement,
     frequencies_disagree,
 )
+from friction_bayes.core.displays import OVERVIEW, figure_of, html_of
 from friction_bayes.core.errors import RecordWarning
-from friction_bayes.core.figures import figure_of
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.strict_json import plain
 from friction_bayes.core.summary import Summary, summary_table
@@ -206,9 +209,57 @@ class Estimate:
             rows[f"random_force.{name}"] = told["random_force"][name]
         return summary_table(rows)
 
-    def plot(self) -> Any:
-        """Draw the record with its fit, and the posterior of friction; needs matplotlib."""
-        return figure_of(self)
+    def _repr_html_(self) -> str:
+        return html_of(self)
+
+    def plot(self, what: str = OVERVIEW) -> Any:
+        """Draw a figure; needs matplotlib.
+
+        Parameters
+        ----------
+        what : str
+            ``overview``, the record with its fit and the posterior of friction, or one of those that the
+            command line writes: ``fit`` (with the residual), ``amplitudes``, ``friction``, ``joint``, as far
+            as the method has them.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            If there is no such figure.
+        """
+        return figure_of(self, what)
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return signal, fit and residual over ``time``, and the numbers as xarray has them.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``signal``, ``fitted`` and ``residual`` over ``time`` [s] (the last two of methods that predict
+            the signal), and of ``friction``, ``friction_over_stiffness``, ``precision``, ``frequency``,
+            ``noise_sd`` and ``rest_position`` what is known, over ``statistic``: ``mean``, ``sd``, ``low``
+            and ``high``, the ends of the 90 % interval, nan where there is none. Attribute ``units`` each.
+        """
+        told, time = self.to_dict(), self.decay.start_time + self.decay.time
+        values = {"signal": self.decay.values}
+        if self.fit.prediction is not None:
+            values |= {"fitted": self.fit.prediction, "residual": self.decay.values - self.fit.prediction}
+        found = {name: ("time", each, {"units": self.decay.unit}) for name, each in values.items()}
+        for name in (name for name in _SUMMARISED if told[name] is not None):
+            summary = told[name]
+            numbers = [summary["mean"], summary.get("sd"), *summary.get("interval90", (None, None))]
+            known = np.array([math.nan if each is None else each for each in numbers])
+            found[name] = ("statistic", known, {"units": summary["unit"]})
+        coordinates = {
+            "time": ("time", time, {"units": "s"}),
+            "statistic": ["mean", "sd", "low", "high"],
+        }
+        attrs = {"record": self.decay.name, "method": self.method, "quantity": self.decay.quantity.name}
+        return xr.Dataset(found, coords=coordinates, attrs=attrs)
 
     def to_dict(self, reference: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Return everything as plain numbers and words, for JSON; None where there is no number.

@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.blas import single_threaded_blas
-from friction_bayes.core.system import Oscillator
+from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.loop.data.options import TOLERANCE, LoopOptions
 from friction_bayes.loop.pipeline import run
 from friction_bayes.loop.report.result import LoopReport
@@ -18,10 +18,10 @@ __all__ = ["close_loop"]
 
 @single_threaded_blas()
 def close_loop(
-    records: Sequence[xr.DataArray],
+    records: xr.DataArray | Sequence[xr.DataArray],
     system: Oscillator,
     *,
-    seed: int,
+    seed: int = 1,
     effects: Sequence[str] | None = None,
     exclude: Sequence[str] = (),
     noise: str = "auto",
@@ -37,13 +37,13 @@ def close_loop(
 
     Parameters
     ----------
-    records : sequence of xarray.DataArray
-        Records of one system and one quantity, fitted together: shared physics, own initial states, sensor
-        faults, drifts of friction and noise.
+    records : xarray.DataArray or sequence of xarray.DataArray
+        One record, or several of one system and one quantity, fitted together: shared physics, own initial
+        states, sensor faults, drifts of friction and noise.
     system : Oscillator
         The declared system.
     seed : int
-        Seed of the draws; same seed, same report.
+        Seed of the draws; same seed, same report, which names it.
     effects : sequence of str, optional
         Effects that may be tried; all of the catalogue, those registered from outside too, when left out.
     exclude : sequence of str
@@ -90,4 +90,5 @@ def close_loop(
         check=check,
         reference_friction=reference_friction,
     )
-    return run(records, system, options, reference_force, progress)
+    given = (records,) if isinstance(records, xr.DataArray) else records
+    return run(given, check_system(system), options, reference_force, progress)

@@ -14,7 +14,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite, non_negative, positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES, Quantity, quantity_named
-from friction_bayes.core.system import Oscillator
+from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.mechanics.coulomb import coulomb_decay
 from friction_bayes.mechanics.effects import (
     ForceEffect,
@@ -124,7 +124,7 @@ def simulate(
     InputError
         If an argument is out of its range, or noise is asked for without a seed.
     """
-    kind = _sensed(system, quantity)
+    kind = _sensed(check_system(system), quantity)
     duration = positive("duration", duration)
     sampling_rate = positive("sampling_rate", sampling_rate)
     noise_sd = non_negative("noise_sd", noise_sd)

@@ -17,7 +17,7 @@ from friction_bayes.core.checks import positive
 from friction_bayes.core.declared_force import declared_forces
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, quantity_named
-from friction_bayes.core.system import Oscillator
+from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.batch import estimate_batch
 from friction_bayes.monitor.points import COUNTED, TIME_ATTRIBUTE, DetectionPoints, per
@@ -133,6 +133,7 @@ def fleet_work(records: xr.DataArray, system: Oscillator, *, threshold: float | 
     InputError
         As in :func:`monitor_fleet`.
     """
+    check_system(system)
     if threshold is not None:
         positive("threshold", threshold)
     machine, point = _dimensions(records)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from friction_bayes.core.declared_force import common_factor
 from friction_bayes.core.errors import InputError, of_each
-from friction_bayes.core.system import Oscillator
+from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.decay.sensor_calibration import force_factors
 from friction_bayes.estimators.estimate import estimate
 from friction_bayes.estimators.result import Estimate
@@ -60,6 +60,7 @@ def monitor_records(
         If there are fewer than two records, they hold different quantities or units, one of them cannot be
         used, their times do not increase, or the threshold is not a positive number.
     """
+    check_system(system)
     if len(records) < 2:
         raise InputError(
             "records", f"{len(records)} given", "give at least two, in the order they were taken"

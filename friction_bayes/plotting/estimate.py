@@ -61,15 +61,15 @@ def plot_estimate(estimate: Estimate) -> Figure:
 
 
 def estimate_figures(
-    estimate: Estimate, record: xr.DataArray, check: ReferenceRun | None = None
+    estimate: Estimate, record: xr.DataArray | None = None, check: ReferenceRun | None = None
 ) -> dict[str, Figure]:
     """Draw every figure of one estimate.
 
     Parameters
     ----------
     estimate : Estimate
-    record : xarray.DataArray
-        The whole record.
+    record : xarray.DataArray, optional
+        The whole record, of which the estimate has the free decay.
     check : ReferenceRun, optional
         Its reference run.
     """
@@ -85,13 +85,13 @@ def estimate_figures(
     return figures
 
 
-def signal_figures(estimate: Estimate, record: xr.DataArray) -> dict[str, Figure]:
+def signal_figures(estimate: Estimate, record: xr.DataArray | None = None) -> dict[str, Figure]:
     """Draw the signal under its fit, where the method has one, and the turning points under the envelope.
 
     Parameters
     ----------
     estimate : Estimate
-    record : xarray.DataArray
+    record : xarray.DataArray, optional
         The whole record.
     """
     fit, decay = estimate.fit, estimate.decay

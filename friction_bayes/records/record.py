@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from numbers import Real
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.checks import finite
@@ -46,9 +47,9 @@ def make_record(
     Parameters
     ----------
     time : array_like, shape (n,)
-        Sample times [s].
+        Sample times [s], or dates and time differences of NumPy and pandas, which are counted from the first.
     values : array_like, shape (n,)
-        The signal, in ``unit``.
+        The signal, in ``unit``. Samples that a masked array masks are left out, with their times.
     quantity : str
         One of :data:`friction_bayes.core.quantities.QUANTITIES`.
     unit : str, optional
@@ -68,13 +69,19 @@ def make_record(
     InputError
         If quantity or unit is unknown, or the two arrays are not numbers of one common length.
     """
+    if "units" in attrs:
+        raise InputError("units", "would be the unit that the record is in", "give unit=, which converts it")
     kind = quantity_named(quantity)
     factor, si_unit = to_si(kind, kind.unit if unit is None else unit)
-    clock, signal = _numbers(name, "time", time), _numbers(name, "signal", values)
+    clock, signal = _numbers(name, "time", _seconds(time)), _numbers(name, "signal", values)
     if clock.size != signal.size:
         raise InputError(
             name, f"{clock.size} times for {signal.size} samples", "give one time for each sample"
         )
+    masks = [np.ma.getmaskarray(each) for each in (time, values) if isinstance(each, np.ma.MaskedArray)]
+    if masks:
+        kept = ~np.logical_or.reduce(masks)
+        clock, signal = clock[kept], signal[kept]
     # as they are: xarray otherwise loads dask.array to see whether the arrays are Dask's
     stamps = xr.Variable("time", clock, {"units": "s", "standard_name": "time"}, fastpath=True)
     told = {"quantity": kind.name, "units": si_unit, "name": name, **attrs}
@@ -164,7 +171,8 @@ def validate_record(
         raise InputError(
             "record",
             f"{type(record).__name__} instead of a record, which says what was measured and when",
-            "make one with make_record(time, values, quantity), or read it with read_record",
+            "make one with make_record(time, values, quantity), of a table make_record(table.index, "
+            "table[column], quantity), or read it with read_record",
         )
     name = record_name(record)
     if record.dims != ("time",) or "time" not in record.coords:
@@ -227,6 +235,8 @@ def _goes_count_by_count(values: Array) -> bool:
 def _numbers(name: str, what: str, array: ArrayLike) -> Array:
     """Return a one-dimensional float array, refusing anything else."""
     raw = np.asarray(array)
+    if raw.dtype.kind == "O" and raw.ndim == 1:
+        raw = _from_objects(name, what, raw)
     if raw.dtype.kind not in "fiu" or raw.ndim != 1:
         raise InputError(
             name,
@@ -234,3 +244,21 @@ def _numbers(name: str, what: str, array: ArrayLike) -> Array:
             "give a one-dimensional array of real numbers (time in seconds)",
         )
     return raw.astype(float, copy=False)
+
+
+def _from_objects(name: str, what: str, raw: NDArray[np.object_]) -> Array:
+    """Numbers that are kept as objects, as of a table with a column of mixed kinds."""
+    for row, each in enumerate(raw):
+        if isinstance(each, bool) or not isinstance(each, Real):
+            raise InputError(
+                name, f"{what} is {each!r} at row {row}, counted from 0", "give numbers alone: mend that row"
+            )
+    return raw.astype(float)
+
+
+def _seconds(time: ArrayLike) -> ArrayLike:
+    """Dates and time differences as seconds from the first; anything else as it is."""
+    stamps = np.asarray(time)
+    if stamps.dtype.kind not in "mM" or stamps.ndim != 1 or not stamps.size:
+        return time
+    return np.asarray((stamps - stamps[0]) / np.timedelta64(1, "ns")) * 1e-9

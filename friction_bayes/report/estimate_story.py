@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from friction_bayes.core.text import duration, number, of_friction, with_interval
+from friction_bayes.estimators.result import Estimate
 
-__all__ = ["JUDGEMENTS", "apart", "estimate_story"]
+__all__ = ["JUDGEMENTS", "apart", "estimate_story", "story_of_estimate"]
 
 _LIKELY, _WORTH_A_WORD = 0.5, 0.01
 """Probabilities from which on something is there, and cannot be excluded."""
@@ -20,6 +21,11 @@ JUDGEMENTS = {
     None: "NOT JUDGED against the closed form",
 }
 """Whether a sampler agrees, in words."""
+
+
+def story_of_estimate(estimate: Estimate) -> list[tuple[str, str]]:
+    """The lines of :func:`estimate_story` of an estimate."""
+    return estimate_story(estimate.to_dict())
 
 
 def estimate_story(result: Mapping[str, Any], notes: int | None = None) -> list[tuple[str, str]]:

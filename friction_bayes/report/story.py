@@ -18,6 +18,7 @@ from friction_bayes.core.text import (
     words,
 )
 from friction_bayes.loop import settings
+from friction_bayes.loop.report.result import LoopReport
 from friction_bayes.loop.report.verdict import AMBIGUOUS, UNEXPLAINED, credible_candidates
 from friction_bayes.mechanics.effects import EFFECTS
 
@@ -32,6 +33,7 @@ __all__ = [
     "sampler_lines",
     "shown_lines",
     "shown_parameters",
+    "story_of_loop",
     "summary_of",
     "the_records",
     "verdict_sentence",
@@ -250,6 +252,11 @@ def _with_or_without_random_force(credible: Sequence[Report], records: int) -> s
         f"{'it' if records == 1 else 'they'} cannot tell "
         f"({does} that it does, {does_not} that it does not): a longer record or a further release would."
     )
+
+
+def story_of_loop(report: LoopReport) -> list[tuple[str, str]]:
+    """The lines of :func:`loop_story` of a report."""
+    return loop_story(report.to_dict(), len(report.traces))
 
 
 def loop_story(report: Report, records: int = 1) -> list[tuple[str, str]]:

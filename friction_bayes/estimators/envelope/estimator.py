@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 from scipy import stats
@@ -87,7 +88,8 @@ class EnvelopeEstimator(TabulatedPrior):
             rest_position=float(after.mean[REST_POSITION]),
             noise_sd=float(mean_error_sd(after.alpha, after.beta)),
             prediction=envelope_signal(polynomial, values.size, order, after.mean, swing),
-            build_target=lambda: regression_target(
+            build_target=partial(
+                regression_target,
                 before,
                 design,
                 response,

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -321,7 +321,7 @@ def _account(part: _Weighed, probability: float, prepared: PreparedDecay) -> Noi
         sd=_scaled_log_normal(posterior.force_sd, unit) if forced else None,
         correlation_time=_scaled_log_normal(posterior.correlation_time, 1.0 / frequency) if forced else None,
         innovations=whiteness(innovations[np.isfinite(regression.clock.variance)]),
-        target=lambda force_factor: _target(part, prepared, unit, force_factor),
+        target=partial(_target, part, prepared, unit),
     )
 
 

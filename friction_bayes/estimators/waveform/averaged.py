@@ -229,6 +229,6 @@ def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tupl
     for i, account in enumerate(accounts):
         if account.probability >= SLIGHT:
             own = i == 0 and account.noise_sd <= _AS_LOUD * fit.noise_sd
-            build = (lambda: fit.target) if own else partial(account.target, factor)
+            build = fit.build_target if own else partial(account.target, factor)
             parts.append(Part(account.name, account.probability, account.forced, build))
     return tuple(parts)

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 from scipy import stats
@@ -105,7 +106,7 @@ class WaveformEstimator(TabulatedPrior):
         )
         precision = prior["coefficient_precision"]
         return signal_fit(
-            decay, lambda: _model(decay, p, kappa, stop, after, precision), before, after, fitted
+            decay, partial(_model, decay, p, kappa, stop, after, precision), before, after, fitted
         )
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -81,7 +82,7 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
     )
     note = "frequency and friction are those of a pendulum, integrated at its full swing"
     return signal_fit(
-        decay, lambda: _model(swing, q, skip, after, free), before, after, fitted, notes=(note,)
+        decay, partial(_model, swing, q, skip, after, free), before, after, fitted, notes=(note,)
     )
 
 

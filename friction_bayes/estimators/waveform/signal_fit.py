@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 from scipy import stats
 
+from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.conjugate.regression import NormalInverseGamma, mean_error_sd
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.quantities import inverse_square
@@ -97,11 +99,16 @@ def signal_fit(
         noise_sd=float(mean_error_sd(alpha, beta)),
         prediction=fitted.prediction,
         motion=fitted.motion,
-        build_target=lambda: signal_target(
-            build_model(),
-            prior,
-            posterior,
-            force_factor=force_factor(decay.system, decay.quantity, decay.unit),
-        ),
+        build_target=partial(_target, decay, build_model, prior, posterior),
         notes=(*notes, *residual_notes(decay.values - fitted.prediction, fitted.prediction)),
     )
+
+
+def _target(
+    decay: FreeDecay,
+    build_model: Callable[[], SignalModel],
+    prior: NormalInverseGamma,
+    posterior: NormalInverseGamma,
+) -> Target:
+    factor = force_factor(decay.system, decay.quantity, decay.unit)
+    return signal_target(build_model(), prior, posterior, force_factor=factor)

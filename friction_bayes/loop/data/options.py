@@ -36,11 +36,11 @@ class LoopOptions:
 
     def validate(self, records: Sequence[xr.DataArray]) -> None:
         """Refuse what cannot be used, with the records it was asked for."""
-        if isinstance(records, xr.DataArray | np.ndarray):
+        if isinstance(records, np.ndarray):
             raise InputError(
                 "records",
-                f"one {type(records).__name__} instead of a list of records",
-                "write [record]; make_record(time, values, quantity) makes one of an array",
+                "ndarray instead of a record or a list of records",
+                "make_record(time, values, quantity) makes one of an array",
             )
         for place, value, choices in (
             ("noise", self.noise, NOISES),

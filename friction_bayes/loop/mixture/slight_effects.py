@@ -2,10 +2,11 @@ r"""Damping and drift too slight for a record to show, which friction has to ans
 
 A viscous damping of one standard deviation of what the record tells of it leaves no trace by which it could
 be found, and yet moves friction by several of friction's own standard deviations: over a decay that is cut
-before it rests, the two act nearly alike. So every candidate that lacks one of these effects carries it as a
-nuisance: present with the prior probability ``nuisance`` of the settings (that of any effect where the
-candidate has another force of the catalogue), of a size of up to a few of its standard deviations. Of several records it is one that they
-share: damping. With the estimate :math:`\hat c` and standard deviation :math:`s` that the samples give its
+before it rests, the two act nearly alike. So every candidate that lacks one of these effects carries it as
+a nuisance: present with the prior probability ``nuisance`` of the settings (that of any effect where the
+candidate has another force of the catalogue), of a size of up to a few of its standard deviations. Of
+several records it is one that they share: damping.
+With the estimate :math:`\hat c` and standard deviation :math:`s` that the samples give its
 coefficient beside the candidate's parameters,
 
 .. math:: c \sim N(0, (2s)^2)

@@ -3,10 +3,10 @@ r"""A random force too slight for a record to show, which friction has to answer
 Measured contacts fluctuate. A force that the noise of the sensor hides moves friction by several times what
 that noise makes of it, since the record averages the one over its samples and the other over far fewer
 correlation times. So every candidate without a random force carries one as a nuisance, as it carries slight
-damping and drift (:mod:`friction_bayes.loop.mixture.slight_effects`): present with the same
-prior probability, of a size and correlation time of which the record says little, those under which the law is as probable as
-under none to within two nats. Nothing else of a candidate changes, nor how probable it is: a force that a
-record shows makes a candidate of its own.
+damping and drift (:mod:`friction_bayes.loop.mixture.slight_effects`): present with the same prior
+probability, of a size and correlation time of which the record says little, those under which the law is as
+probable as under none to within two nats. Nothing else of a candidate changes, nor how probable it is: a
+force that a record shows makes a candidate of its own.
 """
 
 from __future__ import annotations

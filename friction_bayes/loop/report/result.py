@@ -8,7 +8,7 @@ from typing import Any
 import xarray as xr
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.figures import figure_of
+from friction_bayes.core.displays import OVERVIEW, figure_of, html_of
 from friction_bayes.core.strict_json import plain
 from friction_bayes.core.summary import summary_table
 from friction_bayes.core.text import interval90, number, set_words
@@ -245,6 +245,45 @@ class LoopReport:
         names = (field.name for field in fields(self) if field.name not in ("traces", "posterior"))
         return {name: plain(getattr(self, name)) for name in names}
 
-    def plot(self) -> Any:
-        """Draw signal, residual and candidates; needs matplotlib."""
-        return figure_of(self)
+    def _repr_html_(self) -> str:
+        return html_of(self)
+
+    def plot(self, what: str = OVERVIEW) -> Any:
+        """Draw a figure; needs matplotlib.
+
+        Parameters
+        ----------
+        what : str
+            ``overview``, signal, residual and candidates, or another of those that the command line writes,
+            such as ``candidates``, ``friction``, ``residual``, ``turning_points`` and ``forecast``; those of
+            a record carry its number where there are several, as in ``residual_2``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            If there is no such figure.
+        """
+        return figure_of(self, what)
+
+    def to_datatree(self) -> xr.DataTree:
+        """Return the draws, and each record with both predictions, as xarray has them.
+
+        Returns
+        -------
+        xarray.DataTree
+            The groups of ``posterior``, and ``records`` with one group each, named by its number: ``signal``,
+            ``before`` and ``after`` over ``time`` [s].
+        """
+        groups = {path.strip("/"): node.to_dataset() for path, node in self.posterior.subtree_with_keys}
+        for i, trace in enumerate(self.traces):
+            values = {"signal": trace.signal, "before": trace.before, "after": trace.after}
+            groups[f"records/{i}"] = xr.Dataset(
+                {name: ("time", each) for name, each in values.items()},
+                coords={"time": ("time", trace.time, {"units": "s"})},
+                attrs={"name": trace.name, "quantity": trace.quantity},
+            )
+        return xr.DataTree.from_dict({path or "/": group for path, group in groups.items()})

@@ -48,7 +48,9 @@ CURVED_FRICTION_DRIFT = ForceEffect(
             name="relative_change", unit="1", low=-2.0, high=2.0, prior=lambda scales: normal(0.5, -2.0, 2.0)
         ),
         # exp(-t/T) has 0.5
-        Parameter(name="curvature", unit="1", low=-6.0, high=6.0, prior=lambda scales: normal(1.0, -6.0, 6.0)),
+        Parameter(
+            name="curvature", unit="1", low=-6.0, high=6.0, prior=lambda scales: normal(1.0, -6.0, 6.0)
+        ),
     ),
     excludes=(FRICTION_DRIFT.name,),
     per_record=True,

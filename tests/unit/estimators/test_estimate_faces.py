@@ -59,8 +59,7 @@ def test_plot_shows_record_and_friction(estimate: fb.Estimate) -> None:
 def test_an_array_is_no_record() -> None:
     with pytest.raises(InputError, match=r"ndarray instead of a record.*make_record"):
         fb.estimate(np.zeros(100), SYSTEM)
-    for given in (np.zeros(100), fb.make_record(np.arange(9.0), np.arange(9.0), "displacement")):
-        with pytest.raises(InputError, match=r"instead of a list of records; write \[record\]"):
-            fb.close_loop(given, SYSTEM, seed=1)
+    with pytest.raises(InputError, match=r"instead of a record or a list of records"):
+        fb.close_loop(np.zeros(100), SYSTEM, seed=1)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="list instead of a record"):
         fb.close_loop([[1.0, 2.0]], SYSTEM, seed=1)

@@ -39,12 +39,37 @@ def test_uncalibrated_units_are_kept() -> None:
         (TIME, np.array(["a"] * N), "signal is an array of <U1"),
         (TIME, SIGNAL.reshape(2, -1), r"shape \(2, 200\)"),
         (TIME, SIGNAL + 0j, "complex128"),
-        (TIME.astype("datetime64[s]"), SIGNAL, "datetime64"),
     ],
 )
 def test_make_record_refuses_what_is_not_numbers_over_time(time, values, message) -> None:
     with pytest.raises(InputError, match=message):
         make_record(time, values, "displacement")
+
+
+@pytest.mark.parametrize("start", [np.datetime64("2026-03-01T12:00:00"), np.timedelta64(0, "ns")])
+def test_dates_and_time_differences_count_from_the_first(start) -> None:
+    stamps = start + (np.arange(N) * 10_000_000).astype("timedelta64[ns]")
+    np.testing.assert_allclose(record_over(stamps)["time"], TIME, atol=1e-12)
+
+
+def test_masked_samples_are_left_out_with_their_times() -> None:
+    masked = np.ma.masked_array(SIGNAL, np.arange(N) == 7)
+    record = record_over(TIME, masked)
+    np.testing.assert_array_equal(record.values, np.delete(SIGNAL, 7))
+    np.testing.assert_array_equal(record["time"], np.delete(TIME, 7))
+
+
+def test_a_column_of_objects_is_numbers_or_names_the_row() -> None:
+    np.testing.assert_array_equal(record_over(TIME, SIGNAL.astype(object)).values, SIGNAL)
+    mixed = SIGNAL.astype(object)
+    mixed[3] = "n/a"
+    with pytest.raises(InputError, match=r"swing\.csv: signal is 'n/a' at row 3, counted from 0"):
+        record_over(TIME, mixed)
+
+
+def test_a_unit_that_is_no_attribute_is_refused() -> None:
+    with pytest.raises(InputError, match=r"units: .*unit=, which converts"):
+        make_record(TIME, SIGNAL, "displacement", units="mm")
 
 
 def test_a_valid_record_passes_unchanged() -> None:

@@ -1,0 +1,69 @@
+"""What a result shows of itself in a notebook: figures by name, a table, and arrays of xarray."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from decays import SYSTEM, short_decay
+from friction_bayes.core.displays import figure_of, html_of
+from friction_bayes.loop.report.result import LoopReport
+
+
+@pytest.fixture(scope="module")
+def estimate() -> fb.Estimate:
+    return fb.estimate(short_decay(name="shelf <1>"), SYSTEM)
+
+
+@pytest.mark.parametrize("what", ["overview", "fit", "amplitudes", "friction"])
+def test_figures_by_name(estimate: fb.Estimate, what: str) -> None:
+    assert estimate.plot(what).axes
+
+
+def test_a_figure_that_there_is_not_is_refused_with_those_that_there_are(estimate: fb.Estimate) -> None:
+    with pytest.raises(
+        fb.InputError, match=r"what: 'joint' is no figure .*amplitudes, fit, friction or overview"
+    ):
+        figure_of(estimate, "joint")
+
+
+def test_a_notebook_shows_the_lines_and_escapes_names(estimate: fb.Estimate, loop_report: LoopReport) -> None:
+    shown = estimate._repr_html_()
+    assert shown == html_of(estimate)
+    assert f"{estimate.friction.mean():.5g} N" in shown
+    assert "<1>" not in shown
+    assert loop_report.verdict.upper() in loop_report._repr_html_()
+
+
+def test_an_estimate_in_xarray_says_the_same(estimate: fb.Estimate) -> None:
+    found, told = estimate.to_xarray(), estimate.to_dict()
+    low, high = told["friction"]["interval90"]
+    expected = [told["friction"]["mean"], told["friction"]["sd"], low, high]
+    np.testing.assert_allclose(found["friction"], expected, rtol=1e-15)
+    assert found["friction"].attrs["units"] == "N"
+    np.testing.assert_allclose(found["fitted"] + found["residual"], found["signal"], atol=1e-15)
+    assert found["time"][0] == estimate.decay.start_time
+
+
+def test_a_report_as_a_tree_has_draws_and_records(loop_report: LoopReport) -> None:
+    tree = loop_report.to_datatree()
+    np.testing.assert_array_equal(tree["mixture"]["friction"], loop_report.posterior["mixture"]["friction"])
+    for i, trace in enumerate(loop_report.traces):
+        np.testing.assert_array_equal(tree[f"records/{i}/after"], trace.after)
+
+
+@pytest.mark.parametrize("method", ["waveform", "envelope", "normal-gamma", "gamma-exponential"])
+def test_an_estimate_survives_pickle_and_copy(method: str) -> None:
+    found = fb.estimate(short_decay(), SYSTEM, method=method)
+    for again in (pickle.loads(pickle.dumps(found)), copy.deepcopy(found)):
+        assert again.to_dict() == found.to_dict()
+        centre = again.fit.target.centre[None]
+        np.testing.assert_array_equal(again.fit.target.log_prob(centre), found.fit.target.log_prob(centre))
+
+
+def test_a_report_survives_pickle(loop_report: LoopReport) -> None:
+    assert pickle.loads(pickle.dumps(loop_report)).to_dict() == loop_report.to_dict()
