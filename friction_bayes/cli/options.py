@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from friction_bayes.core.checks import finite
+from friction_bayes.core.checks import finite_text
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator, Pendulum
 
@@ -121,7 +121,7 @@ def key_values(entries: Sequence[str] | None, option: str) -> dict[str, float]:
             raise InputError(option, f"{entry!r} is not KEY=VALUE", "write it like mu=0.1")
         if key in values:
             raise InputError(option, f"{key} is given twice", "give it once")
-        values[key] = finite(f"{option} {key}", text)  # type: ignore[arg-type]
+        values[key] = finite_text(f"{option} {key}", text)
     return values
 
 

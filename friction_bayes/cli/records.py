@@ -43,6 +43,7 @@ _RECORD_FIELDS = (
     "sampling_rate",
     "run",
     "skip_rows",
+    "duplicates",
 )
 
 
@@ -70,6 +71,11 @@ def add_record(parser: argparse.ArgumentParser) -> None:
         type=_rows,
         metavar="N",
         help="lines above the table, where they are not told from it",
+    )
+    group.add_argument(
+        "--duplicates",
+        choices=("first", "mean"),
+        help="what to take of samples with one time stamp; they are refused otherwise",
     )
     group.add_argument(
         "--start",

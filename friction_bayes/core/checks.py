@@ -15,6 +15,7 @@ __all__ = [
     "finite",
     "finite_array",
     "finite_sample",
+    "finite_text",
     "in_range",
     "non_negative",
     "positive",
@@ -36,6 +37,14 @@ def finite(name: str, value: float) -> float:
     if not math.isfinite(number):
         raise InputError(name, f"{number} is not finite", "give a finite number")
     return number
+
+
+def finite_text(name: str, text: str) -> float:
+    """Return the number that a text is, refusing what is not finite."""
+    try:
+        return finite(name, float(text))
+    except ValueError:
+        raise InputError(name, f"{text!r} is not a number", "give a finite number") from None
 
 
 def positive(name: str, value: float) -> float:

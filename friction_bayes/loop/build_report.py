@@ -166,7 +166,8 @@ def _random_force(
     mixture: Mixture, families: Sequence[Family], factor: float, unit: str
 ) -> dict[str, Any] | None:
     """Size and correlation time of the random force, given that there is one; None where none was weighed."""
-    draws = [family.draws.at(family.draws.random_force > 0.0) for family in families]
+    # what a family holds may all be left out
+    draws = [family.draws.at(family.draws.random_force > 0.0) for family in families if family.sets]
     forced = FamilyDraws(**{name: np.concatenate([vars(d)[name] for d in draws]) for name in vars(draws[0])})
     if forced.random_force.size < 2:
         return None

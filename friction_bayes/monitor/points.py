@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.checks import finite
+from friction_bayes.core.checks import finite, finite_text
 from friction_bayes.core.errors import InputError
 from friction_bayes.records.record import record_name
 
@@ -136,7 +136,11 @@ def _numbers(values: Sequence[Any], places: Sequence[str]) -> tuple[Array, bool]
         return np.array(days), True
     entries = list(zip(values, dates, places, strict=True))
     # first what is neither: a mistyped date must not be taken for a number among dates
-    numbers = [finite(place, value) for value, date, place in entries if date is None]
+    numbers = [
+        (finite_text if isinstance(value, str) else finite)(place, value)
+        for value, date, place in entries
+        if date is None
+    ]
     for value, date, place in entries:
         if date is not None:
             raise InputError(place, f"{value!r} is a date among numbers", "give all times alike")

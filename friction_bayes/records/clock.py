@@ -162,7 +162,8 @@ def _backwards(name: str, time: Array, wrong: Indices, rows: Indices | None, uni
     return InputError(
         name,
         f"time {what} at {place}",
-        "sort the rows and remove doubled ones, or give --sampling-rate if the clock is at fault",
+        "sort the rows; of doubled stamps --duplicates first or mean takes one sample; give --sampling-rate "
+        "if the clock is at fault",
     )
 
 

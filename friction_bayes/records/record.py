@@ -16,16 +16,21 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantit
 from friction_bayes.records.clock import LOST, check_clock, is_even, place_of_sample
 
 __all__ = [
+    "DUPLICATES",
     "make_record",
     "record_name",
     "record_quantity",
     "validate_record",
     "with_values",
     "within",
+    "without_doubled_times",
 ]
 
 MINIMUM_SAMPLES = 8
 """Two more than the unknowns of a whole signal: amplitude, friction, rest, frequency, phase and noise."""
+
+DUPLICATES = ("first", "mean")
+"""What may be taken of samples with one time stamp."""
 
 MOST_AT_ENDS = 0.9
 """Share of samples at the two ends of the range: a sine clipped at a sixth of its amplitude has as many."""
@@ -144,6 +149,30 @@ def within(record: xr.DataArray, start: float | None, end: float | None) -> slic
     if not held.size:
         raise InputError("--end", f"{end:g} s is before --start {start:g} s", "give an end after the start")
     return slice(int(held[0]), int(held[-1]) + 1)
+
+
+def without_doubled_times(record: xr.DataArray, how: str) -> tuple[xr.DataArray, Indices]:
+    """Return the record with one sample a time stamp, and which sample of each stamp was the first.
+
+    Parameters
+    ----------
+    record : xarray.DataArray
+    how : {"first", "mean"}
+        Of the samples that successive equal stamps have, the first or their mean.
+
+    Raises
+    ------
+    InputError
+        If ``how`` is neither.
+    """
+    if how not in DUPLICATES:
+        raise InputError("--duplicates", f"{how!r} is unknown", f"give {' or '.join(DUPLICATES)}")
+    time, values = record["time"].values, record.values
+    first = np.flatnonzero(np.diff(time, prepend=-np.inf) != 0.0)
+    kept = record[first]
+    if how == "mean" and first.size:
+        kept = with_values(kept, np.add.reduceat(values, first) / np.diff(first, append=time.size))
+    return kept, first
 
 
 def validate_record(

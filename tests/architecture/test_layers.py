@@ -53,6 +53,7 @@ ROOMS: dict[str, set[str]] = {
     "jinja2": {"report"},
     "matplotlib": {"plotting"},
     "nptdms": {"records"},
+    "python_calamine": {"records"},
     "numba": {"mechanics", "decay", "statespace", "estimators", "monitor", "loop"},
     "pooch": {"records"},
     "pyuff": {"records"},

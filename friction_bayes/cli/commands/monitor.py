@@ -38,6 +38,7 @@ _NOT_OF_A_FLEET = (
     "scale",
     "run",
     "skip_rows",
+    "duplicates",
     "start",
     "end",
     "decay",

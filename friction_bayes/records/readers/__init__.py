@@ -8,6 +8,8 @@ from pathlib import Path
 import xarray as xr
 
 from friction_bayes.core.errors import InputError
+from friction_bayes.records.readers.archive import read_archive
+from friction_bayes.records.readers.excel import read_excel
 from friction_bayes.records.readers.hdf5 import read_hdf5
 from friction_bayes.records.readers.mat import read_mat
 from friction_bayes.records.readers.mf4 import read_mf4
@@ -23,6 +25,11 @@ __all__ = ["READERS", "Column", "Table", "read_record", "read_table"]
 READERS: dict[str, Callable[[Path], Table]] = {
     ".csv": read_text,
     ".txt": read_text,
+    ".lvm": read_text,
+    ".xlsx": read_excel,
+    ".xls": read_excel,
+    ".ods": read_excel,
+    ".zip": read_archive,
     ".mat": read_mat,
     ".nc": read_netcdf,
     ".h5": read_hdf5,
@@ -88,6 +95,7 @@ def read_record(
     sampling_rate: float | None = None,
     run: int | None = None,
     skip_rows: int = 0,
+    duplicates: str | None = None,
     start: float | None = None,
     end: float | None = None,
     name: str | None = None,
@@ -115,6 +123,9 @@ def read_record(
         are then named and counted within the run.
     skip_rows : int
         Lines of a text file to pass over at the top, whatever they hold.
+    duplicates : {"first", "mean"}, optional
+        What to take of samples with one time stamp, as of a logger that writes faster than its clock ticks;
+        doubled stamps are refused when left out.
     start, end : float, optional
         Part of the file that is taken [s].
     name : str, optional
@@ -143,6 +154,7 @@ def read_record(
         signal_column=signal_column,
         sampling_rate=sampling_rate,
         run=run,
+        duplicates=duplicates,
         start=start,
         end=end,
     )

@@ -32,7 +32,8 @@ _SUBJECTS = {
 }
 """What people call each quantity, along an axis or none."""
 
-_TIMES = {"time", "t", "elapsed_time", "timestamp"}
+_TIMES = {"time", "t", "elapsed_time", "timestamp", "x_value"}
+"""The last is LabVIEW's, of a signal over time."""
 
 _WEIGHTS = {"g", "mg"}
 """Units of acceleration that may be grams."""
@@ -51,11 +52,11 @@ def read_header(name: str) -> Header:
 
     The quantity is that which the name spells out, or else the only one that the unit measures. A name that
     spells out a quantity which its unit does not measure says neither for certain, and only the unit is read.
-    Of a path in the file the last part is read.
+    Of a path in the file, and of the member of a struct, the last part is read.
     """
     found = _WITH_UNIT.fullmatch(name.strip())
     if found is None:
-        return _quotient(name.strip()) or _column_name(name.strip().split("/")[-1])
+        return _quotient(name.strip()) or _path(name.strip())
     unit = plain_unit(found["unit"] or found["u"])
     subject = _subject((found["name"] or found["n"]).split("/")[-1].partition(",")[0])
     if subject in _TIMES:
@@ -83,6 +84,13 @@ def _quotient(name: str) -> Header | None:
         return Header(True, None, unit)
     spelled = _spelled(subject)
     return Header(False, spelled, unit) if spelled is not None and unit in known_units(spelled) else None
+
+
+def _path(name: str) -> Header:
+    """Read ``run/angle_deg`` and ``log.Out.Time``."""
+    last = name.split("/")[-1]
+    header = _column_name(last)
+    return header if any(header) else _column_name(last.split(".")[-1])
 
 
 def _column_name(name: str) -> Header:

@@ -17,6 +17,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import (
     QUANTITIES,
     TIME_UNITS,
+    UNCALIBRATED_UNITS,
     Quantity,
     known_units,
     quantity_named,
@@ -24,7 +25,7 @@ from friction_bayes.core.quantities import (
 from friction_bayes.core.unit_spelling import plain_unit
 from friction_bayes.records.readers.headers import read_header, split_run
 from friction_bayes.records.readers.scale import unit_and_factor
-from friction_bayes.records.record import make_record, validate_record, within
+from friction_bayes.records.record import make_record, validate_record, within, without_doubled_times
 
 __all__ = ["Column", "Table", "is_time", "record_from_table", "times_of"]
 
@@ -83,6 +84,7 @@ def record_from_table(
     signal_column: str | int | None = None,
     sampling_rate: float | None = None,
     run: int | None = None,
+    duplicates: str | None = None,
     start: float | None = None,
     end: float | None = None,
 ) -> xr.DataArray:
@@ -99,7 +101,7 @@ def record_from_table(
         raise InputError(place, "both --time-column and --sampling-rate are given", "give one of them")
     table = _one_run(table, place, run)
     clock_name = _time_name(table, place, time_column)
-    signal_name = _signal_name(table, place, signal_column, quantity, clock_name)
+    signal_name = _signal_name(table, place, signal_column, quantity or _measured_in(unit), clock_name)
     column = table.columns[signal_name]
     kind, unit, factor = _meaning(place, signal_name, column, quantity, unit, scale)
     values = column.read()
@@ -127,8 +129,12 @@ def record_from_table(
     record.attrs.update({key: v for key, v in column.attrs.items() if key not in record.attrs})
     named = signal_name if signal_name.endswith(f"[{unit}]") else f"{signal_name} [{unit}]"
     record.attrs["read"] = f"{named} {clock}"
+    rows = column.rows
+    if duplicates is not None:
+        record, first = without_doubled_times(record, duplicates)
+        rows = None if rows is None else rows[first]
     kept = within(record, start, end)
-    record, rows = record[kept], None if column.rows is None else column.rows[kept]
+    record, rows = record[kept], None if rows is None else rows[kept]
     return validate_record(record, rows=rows, time_unit=time_unit)
 
 
@@ -193,13 +199,18 @@ def _time_name(table: Table, place: str, wanted: str | int | None) -> str | None
     if wanted is not None:
         return _named(table, place, "--time-column", wanted)
     found = [name for name, column in table.columns.items() if is_time(name, column)]
-    found = found or _in_seconds(table)
+    found = _outermost(found) or _in_seconds(table)
     elapsed = [name for name in found if table.columns[name].since is None]
     # a stamp beside the seconds of a measurement says when that was
     found = elapsed or found
     if len(found) > 1:
         raise InputError(place, f"several time columns: {', '.join(found)}", "name one with --time-column")
     return found[0] if found else None
+
+
+def _outermost(names: list[str]) -> list[str]:
+    """Those that are no members of a struct, if there are any: the others say more by where they stand."""
+    return [name for name in names if "." not in name] or names
 
 
 def _in_seconds(table: Table) -> list[str]:
@@ -227,6 +238,7 @@ def _signal_name(
     others = [name for name in table.columns if name != clock]
     stated = {name: _stated(name, table.columns[name])[0] for name in others}
     found = [name for name, kind in stated.items() if kind and quantity in (None, kind.name)]
+    found = _outermost(found)
     if not found and quantity is not None and len(others) == 1:
         found = others
     if len(found) == 1:
@@ -246,6 +258,16 @@ def _signal_name(
         f"no column says what was measured among {_listed(table)}",
         f"name it one of {columns}, or give --signal-column, --quantity and --unit",
     )
+
+
+def _measured_in(unit: str | None) -> str | None:
+    """Name of the one quantity that a unit, or that of a sensitivity, measures; None of others."""
+    if unit is None or plain_unit(unit) in UNCALIBRATED_UNITS:
+        return None
+    raw, _, measured = unit.partition("/")
+    plain = plain_unit(measured if plain_unit(raw) in UNCALIBRATED_UNITS else unit)
+    found = [kind.name for kind in QUANTITIES.values() if plain in known_units(kind)]
+    return found[0] if len(found) == 1 else None
 
 
 def _headerless(table: Table, place: str) -> InputError | None:
@@ -282,6 +304,8 @@ def _meaning(
                 place, f"column {name} holds {kind.name}, --quantity says {given.name}", "give one of them"
             )
         kind = given
+    if kind is None and (measured := _measured_in(unit)) is not None:
+        kind = quantity_named(measured)
     if kind is None:
         raise InputError(
             place, f"column {name!r} does not say what was measured", "give --quantity and --unit"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -17,29 +18,28 @@ from friction_bayes.core.unit_spelling import plain_unit
 from friction_bayes.records.readers.clock_times import is_clock_time, seconds_from_first
 from friction_bayes.records.readers.table import Column, Table
 
-__all__ = ["read_text"]
+__all__ = ["decode", "read_text", "table_of_lines"]
 
 _QUOTED = re.compile(r"^'(.*)'$")
 _LOOKED_AT = 60
 """Rows that show how a file is laid out."""
+_SAMPLE, _MOST = 4096, 0.9
+"""Bytes that show how a file is coded, and the share of every other one that is zero in UTF-16."""
 _MOST_SETTINGS = 5
 """Lines of names and values of settings, above a table of fewer columns."""
 _UNITS = {*TIME_UNITS, *(unit for quantity in QUANTITIES.values() for unit in known_units(quantity))}
+_RULE = re.compile(r"[-=+|:\s,;]*[-=]{3}[-=+|:\s,;]*")
+"""A line that sets the header off from the rows under it."""
 _SYNTHETIC = re.compile(r"#\s*synthetic\b")
 
 
 def read_text(path: Path, *, skip_rows: int = 0) -> Table:
-    """Read a text table: rows of numbers under one header line, or none.
-
-    Columns are separated by semicolons, tabs, commas or blanks, whichever the rows of numbers have. What
-    stands above the header line, and lines that are blank or begin with ``#``, is passed over; a comment
-    ``# synthetic`` marks the record. A row of units under the header line belongs to it. Empty cells
-    at the top or the end of a column are no part of it: runs side by side differ in length.
+    """Read a text table: rows of numbers under one header line, or none (see :func:`table_of_lines`).
 
     Parameters
     ----------
     path : Path
-        The file: UTF-8, with or without a byte-order mark, UTF-16 with one, or Latin-1.
+        The file: UTF-8, UTF-16 or Latin-1, with or without a byte-order mark.
     skip_rows : int
         Lines to pass over at the top, whatever they hold.
 
@@ -48,11 +48,37 @@ def read_text(path: Path, *, skip_rows: int = 0) -> Table:
     InputError
         If a row has the wrong number of cells, or a cell that is not a number; names the row.
     """
-    lines = _decode(path).splitlines()
+    return table_of_lines(path, decode(path, path.read_bytes()).splitlines(), skip_rows=skip_rows)
+
+
+def table_of_lines(path: Path, lines: Sequence[str], *, skip_rows: int = 0) -> Table:
+    """Return the table that lines of text are.
+
+    Columns are separated by semicolons, tabs, commas or blanks, whichever the rows of numbers have. What
+    stands above the header line, and lines that are blank, begin with ``#`` or are a rule of dashes, is
+    passed over; a comment ``# synthetic`` marks the record. A row of units under the header line belongs to
+    it. Empty cells at the top or the end of a column are no part of it: runs side by side differ in length.
+
+    Parameters
+    ----------
+    path : Path
+        What messages name.
+    lines : sequence of str
+    skip_rows : int
+        Lines to pass over at the top, whatever they hold.
+
+    Raises
+    ------
+    InputError
+        If a row has the wrong number of cells, or a cell that is not a number; names the row.
+    """
     kept = [
         (row, line)
         for row, line in enumerate(lines, start=1)
-        if row > skip_rows and line.strip() and not line.lstrip().startswith("#")
+        if row > skip_rows
+        and line.strip()
+        and not line.lstrip().startswith("#")
+        and not _RULE.fullmatch(line.strip())
     ]
     if not kept:
         raise InputError(
@@ -172,11 +198,18 @@ def _are_units(cells: list[str]) -> bool:
     return any(known) and all(k or cell[0] in "([" for k, cell in zip(known, held, strict=True))
 
 
-def _decode(path: Path) -> str:
-    raw = path.read_bytes()
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+def decode(path: Path, raw: bytes) -> str:
+    """Return the text of a file: UTF-8, UTF-16 or Latin-1.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    utf16 = "utf-16" if raw.startswith((b"\xff\xfe", b"\xfe\xff")) else _utf16_without_mark(raw)
+    if utf16 is not None:
         try:
-            return raw.decode("utf-16")
+            return raw.decode(utf16)
         except UnicodeDecodeError as error:
             raise InputError(
                 str(path), "begins as UTF-16 text and does not go on as such", "save it anew as text"
@@ -187,6 +220,18 @@ def _decode(path: Path) -> str:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
         return raw.decode("latin-1")
+
+
+def _utf16_without_mark(raw: bytes) -> str | None:
+    """Name the order of bytes, every other of which is zero in text of Western letters; None where not."""
+    start = np.frombuffer(raw[: 2 * (min(len(raw), _SAMPLE) // 2)], np.uint8).reshape(-1, 2)
+    if not start.size:
+        return None
+    for order, (letters, others) in (("utf-16-le", (0, 1)), ("utf-16-be", (1, 0))):
+        # no letter comes before the tab
+        if np.mean(start[:, others] == 0) > _MOST and start[:, letters].min() >= ord("\t"):
+            return order
+    return None
 
 
 def _separator(line: str) -> str | None:

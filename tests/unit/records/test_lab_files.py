@@ -1,0 +1,190 @@
+"""Files as they lie in a laboratory: spreadsheets, archives, LabVIEW, dates of either order."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Callable
+from datetime import datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import friction_bayes as fb
+from friction_bayes.records.readers import archive, read_record
+from friction_bayes.records.readers.clock_times import seconds_from_first
+
+TIME = np.arange(120) * 0.05
+SIGNAL = 0.01 * np.cos(8.0 * TIME) * (1.0 - TIME / 8.0)
+ROWS = [(f"{t:.2f}", repr(float(x))) for t, x in zip(TIME, SIGNAL, strict=True)]
+CSV = "time_s,displacement_m\n" + "\n".join(map(",".join, ROWS))
+
+_XML = '<?xml version="1.0"?>'
+_SHEET = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
+_RELATION = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
+_PACKAGE = "http://schemas.openxmlformats.org/package/2006"
+_TYPES = "application/vnd.openxmlformats-officedocument.spreadsheetml"
+
+
+def _cell(value: str | float) -> str:
+    return f'<c t="str"><v>{value}</v></c>' if isinstance(value, str) else f"<c><v>{value!r}</v></c>"
+
+
+def write_workbook(path: Path, sheets: dict[str, list[list[str | float]]]) -> None:
+    """The least that a spreadsheet program opens."""
+    numbers = range(1, len(sheets) + 1)
+    names = "".join(
+        f'<sheet name="{s}" sheetId="{k}" r:id="r{k}"/>' for k, s in zip(numbers, sheets, strict=True)
+    )
+    with zipfile.ZipFile(path, "w") as book:
+        types = "".join(
+            f'<Override PartName="/xl/worksheets/sheet{k}.xml" ContentType="{_TYPES}.worksheet+xml"/>'
+            for k in numbers
+        )
+        book.writestr(
+            "[Content_Types].xml",
+            f'{_XML}<Types xmlns="{_PACKAGE}/content-types"><Default Extension="rels" ContentType='
+            f'"application/vnd.openxmlformats-package.relationships+xml"/>'
+            f'<Override PartName="/xl/workbook.xml" ContentType="{_TYPES}.sheet.main+xml"/>{types}</Types>',
+        )
+        book.writestr(
+            "_rels/.rels",
+            f'{_XML}<Relationships xmlns="{_PACKAGE}/relationships"><Relationship Id="r0" '
+            f'Type="{_RELATION}/officeDocument" Target="xl/workbook.xml"/></Relationships>',
+        )
+        book.writestr(
+            "xl/workbook.xml",
+            f'{_XML}<workbook xmlns="{_SHEET}" xmlns:r="{_RELATION}"><sheets>{names}</sheets></workbook>',
+        )
+        links = "".join(
+            f'<Relationship Id="r{k}" Type="{_RELATION}/worksheet" Target="worksheets/sheet{k}.xml"/>'
+            for k in numbers
+        )
+        book.writestr(
+            "xl/_rels/workbook.xml.rels",
+            f'{_XML}<Relationships xmlns="{_PACKAGE}/relationships">{links}</Relationships>',
+        )
+        for k, rows in zip(numbers, sheets.values(), strict=True):
+            body = "".join(f"<row>{''.join(map(_cell, row))}</row>" for row in rows)
+            book.writestr(
+                f"xl/worksheets/sheet{k}.xml",
+                f'{_XML}<worksheet xmlns="{_SHEET}"><sheetData>{body}</sheetData></worksheet>',
+            )
+
+
+def test_a_spreadsheet_is_read_from_its_first_sheet_of_numbers(tmp_path: Path) -> None:
+    pytest.importorskip("python_calamine")
+    notes: list[list[str | float]] = [["made by", "a phone"], ["rate", 20.0]]
+    rows = [
+        ["Time (s)", "Position (mm)"],
+        *([float(t), 1e3 * float(x)] for t, x in zip(TIME, SIGNAL, strict=True)),
+    ]
+    write_workbook(tmp_path / "swing.xlsx", {"Device": notes, "Raw Data": rows})
+    record = read_record(tmp_path / "swing.xlsx")
+    np.testing.assert_allclose(record.values, SIGNAL, atol=1e-15)
+    np.testing.assert_allclose(record["time"], TIME, atol=1e-12)
+
+
+def test_a_workbook_without_a_record_names_its_sheets(tmp_path: Path) -> None:
+    pytest.importorskip("python_calamine")
+    write_workbook(tmp_path / "notes.xlsx", {"Device": [["rate", 20.0]]})
+    with pytest.raises(
+        fb.InputError, match=r"notes\.xlsx: none of its sheets \(Device\) has 8 rows of numbers"
+    ):
+        read_record(tmp_path / "notes.xlsx")
+    (tmp_path / "broken.xls").write_text("no workbook")
+    with pytest.raises(fb.InputError, match="this is not a spreadsheet file"):
+        read_record(tmp_path / "broken.xls")
+
+
+def test_a_phyphox_archive_is_read_without_its_notes(tmp_path: Path) -> None:
+    path = tmp_path / "export.zip"
+    with zipfile.ZipFile(path, "w") as made:
+        made.writestr("Raw Data.csv", CSV)
+        made.writestr("meta/device.csv", '"property","value"\n')
+    np.testing.assert_array_equal(read_record(path).values, SIGNAL)
+    with zipfile.ZipFile(path, "a") as made:
+        made.writestr("second.csv", CSV)
+    with pytest.raises(fb.InputError, match=r"several tables: Raw Data\.csv, second\.csv; take out the one"):
+        read_record(path)
+
+
+def test_an_archive_that_would_fill_the_memory_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "export.zip"
+    with zipfile.ZipFile(path, "w") as made:
+        made.writestr("Raw Data.csv", CSV)
+    monkeypatch.setattr(archive, "_MOST_BYTES", len(CSV) - 1)
+    with pytest.raises(fb.InputError, match=r"unpacks to 0 MB, more than 0"):
+        read_record(path)
+    path.write_text("no archive")
+    with pytest.raises(fb.InputError, match="this is not a ZIP file"):
+        read_record(path)
+
+
+def test_labview_writes_its_time_as_x_value(tmp_path: Path) -> None:
+    path = tmp_path / "swing.lvm"
+    head = "LabVIEW Measurement\t\nX_Columns\tOne\t\n***End_of_Header***\t\n\t\nChannels\t1\t\n"
+    rows = "".join(f"{t}\t{x}\t\n" for t, x in ROWS)
+    path.write_text(
+        f"{head}Delta_X\t0.05\t\n***End_of_Header***\t\t\nX_Value\tDisplacement\tComment\t\n{rows}"
+    )
+    np.testing.assert_array_equal(read_record(path, unit="m").values, SIGNAL)
+
+
+@pytest.mark.parametrize(
+    "coded",
+    [
+        lambda text: text.encode("utf-16-le"),
+        lambda text: text.encode("utf-16-be"),
+        lambda text: text.replace("\n", "\n------,---------\n", 1).encode(),
+        lambda text: text.replace("\n", "\n+=====+=====+\n", 1).encode(),
+    ],
+    ids=["utf-16-le", "utf-16-be", "dashed rule", "table rule"],
+)
+def test_text_without_a_mark_and_rules_under_the_header(
+    tmp_path: Path, coded: Callable[[str], bytes]
+) -> None:
+    path = tmp_path / "swing.csv"
+    path.write_bytes(coded(CSV))
+    np.testing.assert_array_equal(read_record(path).values, SIGNAL)
+
+
+@pytest.mark.parametrize("form", ["%d.%m.%Y %H:%M:%S.%f", "%d/%m/%Y %H:%M:%S.%f", "%m/%d/%Y, %H:%M:%S.%f"])
+@pytest.mark.parametrize("start", [datetime(2024, 3, 1, 23, 59, 58), datetime(2024, 12, 31, 11, 0, 0)])
+def test_dates_of_either_order_go_on_beyond_midnight(form: str, start: datetime) -> None:
+    cells = [(start + timedelta(seconds=float(t))).strftime(form) for t in TIME]
+    found = seconds_from_first(cells)
+    assert found is not None
+    np.testing.assert_allclose(found, TIME, atol=1e-9)
+
+
+def test_doubled_stamps_take_the_first_or_the_mean(tmp_path: Path) -> None:
+    path = tmp_path / "swing.csv"
+    doubled = [row for t, x in ROWS for row in (f"{t},{x}", f"{t},{float(x) + 2e-4!r}")]
+    path.write_text("time_s,displacement_m\n" + "\n".join(doubled))
+    with pytest.raises(fb.InputError, match=r"time is doubled at row 3 .*--duplicates first or mean"):
+        read_record(path)
+    np.testing.assert_array_equal(read_record(path, duplicates="first").values, SIGNAL)
+    np.testing.assert_allclose(read_record(path, duplicates="mean").values, SIGNAL + 1e-4, atol=1e-15)
+    with pytest.raises(fb.InputError, match="--duplicates: 'last' is unknown; give first or mean"):
+        read_record(path, duplicates="last")
+
+
+def test_a_unit_alone_says_what_the_one_signal_measures(tmp_path: Path) -> None:
+    path = tmp_path / "swing.csv"
+    path.write_text(CSV.replace("displacement_m", "position"))
+    assert read_record(path, unit="deg").attrs["quantity"] == "angle"
+    assert read_record(path, unit="mm").attrs["quantity"] == "displacement"
+    assert read_record(path, unit="counts/rad", scale=600.0).attrs["quantity"] == "angle"
+    with pytest.raises(fb.InputError, match="no column says what was measured"):
+        read_record(path, unit="V")
+
+
+def test_members_of_a_struct_are_found_by_their_own_names(tmp_path: Path) -> None:
+    from scipy.io import savemat
+
+    savemat(tmp_path / "swing.mat", {"log": {"Out": {"Time": TIME, "angle_rad": SIGNAL}}})
+    record = read_record(tmp_path / "swing.mat")
+    assert record.attrs["read"] == "log.Out.angle_rad [rad] over log.Out.Time [s]"
