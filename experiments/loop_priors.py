@@ -272,6 +272,13 @@ def _law(friction: float, setting: Setting, drawn: Mapping[str, tuple[float, ...
     return AddedLaw(friction=friction, duration=setting.duration, **given)
 
 
+def _pushes_at_some_time(law: AddedLaw) -> bool:
+    """Whether friction falls below zero as the record goes on, which no contact does, and no stop ends."""
+    u = np.linspace(-0.5, 0.5, 101)
+    level = 1.0 + law.relative_change * u + law.drift_curvature * (u**2 - 1.0 / 12.0)
+    return bool(level.min() < 0.0)
+
+
 def _turn_series(coefficients: tuple[float, ...], swing: float) -> dict[str, tuple[float, ...]]:
     over_swing = tuple(each / swing for each in coefficients)
     return {"turn_sines": over_swing[0::2], "turn_cosines": over_swing[1::2]}
@@ -342,6 +349,8 @@ def _attempt(rng: np.random.Generator, attempts: int) -> DrawnRecord | None:
         # at rest long before the end, which the integration need not find out
         return None
     law = _law(friction, setting, drawn)
+    if _pushes_at_some_time(law):
+        return None
     try:
         motion = move(law, setting.phase, None, rng)
     except OverflowError:

@@ -45,4 +45,5 @@ def test_gaps_cost_what_the_samples_would_have_told(quantity: str, rate: float) 
     assert reports[1].residual["after"]["failed"] == []
     (low, high), (low_whole, high_whole) = (report.friction_after["interval90"] for report in reports[::-1])
     assert low < 0.07 < high
-    assert 0.5 < (high - low) / (high_whole - low_whole) < 2.0
+    # and a slight force or damping of one in five either of these
+    assert 0.4 < (high - low) / (high_whole - low_whole) < 2.5
