@@ -16,6 +16,8 @@ from experiments.blind.laws import Law
 
 __all__ = ["DisturbedMotion", "acceleration_of", "integrate_disturbed"]
 
+_MOST_TURNS = 4
+"""Within one step."""
 _AT_REST = (
     math.pi
 )  # whoever sticks for half a cycle has come to rest, though a strong force may free it again
@@ -183,7 +185,8 @@ def integrate_disturbed(
             contact = _Contact(contact.sign, slips, contact.turn, contact.built_up)
         if contact.sign == 0.0:
             contact = _after_turn(law, contact, t, x, values[i])
-        while True:
+        # a contact that builds up may turn ever faster about one place: then it stays there for the step
+        for _ in range(_MOST_TURNS):
             knots.append((t, x, v))
             contacts.append(contact)
             left = start + step - t
