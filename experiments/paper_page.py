@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from experiments.tables import markdown
+from friction_bayes.mechanics.testbed import TESTBED
 
 __all__ = ["CHOSEN", "OTHER", "by_chance", "comparison_page", "counted", "own_results", "smaller_errors"]
 
@@ -61,7 +62,11 @@ def by_chance(number: int) -> str:
 
 def smaller_errors(rows: Sequence[Mapping[str, Any]], reading: str) -> list[str]:
     """Return which of the paper's errors, of their own, are ``out`` for being smaller than ours."""
-    return [row["id"] for row in own_results(rows) if _of(row, reading).get("smaller_error")]
+    return [
+        f"{row['paper']:g} {row['unit']}"
+        for row in own_results(rows)
+        if _of(row, reading).get("smaller_error")
+    ]
 
 
 def _of(row: Mapping[str, Any], reading: str) -> Mapping[str, Any]:
@@ -92,8 +97,8 @@ def comparison_page(comparison: Mapping[str, Any]) -> str:
         f"{len(results)} numbers, of which {len(results) - len(own)} restate others. Of the {len(own)} "
         f"of their own, by {_counts(rows)}; each over at least {records} records. Were all else right, "
         f"{by_chance(len(own))} of {len(own)} would be out of a 90 % band by chance. {len(own) - len(free)} "
-        "are precisions of the testbed, which go as 1/mass^2 with 5 kg taken here; of the other "
-        f"{len(free)}, by {_counts(rows, without='mass')} ({by_chance(len(free))} by chance). Out for an "
+        f"are precisions of the testbed, which go as 1/mass^2 with {TESTBED.moving:g} kg taken here; of the "
+        f"other {len(free)}, by {_counts(rows, without='mass')} ({by_chance(len(free))} by chance). Out for an "
         f"error smaller than ours: {_smaller(rows)}. *emcee* is its value for the "
         "closed form's on one of the records, by the same likelihood and prior"
         f"{_diagnostics(sampled)}.\n",
