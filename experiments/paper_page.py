@@ -98,8 +98,8 @@ def comparison_page(comparison: Mapping[str, Any]) -> str:
         f"of their own, by {_counts(rows)}; each over at least {records} records. Were all else right, "
         f"{by_chance(len(own))} of {len(own)} would be out of a 90 % band by chance. {len(own) - len(free)} "
         f"are precisions of the testbed, which go as 1/mass^2 with {TESTBED.moving:g} kg taken here; of the "
-        f"other {len(free)}, by {_counts(rows, without='mass')} ({by_chance(len(free))} by chance). Out for an "
-        f"error smaller than ours: {_smaller(rows)}. *emcee* is its value for the "
+        f"other {len(free)}, by {_counts(rows, without='mass')} ({by_chance(len(free))} by chance). Out for "
+        f"an error smaller than ours: {_smaller(rows)}. *emcee* is its value for the "
         "closed form's on one of the records, by the same likelihood and prior"
         f"{_diagnostics(sampled)}.\n",
         _results_table(results),
