@@ -19,9 +19,10 @@ from experiments.beside_paper import band
 from experiments.method_tables import with_error
 from experiments.paper_comparison import compare_with_paper, needed_results
 from experiments.paper_numbers import printed
-from experiments.paper_page import DECLARED, OTHER, counted
+from experiments.paper_page import CHOSEN, OTHER, by_chance, counted, smaller_errors
 from experiments.sources import why_not_usable
 from friction_bayes.core.arrays import Array
+from friction_bayes.decay.friction_samples import PEAKS
 
 __all__ = ["article", "needed_by_article"]
 
@@ -60,7 +61,7 @@ def article(results: Path) -> str:
         if reason := why_not_usable(name, results):
             raise FileNotFoundError(reason)
     rows = {row["id"]: row for row in compare_with_paper(results)["rows"]}
-    filled = _of_numbers(rows) | _of_datasets(results)
+    filled = _of_numbers(rows) | _of_datasets(results) | _of_errors_together(results)
     filled |= _of_priors(_dataset(results, "prior_sweep"))
     filled |= _of_random_force(_dataset(results, "random_force_verdict")) | _environment(results)
     text = TEMPLATE.read_text(encoding="utf-8")
@@ -74,18 +75,22 @@ def _of_numbers(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
     filled = {}
     for name, row in rows.items():
         filled[f"paper:{name}"] = f"{row['paper']:g}"
-        if DECLARED in row["ours"] and OTHER in row["ours"]:
+        if CHOSEN in row["ours"] and OTHER in row["ours"]:
             bands = (
                 f"{one['median']:.3g} [{one['low']:.3g}, {one['high']:.3g}]" for one in row["ours"].values()
             )
             filled[f"row:{name}"] = " | ".join([f"{row['paper']:g} {row['unit']}", *bands])
-            filled[f"median:{name}"] = f"{row['ours'][DECLARED]['median']:.3g}"
+            filled[f"median:{name}"] = f"{row['ours'][CHOSEN]['median']:.3g}"
     all_rows = list(rows.values())
-    for reading, end in ((DECLARED, ""), (OTHER, "_other")):
-        filled |= {f"{word}{end}": str(n) for word, n in counted(all_rows, reading).items()}
-    estimate = rows["example-estimate"]["ours"][DECLARED]
+    for without, kind in ((None, ""), ("mass", "_free")):
+        for reading, end in ((CHOSEN, ""), (OTHER, "_other")):
+            counts = counted(all_rows, reading, without=without)
+            filled |= {f"{word}{end}{kind}": str(n) for word, n in counts.items()}
+        own = sum(counts.values())
+        filled |= {f"own{kind}": str(own), f"chance{kind}": by_chance(own)}
+    estimate = rows["example-estimate"]["ours"][CHOSEN]
     return filled | {
-        "own": str(sum(counted(all_rows, DECLARED).values())),
+        "smaller": ", ".join(smaller_errors(all_rows, CHOSEN)) or "none",
         "records": str(estimate["records"]),
     }
 
@@ -97,9 +102,9 @@ def _of_datasets(results: Path) -> dict[str, str]:
     stated = noise.sel(snr_db=21.59, method="nearest")
     rms = {
         method: 100.0 * float(np.sqrt((stated["error"].sel({"method": method}) ** 2).mean()))
-        for method in ("waveform", DECLARED)
+        for method in ("waveform", CHOSEN)
     }
-    covers = stated["covers"].sel({"method": DECLARED})
+    covers = stated["covers"].sel({"method": CHOSEN})
     grid = traced["error"].sel(step="grid alone", sampling_rate=10.0)
     claimed = np.sqrt((samples["spread_of_mean"] ** 2).mean("replicate"))
     filled = {
@@ -109,15 +114,15 @@ def _of_datasets(results: Path) -> dict[str, str]:
         "claimed": " to ".join(f"{value:.2f}" for value in sorted(claimed.values.tolist())),
         "covers": f"{int(covers.sum())} of {int(covers.notnull().sum())}",
         "whole": f"{rms['waveform']:.2g}",
-        "procedure": f"{rms[DECLARED]:.2g}",
+        "procedure": f"{rms[CHOSEN]:.2g}",
     }
     sweeps = [noise, *(_dataset(results, name) for name in ("reduced_data_set", "sampling_rate_sweep"))]
-    verdicts = np.concatenate([_verdicts(sweep, method) for sweep in sweeps for method in (DECLARED, OTHER)])
+    verdicts = np.concatenate([_verdicts(sweep, method) for sweep in sweeps for method in (CHOSEN, OTHER)])
     filled["agree"] = f"{int(verdicts.sum())} of {verdicts.size}"
     for criterion in ("precision", "whole-signal width"):
         area = areas["area"].sel(criterion=criterion)
         filled[f"area:{criterion}"] = " and ".join(
-            f"{float(area.sel({'method': method})):.2f}" for method in (DECLARED, OTHER)
+            f"{float(area.sel({'method': method})):.2f}" for method in (CHOSEN, OTHER)
         )
     return filled
 
@@ -142,7 +147,7 @@ def _of_random_force(found: xr.Dataset) -> dict[str, str]:
     without, with_force = by_size.isel(condition=0), by_size.isel(condition=-1)
     left = with_force["precision"].median("replicate") / without["precision"].median("replicate")
     covered = with_force["covers"]
-    shares = [f"{100.0 * float(left.sel({'method': reading})):.0f}" for reading in (DECLARED, OTHER)]
+    shares = [f"{100.0 * float(left.sel({'method': reading})):.0f}" for reading in (CHOSEN, OTHER)]
     return {
         "force": f"{100.0 * float(with_force['size']):.0f}",
         "left": " and ".join(shares) + " % (highest, nominal)",
@@ -150,6 +155,17 @@ def _of_random_force(found: xr.Dataset) -> dict[str, str]:
         name: f"{int(covered.sel({'method': label}).sum())} of {covered.sizes['replicate']}"
         for name, label in (("white", "waveform, white noise alone"), ("random", "waveform, random force"))
     }
+
+
+def _of_errors_together(results: Path) -> dict[str, str]:
+    """How often three records are as close as the paper's three errors, from the table of the noise sweep."""
+    record = json.loads((results / "noise_sweep.json").read_text(encoding="utf-8"))
+    ours = {row["what"]: row["ours"] for row in record["table"]}
+    found = {}
+    for what in ("all three, if independent", "Fisher's combined test"):
+        found[what] = " and ".join(ours[f"three errors, {method}: {what}"] for method in (CHOSEN, OTHER))
+    line = (f"three errors, straight line, {peaks}: Fisher's combined test" for peaks in PEAKS)
+    return found | {"straight line": " and ".join(ours[what] for what in line)}
 
 
 def _dataset(results: Path, name: str) -> xr.Dataset:

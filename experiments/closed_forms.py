@@ -63,6 +63,10 @@ VARIABLES: dict[str, tuple[str, str]] = BESIDE_TRUTH | {
         "",
         "RMS of picked amplitudes about a straight line, unit of the signal; of normal-gamma",
     ),
+    "line_error": (
+        "1",
+        "error of the friction, Eq. (2), of a straight line through picked amplitudes; of normal-gamma",
+    ),
     "rmse_in_interval": ("1", "whether the 90 % interval of the precision holds what that RMS means"),
     "negative_share": ("1", "share of friction samples below zero; of the paper's methods"),
     "elapsed": ("s", "wall time of the estimate, from record to posterior"),
@@ -139,7 +143,7 @@ def _one(
         elapsed = perf_counter() - began
         found = _figures(estimate, friction) | {"elapsed": elapsed, "refused": 0.0}
         if method in ("normal-gamma", "gamma-exponential"):
-            found |= _of_samples(estimate)
+            found |= _of_samples(estimate, friction)
         if seed is not None:
             found |= _reference(check_estimate(estimate, seed=seed), friction)
     # a sampler that did not converge has its own entry
@@ -198,19 +202,26 @@ def _signal_to_noise(estimate: fb.Estimate) -> float:
     return signal_to_noise_db(prediction - estimate.rest_position, estimate.noise_sd)
 
 
-def _of_samples(estimate: fb.Estimate) -> dict[str, float]:
-    """Scatter of the amplitudes about the envelope, and whether the precision agrees with it."""
+def _of_samples(estimate: fb.Estimate, friction: float) -> dict[str, float]:
+    """Amplitudes about a straight line: its friction, their scatter, and whether the precision agrees."""
     samples = estimate.fit.target.observed
     found = {"samples": float(samples.size), "negative_share": negative_share(samples)}
     time, amplitude = peak_amplitudes(estimate.decay, estimate.peaks)
     if estimate.precision is None or amplitude.size < 3:
         return found
-    residual = amplitude - np.polyval(np.polyfit(time, amplitude, 1), time)
+    line = np.polyfit(time, amplitude, 1)
+    residual = amplitude - np.polyval(line, time)
     rmse = float(np.sqrt(np.mean(residual**2)))
     # a friction sample is factor (A_i - A_i+1) / 4, so amplitudes of variance v give it factor^2 v / 8
     implied = 8.0 / (estimate.force_factor * rmse) ** 2
     low, high = estimate.precision.ppf(0.05), estimate.precision.ppf(0.95)
-    return found | {"envelope_rmse": rmse, "rmse_in_interval": float(low <= implied <= high)}
+    # an amplitude falls by 4 u a period
+    slope_friction = -0.5 * math.pi / estimate.frequency * estimate.force_factor * float(line[0])
+    return found | {
+        "envelope_rmse": rmse,
+        "line_error": slope_friction / friction - 1.0,
+        "rmse_in_interval": float(low <= implied <= high),
+    }
 
 
 def _reference(run: ReferenceRun, true_friction: float) -> dict[str, float]:

@@ -13,6 +13,7 @@ from scipy import stats
 
 import friction_bayes as fb
 from experiments.beside_paper import band, checked_records, diagnostics
+from experiments.friction_statistics import ALL_SAMPLES, EVERY_COUNT, SPACED_COUNTS
 from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
@@ -24,6 +25,8 @@ from friction_bayes.reference import sample_target
 __all__ = ["EXPERIMENT", "Config"]
 
 FRICTION = printed("example-friction")
+TOLD = (5, 10, 25, ALL_SAMPLES)
+"""Numbers of samples that stand in the table and go through emcee."""
 
 VARIABLES = {
     "friction": ("N", "posterior mean of the friction"),
@@ -38,17 +41,16 @@ VARIABLES = {
 
 @dataclass(frozen=True)
 class Config:
-    """Records, the numbers of amplitudes used, and how the peaks are picked."""
+    """Records, how the peaks are picked, and how many records go through emcee."""
 
     records: int = 200
     records_full: int = 1000
-    amplitudes: tuple[int, ...] = (3, 4, 5, 6, 8, 10, 13, 16, 20, 25, 30, 35, 40, 45, 51)
     peaks: tuple[str, ...] = ("highest", "nominal")
     checked: int = 1
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
-    """One record a cell; the first goes through emcee at every number of amplitudes."""
+    """One record a cell; the first goes through emcee at the numbers of samples that are told."""
     return [
         {"replicate": replicate, "check": replicate < config.checked}
         for replicate in range(config.records_full if full else config.records)
@@ -56,7 +58,7 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
-    """Update with the first amplitudes of a record, more and more of them, Eqs. (5)-(8)."""
+    """Update with the first friction samples of a record, more and more of them, Eqs. (5)-(8)."""
     of_noise, of_sampler = seed.generate_state(2).tolist()
     record = paper_example(of_noise)
     columns: dict[str, list[float]] = {name: [] for name in VARIABLES}
@@ -64,14 +66,14 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         estimate = fb.estimate(record, PAPER_SYSTEM, method="normal-gamma", peaks=peaks)
         samples = np.asarray(estimate.fit.target.observed)
         prior = fb.NormalGamma(**estimate.prior)
-        for amplitudes in config.amplitudes:
-            used = samples[: amplitudes - 1]
-            found = {} if used.size < amplitudes - 1 else _figures(prior, used)
-            if found and cell["check"]:
+        for count in EVERY_COUNT:
+            used = samples[:count]
+            found = {} if used.size < count else _figures(prior, used)
+            if found and cell["check"] and count in TOLD:
                 found |= _reference(prior, used, of_sampler)
             for name, column in columns.items():
                 column.append(found.get(name, math.nan))
-    return {"peaks": list(config.peaks), "amplitudes": list(config.amplitudes), **columns}
+    return {"peaks": list(config.peaks), "samples": list(EVERY_COUNT), **columns}
 
 
 def _figures(prior: fb.NormalGamma, samples: np.ndarray) -> dict[str, float]:
@@ -95,12 +97,15 @@ def _reference(prior: fb.NormalGamma, samples: np.ndarray, seed: int) -> dict[st
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
-    """Dimensions replicate, peaks, amplitudes."""
-    inner = {name: results[0][name] for name in ("peaks", "amplitudes")}
+    """Dimensions replicate, peaks, samples; rank correlations over every number of samples and over some."""
+    inner = {name: results[0][name] for name in ("peaks", "samples")}
     dataset = lay_out(cells, results, dims=("replicate",), variables=VARIABLES, inner=inner)
-    error = abs(dataset["friction"] / FRICTION - 1.0)
+    error, spaced = abs(dataset["friction"] / FRICTION - 1.0), list(SPACED_COUNTS)
     return dataset.assign_attrs(friction=FRICTION).assign(
-        along_record=_correlation(dataset["precision"], error, "amplitudes"),
+        along_record=_correlation(dataset["precision"], error, "samples"),
+        along_spaced=_correlation(
+            dataset["precision"].sel(samples=spaced), error.sel(samples=spaced), "samples"
+        ),
         across_records=_correlation(dataset["precision"], error, "replicate"),
     )
 
@@ -121,26 +126,29 @@ def rows(dataset: xr.Dataset) -> list[Row]:
     table = []
     for peaks in dataset["peaks"].values.tolist():
         mine = dataset.sel(peaks=peaks)
-        for amplitudes in (5, 10, 25, 51):
-            if amplitudes in dataset["amplitudes"]:
-                at = mine.sel(amplitudes=amplitudes)
-                table.append(
-                    Row(
-                        f"{peaks}, {amplitudes} amplitudes: |error| and precision",
-                        f"{band(abs(at['friction'] / FRICTION - 1.0), factor=100.0)} %; "
-                        f"{band(at['precision'])} 1/N^2",
-                        sampler=_word(at),
-                    )
+        for count in TOLD:
+            at = mine.sel(samples=count)
+            table.append(
+                Row(
+                    f"{peaks}, {count} samples: |error| and precision",
+                    f"{band(abs(at['friction'] / FRICTION - 1.0), factor=100.0)} %; "
+                    f"{band(at['precision'])} 1/N^2",
+                    sampler=_word(at),
                 )
-        table.append(
-            Row(
-                f"{peaks}: rank correlation of precision and |error| along a record",
-                band(mine["along_record"]),
-                "negative (Fig. 4)",
-                "the more data, the better the estimate; the precision changes little once it is known",
             )
-        )
-        last = mine["across_records"].isel(amplitudes=-1)
+        for variable, grid in (
+            ("along_record", "every number of samples"),
+            ("along_spaced", f"{len(SPACED_COUNTS)} numbers spaced logarithmically"),
+        ):
+            table.append(
+                Row(
+                    f"{peaks}: rank correlation of precision and |error| along a record, {grid}",
+                    band(mine[variable]),
+                    "negative (Fig. 4)",
+                    "the more data, the better the estimate; the precision changes little once it is known",
+                )
+            )
+        last = mine["across_records"].isel(samples=-1)
         table.append(
             Row(
                 f"{peaks}: the same across records of equal length",
@@ -172,6 +180,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     paired=("check",),
+    common_records=True,
 )
 
 if __name__ == "__main__":

@@ -30,15 +30,18 @@ from friction_bayes.mechanics.testbed import PAPER_SYSTEM, paper_example
 
 __all__ = [
     "ALL",
-    "AMPLITUDES",
+    "ALL_SAMPLES",
+    "EVERY_COUNT",
     "KEEP_EVERY",
     "LAST_SHARES",
     "MASS",
     "NOISE",
     "REDUCED",
     "SNR_DB",
+    "SPACED_COUNTS",
     "VARIABLES",
     "collect",
+    "first_samples",
     "heavy",
     "of_set_2",
 ]
@@ -56,8 +59,12 @@ REDUCED = 0.2
 """Share of the motion that the reduced data set keeps."""
 
 
-AMPLITUDES = (3, 4, 5, 6, 8, 10, 13, 16, 20, 25, 30, 35, 40, 45)
-"""Amplitudes used of the example, before all of them, Fig. 4."""
+ALL_SAMPLES = int(printed("example-amplitudes"))
+"""Friction samples of the whole example, n of Eqs. (5)-(8): what the paper calls its evidence."""
+EVERY_COUNT = tuple(range(2, ALL_SAMPLES + 1))
+"""Friction samples used of the example, Fig. 4: every number that gives a precision without a prior."""
+SPACED_COUNTS = (2, 3, 4, 5, 7, 9, 12, 15, 19, 24, 29, 34, 39, 44, ALL_SAMPLES)
+"""The same spaced about logarithmically, which gives the first few samples most of a rank correlation."""
 SNR_DB = (14.7, 8.6)
 """Further signal-to-noise ratios of the example, section 3 [dB]."""
 NOISE, LAST_SHARES, KEEP_EVERY = (1.0, 3.0), (1.0, 0.4, REDUCED, 0.12), (1, 10, 100)
@@ -65,6 +72,11 @@ NOISE, LAST_SHARES, KEEP_EVERY = (1.0, 3.0), (1.0, 0.4, REDUCED, 0.12), (1, 10, 
 MASS = 19.5
 """Mass at which all is run again that the paper gives a precision of, from a release that leaves the periods
 as they were [kg]: white noise at nominal peaks then gives the 5.7 of data set 1."""
+
+
+def first_samples(count: int) -> str:
+    """Name of the example by its first friction samples; by all of them it is :data:`ALL`."""
+    return ALL if count == ALL_SAMPLES else f"{ALL}, {count} samples"
 
 
 def of_set_2(noise: float, share: float, step: int) -> str:
@@ -101,8 +113,7 @@ def _on_example(seed: int) -> dict[str, dict[str, list[float]]]:
     decay = _decay(paper_example(seed), PAPER_SYSTEM)
     samples = [friction_samples(decay, peaks) for peaks in PEAKS]
     found = {
-        f"{ALL}, {amplitudes} amplitudes": _read([part[: amplitudes - 1] for part in samples], truth)
-        for amplitudes in AMPLITUDES
+        first_samples(count): _read([part[:count] for part in samples], truth) for count in EVERY_COUNT[:-1]
     }
     found[ALL] = _read(samples, truth) | {
         "rmse_precision": [_precision_of_rmse(*peak_amplitudes(decay, peaks)) for peaks in PEAKS]

@@ -14,6 +14,8 @@ import xarray as xr
 from experiments.beside_paper import band, compared, detail_rows, sampler_word, verdict_rows
 from experiments.closed_forms import METHODS, measure
 from experiments.cramer_rao import bound_row, paper_decay
+from experiments.joint_evidence import together
+from experiments.method_tables import with_error
 from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import SweepConfig, gather, seeds_of, sweep_cells
@@ -146,6 +148,44 @@ def _shown_record_rows(at_level: xr.Dataset, name: str) -> list[Row]:
     return rows
 
 
+def _joint_rows(dataset: xr.Dataset) -> list[Row]:
+    """How often three records are as good as the paper's three errors, all of them."""
+    stated = dict(zip([stated_level(Config()), *list(PAPER_ERRORS)[1:]], PAPER_ERRORS.values(), strict=True))
+    if not set(stated) <= set(dataset["snr_db"].values.tolist()):
+        return []
+    taken = dataset.sel(snr_db=list(stated))
+    picked = [label for label in taken["method"].values.tolist() if label.startswith("normal-gamma")]
+    found = {label: taken["error"].sel({"method": label}) for label in taken["method"].values.tolist()}
+    found |= {
+        label.replace("normal-gamma", "straight line"): taken["line_error"].sel({"method": label})
+        for label in picked
+    }
+    table = []
+    for label, error in found.items():
+        sizes = 100.0 * abs(error).transpose("snr_db", "replicate").values
+        joint = together(sizes, list(stated.values()))
+        rms = ", ".join(f"{each:.2g}" for each in np.sqrt(np.nanmean(sizes**2, axis=1)))
+        paper = ", ".join(f"{each:g}" for each in stated.values()) + " %"
+        name = f"three errors, {label}"
+        product = with_error(joint.product, joint.product * joint.relative_error)
+        table += [
+            Row(
+                f"{name}: records as close",
+                ", ".join(f"{each:.2g}" for each in joint.shares),
+                paper,
+                f"RMS {rms} %",
+            ),
+            Row(f"{name}: all three, if independent", product, paper),
+            Row(
+                f"{name}: Fisher's combined test",
+                with_error(joint.fisher, joint.fisher_error),
+                paper,
+                "chance of three errors as improbably small together",
+            ),
+        ]
+    return table
+
+
 def rows(dataset: xr.Dataset) -> list[Row]:
     """The paper's three levels, and its one record at the ratio and at the noise that it states."""
     table: list[Row] = []
@@ -158,7 +198,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
             table += _error_rows(at_level, name, PAPER_ERRORS[level])
         if level in (20.0, stated):
             table += _shown_record_rows(at_level, name)
-    return table + verdict_rows(dataset)
+    return table + _joint_rows(dataset) + verdict_rows(dataset)
 
 
 EXPERIMENT = Experiment(

@@ -50,10 +50,11 @@ def compare_with_paper(results: Path) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``rows``: of each number ``id``, ``place``, ``text``, ``kind``, ``restates``, ``paper``, ``unit`` and
-        ``note``, and ``ours``, empty for an input that is taken over; by reading of "peak" (one without a
-        name where none is asked) it has ``median``, ``low``, ``high``, the Monte Carlo errors of the last
-        two, ``records``, ``verdict`` and ``emcee``.
+        ``rows``: of each number ``id``, ``place``, ``text``, ``kind``, ``restates``, ``scales_with``,
+        ``paper``, ``unit`` and ``note``, and ``ours``, empty for an input that is taken over; by reading of
+        "peak" (one without a name where none is asked) it has ``median``, ``low``, ``high``, the Monte Carlo
+        errors of the last two, ``records``, ``verdict``, ``smaller_error`` (whether it is out for being an
+        error smaller than ours) and ``emcee``.
 
     Raises
     ------
@@ -74,6 +75,7 @@ def _row_of(number: PaperNumber, datasets: Mapping[str, xr.Dataset]) -> dict[str
         "text": number.text,
         "kind": number.kind,
         "restates": number.restates,
+        "scales_with": number.scales_with,
         "paper": number.value,
         "unit": number.unit,
         "note": number.note,
@@ -97,8 +99,10 @@ def _reading(number: PaperNumber, reading: str, datasets: Mapping[str, xr.Datase
     if number.ours.get("share"):
         return _share(values, number.ours["factor"]) | {"verdict": None, "emcee": None}
     ours = band_with_errors(values)
+    judged = verdict(number.value, ours) if number.kind == "result" else None
     return ours | {
-        "verdict": verdict(number.value, ours) if number.kind == "result" else None,
+        "verdict": judged,
+        "smaller_error": judged == "out" and "size" in number.ours and number.value < ours["low"],
         "emcee": None if other is not None else _emcee(number.ours, mine),
     }
 

@@ -35,10 +35,11 @@ class PaperNumber:
     text : str
         The paper's words that it stands in; empty for a cell of a table.
     kind : {"result", "input", "criterion"}
-        Computed by the paper from its data; put into our data, or what they were chosen for; what the paper
-        judges by.
+        Computed by the paper's procedure from its data; what the data are; what the paper judges by.
     restates : str
         Identity of the number that a result follows from, or that it repeats; empty for one of its own.
+    scales_with : str
+        Quantity that the paper does not state and that ours goes with a power of; empty for none.
     ours : mapping or None
         Where ours is found: ``experiment``, ``variable``, ``where`` (coordinates), ``factor`` to the unit,
         ``size`` (whether the sign is dropped), ``power``, ``readings`` (methods, one row each), ``per``
@@ -55,6 +56,7 @@ class PaperNumber:
     kind: str
     text: str = ""
     restates: str = ""
+    scales_with: str = ""
     ours: Mapping[str, Any] | None = None
     note: str = ""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
@@ -13,16 +14,19 @@ from experiments.claims import After, Claim, in_band, median, pooled, share
 from experiments.credible_area import credible_area
 from experiments.friction_statistics import (
     ALL,
-    AMPLITUDES,
+    EVERY_COUNT,
     KEEP_EVERY,
     LAST_SHARES,
     MASS,
     NOISE,
     REDUCED,
     SNR_DB,
+    SPACED_COUNTS,
+    first_samples,
     heavy,
     of_set_2,
 )
+from experiments.joint_evidence import together
 from experiments.paper_numbers import printed
 from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.core.arrays import Array
@@ -62,19 +66,21 @@ def _rmse_inside(after: After) -> xr.DataArray:
     return ((chance > 0.05) & (chance < 0.95)).astype(float)
 
 
-GROWING = [f"{ALL}, {amplitudes} amplitudes" for amplitudes in AMPLITUDES] + [ALL]
+GROWING, SPACED = ([first_samples(count) for count in each] for each in (EVERY_COUNT, SPACED_COUNTS))
 NOISIER = [f"{ALL}, {level:g} dB" for level in SNR_DB]
+THREE_ERRORS = ("example-error", "noise-error-14.7", "noise-error-8.6")
+"""Of section 3, by the noise in its order."""
 TABLE_2 = FAST, MIDDLE, SLOW = [of_set_2(1.0, REDUCED, step) for step in KEEP_EVERY]
 SET_2 = [of_set_2(*each) for each in product(NOISE, LAST_SHARES, KEEP_EVERY)]
-FEW, WHOLE = f"{ALL}, 5 amplitudes", of_set_2(1.0, 1.0, 1)
+FEW, WHOLE = first_samples(5), of_set_2(1.0, 1.0, 1)
 
 
-def _along_record(after: After) -> xr.DataArray:
-    """Rank correlation of precision and size of the error as amplitudes come in."""
-    precision, error = after.of(after.precision, GROWING), after.of(abs(after.error), GROWING)
+def _along_record(after: After, growing: Sequence[str]) -> xr.DataArray:
+    """Rank correlation of precision and size of the error as friction samples come in."""
+    precision, error = (after.of(each, growing) for each in (after.precision, abs(after.error)))
 
     def spearman(first: Array, second: Array) -> Array:
-        a, b = (stats.rankdata(x, axis=-1) - 0.5 * (len(GROWING) + 1) for x in (first, second))
+        a, b = (stats.rankdata(x, axis=-1) - 0.5 * (len(growing) + 1) for x in (first, second))
         return np.asarray((a * b).sum(-1) / np.sqrt((a**2).sum(-1) * (b**2).sum(-1)))
 
     return xr.apply_ufunc(spearman, precision, error, input_core_dims=[["condition"], ["condition"]])
@@ -88,6 +94,25 @@ def _across_records(after: After) -> Array:
             for peaks in precision["peaks"].values
         ]
     )
+
+
+def _errors_together(after: After) -> Array:
+    """Fisher's chance of errors as small as the paper's, on a record of its own each."""
+    errors = abs(after.of(after.error, [ALL, *NOISIER]))
+    stated = [0.01 * printed(number) for number in THREE_ERRORS]
+    return np.array(
+        [
+            together(errors.sel(peaks=peaks).transpose("condition", "replicate").values, stated).fisher
+            for peaks in errors["peaks"].values
+        ]
+    )
+
+
+def _errors_of_one_draw(after: After) -> xr.DataArray:
+    """Whether all three errors are as small, where the three levels are one draw of noise times a factor."""
+    errors = abs(after.of(after.error, [ALL, *NOISIER]))
+    stated = xr.DataArray([0.01 * printed(number) for number in THREE_ERRORS], dims="condition")
+    return (errors <= stated.assign_coords(condition=errors["condition"])).all("condition").astype(float)
 
 
 def _falls_with_noise(after: After) -> xr.DataArray:
@@ -157,6 +182,20 @@ CLAIMS = [
     _placed("section 3: error at 14.7 dB", "noise-error-14.7", NOISIER[0], "error", 100.0),
     _placed("section 3: error at 8.6 dB", "noise-error-8.6", NOISIER[1], "error", 100.0),
     Claim(
+        "section 3: its three errors together, independent records",
+        "chance by Fisher's combined test",
+        " / ".join(f"{printed(number):g}" for number in THREE_ERRORS) + " %",
+        pooled(_errors_together),
+        0.05,
+    ),
+    Claim(
+        "section 3: its three errors together, one draw of noise scaled",
+        "share of the draws as close at all three levels",
+        " / ".join(f"{printed(number):g}" for number in THREE_ERRORS) + " %",
+        share(_errors_of_one_draw),
+        0.05,
+    ),
+    Claim(
         "section 3: precision falls from 20 to 14.7 to 8.6 dB",
         "share of the records",
         "measures the deviation",
@@ -165,14 +204,22 @@ CLAIMS = [
     ),
     Claim(
         "Fig. 4: precision and |error| as data come in",
-        "rank correlation along a record, median",
+        "rank correlation along a record, every number of samples, median",
         "negative",
-        median(_along_record),
+        median(lambda after: _along_record(after, GROWING)),
         None,
         0.0,
     ),
     Claim(
-        "Fig. 4: precision higher with all amplitudes than with 5",
+        "Fig. 4: the same over numbers of samples spaced logarithmically",
+        f"{len(SPACED)} numbers instead of {len(GROWING)}",
+        "negative",
+        median(lambda after: _along_record(after, SPACED)),
+        None,
+        0.0,
+    ),
+    Claim(
+        "Fig. 4: precision higher with all samples than with 5",
         "share of the records",
         "higher",
         share(lambda after: _larger(after, "precision", ALL, FEW)),

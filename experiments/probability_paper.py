@@ -13,10 +13,12 @@ from scipy import stats
 
 import friction_bayes as fb
 from experiments.beside_paper import band
+from experiments.method_tables import with_error
 from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
 from experiments.tables import Row
+from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.testbed import PAPER_SYSTEM, paper_example
 
 __all__ = ["EXPERIMENT", "Config"]
@@ -31,12 +33,12 @@ VARIABLES = {
 
 @dataclass(frozen=True)
 class Config:
-    """Records, how the peaks are picked, and how many samples of a record are kept for the figure."""
+    """Records, how the peaks are picked, and the number of samples whose order the figure shows."""
 
     records: int = 200
     records_full: int = 2000
     peaks: tuple[str, ...] = ("highest", "nominal")
-    kept: int = 50
+    drawn: int = int(printed("example-amplitudes"))
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
@@ -50,7 +52,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     found: dict[str, Any] = {name: [] for name in (*VARIABLES, "samples")}
     for peaks in config.peaks:
         estimate = fb.estimate(record, PAPER_SYSTEM, method="normal-gamma", peaks=peaks)
-        samples = np.asarray(estimate.fit.target.observed)[: config.kept]
+        samples = np.asarray(estimate.fit.target.observed)
         centred = samples - samples.mean()
         found["straightness"].append(float(stats.probplot(samples)[1][2]))
         found["normal_p"].append(float(stats.shapiro(samples).pvalue))
@@ -58,15 +60,15 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         standard_error = samples.std(ddof=1) / np.sqrt(samples.size)
         found["spread_of_mean"].append((samples.mean() - printed("example-friction")) / standard_error)
         # order statistics of another number of samples stand at other quantiles
-        whole = samples.size == config.kept
-        found["samples"] += np.sort(samples).tolist() if whole else [math.nan] * config.kept
+        whole = samples.size == config.drawn
+        found["samples"] += np.sort(samples).tolist() if whole else [math.nan] * config.drawn
     return {"peaks": list(config.peaks), **found}
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
     """Dimensions replicate, peaks; ``samples`` sorted along ``rank``, beside the normal quantile of each.
 
-    A record that ends before it has given as many samples as are kept has none of them there.
+    A record that gives another number of samples than are drawn has none of them there.
     """
     peaks = results[0]["peaks"]
     dataset = lay_out(cells, results, dims=("replicate",), variables=VARIABLES, inner={"peaks": peaks})
@@ -103,12 +105,19 @@ def rows(dataset: xr.Dataset) -> list[Row]:
             ),
             Row(
                 f"{peaks}: RMS error of the mean over the standard error claimed",
-                f"{float(np.sqrt((mine['spread_of_mean'] ** 2).mean())):.2g}",
+                _root_mean_square(mine["spread_of_mean"].values),
                 "1",
                 "drops telescope: the mean depends on the first and the last amplitude alone",
             ),
         ]
     return table
+
+
+def _root_mean_square(values: Array) -> str:
+    """Root of the mean square with its Monte Carlo error, that of the mean square over twice the root."""
+    squares = values**2
+    root = math.sqrt(float(squares.mean()))
+    return with_error(root, float(squares.std(ddof=1)) / math.sqrt(squares.size) / (2.0 * root))
 
 
 EXPERIMENT = Experiment(
@@ -119,6 +128,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
+    common_records=True,
 )
 
 if __name__ == "__main__":

@@ -128,6 +128,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     paired=("data_set", "check"),
+    common_records=True,
     details=lambda dataset: detail_rows(dataset, tuple(LEVELS)),
 )
 

@@ -199,6 +199,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     paired=("sampling_rate",),
+    common_records=True,
 )
 
 if __name__ == "__main__":

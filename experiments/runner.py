@@ -67,6 +67,9 @@ class Experiment:
     paired : tuple of str
         Coordinates that a cell's seed does not depend on: cells that differ in these alone see the
         same noise.
+    common_records : bool
+        Whether its records are those of every other experiment that says so: a cell's seed then follows from
+        the root seed and the cell alone, so that one condition has one answer wherever it is asked.
     details : callable, Dataset -> sequence of mappings, optional
         A second table, for ``results/NAME.md``: text by column heading, the same columns in every line.
     """
@@ -81,6 +84,7 @@ class Experiment:
     beside: str = "paper"
     group: str = "paper"
     paired: tuple[str, ...] = ()
+    common_records: bool = False
     details: Callable[[xr.Dataset], Sequence[Mapping[str, str]]] | None = None
 
 
@@ -93,6 +97,8 @@ def _key(experiment: Experiment, cell: Cell, seed: int) -> str:
 def _cell_seed(experiment: Experiment, cell: Cell, seed: int) -> np.random.SeedSequence:
     """Seed sequence of one cell, the same wherever and in whatever order it runs."""
     own = {name: value for name, value in cell.items() if name not in experiment.paired}
+    if experiment.common_records:
+        return np.random.SeedSequence(int(settings_key([own, seed, friction_bayes.__version__]), 16))
     return np.random.SeedSequence(int(_key(experiment, own, seed), 16))
 
 

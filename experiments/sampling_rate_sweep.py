@@ -115,6 +115,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     paired=("sampling_rate", "quantity", "check"),
+    common_records=True,
     details=lambda dataset: detail_rows(dataset, tuple(reversed(LEVELS))),
 )
 

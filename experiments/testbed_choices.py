@@ -167,7 +167,8 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    paired=("choice",),
+    paired=("choice", "data_set"),
+    common_records=True,
 )
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Fig. 4: precision parameter and friction against the amplitudes used."""
+"""Fig. 4: precision parameter and friction against the friction samples used."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
         for row, variable in enumerate(("friction", "precision")):
             axes = panels[row, column]
             low, middle, high = np.nanquantile(mine[variable].values, [0.05, 0.5, 0.95], axis=0)
-            axes.fill_between(mine["amplitudes"], low, high, color=FAINT, lw=0.0, label="90 % of the records")
-            axes.plot(mine["amplitudes"], middle, color=MODEL, label="median")
+            axes.fill_between(mine["samples"], low, high, color=FAINT, lw=0.0, label="90 % of the records")
+            axes.plot(mine["samples"], middle, color=MODEL, label="median")
             one = mine[variable].isel(replicate=0)
-            axes.plot(mine["amplitudes"], one, color="#333333", lw=0.8, marker=".", label="one record")
+            axes.plot(mine["samples"], one, color="#333333", lw=0.8, marker=".", ms=3, label="one record")
         panels[0, column].axhline(found.attrs["friction"], color=TRUTH, ls=":", lw=1.2, label="true friction")
         panels[0, column].set_title(f"{reading} peaks")
-        panels[1, column].set_xlabel("amplitudes used [number]")
+        panels[1, column].set_xlabel("friction samples used [number]")
     panels[0, 0].set_ylabel("friction [N]")
     panels[1, 0].set_ylabel("precision [1/N²]")
     panels[1, 0].set_yscale("log")
@@ -46,11 +46,11 @@ FIGURE = PaperFigure(
         "higher where friction is estimated better."
     ),
     caption=(
-        "both settle as amplitudes come in, but in the median precision starts high and falls: with "
-        "few amplitudes it is whatever their chance scatter says. Under a prior whose mean precision is "
-        "below that of the samples it rises, as in the paper (paper.md, what hangs on the prior). Median "
-        "and 90 % of 200 records, and one of them; priors are the package's default, nearly flat, as in "
-        "the table."
+        "both settle as friction samples come in, every number of them from 2 on, but in the median "
+        "precision starts high and falls: with few samples it is whatever their chance scatter says. Under a "
+        "prior whose mean precision is below that of the samples it rises, as in the paper (paper.md, what "
+        "hangs on the prior). Median and 90 % of 200 records, and one of them; priors are the package's "
+        "default, nearly flat, as in the table."
     ),
     draw=draw,
 )

@@ -25,7 +25,7 @@ COLOURS = ("#111111", "#0b4f8a", "#009e73", "#8a5a83", "#d55e00", "#777777")
 
 
 def draw(results: Mapping[str, xr.Dataset]) -> Figure:
-    """Precisions at 19.5 kg with nominal peaks beside the paper's, and the friction as amplitudes come in."""
+    """Precisions at 19.5 kg with nominal peaks beside the paper's, and the friction as samples come in."""
     found = results["prior_sweep"]
     figure = new_figure(9.0, 4.4)
     left, right = figure.subplots(1, 2)
@@ -61,14 +61,14 @@ def draw(results: Mapping[str, xr.Dataset]) -> Figure:
         for reading, style in (("highest", "-"), ("nominal", ":")):
             rms = 100.0 * found["growing_rms"].sel(friction_weight=weight, peaks=reading)
             label = f"{weight:g}" if reading == "highest" else None
-            right.plot(found["amplitudes"], rms, color=colour, ls=style, lw=1.4, label=label)
+            right.plot(found["samples"], rms, color=colour, ls=style, lw=1.4, label=label)
     right.axhline(10.0, color=TRUTH, lw=0.8)
     right.set_xscale("log")
     right.set_yscale("log")
-    ticks = [3, 5, 10, 20, 50]
+    ticks = [2, 5, 10, 20, 50]
     right.set_xticks(ticks, [str(tick) for tick in ticks])
     right.set_xticks(np.array([]), minor=True)
-    right.set_xlabel("amplitudes used [number]")
+    right.set_xlabel("friction samples used [number]")
     right.set_ylabel("RMS error of the friction [%]")
     right.set_title("section 3, prior friction 0.5 N", fontsize=10)
     right.legend(loc="lower left", title="worth [samples]", ncols=2)
@@ -81,7 +81,7 @@ FIGURE = PaperFigure(
     caption=(
         "Left, the paper gives five precisions; ours are medians and 90 % bands at 19.5 kg, with next to no "
         "prior and with a strong one. Right, the paper says that a too wide or narrow prior converges very "
-        "slowly; ours: RMS error as amplitudes come in, full lines highest peaks, dotted nominal."
+        "slowly; ours: RMS error as friction samples come in, full lines highest peaks, dotted nominal."
     ),
     draw=draw,
 )

@@ -1,0 +1,44 @@
+"""Errors of several records together, and records that experiments share."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from experiments import reduced_data_set, residuals_traced, sampling_rate_sweep
+from experiments.joint_evidence import together
+from experiments.runner import _cell_seed
+
+
+def test_combined_test_has_its_level(rng: np.random.Generator) -> None:
+    sizes = abs(rng.normal(size=(3, 200)))
+    found = [together(sizes, abs(rng.normal(size=3))).fisher for _ in range(2000)]
+    # 2000 repetitions tell a share of a tenth to 0.7 %
+    assert np.mean(np.array(found) < 0.1) == pytest.approx(0.1, abs=0.03)
+
+
+def test_errors_are_those_of_repeated_samples(rng: np.random.Generator) -> None:
+    stated = (0.1, 0.02, 0.3)
+    found = [together(abs(rng.normal(size=(3, 200))), stated) for _ in range(300)]
+    scatter = np.std([joint.fisher for joint in found], ddof=1)
+    assert scatter == pytest.approx(np.mean([joint.fisher_error for joint in found]), rel=0.3)
+    product = np.std([joint.product for joint in found], ddof=1)
+    expected = np.mean([joint.product * joint.relative_error for joint in found])
+    assert product == pytest.approx(expected, rel=0.3)
+
+
+def test_one_condition_has_one_record_wherever_it_is_asked() -> None:
+    cells = (
+        (reduced_data_set.EXPERIMENT, {"data_set": "2-reduced", "replicate": 3, "check": False}),
+        (
+            sampling_rate_sweep.EXPERIMENT,
+            {"sampling_rate": 1000.0, "quantity": "acceleration", "replicate": 3, "check": True},
+        ),
+        (residuals_traced.EXPERIMENT, {"sampling_rate": 1000.0, "replicate": 3}),
+    )
+    seeds = {int(_cell_seed(experiment, cell, 1).generate_state(1)[0]) for experiment, cell in cells}
+    assert len(seeds) == 1
+    own = replace(cells[0][0], common_records=False)
+    assert int(_cell_seed(own, cells[0][1], 1).generate_state(1)[0]) not in seeds
