@@ -122,9 +122,14 @@ def test_full_run_extends_the_default_one() -> None:
 
 
 def test_a_rough_patch_is_no_fluctuation() -> None:
-    """A random force takes up most of what it does to the motion, not that it stays where it is."""
+    """A random force takes up most of what it does to the motion, not that it stays where it is.
+
+    Friction that changes along a curve, one term more than a straight drift, would stand in for that.
+    """
     sealed = draw("rough_patch", np.random.SeedSequence([20261121, KINDS.index("rough_patch"), 0]))
-    found = fb.close_loop([sealed.record], fb.Oscillator(**sealed.system), seed=0)
+    found = fb.close_loop(
+        [sealed.record], fb.Oscillator(**sealed.system), seed=0, exclude=["curved_friction_drift"]
+    )
     assert found.verdict == "unexplained"
     assert found.left["depends_on"] == "position"
     assert "friction_by_position" in found.residual["after"]["failed"]
