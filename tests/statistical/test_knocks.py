@@ -60,7 +60,7 @@ def test_one_is_found_where_it_is_and_the_random_force_is_what_it_was(
     force: float, order: int, rng: np.random.Generator
 ) -> None:
     steady, knocked = fit_of(np.random.default_rng(7), force=force, order=order), []
-    for start in rng.uniform(2.0, 6.0, 5):
+    for start in rng.uniform(2.0, 6.0, 3):
         fit = fit_of(np.random.default_rng(7), [start], force, order)
         knocks = knock_times(fit)
         assert len(knocks) == 1
@@ -71,7 +71,7 @@ def test_one_is_found_where_it_is_and_the_random_force_is_what_it_was(
     assert np.mean(knocked) == pytest.approx(force_sd(steady), rel=0.25, abs=2e-6)
 
 
-@pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.parametrize("order", [0, 2])
 def test_beside_one_dry_friction_alone_is_adequate(order: int, rng: np.random.Generator) -> None:
     adequate = 0
     for start in rng.uniform(2.0, 6.0, 3):
@@ -84,9 +84,8 @@ def test_beside_one_dry_friction_alone_is_adequate(order: int, rng: np.random.Ge
     assert adequate >= 2
 
 
-@pytest.mark.parametrize("order", [0, 2])
-def test_one_in_two_records_is_none_of_the_other(order: int, rng: np.random.Generator) -> None:
-    records = [record_of(rng, times, 0.0, order) for times in ((), (4.0,))]
+def test_one_in_two_records_is_none_of_the_other(rng: np.random.Generator) -> None:
+    records = [record_of(rng, times, 0.0, 0) for times in ((), (4.0,))]
     report = fb.close_loop(records, SYSTEM, seed=1)
     assert sum("knocked at" in note for note in report.notes) == 1
     assert report.friction_after["mean"] == pytest.approx(FRICTION * SYSTEM.stiffness, rel=0.01)
