@@ -78,6 +78,7 @@ def build_report(
     segment, unit = model.segments[0], friction_scale(model)[1]
     effects = in_catalogue_order(mixture.sets[0])
     residual: dict[str, Any] = {"before": residual_tests(before).to_dict(), "after": best.tests.to_dict()}
+    reference, sampled = _reference_check(judged, effects, options)
     traces = judged.traces
     fitted = _fitted(best, traces[0], model, float(mixture.draws.frequency.mean()))
     if reference_force is not None:
@@ -115,12 +116,12 @@ def build_report(
         left=judged.left | {"unit": segment.decay.unit, "friction_could_shift_by": judged.shift},
         fitted=fitted,
         next_experiment=_next_experiment(judged, families, len(model.segments)),
-        reference_check=_reference_check(judged, effects, options),
+        reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
         seed=options.seed,
         trail=[step for family in families for step in family.trail],
         traces=with_forecasts(traces, *judged.forecasts),
-        posterior=_posterior(mixture, judged.friction, options.seed),
+        posterior=_posterior(mixture, judged.friction, options.seed, sampled),
         friction_between_records=best.between_records(),
         notes=(*(note for each in model.segments for note in each.notes), *best.notes),
     )
@@ -138,15 +139,16 @@ def _next_experiment(judged: Judgement, families: Sequence[Family], records: int
 
 def _reference_check(
     judged: Judgement, effects: Sequence[str], options: LoopOptions
-) -> dict[str, Any] | None:
-    """Friction known from elsewhere, and a sampler's, with ours; None where neither is asked for."""
+) -> tuple[dict[str, Any], xr.DataTree | None]:
+    """Friction known from elsewhere, and a sampler's, with ours where asked for; and what was sampled."""
     known = options.reference_friction
     reference = _compare_with_reference(judged.friction, judged.friction_before, known) or {}
+    sampled = None
     if options.check:
-        found = judged.mixture.best.check(options.seed)
+        found, sampled = judged.mixture.best.check(options.seed)
         share = judged.mixture.share_of_best * found.pop("share")
         reference["sampler"] = found | {"sampled": {"effects": list(effects), "probability": share}}
-    return reference or None
+    return reference, sampled
 
 
 def _deciding_experiment(families: Sequence[Family], mixture: Mixture) -> str | None:
@@ -249,8 +251,8 @@ def _compare_with_reference(
     }
 
 
-def _posterior(mixture: Mixture, after: Distribution, seed: int) -> xr.DataTree:
-    """Draws in ArviZ's layout: those of the most probable candidate, and friction over all."""
+def _posterior(mixture: Mixture, after: Distribution, seed: int, sampled: xr.DataTree | None) -> xr.DataTree:
+    """Draws in ArviZ's layout: those of the most probable candidate, friction over all, and a sampler's."""
 
     def one_chain(values: Array | Integers, **attrs: str) -> xr.Variable:
         # as it is: xarray otherwise loads dask.array to see whether the array is Dask's
@@ -263,6 +265,9 @@ def _posterior(mixture: Mixture, after: Distribution, seed: int) -> xr.DataTree:
             "candidate": one_chain(mixture.draws.candidate),
         }
     )
-    return xr.DataTree.from_dict(
+    tree = xr.DataTree.from_dict(
         {"posterior": best.assign_attrs(seed=seed), "mixture": friction.assign_attrs(seed=seed)}
     )
+    if sampled is not None:
+        tree["reference"] = sampled
+    return tree

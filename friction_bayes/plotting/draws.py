@@ -59,4 +59,6 @@ def _figure(plotted: Any) -> Figure:
     figure = plotted.viz["figure"].item() if hasattr(plotted, "viz") else np.ravel(plotted)[0].figure
     # ArviZ draws by pyplot, which would keep it
     plt.close(figure)
+    # with six parameters and more its labels lie on each other
+    figure.set_layout_engine("constrained")
     return figure
