@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -75,12 +75,11 @@ def build_report(
     """
     judged = judge(before, families, rng, options.tolerance)
     mixture, best, model = judged.mixture, judged.mixture.best, before.model
-    segment, unit = model.segments[0], friction_scale(model)[1]
+    segment, unit, traces = model.segments[0], friction_scale(model)[1], judged.traces
     effects = in_catalogue_order(mixture.sets[0])
     residual: dict[str, Any] = {"before": residual_tests(before).to_dict(), "after": best.tests.to_dict()}
-    reference, sampled = _reference_check(judged, effects, options)
-    traces = judged.traces
     fitted = _fitted(best, traces[0], model, float(mixture.draws.frequency.mean()))
+    reference, sampled = _reference_check(judged, effects, options)
     if reference_force is not None:
         residual["force"], forces = compare_forces(before, best.resisting_force(), reference_force)
         traces = (replace(traces[0], forces=forces), *traces[1:])
@@ -254,17 +253,20 @@ def _compare_with_reference(
 def _posterior(mixture: Mixture, after: Distribution, seed: int, sampled: xr.DataTree | None) -> xr.DataTree:
     """Draws in ArviZ's layout: those of the most probable candidate, friction over all, and a sampler's."""
 
-    def one_chain(values: Array | Integers, **attrs: str) -> xr.Variable:
+    def one_chain(variables: Mapping[str, Array | Integers]) -> xr.Dataset:
+        draws = next(iter(variables.values())).size
         # as it is: xarray otherwise loads dask.array to see whether the array is Dask's
-        return xr.Variable(("chain", "draw"), values[None], attrs, fastpath=True)
+        return xr.Dataset(
+            {
+                name: xr.Variable(("chain", "draw"), values[None], fastpath=True)
+                for name, values in variables.items()
+            },
+            coords={"chain": np.arange(1), "draw": np.arange(draws)},
+        )
 
-    best = xr.Dataset({name: one_chain(values) for name, values in mixture.best.variables().items()})
-    friction = xr.Dataset(
-        {
-            "friction": one_chain(after.draws, units=after.unit),
-            "candidate": one_chain(mixture.draws.candidate),
-        }
-    )
+    best = one_chain(mixture.best.variables())
+    friction = one_chain({"friction": after.draws, "candidate": mixture.draws.candidate})
+    friction["friction"].attrs["units"] = after.unit
     tree = xr.DataTree.from_dict(
         {"posterior": best.assign_attrs(seed=seed), "mixture": friction.assign_attrs(seed=seed)}
     )

@@ -67,8 +67,8 @@ def sample_target(
     -------
     xarray.DataTree
         Groups as :func:`friction_bayes.reference.tree.make_tree` lays them out, a chain an ensemble, after
-        burn-in and thinned to a fifth of the autocorrelation time. Attributes: ``converged`` (1 or 0); the worst
-        ``nested_rhat``, ``ess_bulk``, ``ess_tail`` and ``tau`` [steps] of all parameters; ``steps``,
+        burn-in and thinned to a fifth of the autocorrelation time. Attributes: ``converged`` (1 or 0); the
+        worst ``nested_rhat``, ``ess_bulk``, ``ess_tail`` and ``tau`` [steps] of all parameters; ``steps``,
         ``burn_in``, ``thinning``, ``acceptance_fraction``, ``wall_time_s``, ``seed``, ``ensembles``,
         ``walkers`` and versions. Each scalar variable of ``posterior`` has its own figures, and
         ``mcse_mean``, for attributes.

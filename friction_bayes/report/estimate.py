@@ -19,8 +19,8 @@ _CAPTIONS = {
     "amplitudes": "The turning points, and the straight envelope that dry friction alone would give.",
     "friction": "Posterior of friction in closed form, and the draws of the sampler where there is one.",
     "joint": "Joint posterior of friction and precision, with the region that holds 90 %.",
-    "ranks": "Ranks of each ensemble of the sampler among the draws of all, by ArviZ: even where the ensembles "
-    "have found the same posterior.",
+    "ranks": "Ranks of each ensemble of the sampler among the draws of all, by ArviZ: even where the "
+    "ensembles have found the same posterior.",
     "ess": "Effective sample size of the sampler's draws by quantile, by ArviZ; below the line are too few.",
 }
 """Figures of a record, in the order of the page."""

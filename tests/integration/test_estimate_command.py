@@ -225,6 +225,7 @@ def test_results_folder(csv: Path, tmp_path: Path, capsys: pytest.CaptureFixture
     on_disk = {path.name for path in out.iterdir()}
     assert on_disk == {*manifest["files"], "manifest.json"}
     assert {"friction.png", "friction.pdf", "joint.png", "amplitudes.png", "reference.nc"} <= on_disk
+    assert {"ranks.png", "ranks.pdf", "ess.png", "ess.pdf"} <= on_disk
     assert [path.name for path in out.parent.iterdir()] == ["results"]
 
     # A second run replaces its own files and leaves those of others alone.

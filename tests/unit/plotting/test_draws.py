@@ -23,9 +23,10 @@ def tree(rng: np.random.Generator) -> xr.DataTree:
 
 
 def test_one_panel_a_scalar_parameter(tree: xr.DataTree) -> None:
+    before = plt.get_fignums()
     figures = draws_figures(tree)
     assert set(figures) == {"ranks", "ess"}
-    assert plt.get_fignums() == []
+    assert plt.get_fignums() == before
     for figure in figures.values():
         assert [axes.get_title(loc="left") or axes.get_title() for axes in figure.axes] == [
             "friction",

@@ -118,7 +118,7 @@ def test_arviz_reads_it(tree: xr.DataTree) -> None:
 
 
 def test_arviz_finds_what_we_find(tree: xr.DataTree) -> None:
-    """An ensemble is a chain: of walkers for chains the R-hat is above 1.01, of walkers mixed the size wrong."""
+    """An ensemble is a chain; walkers for chains would have an R-hat of some 1.01."""
     theirs = {"rhat": rhat(tree), "ess": ess(tree)}
     for name, draws in tree["posterior"].data_vars.items():
         assert float(theirs["rhat"][name]) == pytest.approx(draws.attrs["nested_rhat"], abs=1e-3)
