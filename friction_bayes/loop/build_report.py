@@ -253,15 +253,15 @@ def _compare_with_reference(
 def _posterior(mixture: Mixture, after: Distribution, seed: int, sampled: xr.DataTree | None) -> xr.DataTree:
     """Draws in ArviZ's layout: those of the most probable candidate, friction over all, and a sampler's."""
 
-    def one_chain(variables: Mapping[str, Array | Integers]) -> xr.Dataset:
-        draws = next(iter(variables.values())).size
+    def variable(values: Array | Integers, *dims: str) -> xr.Variable:
         # as it is: xarray otherwise loads dask.array to see whether the array is Dask's
+        return xr.Variable(dims, values, fastpath=True)
+
+    def one_chain(draws: Mapping[str, Array | Integers]) -> xr.Dataset:
+        count = next(iter(draws.values())).size
         return xr.Dataset(
-            {
-                name: xr.Variable(("chain", "draw"), values[None], fastpath=True)
-                for name, values in variables.items()
-            },
-            coords={"chain": np.arange(1), "draw": np.arange(draws)},
+            {name: variable(values[None], "chain", "draw") for name, values in draws.items()},
+            coords={"chain": variable(np.arange(1), "chain"), "draw": variable(np.arange(count), "draw")},
         )
 
     best = one_chain(mixture.best.variables())
