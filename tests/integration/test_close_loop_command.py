@@ -117,7 +117,7 @@ def test_folder(closed: Path, dragged: Path) -> None:
 
 def test_check_keeps_what_was_sampled(dragged: Path, tmp_path: Path) -> None:
     out = tmp_path / "loop"
-    options = ("--effects", "quadratic_drag", "--random-force", "none", "--check", "--out", str(out))
+    options = ("--effects", "quadratic_drag", "--check", "--out", str(out))
     assert main(["close-loop", str(dragged), *SYSTEM, *options]) == 0
     assert {f"{name}.{kind}" for name in ("ranks", "ess") for kind in ("png", "svg")} <= {
         path.name for path in out.iterdir()

@@ -32,7 +32,7 @@ def arviz() -> Any:
 
 def sampled(mean: float) -> xr.DataTree:
     prior = fb.NormalGamma(mu=mean, lam=10.0, alpha=1.0, beta=0.02)
-    return sample_target(normal_gamma_target(prior, SAMPLES), seed=11, ess=200.0)
+    return sample_target(normal_gamma_target(prior, SAMPLES), seed=11, walkers=8)
 
 
 @pytest.fixture(scope="module")
