@@ -10,13 +10,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import stats
 
 import friction_bayes as fb
 from friction_bayes.conjugate.targets import normal_gamma_target
 from friction_bayes.reference import load_tree, sample_target, save_tree
 from friction_bayes.reference.inference_data import load_arviz
 
-SAMPLES = np.random.default_rng(3).normal(0.07, 0.17, 40)
+# none of them far out, of which cross-validation would warn
+SAMPLES = stats.norm(0.07, 0.17).ppf(np.linspace(0.02, 0.98, 40))
 
 # ArviZ 0.2x is older than what matplotlib 3.11 and pandas 3.1 deprecate
 pytestmark = [
