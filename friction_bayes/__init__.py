@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from friction_bayes.records.readers import read_record
     from friction_bayes.records.record import make_record
     from friction_bayes.records.writers import write_record
-    from friction_bayes.reference import sample_reference
+    from friction_bayes.reference import sample_reference, to_inference_data
 
 _HOME = {
     "Estimate": "estimators.result",
@@ -54,6 +54,7 @@ _HOME = {
     "sample_reference": "reference",
     "simulate": "mechanics.simulate",
     "split_decays": "decay.several_decays",
+    "to_inference_data": "reference.inference_data",
     "write_record": "records.writers",
 }
 
@@ -83,6 +84,7 @@ __all__ = [
     "sample_reference",
     "simulate",
     "split_decays",
+    "to_inference_data",
     "write_record",
 ]
 

@@ -10,6 +10,7 @@ import h5netcdf
 import numpy as np
 import xarray as xr
 
+from friction_bayes.cli.sampled import figures_of_draws
 from friction_bayes.core.files import write_json
 from friction_bayes.loop import LoopReport
 from friction_bayes.plotting import figure_files
@@ -32,9 +33,16 @@ def write_loop(report: LoopReport, result: Mapping[str, Any], made: Mapping[str,
     folder : pathlib.Path
     """
     write_json(folder / "report.json", result)
-    write_draws(report.posterior, folder / "posterior.nc")
+    figures = loop_figures(report)
+    if "reference" in report.posterior.children:
+        from friction_bayes.reference import save_tree
+
+        save_tree(report.posterior, folder / "posterior.nc")
+        figures |= figures_of_draws(report.posterior.children["reference"])
+    else:
+        write_draws(report.posterior, folder / "posterior.nc")
     drawings = {}
-    for name, figure in loop_figures(report).items():
+    for name, figure in figures.items():
         for kind, content in figure_files(figure, ("png", "svg")).items():
             (folder / f"{name}.{kind}").write_bytes(content)
             drawings[name] = content

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -75,11 +75,11 @@ def build_report(
     """
     judged = judge(before, families, rng, options.tolerance)
     mixture, best, model = judged.mixture, judged.mixture.best, before.model
-    segment, unit = model.segments[0], friction_scale(model)[1]
+    segment, unit, traces = model.segments[0], friction_scale(model)[1], judged.traces
     effects = in_catalogue_order(mixture.sets[0])
     residual: dict[str, Any] = {"before": residual_tests(before).to_dict(), "after": best.tests.to_dict()}
-    traces = judged.traces
     fitted = _fitted(best, traces[0], model, float(mixture.draws.frequency.mean()))
+    reference, sampled = _reference_check(judged, effects, options)
     if reference_force is not None:
         residual["force"], forces = compare_forces(before, best.resisting_force(), reference_force)
         traces = (replace(traces[0], forces=forces), *traces[1:])
@@ -115,12 +115,12 @@ def build_report(
         left=judged.left | {"unit": segment.decay.unit, "friction_could_shift_by": judged.shift},
         fitted=fitted,
         next_experiment=_next_experiment(judged, families, len(model.segments)),
-        reference_check=_reference_check(judged, effects, options),
+        reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
         seed=options.seed,
         trail=[step for family in families for step in family.trail],
         traces=with_forecasts(traces, *judged.forecasts),
-        posterior=_posterior(mixture, judged.friction, options.seed),
+        posterior=_posterior(mixture, judged.friction, options.seed, sampled),
         friction_between_records=best.between_records(),
         notes=(*(note for each in model.segments for note in each.notes), *best.notes),
     )
@@ -138,15 +138,16 @@ def _next_experiment(judged: Judgement, families: Sequence[Family], records: int
 
 def _reference_check(
     judged: Judgement, effects: Sequence[str], options: LoopOptions
-) -> dict[str, Any] | None:
-    """Friction known from elsewhere, and a sampler's, with ours; None where neither is asked for."""
+) -> tuple[dict[str, Any], xr.DataTree | None]:
+    """Friction known from elsewhere, and a sampler's, with ours where asked for; and what was sampled."""
     known = options.reference_friction
     reference = _compare_with_reference(judged.friction, judged.friction_before, known) or {}
+    sampled = None
     if options.check:
-        found = judged.mixture.best.check(options.seed)
+        found, sampled = judged.mixture.best.check(options.seed)
         share = judged.mixture.share_of_best * found.pop("share")
         reference["sampler"] = found | {"sampled": {"effects": list(effects), "probability": share}}
-    return reference or None
+    return reference, sampled
 
 
 def _deciding_experiment(families: Sequence[Family], mixture: Mixture) -> str | None:
@@ -249,20 +250,26 @@ def _compare_with_reference(
     }
 
 
-def _posterior(mixture: Mixture, after: Distribution, seed: int) -> xr.DataTree:
-    """Draws in ArviZ's layout: those of the most probable candidate, and friction over all."""
+def _posterior(mixture: Mixture, after: Distribution, seed: int, sampled: xr.DataTree | None) -> xr.DataTree:
+    """Draws in ArviZ's layout: those of the most probable candidate, friction over all, and a sampler's."""
 
-    def one_chain(values: Array | Integers, **attrs: str) -> xr.Variable:
+    def variable(values: Array | Integers, *dims: str) -> xr.Variable:
         # as it is: xarray otherwise loads dask.array to see whether the array is Dask's
-        return xr.Variable(("chain", "draw"), values[None], attrs, fastpath=True)
+        return xr.Variable(dims, values, fastpath=True)
 
-    best = xr.Dataset({name: one_chain(values) for name, values in mixture.best.variables().items()})
-    friction = xr.Dataset(
-        {
-            "friction": one_chain(after.draws, units=after.unit),
-            "candidate": one_chain(mixture.draws.candidate),
-        }
-    )
-    return xr.DataTree.from_dict(
+    def one_chain(draws: Mapping[str, Array | Integers]) -> xr.Dataset:
+        count = next(iter(draws.values())).size
+        return xr.Dataset(
+            {name: variable(values[None], "chain", "draw") for name, values in draws.items()},
+            coords={"chain": variable(np.arange(1), "chain"), "draw": variable(np.arange(count), "draw")},
+        )
+
+    best = one_chain(mixture.best.variables())
+    friction = one_chain({"friction": after.draws, "candidate": mixture.draws.candidate})
+    friction["friction"].attrs["units"] = after.unit
+    tree = xr.DataTree.from_dict(
         {"posterior": best.assign_attrs(seed=seed), "mixture": friction.assign_attrs(seed=seed)}
     )
+    if sampled is not None:
+        tree["reference"] = sampled
+    return tree

@@ -15,6 +15,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
 from friction_bayes.estimators.result import Estimate
 from friction_bayes.reference.estimates import parts_of, sample_estimate
+from friction_bayes.reference.tree import by_walker
 from friction_bayes.validation.agreement import compare
 
 __all__ = ["ReferenceRun", "check_estimate"]
@@ -60,8 +61,7 @@ def check_estimate(
     """
     tree = sample_estimate(estimate, seed=seed, progress=progress)
     parts = parts_of(tree)
-    variable = tree["mixture" if len(parts) > 1 else "posterior"].dataset["friction"]
-    draws = np.asarray(variable.values).reshape(tree.attrs["ensembles"], -1, variable.sizes["draw"])
+    draws = by_walker(tree["mixture" if len(parts) > 1 else "posterior"].dataset["friction"])
     declared = estimate.friction_as_declared
     agreement = compare(declared, draws)
     mean, sd = float(declared.mean()), float(declared.std())

@@ -13,6 +13,7 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.estimate import estimate
 from friction_bayes.estimators.result import Estimate
 from friction_bayes.reference.sampling import sample_target
+from friction_bayes.reference.tree import by_walker
 
 __all__ = ["parts_of", "sample_estimate", "sample_reference"]
 
@@ -114,10 +115,11 @@ def sample_estimate(
         return first
     share = np.array([part.probability for part in declared])
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,)))
-    mixed, ensembles = _mixed(trees, share / share.sum(), rng), int(first.attrs["ensembles"])
+    mixed = _mixed(trees, share / share.sum(), rng)
+    ensembles, walkers, draws = mixed.shape
     mixture = xr.Dataset(
-        {"friction": (("chain", "draw"), mixed)},
-        coords={"ensemble": ("chain", np.repeat(np.arange(ensembles), len(mixed) // ensembles))},
+        {"friction": (("chain", "draw"), mixed.reshape(ensembles, -1))},
+        coords={"walker": ("draw", np.repeat(np.arange(walkers), draws))},
         attrs={part.name: part.probability for part in declared},
     )
     first["mixture"] = xr.DataTree(mixture)
@@ -139,16 +141,11 @@ def _other_part(number: int) -> str:
 
 
 def _mixed(parts: Sequence[xr.DataTree], share: Array, rng: np.random.Generator) -> Array:
-    """Friction of several parts, shape (chains, draws), each draw from one of them.
+    """Friction of several parts, shape (ensembles, walkers, draws), each draw from one of them.
 
     As many walkers of each ensemble, and as many draws, as all have: evenly taken where one has more.
     """
-    grouped = [
-        np.asarray(part["posterior"].dataset["friction"].values).reshape(
-            part.attrs["ensembles"], part.attrs["walkers"], -1
-        )
-        for part in parts
-    ]
+    grouped = [by_walker(part["posterior"].dataset["friction"]) for part in parts]
     walkers, draws = (min(each.shape[axis] for each in grouped) for axis in (1, 2))
     even = np.stack(
         [
@@ -157,5 +154,4 @@ def _mixed(parts: Sequence[xr.DataTree], share: Array, rng: np.random.Generator)
         ]
     )
     which = rng.choice(len(parts), size=even.shape[1:], p=share)
-    mixed = np.take_along_axis(even, which[None], axis=0)[0]
-    return np.asarray(mixed.reshape(-1, draws))
+    return np.asarray(np.take_along_axis(even, which[None], axis=0)[0])

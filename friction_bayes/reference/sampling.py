@@ -66,9 +66,9 @@ def sample_target(
     Returns
     -------
     xarray.DataTree
-        Groups as :func:`friction_bayes.reference.tree.make_tree` lays them out, after burn-in and thinned
-        to a fifth of the autocorrelation time. Attributes: ``converged`` (1 or 0); the worst
-        ``nested_rhat``, ``ess_bulk``, ``ess_tail`` and ``tau`` [steps] of all parameters; ``steps``,
+        Groups as :func:`friction_bayes.reference.tree.make_tree` lays them out, a chain an ensemble, after
+        burn-in and thinned to a fifth of the autocorrelation time. Attributes: ``converged`` (1 or 0); the
+        worst ``nested_rhat``, ``ess_bulk``, ``ess_tail`` and ``tau`` [steps] of all parameters; ``steps``,
         ``burn_in``, ``thinning``, ``acceptance_fraction``, ``wall_time_s``, ``seed``, ``ensembles``,
         ``walkers`` and versions. Each scalar variable of ``posterior`` has its own figures, and
         ``mcse_mean``, for attributes.
@@ -130,7 +130,7 @@ def sample_target(
         coordinates,
         natural,
         run.log_prob(burn_in, thinning),
-        np.repeat(np.arange(ensembles), run.walkers),
+        ensembles,
         rng=run.rng,
         attrs=attrs,
         diagnostics={name: asdict(found[name]) for name in natural if name in found},

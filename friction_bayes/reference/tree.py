@@ -11,11 +11,11 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.conjugate.likelihood import Target
-from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import write_whole
 
-__all__ = ["THINNED_DRAWS", "load_tree", "make_tree", "save_tree"]
+__all__ = ["THINNED_DRAWS", "by_walker", "load_tree", "make_tree", "save_tree"]
 
 
 THINNED_DRAWS = 500
@@ -30,26 +30,31 @@ def make_tree(
     coordinates: Array,
     natural: Mapping[str, Array],
     log_prob: Array,
-    ensemble: Integers,
+    ensembles: int,
     *,
     rng: np.random.Generator,
     attrs: Mapping[str, Any],
     diagnostics: Mapping[str, Mapping[str, Any]],
 ) -> xr.DataTree:
-    """Lay draws out as ArviZ reads them.
+    """Lay draws out as ArviZ reads them: an ensemble is a chain, its walkers one after the other.
+
+    Walkers of one ensemble depend on each other. Taken for chains they make the R-hat of a run that has
+    converged 1.01, as each is short and holds a few independent draws. Ensembles are what is independent.
+    Walker after walker, the autocorrelation along a chain is that of the sampler, and what ArviZ finds of it
+    is what :mod:`friction_bayes.reference.convergence` finds.
 
     Parameters
     ----------
     target : Target
         What was sampled.
-    coordinates : ndarray, shape (chains, draws, d)
-        The draws in the sampler's coordinates.
-    natural : mapping of str to ndarray, shape (chains, draws, ...)
+    coordinates : ndarray, shape (w, steps, d)
+        The draws in the sampler's coordinates, of all walkers, ensemble after ensemble.
+    natural : mapping of str to ndarray, shape (w, steps, ...)
         The same draws as natural parameters.
-    log_prob : ndarray, shape (chains, draws)
+    log_prob : ndarray, shape (w, steps)
         Log-probability of each.
-    ensemble : ndarray, shape (chains,)
-        The ensemble each chain (walker) belongs to: chains of one ensemble are not independent.
+    ensembles : int
+        How many ensembles the walkers are of.
     rng : numpy.random.Generator
         For predictions and prior draws.
     attrs : mapping
@@ -61,26 +66,30 @@ def make_tree(
     -------
     xarray.DataTree
         Groups ``posterior``, ``sample_stats`` (``lp``), ``observed_data``, ``log_likelihood`` and
-        ``posterior_predictive`` (at most 500 of the posterior's draws, under their own chain and draw
-        numbers) and, where the prior is proper, ``prior``.
+        ``posterior_predictive`` (at most 500 of the posterior's draws, and one of each ensemble, under their
+        own draw numbers) and, where the prior is proper, ``prior``. Coordinates ``chain``, the ensemble;
+        ``draw``; and along it ``walker``.
     """
-    chains, draws, size = coordinates.shape
-    index = {"chain": np.arange(chains), "draw": np.arange(draws), "ensemble": ("chain", ensemble)}
-    posterior = _parameters(natural, index)
+    walkers, steps, size = coordinates.shape
+    coordinates = _chains(coordinates, ensembles)
+    index = {
+        "chain": np.arange(ensembles),
+        "draw": np.arange(coordinates.shape[1]),
+        "walker": ("draw", np.repeat(np.arange(walkers // ensembles), steps)),
+    }
+    posterior = _parameters({name: _chains(values, ensembles) for name, values in natural.items()}, index)
     for name, values in diagnostics.items():
         posterior[name].attrs.update(values)
     groups = {
         "posterior": posterior,
-        "sample_stats": xr.Dataset({"lp": (("chain", "draw"), log_prob)}, coords=index),
+        "sample_stats": xr.Dataset({"lp": (("chain", "draw"), _chains(log_prob, ensembles))}, coords=index),
         "observed_data": xr.Dataset({target.observed_name: ("observation", target.observed)}),
     }
-    at, thinned = _thin(index, chains, draws, THINNED_DRAWS)
-    pointwise = target.pointwise(coordinates[at].reshape(-1, size))
+    thinned = _thin(index, THINNED_DRAWS)
+    pointwise = target.pointwise(coordinates[:, thinned["draw"]].reshape(-1, size))
     groups["log_likelihood"] = _per_draw(target.observed_name, "block", pointwise, thinned)
-    at, thinned = _thin(
-        index, chains, draws, min(THINNED_DRAWS, _PREDICTED_VALUES // max(target.observed.size, 1))
-    )
-    predicted = target.predictive(coordinates[at].reshape(-1, size), rng)
+    thinned = _thin(index, min(THINNED_DRAWS, _PREDICTED_VALUES // max(target.observed.size, 1)))
+    predicted = target.predictive(coordinates[:, thinned["draw"]].reshape(-1, size), rng)
     groups["posterior_predictive"] = _per_draw(target.observed_name, "observation", predicted, thinned)
     try:
         prior = target.posterior(target.prior_draws(rng, THINNED_DRAWS))
@@ -103,15 +112,33 @@ def _parameters(natural: Mapping[str, Array], index: Mapping[str, Any]) -> xr.Da
     return xr.Dataset(variables, coords=index)
 
 
-def _thin(
-    index: Mapping[str, Any], chains: int, draws: int, most: int
-) -> tuple[tuple[Integers, ...], dict[str, Any]]:
-    """Pick at most ``most`` draws, evenly over chains and time, with their own chain and draw numbers."""
-    most = max(most, 1)
-    kept = np.unique(np.linspace(0, chains - 1, min(chains, most)).round().astype(int))
-    at = np.unique(np.linspace(0, draws - 1, min(max(most // chains, 1), draws)).round().astype(int))
-    ensemble = index["ensemble"][1][kept]
-    return np.ix_(kept, at), {"chain": kept, "draw": at, "ensemble": ("chain", ensemble)}
+def _chains(values: Array, ensembles: int) -> Array:
+    """Put the walkers of each ensemble one after the other: (w, steps, ...) to (ensembles, draws, ...)."""
+    return values.reshape(ensembles, -1, *values.shape[2:])
+
+
+def by_walker(draws: xr.DataArray) -> Array:
+    """Return the draws of a scalar parameter by walker.
+
+    Parameters
+    ----------
+    draws : xarray.DataArray, shape (chain, draw)
+        With the coordinate ``walker``, as :func:`make_tree` lays them out.
+
+    Returns
+    -------
+    ndarray, shape (ensembles, walkers, steps)
+    """
+    walkers = int(draws["walker"][-1]) + 1
+    return np.asarray(draws.values).reshape(draws.sizes["chain"], walkers, -1)
+
+
+def _thin(index: Mapping[str, Any], most: int) -> dict[str, Any]:
+    """Pick at most ``most`` draws, evenly over walkers and time, and one of each ensemble at least."""
+    draws = index["draw"].size
+    kept = min(max(most // index["chain"].size, 1), draws)
+    at = np.unique(np.linspace(0, draws - 1, kept).round().astype(int))
+    return {**index, "draw": at, "walker": ("draw", index["walker"][1][at])}
 
 
 def _per_draw(name: str, dim: str, values: Array, index: Mapping[str, Any]) -> xr.Dataset:

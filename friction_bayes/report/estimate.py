@@ -19,6 +19,9 @@ _CAPTIONS = {
     "amplitudes": "The turning points, and the straight envelope that dry friction alone would give.",
     "friction": "Posterior of friction in closed form, and the draws of the sampler where there is one.",
     "joint": "Joint posterior of friction and precision, with the region that holds 90 %.",
+    "ranks": "Ranks of each ensemble of the sampler among the draws of all, by ArviZ: even where the "
+    "ensembles have found the same posterior.",
+    "ess": "Effective sample size of the sampler's draws by quantile, by ArviZ; below the line are too few.",
 }
 """Figures of a record, in the order of the page."""
 
@@ -36,7 +39,8 @@ class EstimatedRecord:
     warnings : sequence of str
         What is to be read before the number.
     figures : mapping of str to bytes
-        SVG of each of :func:`friction_bayes.plotting.estimate.estimate_figures`.
+        SVG of each of :func:`friction_bayes.plotting.estimate.estimate_figures`, and of
+        :func:`friction_bayes.plotting.draws.draws_figures`.
     """
 
     result: Mapping[str, Any]

@@ -32,7 +32,8 @@ def imported(*folders: str) -> set[str]:
                     case ast.ImportFrom(module=str(module)):
                         found.add(module.partition(".")[0])
                     case ast.Call(
-                        func=ast.Name(id="optional_package"), args=[ast.Constant(value=str(name)), *_]
+                        func=ast.Name(id="optional_package" | "package_of_extra"),
+                        args=[ast.Constant(value=str(name)), *_],
                     ):
                         found.add(name.partition(".")[0])
     return found - set(sys.stdlib_module_names) - {"friction_bayes", "experiments", "paper_figures"}
@@ -41,8 +42,8 @@ def imported(*folders: str) -> set[str]:
 @pytest.mark.parametrize(
     ("folders", "extras"),
     [
-        (("friction_bayes",), ("formats",)),
-        (("friction_bayes", "experiments", "paper_figures"), ("formats", "experiments")),
+        (("friction_bayes",), ("arviz", "formats")),
+        (("friction_bayes", "experiments", "paper_figures"), ("arviz", "formats", "experiments")),
     ],
     ids=["package", "experiments"],
 )

@@ -43,6 +43,7 @@ BESIDE = ("experiments", "paper_figures", "benchmarks")
 ANYWHERE = {"numpy", "scipy", "xarray"}
 ROOMS: dict[str, set[str]] = {
     "argparse": {"cli"},
+    "arviz": {"reference"},
     "arviz_base": {"reference"},
     "arviz_stats": {"reference"},
     "asammdf": {"records"},
@@ -109,7 +110,7 @@ def imported(syntax: ast.Module) -> Iterator[str]:
             case ast.Import(names=names):
                 yield from (alias.name for alias in names)
             case ast.Call(
-                func=ast.Name(id="import_module" | "optional_package"),
+                func=ast.Name(id="import_module" | "optional_package" | "package_of_extra"),
                 args=[ast.Constant(value=str(name)), *_],
             ):
                 yield name

@@ -14,7 +14,7 @@ from decays import short_decay
 from friction_bayes.cli.commands import COMMANDS
 
 COMPUTING = {"numba", "scipy", "xarray", "pandas", "dask", "distributed", "h5py", "h5netcdf", "pooch"}
-SHOWING = {"emcee", "arviz_base", "arviz_stats", "matplotlib", "rich"}
+SHOWING = {"emcee", "arviz", "arviz_base", "arviz_stats", "matplotlib", "rich"}
 ABOVE = {f"friction_bayes.{layer}" for layer in ("reference", "monitor", "loop", "plotting", "report", "cli")}
 NAMES = [command.__name__.rpartition(".")[2].replace("_", "-") for command in COMMANDS]
 
@@ -72,4 +72,4 @@ def test_closing_the_loop_loads_what_it_runs(tmp_path: Path) -> None:
     assert (out / "report.html").exists()
     assert "friction_bayes.loop.close_loop" in modules
     unused = {"dask.array", "distributed", "pooch", "scipy.io", "scipy.signal"}
-    assert modules & {*unused, "emcee", "arviz_base", "arviz_stats", "matplotlib.pyplot"} == set()
+    assert modules & {*unused, "emcee", "arviz", "arviz_base", "arviz_stats", "matplotlib.pyplot"} == set()

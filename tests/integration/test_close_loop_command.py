@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -109,15 +110,36 @@ def test_folder(closed: Path, dragged: Path) -> None:
     assert "with quadratic drag explains the record" in page
     with xr.open_datatree(closed / "posterior.nc", engine="h5netcdf") as tree:
         draws = np.ravel(tree["mixture"]["friction"].values)
+        # numbered, without which ArviZ does not draw a trace
+        assert tree["mixture"]["draw"].values.tolist() == list(range(draws.size))
     report = strict((closed / "report.json").read_text())
     assert draws.mean() == pytest.approx(report["friction_after"]["mean"])
+
+
+def test_check_keeps_what_was_sampled(dragged: Path, tmp_path: Path) -> None:
+    out = tmp_path / "loop"
+    options = ("--effects", "quadratic_drag", "--check", "--out", str(out))
+    assert main(["close-loop", str(dragged), *SYSTEM, *options]) == 0
+    drawn = {f"{name}.{kind}" for name in ("ranks", "ess") for kind in ("png", "svg")}
+    assert {path.name for path in out.iterdir()} & drawn == (drawn if find_spec("arviz") else set())
+    sampler = strict((out / "report.json").read_text())["reference_check"]["sampler"]
+    with xr.open_datatree(out / "posterior.nc", engine="h5netcdf") as tree:
+        reference = tree["reference"].load()
+    assert reference.attrs["nested_rhat"] == sampler["rhat"]
+    assert {"posterior", "sample_stats", "log_likelihood"} <= set(reference.children)
+    assert reference["posterior"].sizes["chain"] == sampler["ensembles"]
+    assert "walker" in reference["posterior"].coords
 
 
 def test_draws_are_written_as_xarray_writes_them(tmp_path: Path, rng: np.random.Generator) -> None:
     draws = rng.standard_normal((1, 7))
     tree = xr.DataTree.from_dict(
         {
-            "posterior": xr.Dataset({"friction": (("chain", "draw"), draws)}, attrs={"seed": 3}),
+            "posterior": xr.Dataset(
+                {"friction": (("chain", "draw"), draws)},
+                coords={"chain": np.arange(1), "draw": np.arange(7)},
+                attrs={"seed": 3},
+            ),
             "mixture": xr.Dataset(
                 {
                     "friction": (("chain", "draw"), draws[:, :5], {"units": "N"}),

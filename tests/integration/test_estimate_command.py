@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -225,6 +226,8 @@ def test_results_folder(csv: Path, tmp_path: Path, capsys: pytest.CaptureFixture
     on_disk = {path.name for path in out.iterdir()}
     assert on_disk == {*manifest["files"], "manifest.json"}
     assert {"friction.png", "friction.pdf", "joint.png", "amplitudes.png", "reference.nc"} <= on_disk
+    drawn = {"ranks.png", "ranks.pdf", "ess.png", "ess.pdf"}
+    assert on_disk & drawn == (drawn if find_spec("arviz") else set())
     assert [path.name for path in out.parent.iterdir()] == ["results"]
 
     # A second run replaces its own files and leaves those of others alone.

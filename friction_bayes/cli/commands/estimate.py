@@ -27,6 +27,7 @@ from friction_bayes.cli.records import (
     refuse_twice,
     what_was_read,
 )
+from friction_bayes.cli.sampled import figures_of_draws
 from friction_bayes.core.errors import of_each
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 from friction_bayes.core.strict_json import strict_json
@@ -234,12 +235,13 @@ def _write(
     from friction_bayes.plotting import write_figures
     from friction_bayes.plotting.estimate import estimate_figures
 
-    drawings = write_figures(estimate_figures(estimate, record, reference), folder, suffix)
+    figures = estimate_figures(estimate, record, reference)
     if reference is not None:
         from friction_bayes.reference import save_tree
 
         save_tree(reference.tree, folder / f"reference{suffix}.nc")
-    return drawings
+        figures |= figures_of_draws(reference.tree)
+    return write_figures(figures, folder, suffix)
 
 
 def _write_page(

@@ -51,6 +51,7 @@ def check_friction(
     """
     # only here is a sampler loaded
     from friction_bayes.reference import sample_target
+    from friction_bayes.reference.tree import by_walker
 
     check: dict[str, Any] = {"sampler": "emcee", "seed": seed}
     try:
@@ -63,9 +64,8 @@ def check_friction(
     except InputError as error:
         return check | {"converged": False, "agrees": None, "because": f"not sampled: {error}"}, None
     attrs = tree.attrs
-    draws = tree["posterior"].dataset[FRICTION].values
-    grouped = draws.reshape(attrs["ensembles"], attrs["walkers"], -1)
-    agreement = compare(expected, grouped, minimum_ess=0.5 * _ESS)
+    draws = by_walker(tree["posterior"].dataset[FRICTION])
+    agreement = compare(expected, draws, minimum_ess=0.5 * _ESS)
     converged = bool(attrs["converged"])
     because = agreement.because
     if not converged:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.checks.check_friction import check_friction
@@ -25,7 +26,7 @@ def target_together(fit: JointFit, row: int, *, forced: bool) -> JointTarget:
 
 def check_together(
     fit: JointFit, cells: Mask, factor: float, unit: str, seed: int, *, forced: bool
-) -> dict[str, Any]:
+) -> tuple[dict[str, Any], xr.DataTree | None]:
     """Sample the most probable set of columns and spread of the most probable candidate with emcee.
 
     Parameters
@@ -46,6 +47,8 @@ def check_together(
     dict
         As from :func:`friction_bayes.loop.checks.check_friction.check_friction`, with the ``share`` of the
         candidate that was sampled; ``leave_one_out`` is null, as the Coulomb model is not sampled.
+    xarray.DataTree or None
+        What was sampled, if anything.
     """
     posterior, law = fit.posterior, fit.along[0].law
     mine = cells & ((posterior.ratio > 0.0) == forced)[:, None]
@@ -68,4 +71,6 @@ def check_together(
     )
     check, tree = check_friction(target, drawn.friction, factor=factor, unit=unit, seed=seed)
     check |= {"share": share}
-    return check if tree is None else check | {"leave_one_out": None}
+    if tree is not None:
+        check["leave_one_out"] = None
+    return check, tree

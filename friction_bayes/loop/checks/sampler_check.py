@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array
@@ -59,7 +60,9 @@ def target_of_set(fit: ForceFit, chosen: int, *, forced: bool) -> Target:
     )
 
 
-def check_random_force(fit: ForceFit, factor: float, unit: str, seed: int, *, forced: bool) -> dict[str, Any]:
+def check_random_force(
+    fit: ForceFit, factor: float, unit: str, seed: int, *, forced: bool
+) -> tuple[dict[str, Any], xr.DataTree | None]:
     """Sample the most probable set of columns with emcee, and compare friction.
 
     Parameters
@@ -79,6 +82,8 @@ def check_random_force(fit: ForceFit, factor: float, unit: str, seed: int, *, fo
         As from :func:`friction_bayes.loop.checks.check_friction.check_friction`, with the ``share`` of the
         fit that was sampled; ``leave_one_out`` is null where it was: the Coulomb model is not sampled along
         the measured motion, and under a random force half cycles are not independent given the parameters.
+    xarray.DataTree or None
+        What was sampled, if anything.
     """
     chosen = best_set(fit, forced=forced)
     weight = fit.posterior.weight[(fit.posterior.ratio > 0.0) == forced]
@@ -91,4 +96,6 @@ def check_random_force(fit: ForceFit, factor: float, unit: str, seed: int, *, fo
         seed=seed,
     )
     check |= {"share": float(weight[:, chosen].sum() / weight.sum())}
-    return check if tree is None else check | {"leave_one_out": None}
+    if tree is not None:
+        check["leave_one_out"] = None
+    return check, tree

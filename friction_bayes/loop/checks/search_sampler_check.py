@@ -21,7 +21,7 @@ _BLOCK_DRAWS = 500
 _CLOSED_FORM_DRAWS = 20_000
 
 
-def sampler_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
+def sampler_check(before: LoopFit, after: LoopFit, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
     """Sample the posterior of the most probable model with emcee, on the likelihood of the fit.
 
     Parameters
@@ -36,6 +36,8 @@ def sampler_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
         As from :func:`friction_bayes.loop.checks.check_friction.check_friction`, with the ``share`` of the
         model that was sampled, all of it, and ``leave_one_out`` where it was
         sampled: before, after and their difference, over blocks of a half cycle.
+    xarray.DataTree or None
+        What was sampled, if anything.
     """
     target = target_of(after, seed)
     closed = posterior_draws(after, np.random.default_rng(seed), _CLOSED_FORM_DRAWS)
@@ -49,7 +51,9 @@ def sampler_check(before: LoopFit, after: LoopFit, seed: int) -> dict[str, Any]:
         walkers=2 * max(after.z.size + 1, 8),
     )
     check |= {"share": 1.0}
-    return check if tree is None else check | {"leave_one_out": _leave_one_out(before, after, tree, seed)}
+    if tree is not None:
+        check["leave_one_out"] = _leave_one_out(before, after, tree, seed)
+    return check, tree
 
 
 def _leave_one_out(before: LoopFit, after: LoopFit, tree: xr.DataTree, seed: int) -> dict[str, Any]:

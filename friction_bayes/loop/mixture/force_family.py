@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array, Integers, Mask
@@ -158,7 +159,7 @@ class ForceFamily(MotionFamily):
         """The search's: a law beside a random force does not follow the record."""
         return self.found.fits[0].model, self.found.fits[0].z
 
-    def check(self, seed: int) -> dict[str, Any]:
+    def check(self, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
         factor, unit = friction_scale(self.before.model)
         return check_random_force(self.best[0], factor, unit, seed, forced=self._fluctuates)
 

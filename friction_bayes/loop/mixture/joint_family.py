@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.errors import InputError
@@ -215,7 +216,7 @@ class JointFamily(MotionFamily):
         fit = fit_model(law.model, [NoiseModel(law.ar)], law.z)
         return law.model, law.z if fit is None else fit.z
 
-    def check(self, seed: int) -> dict[str, Any]:
+    def check(self, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
         factor, unit = friction_scale(self.before.model)
         mine = self._of_candidate[:, self.fit.problem.number] & (self._weight > 0.0)
         return check_together(self.fit, mine, factor, unit, seed, forced=self._fluctuates)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
+import xarray as xr
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.summary import TAILS
@@ -154,10 +155,11 @@ class Family(Protocol):
         """What the most probable candidate leaves; a shift of friction in the unit of force [N or N m]."""
         ...
 
-    def check(self, seed: int) -> dict[str, Any]:
+    def check(self, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
         """Compare the posterior of the most probable candidate with a sampler's.
 
-        The ``share`` of the candidate says how much of it was sampled.
+        The ``share`` of the candidate says how much of it was sampled; the tree is what was sampled, if
+        anything.
         """
         ...
 

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.checks.search_forecast import Forecast, forecast_records
@@ -190,7 +191,7 @@ class SearchFamily:
             "share": None,
         }
 
-    def check(self, seed: int) -> dict[str, Any]:
+    def check(self, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
         return sampler_check(self.found.before, self.best, seed)
 
     def witnesses(self) -> None:

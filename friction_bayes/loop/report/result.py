@@ -181,7 +181,8 @@ class LoopReport:
     traces : tuple of RecordTrace
         The records.
     posterior : xarray.DataTree
-        Draws: ``posterior`` of the most probable candidate, ``mixture`` of friction over all.
+        Draws: ``posterior`` of the most probable candidate, ``mixture`` of friction over all; under
+        ``reference`` what :func:`friction_bayes.reference.sample_target` returned, where it was sampled.
     """
 
     verdict: str

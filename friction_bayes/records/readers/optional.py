@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.optional import package_of_extra
 
 __all__ = ["optional_package"]
 
@@ -19,11 +18,4 @@ def optional_package(name: str, path: Path) -> ModuleType:
     InputError
         If it is not installed.
     """
-    try:
-        return import_module(name)
-    except ModuleNotFoundError:
-        raise InputError(
-            str(path),
-            f"reading {path.suffix} needs the package {name}, which is not installed",
-            'install it with pip install "friction-bayes[formats]"',
-        ) from None
+    return package_of_extra(name, place=str(path), purpose=f"reading {path.suffix}", extra="formats")

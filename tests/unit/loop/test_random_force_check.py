@@ -52,7 +52,7 @@ def test_coefficients_stay_in_their_support(fit: ForceFit) -> None:
 
 def test_closed_form_and_sampler_agree_on_friction(fit: ForceFit) -> None:
     assert fit.sets.effects[best_set(fit, forced=True)] == frozenset()
-    check = check_random_force(fit, 1.0, "N", seed=1, forced=True)
+    check, _ = check_random_force(fit, 1.0, "N", seed=1, forced=True)
     assert check["converged"]
     assert check["rhat"] < 1.01
     assert check["agrees"] is True, check["because"]
@@ -68,7 +68,7 @@ def test_a_positive_coefficient_near_zero(fit: ForceFit, monkeypatch: pytest.Mon
     alone = np.zeros_like(fit.posterior.weight)
     alone[:, viscous] = fit.posterior.weight[:, viscous]
     monkeypatch.setattr(fit.posterior, "weight", alone / alone.sum())
-    check = check_random_force(fit, 1.0, "N", seed=1, forced=True)
+    check, _ = check_random_force(fit, 1.0, "N", seed=1, forced=True)
     sampled, closed = check["friction"], check["closed_form"]
     assert sampled["mean"] == pytest.approx(closed["mean"], abs=0.12 * closed["sd"])
     assert sampled["sd"] == pytest.approx(closed["sd"], rel=0.08)
@@ -78,7 +78,7 @@ def test_a_positive_coefficient_near_zero(fit: ForceFit, monkeypatch: pytest.Mon
 
 def test_closed_form_and_sampler_agree_without_a_force(fit: ForceFit) -> None:
     still = fit.among(np.outer(fit.posterior.ratio == 0.0, np.ones(len(fit.sets.effects), bool)))
-    check = check_random_force(still, 1.0, "N", seed=1, forced=False)
+    check, _ = check_random_force(still, 1.0, "N", seed=1, forced=False)
     assert check["converged"]
     assert check["agrees"] is True, check["because"]
 

@@ -8,7 +8,8 @@ from importlib.metadata import version
 import numpy as np
 import pytest
 import xarray as xr
-from arviz_stats import ess, loo, rhat_nested, summary
+from arviz_stats import ess, loo, rhat, summary
+from arviz_stats.base import array_stats
 
 import friction_bayes as fb
 from decays import SYSTEM, short_decay
@@ -17,6 +18,7 @@ from friction_bayes.conjugate.targets import normal_gamma_target
 from friction_bayes.reference import load_tree, sample_reference, sample_target, save_tree
 from friction_bayes.reference.convergence import diagnose
 from friction_bayes.reference.ensembles import OVERDISPERSION, Ensembles
+from friction_bayes.reference.tree import by_walker
 
 PRIOR = fb.NormalGamma(mu=0.1, lam=0.01, alpha=1.0, beta=0.02)
 SAMPLES = np.random.default_rng(3).normal(0.07, 0.17, 40)
@@ -83,8 +85,13 @@ def test_groups_hold_what_they_should(target: Target, tree: xr.DataTree) -> None
     }
     posterior = tree["posterior"].to_dataset()
     assert set(posterior.data_vars) == {"friction", "precision"}
-    assert posterior.sizes["chain"] == 128
-    assert posterior["ensemble"].values.tolist() == np.repeat(np.arange(4), 32).tolist()
+    assert posterior.sizes["chain"] == 4
+    steps = posterior.sizes["draw"] // 32
+    assert posterior["walker"].values.tolist() == np.repeat(np.arange(32), steps).tolist()
+    assert by_walker(posterior["friction"]).shape == (4, 32, steps)
+    np.testing.assert_array_equal(
+        by_walker(posterior["friction"])[1, 2], posterior["friction"][1, posterior["walker"].values == 2]
+    )
     theta = np.column_stack(
         [posterior["friction"].values.ravel(), np.log(posterior["precision"].values.ravel())]
     )
@@ -107,10 +114,23 @@ def test_arviz_reads_it(tree: xr.DataTree) -> None:
         float(tree["posterior"]["friction"].mean()), rel=0.05
     )
     assert float(ess(tree)["friction"]) > 1000.0
-    owner = tree["posterior"]["ensemble"].values
-    theirs = float(rhat_nested(tree["posterior"]["friction"].to_dataset(), superchain_ids=owner)["friction"])
-    assert theirs == pytest.approx(tree["posterior"]["friction"].attrs["nested_rhat"])
     assert np.isfinite(loo(tree, reff=1.0).elpd)
+
+
+def test_arviz_finds_what_we_find(tree: xr.DataTree) -> None:
+    """An ensemble is a chain; walkers for chains would have an R-hat of some 1.01."""
+    theirs = {"rhat": rhat(tree), "ess": ess(tree)}
+    for name, draws in tree["posterior"].data_vars.items():
+        assert float(theirs["rhat"][name]) == pytest.approx(draws.attrs["nested_rhat"], abs=1e-3)
+        assert float(theirs["ess"][name]) == pytest.approx(draws.attrs["ess_bulk"], rel=0.35)
+        assert array_stats.rhat(by_walker(draws).reshape(128, -1)) > 1.007
+
+
+def test_an_ensemble_apart_is_seen_by_arviz_too(tree: xr.DataTree) -> None:
+    friction = tree["posterior"]["friction"].copy(deep=True)
+    friction[2] += 0.5 * friction.std()
+    assert float(rhat(friction.to_dataset())["friction"]) > 1.02
+    assert diagnose(by_walker(friction).reshape(128, -1), 4, 1).nested_rhat > 1.02
 
 
 def test_file_reads_back_equal(tree: xr.DataTree, tmp_path) -> None:
