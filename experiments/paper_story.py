@@ -59,12 +59,16 @@ VERDICTS = re.compile(r" (yes|\*\*no\*\*|open)(?= /|$)")
 PARTS: Mapping[str, Callable[[str], str]] = {
     "": lambda cell: cell,
     # without its band
-    "median": lambda cell: re.sub(r" \[[^\]]*\]", "", cell),
+    "median": lambda cell: re.sub(r"^precision | \[[^\]]*\]", "", cell),
     # without its unit
     "number": lambda cell: VERDICTS.sub("", re.sub(r" (N|%|kg|1/N\^2|1/N|m|m/s2|dB)$", "", cell)),
     "verdict": lambda cell: " / ".join(VERDICTS.findall(cell)),
     # of a remark, what its first words are
-    "first": lambda cell: re.split(r"[;,] ", cell)[0],
+    "first": lambda cell: re.split(r"[;,] | within a condition", cell)[0],
+    # of a remark, the range or the figure that it ends in
+    "last": lambda cell: cell.rpartition(": ")[2],
+    "refused": lambda cell: re.findall(r"refuses (\d+ %)", cell)[0],
+    "mass": lambda cell: re.findall(r"[\d.]+ kg", cell)[0],
     # of "RMS error, coverage, width", and of a remark that begins "RMS 8 %;"
     "RMS": lambda cell: re.sub(r"^(error.*, )?RMS ", "", re.split(r"; |, covers", cell)[0]),
     "error": lambda cell: re.sub(r"^error ", "", cell.split(", RMS")[0]),
@@ -72,6 +76,7 @@ PARTS: Mapping[str, Callable[[str], str]] = {
     "accepted": lambda cell: re.findall(r"accepted ([^()]+) \(", cell)[0],
     # of a count of priors, those that hold
     "held": lambda cell: re.sub(r" \(\+\d+\)", "", cell),
+    "counts": lambda cell: re.sub(r" \(\+\d+\)| of \d+$", "", cell),
     "restricted": lambda cell: cell.split(" with ")[0].replace(" the ", " "),
 }
 
