@@ -131,7 +131,7 @@ def test_what_is_no_time_of_the_day_is_named(
     rows[30] = "noon,0"
     line = refused("estimate", write(["Time,Position (m)", *rows]), *LINEAR)
     assert "row 32: column Time: 'noon' is not a time of the day like 23:59:58.000" in line
-    rows[0] = rows[1] = "29.02.2024 23:59:58,0"
+    rows[0] = rows[1] = "29 Feb 2024 23:59:58,0"
     line = refused("estimate", write(["Time,Position (m)", *rows]), *LINEAR)
     assert line.endswith("write times like 12:03:04.250 or 2024-03-01T12:03:04.250, or give --sampling-rate")
 

@@ -12,9 +12,10 @@ import pytest
 import xarray as xr
 from scipy.io import savemat, wavfile
 
+from friction_bayes.core import optional
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import STANDARD_GRAVITY
-from friction_bayes.records.readers import READERS, Column, Table, optional, read_record
+from friction_bayes.records.readers import READERS, Column, Table, read_record
 from friction_bayes.records.record import make_record
 from friction_bayes.records.writers import write_record
 
