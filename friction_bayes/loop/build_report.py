@@ -120,7 +120,7 @@ def build_report(
         seed=options.seed,
         trail=[step for family in families for step in family.trail],
         traces=with_forecasts(traces, *judged.forecasts),
-        posterior=_posterior(mixture, judged.friction, options.seed, sampled),
+        posterior=_posterior(mixture, judged.friction, options.seed, sampled, rng),
         friction_between_records=best.between_records(),
         notes=(*(note for each in model.segments for note in each.notes), *best.notes),
     )
@@ -250,7 +250,13 @@ def _compare_with_reference(
     }
 
 
-def _posterior(mixture: Mixture, after: Distribution, seed: int, sampled: xr.DataTree | None) -> xr.DataTree:
+def _posterior(
+    mixture: Mixture,
+    after: Distribution,
+    seed: int,
+    sampled: xr.DataTree | None,
+    rng: np.random.Generator,
+) -> xr.DataTree:
     """Draws in ArviZ's layout: those of the most probable candidate, friction over all, and a sampler's."""
 
     def variable(values: Array | Integers, *dims: str) -> xr.Variable:
@@ -258,10 +264,14 @@ def _posterior(mixture: Mixture, after: Distribution, seed: int, sampled: xr.Dat
         return xr.Variable(dims, values, fastpath=True)
 
     def one_chain(draws: Mapping[str, Array | Integers]) -> xr.Dataset:
-        count = next(iter(draws.values())).size
+        # independent, and drawn candidate after candidate, which ArviZ takes for a chain that hardly moves
+        order = rng.permutation(next(iter(draws.values())).size)
         return xr.Dataset(
-            {name: variable(values[None], "chain", "draw") for name, values in draws.items()},
-            coords={"chain": variable(np.arange(1), "chain"), "draw": variable(np.arange(count), "draw")},
+            {name: variable(values[None, order], "chain", "draw") for name, values in draws.items()},
+            coords={
+                "chain": variable(np.arange(1), "chain"),
+                "draw": variable(np.arange(order.size), "draw"),
+            },
         )
 
     best = one_chain(mixture.best.variables())

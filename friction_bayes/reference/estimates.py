@@ -13,7 +13,7 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.estimate import estimate
 from friction_bayes.estimators.result import Estimate
 from friction_bayes.reference.sampling import sample_target
-from friction_bayes.reference.tree import by_walker
+from friction_bayes.reference.tree import by_walker, numbered
 
 __all__ = ["parts_of", "sample_estimate", "sample_reference"]
 
@@ -116,10 +116,9 @@ def sample_estimate(
     share = np.array([part.probability for part in declared])
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,)))
     mixed = _mixed(trees, share / share.sum(), rng)
-    ensembles, walkers, draws = mixed.shape
     mixture = xr.Dataset(
-        {"friction": (("chain", "draw"), mixed.reshape(ensembles, -1))},
-        coords={"walker": ("draw", np.repeat(np.arange(walkers), draws))},
+        {"friction": (("chain", "draw"), mixed.reshape(len(mixed), -1))},
+        coords=numbered(*mixed.shape),
         attrs={part.name: part.probability for part in declared},
     )
     first["mixture"] = xr.DataTree(mixture)

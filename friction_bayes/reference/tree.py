@@ -15,7 +15,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import write_whole
 
-__all__ = ["THINNED_DRAWS", "by_walker", "load_tree", "make_tree", "save_tree"]
+__all__ = ["THINNED_DRAWS", "by_walker", "load_tree", "make_tree", "numbered", "save_tree"]
 
 
 THINNED_DRAWS = 500
@@ -72,11 +72,7 @@ def make_tree(
     """
     walkers, steps, size = coordinates.shape
     coordinates = _chains(coordinates, ensembles)
-    index = {
-        "chain": np.arange(ensembles),
-        "draw": np.arange(coordinates.shape[1]),
-        "walker": ("draw", np.repeat(np.arange(walkers // ensembles), steps)),
-    }
+    index = numbered(ensembles, walkers // ensembles, steps)
     posterior = _parameters({name: _chains(values, ensembles) for name, values in natural.items()}, index)
     for name, values in diagnostics.items():
         posterior[name].attrs.update(values)
@@ -110,6 +106,21 @@ def _parameters(natural: Mapping[str, Array], index: Mapping[str, Any]) -> xr.Da
         for name, values in natural.items()
     }
     return xr.Dataset(variables, coords=index)
+
+
+def numbered(ensembles: int, walkers: int, steps: int) -> dict[str, Any]:
+    """Coordinates of draws laid out by :func:`make_tree`; ArviZ draws no trace without them.
+
+    Parameters
+    ----------
+    ensembles, walkers, steps : int
+        Walkers are those of one ensemble, steps those of one walker.
+    """
+    return {
+        "chain": np.arange(ensembles),
+        "draw": np.arange(walkers * steps),
+        "walker": ("draw", np.repeat(np.arange(walkers), steps)),
+    }
 
 
 def _chains(values: Array, ensembles: int) -> Array:

@@ -116,12 +116,13 @@ def test_folder(closed: Path, dragged: Path) -> None:
     assert draws.mean() == pytest.approx(report["friction_after"]["mean"])
 
 
+@pytest.mark.skipif(find_spec("arviz") is None, reason="the extra arviz is not installed")
 def test_check_keeps_what_was_sampled(dragged: Path, tmp_path: Path) -> None:
     out = tmp_path / "loop"
     options = ("--effects", "quadratic_drag", "--check", "--out", str(out))
     assert main(["close-loop", str(dragged), *SYSTEM, *options]) == 0
     drawn = {f"{name}.{kind}" for name in ("ranks", "ess") for kind in ("png", "svg")}
-    assert {path.name for path in out.iterdir()} & drawn == (drawn if find_spec("arviz") else set())
+    assert drawn <= {path.name for path in out.iterdir()}
     sampler = strict((out / "report.json").read_text())["reference_check"]["sampler"]
     with xr.open_datatree(out / "posterior.nc", engine="h5netcdf") as tree:
         reference = tree["reference"].load()

@@ -27,8 +27,7 @@ def record(k: int, per_period: float, noise: float, rng: np.random.Generator) ->
     )
 
 
-@pytest.mark.parametrize("noise", [1e-4, 3e-3])
-@pytest.mark.parametrize("per_period", [8.0, 33.3])
+@pytest.mark.parametrize(("per_period", "noise"), [(8.0, 1e-4), (33.3, 3e-3)])
 def test_intervals_cover_wherever_samples_fall(
     per_period: float, noise: float, rng: np.random.Generator
 ) -> None:

@@ -71,11 +71,10 @@ def test_one_is_found_where_it_is_and_the_random_force_is_what_it_was(
     assert np.mean(knocked) == pytest.approx(force_sd(steady), rel=0.25, abs=2e-6)
 
 
-@pytest.mark.parametrize("order", [0, 2])
-def test_beside_one_dry_friction_alone_is_adequate(order: int, rng: np.random.Generator) -> None:
+def test_beside_one_dry_friction_alone_is_adequate(rng: np.random.Generator) -> None:
     adequate = 0
     for start in rng.uniform(2.0, 6.0, 3):
-        report = fb.close_loop([record_of(rng, [start], 0.0, order)], SYSTEM, seed=1)
+        report = fb.close_loop([record_of(rng, [start], 0.0, 0)], SYSTEM, seed=1)
         assert any("knocked at" in note for note in report.notes)
         low, high = report.friction_after["interval90"]
         # three times as wide: 90 % intervals, and 99.99 % of them

@@ -135,14 +135,13 @@ def test_a_rough_patch_is_no_fluctuation() -> None:
     assert "friction_by_position" in found.residual["after"]["failed"]
 
 
-@pytest.mark.parametrize(("replicate", "alone"), [(9, False), (11, True)])
-def test_a_stop_on_one_side_is_no_fluctuation(replicate: int, alone: bool) -> None:
+def test_a_stop_on_one_side_is_no_fluctuation() -> None:
     """A cubic spring and a random force take up most of it; a test of all positions at once sees half."""
-    seed = np.random.SeedSequence([20261121, KINDS.index("one_sided_spring"), replicate])
+    seed = np.random.SeedSequence([20261121, KINDS.index("one_sided_spring"), 11])
     sealed = draw("one_sided_spring", seed)
     found = fb.close_loop([sealed.record], fb.Oscillator(**sealed.system), seed=0, check=False)
     failed = found.residual["after"]["failed"]
     assert found.verdict == "unexplained"
     assert found.left["depends_on"] == "position"
     assert "force_by_stop" in failed
-    assert ("force_by_position" not in failed) == alone
+    assert "force_by_position" not in failed

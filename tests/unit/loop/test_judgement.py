@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from arviz_stats.base import array_stats
 
 import friction_bayes as fb
 from decays import SYSTEM, long_decay, slow_decay
@@ -126,6 +127,8 @@ def test_probabilities_sum_to_one_and_friction_is_averaged(ambiguous: LoopReport
     assert sum(c["probability"] for c in ambiguous.candidates) == pytest.approx(1.0)
     which = ambiguous.posterior["mixture"]["candidate"].values
     assert len(np.unique(which)) > 1
+    # in no order: draws that are independent are read as such
+    assert array_stats.ess(which.astype(float), chain_axis=0, draw_axis=1) > 0.5 * which.size
     single = ambiguous.posterior["posterior"]["friction"].values
     assert ambiguous.friction_after["sd"] > 1.2 * single.std()
 

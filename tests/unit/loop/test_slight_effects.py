@@ -80,7 +80,7 @@ def test_a_short_record_of_damping_alone_does_not_claim_dry_friction(seed: int) 
     at zero; while draws that damping would have made negative kept their friction, 0.91 and three of eight.
     """
     probabilities, begin = [], []
-    for k in range(6):
+    for k in range(4):
         record = slow_decay(
             friction=1e-12,
             duration=3.4,
@@ -93,7 +93,7 @@ def test_a_short_record_of_damping_alone_does_not_claim_dry_friction(seed: int) 
         probabilities.append(report.dry_friction["probability"])
         begin.append(report.friction_after["interval90"][0] / report.friction_after["mean"])
     assert np.mean(probabilities) < 0.88
-    assert np.count_nonzero(np.array(begin) < 0.01) >= 3
+    assert np.count_nonzero(np.array(begin) < 0.01) >= 2
 
 
 def test_a_plain_record_answers_for_damping_unless_that_is_excluded() -> None:

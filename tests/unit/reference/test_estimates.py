@@ -64,6 +64,7 @@ def test_every_part(undecided: fb.Estimate, run: checking.ReferenceRun, tmp_path
     # the mixture has draws of all, in proportion
     mixed = run.tree["mixture"].dataset["friction"]
     assert mixed.dims == ("chain", "draw")
+    assert set(mixed.coords) == {"chain", "draw", "walker"}
     total = sum(part.probability for part in declared)
     for part in parts:
         share = np.isin(mixed.values, part["posterior"].dataset["friction"].values).mean()
