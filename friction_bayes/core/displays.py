@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.text import listed
 
-__all__ = ["DISPLAYS", "OVERVIEW", "Display", "figure_of", "html_of"]
+__all__ = ["DISPLAYS", "OVERVIEW", "Display", "Shown", "figure_of", "html_of"]
 
 OVERVIEW = "overview"
 """Name of the figure of a result at a glance."""
@@ -46,6 +46,34 @@ DISPLAYS = {
     ),
 }
 """By the name of the result's class."""
+
+
+class Shown:
+    """A result that shows itself."""
+
+    def _repr_html_(self) -> str:
+        return html_of(self)
+
+    def plot(self, what: str = OVERVIEW) -> Any:
+        """Draw a figure; needs matplotlib.
+
+        Parameters
+        ----------
+        what : str
+            ``overview``, the result at a glance, or another of those that the command line writes, such as
+            ``fit``, ``amplitudes`` and ``friction`` of an estimate, ``candidates``, ``residual`` and
+            ``forecast`` of a closed loop; those of one of several records carry its number, ``residual_2``.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            If there is no such figure; names those that there are.
+        """
+        return figure_of(self, what)
 
 
 def figure_of(result: Any, what: str = OVERVIEW) -> Any:

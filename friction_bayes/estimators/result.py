@@ -20,7 +20,7 @@ from friction_bayes.core.declared_force import (
     disagreement,
     frequencies_disagree,
 )
-from friction_bayes.core.displays import OVERVIEW, figure_of, html_of
+from friction_bayes.core.displays import Shown
 from friction_bayes.core.errors import RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.strict_json import plain
@@ -46,7 +46,7 @@ _WORTH_A_WARNING = 0.03
 
 
 @dataclass(frozen=True, kw_only=True)
-class Estimate:
+class Estimate(Shown):
     """Friction of one free decay.
 
     Attributes
@@ -208,30 +208,6 @@ class Estimate:
         for name in ("sd", "correlation_time") if told["random_force"] else ():
             rows[f"random_force.{name}"] = told["random_force"][name]
         return summary_table(rows)
-
-    def _repr_html_(self) -> str:
-        return html_of(self)
-
-    def plot(self, what: str = OVERVIEW) -> Any:
-        """Draw a figure; needs matplotlib.
-
-        Parameters
-        ----------
-        what : str
-            ``overview``, the record with its fit and the posterior of friction, or one of those that the
-            command line writes: ``fit`` (with the residual), ``amplitudes``, ``friction``, ``joint``, as far
-            as the method has them.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-
-        Raises
-        ------
-        InputError
-            If there is no such figure.
-        """
-        return figure_of(self, what)
 
     def to_xarray(self) -> xr.Dataset:
         """Return signal, fit and residual over ``time``, and the numbers as xarray has them.

@@ -8,7 +8,7 @@ from typing import Any
 import xarray as xr
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.displays import OVERVIEW, figure_of, html_of
+from friction_bayes.core.displays import Shown
 from friction_bayes.core.strict_json import plain
 from friction_bayes.core.summary import summary_table
 from friction_bayes.core.text import interval90, number, set_words
@@ -114,7 +114,7 @@ class RecordTrace:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class LoopReport:
+class LoopReport(Shown):
     """What closing the loop found; :meth:`to_dict` is ``report.json``.
 
     Attributes
@@ -245,30 +245,6 @@ class LoopReport:
         """Fields of ``report.json``; numbers that are not finite are None."""
         names = (field.name for field in fields(self) if field.name not in ("traces", "posterior"))
         return {name: plain(getattr(self, name)) for name in names}
-
-    def _repr_html_(self) -> str:
-        return html_of(self)
-
-    def plot(self, what: str = OVERVIEW) -> Any:
-        """Draw a figure; needs matplotlib.
-
-        Parameters
-        ----------
-        what : str
-            ``overview``, signal, residual and candidates, or another of those that the command line writes,
-            such as ``candidates``, ``friction``, ``residual``, ``turning_points`` and ``forecast``; those of
-            a record carry its number where there are several, as in ``residual_2``.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-
-        Raises
-        ------
-        InputError
-            If there is no such figure.
-        """
-        return figure_of(self, what)
 
     def to_datatree(self) -> xr.DataTree:
         """Return the draws, and each record with both predictions, as xarray has them.

@@ -57,9 +57,7 @@ def _has_numbers(row: list[Any]) -> bool:
 
 def _text(cell: Any) -> str:
     """A cell as text files have it."""
-    if isinstance(cell, datetime):
-        return cell.isoformat(timespec="microseconds")
-    if isinstance(cell, time):
+    if isinstance(cell, datetime | time):
         return cell.isoformat(timespec="microseconds")
     if isinstance(cell, timedelta):
         return repr(cell.total_seconds())
