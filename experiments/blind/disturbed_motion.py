@@ -100,14 +100,14 @@ def _built_up(law: Law, contact: _Contact, x: float) -> float:
 
     The Dahl model of exponent 1, ``ds/dx = (1 - s sign(v)) / s0``, in closed form along one direction.
     """
-    if not law.presliding:
-        return 1.0
     return 1.0 - (1.0 - contact.built_up) * math.exp(-abs(x - contact.turn) / law.presliding)
 
 
 def acceleration_of(law: Law, contact: _Contact, t: float, x: float, v: float, force: float) -> float:
     """Acceleration of a mass in contact under a force."""
-    friction = law.level(t, x, v, contact.sign) * _built_up(law, contact, x)
+    friction = law.level(t, x, v, contact.sign)
+    if law.presliding:
+        friction *= _built_up(law, contact, x)
     return law.drive(t, x, v, contact.slips) - contact.sign * friction + force
 
 

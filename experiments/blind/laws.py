@@ -110,11 +110,20 @@ class Law:
 
     def drive(self, t: float, x: float, v: float, slips: int) -> float:
         """Acceleration without friction."""
-        force = -(x - self.base(t, slips)) - self.cubic * x**3
-        force -= self.stiffness_change * (t / self.duration - 0.5) * x + self.quadratic_stiffness * x * abs(x)
-        force -= 2.0 * self.damping_ratio * v + self.drag * v * abs(v)
-        if x > self.stop_gap:
+        # most of these are absent from most laws, and a record asks a million times
+        force = -(x - self.base(t, slips)) if self.base_creep or self.base_slip else -x
+        if self.cubic:
+            force -= self.cubic * x**3
+        if self.stiffness_change or self.quadratic_stiffness:
+            force -= (
+                self.stiffness_change * (t / self.duration - 0.5) * x + self.quadratic_stiffness * x * abs(x)
+            )
+        if self.damping_ratio or self.drag:
+            force -= 2.0 * self.damping_ratio * v + self.drag * v * abs(v)
+        if self.stop_stiffness and x > self.stop_gap:
             force -= self.stop_stiffness * (x - self.stop_gap)
+        if not self.turn_sines:
+            return force
         for n, (sine, cosine) in enumerate(zip(self.turn_sines, self.turn_cosines, strict=True), 1):
             force -= sine * math.sin(n * self.swing * x) + cosine * math.cos(n * self.swing * x)
         return force
@@ -128,7 +137,8 @@ class Law:
             level *= 1.0 + self.relative_change * (t / self.duration - 0.5)
         if self.patch_boost:
             level *= 1.0 + self.patch_boost * math.exp(-(((x - self.patch_centre) / self.patch_width) ** 2))
-        level *= 1.0 + self.friction_tilt * x + self.friction_rise * abs(x) + self.friction_bend * x * x
+        if self.friction_tilt or self.friction_rise or self.friction_bend:
+            level *= 1.0 + self.friction_tilt * x + self.friction_rise * abs(x) + self.friction_bend * x * x
         return level
 
     def acceleration(self, t: float, x: float, v: float, sign: float, slips: int) -> float:
