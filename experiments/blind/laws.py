@@ -115,9 +115,8 @@ class Law:
         if self.cubic:
             force -= self.cubic * x**3
         if self.stiffness_change or self.quadratic_stiffness:
-            force -= (
-                self.stiffness_change * (t / self.duration - 0.5) * x + self.quadratic_stiffness * x * abs(x)
-            )
+            drifted = self.stiffness_change * (t / self.duration - 0.5) * x
+            force -= drifted + self.quadratic_stiffness * x * abs(x)
         if self.damping_ratio or self.drag:
             force -= 2.0 * self.damping_ratio * v + self.drag * v * abs(v)
         if self.stop_stiffness and x > self.stop_gap:
