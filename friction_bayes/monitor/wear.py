@@ -108,52 +108,65 @@ def default_wear_prior(times: Array, friction: Array) -> WearPrior:
     return WearPrior(wander=_WANDER * size / span, scatter=_SCATTER * size)
 
 
-@njit(cache=True, nogil=True)
+# error_model: a check of every division for a zero would keep the nodes from being taken together
+@njit(cache=True, nogil=True, error_model="numpy")
 def _filter(
     times: Array, friction: Array, sd: Array, wander: Array, scatter: Array, prior: Array
 ) -> tuple[Array, Array]:
     """Posterior of (level, drift) and log marginal likelihood for every node, shapes (m, 5) and (m,).
 
     A Kalman filter of the level runs over the estimates and over the regressor of the drift alike (de Jong
-    1991): the drift is then a generalised least-squares fit to the innovations.
+    1991): the drift is then a generalised least-squares fit to the innovations. All nodes take a step
+    together, which the processor does four at a time.
     """
     drift_mean, drift_precision, level_mean, level_variance = prior
-    result = np.empty((wander.size, 5))
-    log_likelihood = np.empty(wander.size)
-    for k in range(wander.size):
-        extra, v = scatter[k] ** 2, wander[k] ** 2
-        # level of the estimates and of the regressor, and their common variance
-        y, x = friction[0], 0.0
-        p = sd[0] ** 2 + extra
-        total = 0.0
+    nodes = wander.size
+    # level of the estimates and of the regressor, and their common variance
+    y, x, p = np.empty(nodes), np.zeros(nodes), np.empty(nodes)
+    information, projected, squares = np.empty(nodes), np.empty(nodes), np.empty(nodes)
+    product, log_product = np.ones(nodes), np.zeros(nodes)
+    for k in range(nodes):
+        y[k], p[k] = friction[0], sd[0] ** 2 + scatter[k] ** 2
+        information[k], projected[k] = drift_precision, drift_precision * drift_mean
+        squares[k] = drift_precision * drift_mean**2
         if level_variance < np.inf:
-            innovation = level_variance + p
+            innovation = level_variance + p[k]
             gain = level_variance / innovation
-            total -= 0.5 * (math.log(innovation) + (friction[0] - level_mean) ** 2 / innovation)
-            y = level_mean + gain * (friction[0] - level_mean)
-            p = level_variance * (1.0 - gain)
-        information, projected = drift_precision, drift_precision * drift_mean
-        squares = drift_precision * drift_mean**2
-        for i in range(1, times.size):
-            p += v * (times[i] - times[i - 1])
-            innovation = p + sd[i] ** 2 + extra
-            gain = p / innovation
-            of_y, of_x = friction[i] - y, (times[i] - times[0]) - x
-            information += of_x * of_x / innovation
-            projected += of_x * of_y / innovation
-            squares += of_y * of_y / innovation
-            total -= 0.5 * math.log(innovation)
-            y += gain * of_y
-            x += gain * of_x
-            p *= 1.0 - gain
-        drift = projected / information
-        lever = (times[-1] - times[0]) - x
-        result[k, 0] = y + lever * drift
+            log_product[k] = math.log(innovation) + (friction[0] - level_mean) ** 2 / innovation
+            y[k] = level_mean + gain * (friction[0] - level_mean)
+            p[k] = level_variance * (1.0 - gain)
+    for i in range(1, times.size):
+        step, time = times[i] - times[i - 1], times[i] - times[0]
+        own, estimate = sd[i] ** 2, friction[i]
+        for k in range(nodes):
+            before = p[k] + wander[k] ** 2 * step
+            innovation = before + own + scatter[k] ** 2
+            gain = before / innovation
+            of_y, of_x = estimate - y[k], time - x[k]
+            information[k] += of_x * of_x / innovation
+            projected[k] += of_x * of_y / innovation
+            squares[k] += of_y * of_y / innovation
+            product[k] *= innovation
+            y[k] += gain * of_y
+            x[k] += gain * of_x
+            p[k] = before * (1.0 - gain)
+        # a product of four is far from either end of the numbers, and its logarithm costs as much as one
+        if i % 4 == 0 or i == times.size - 1:
+            for k in range(nodes):
+                log_product[k] += math.log(product[k])
+                product[k] = 1.0
+    result = np.empty((nodes, 5))
+    log_likelihood = np.empty(nodes)
+    for k in range(nodes):
+        drift = projected[k] / information[k]
+        lever = (times[-1] - times[0]) - x[k]
+        result[k, 0] = y[k] + lever * drift
         result[k, 1] = drift
-        result[k, 2] = p + lever * lever / information
-        result[k, 3] = 1.0 / information
-        result[k, 4] = lever / information
-        log_likelihood[k] = total - 0.5 * math.log(information) - 0.5 * (squares - projected * drift)
+        result[k, 2] = p[k] + lever * lever / information[k]
+        result[k, 3] = 1.0 / information[k]
+        result[k, 4] = lever / information[k]
+        rest = squares[k] - projected[k] * drift
+        log_likelihood[k] = -0.5 * (log_product[k] + math.log(information[k]) + rest)
     return result, log_likelihood
 
 
@@ -185,7 +198,7 @@ def fit_wear(times: Array, friction: Array, sd: Array, prior: WearPrior | None =
         axes = [
             blurred[i] * np.expm1(low[i] + (np.arange(nodes[i]) + 0.5) * cell[i]) for i in range(scale.size)
         ]
-        wander, scatter = (each.ravel() for each in np.meshgrid(*axes, indexing="ij"))
+        wander, scatter = np.repeat(axes[0], nodes[1]), np.tile(axes[1], nodes[0])
         found, log_likelihood = _filter(times, friction, sd, wander, scatter, normal)
         prior_mass = [_half_cauchy_mass(*each) for each in zip(axes, scale, blurred, cell, strict=True)]
         density = log_likelihood + np.add.outer(*prior_mass).ravel()
