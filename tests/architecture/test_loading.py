@@ -48,14 +48,13 @@ def test_help_and_refused_options_load_no_numerical_package(arguments: tuple[str
     assert modules & {"jinja2", *COMPUTING, *SHOWING} == set()
 
 
-@pytest.mark.parametrize("method", ["waveform", "normal-gamma"])
-def test_an_estimate_loads_what_it_runs(method: str) -> None:
+def test_an_estimate_loads_what_it_runs() -> None:
     modules = loaded(
         "import friction_bayes as fb\n"
         "system = fb.Oscillator(mass=10.0, stiffness=1000.0)\n"
         "record = fb.simulate(system, friction=0.5, initial_displacement=0.02, duration=5.0,"
         " sampling_rate=100.0, noise_sd=5e-4, seed=1)\n"
-        f"fb.estimate(record, system, method={method!r})"
+        "fb.estimate(record, system)"
     )
     assert "friction_bayes.estimators.estimate" in modules
     # dask and jinja2 are not in it: xarray loads them wherever they are installed
