@@ -189,7 +189,9 @@ def coloured_gains(force: ForcedSteps, noise: LaggedNoise, rows: Array, variance
     gains = np.zeros((n, m + 1))
     cov = np.zeros((m, m))
     cov[2, 2] = square
-    cov[3:, 3:] = covariance
+    for a in range(p):
+        for b in range(p):
+            cov[3 + a, 3 + b] = covariance[a, b]
     before, moved, half = cov.copy(), np.empty((m, m)), np.empty((m, m))
     changes = len(rows) > 1
     steady = False
@@ -212,9 +214,12 @@ def coloured_gains(force: ForcedSteps, noise: LaggedNoise, rows: Array, variance
         # what another row tells is another covariance
         same = same and not (changes and rows[i, 0] != rows[i - 1, 0])
         if steady and same:
-            gains[i] = gains[i - 1]
+            for a in range(m + 1):
+                gains[i, a] = gains[i - 1, a]
         elif variance[i] == math.inf:
-            cov[:] = before
+            for a in range(m):
+                for b in range(m):
+                    cov[a, b] = before[a, b]
             steady = False
         else:
             steady = steady and same

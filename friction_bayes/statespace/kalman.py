@@ -437,7 +437,9 @@ def _gains(force: ForcedSteps, error: ErrorSteps, rows: Array, variance: Array, 
                     predicted[i, a, b] = predicted[i, b, a] = before[place]
                     place += 1
         if steady:
-            gains[i] = gains[i - 1]
+            # one by one: assigning a row compiles numba's broadcasting, and its message, for three seconds
+            for a in range(5):
+                gains[i, a] = gains[i - 1, a]
         elif math.isfinite(variance[i]):
             x, v, d, u, total = _read(before, rows[i if changes else 0], variance[i])
             scale = 1.0 / math.sqrt(total)
@@ -548,7 +550,9 @@ def _looked_ahead(
                 now[1, j] = f[1, 0] * x + f[1, 1] * v + f[1, 2] * d
                 now[2, j] = f[2, 2] * d
                 now[3, j] *= decays[k]
-        states[i] = now
+        for a in range(4):
+            for j in range(p):
+                states[i, a, j] = now[a, j]
         scale = gains[i, 4]
         if scale > 0.0:
             row = rows[i if changes else 0]
@@ -597,7 +601,8 @@ def _looked_back(
         if scale > 0.0:
             # what the later samples tell of the state before this one, and this one itself
             both = scale * scale
-            read[:3] = rows[i if changes else 0]
+            for a in range(3):
+                read[a] = rows[i if changes else 0, a]
             for a in range(4):
                 told[a] = 0.0
                 for b in range(4):

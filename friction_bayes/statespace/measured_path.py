@@ -255,7 +255,7 @@ def _nodes(phase: Array, x: Array, v: Array, abscissae: Array, weights: Array) -
         count += math.ceil(h / _LONGEST_PIECE) + 1
         crosses[i] = (v[i] > 0.0) != (v[i + 1] > 0.0)
         turns += crosses[i]
-        force[:, i] = _force_between(x[i], v[i], x[i + 1], v[i + 1], h)
+        force[0, i], force[1, i] = _force_between(x[i], v[i], x[i + 1], v[i + 1], h)
     nodes = np.empty((6, count * order))
     turning = np.empty((2, turns))
     ends = np.zeros(3)

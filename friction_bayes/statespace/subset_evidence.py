@@ -308,7 +308,9 @@ def _bound_sets(
     sets, order = nested.inside, nested.order
     m, p = sets.shape
     left = np.empty((p + 1, p + 1, p + 1))
-    left[0] = gram
+    for a in range(p + 1):
+        for b in range(p + 1):
+            left[0, a, b] = gram[a, b]
     column, steps = np.empty(p, np.int64), np.zeros(p + 1, np.int64)
     square, log_factor, size, confined = np.zeros(p + 1), np.zeros(p + 1), np.zeros(p + 1), np.zeros(p + 1)
     square[0] = gram[p, p]
@@ -377,7 +379,8 @@ def _penalised(
     What the reference has and the set lacks goes back into the record, by way of ``back``.
     """
     p = reference.size
-    back[:] = gram[p]
+    for j in range(back.size):
+        back[j] = gram[p, j]
     for j in range(p):
         if not columns[j] and reference[j] != 0.0:
             for k in range(p):

@@ -143,8 +143,8 @@ def initial_response(phase: Array, stiffness: Array | None = None) -> Array:
 
 @njit(cache=True, nogil=True)
 def _free_states(phase: Array, stiffness: Array) -> Array:
-    states = np.empty((phase.size, 2, 2))
-    states[0] = np.eye(2)
+    states = np.zeros((phase.size, 2, 2))
+    states[0, 0, 0] = states[0, 1, 1] = 1.0
     for i in range(phase.size - 1):
         cosine, sine = free_motion(phase[i + 1] - phase[i], stiffness[i])
         back = -stiffness[i] * sine

@@ -128,7 +128,9 @@ def _gains(
     Of the samples: what they show about the rest position and what they should, the weight of that, the half
     cycle and the bin of the phase, shape (n,) each. Minus infinity where tops scatter by more than noise.
     """
-    n, half_cycles = away.size, int(half_cycle.max()) + 1
+    n, half_cycles = away.size, 0
+    for which in half_cycle:
+        half_cycles = max(half_cycles, which + 1)
     gains = np.empty(levels.size)
     beyond = np.empty(n, dtype=np.bool_)
     for i, level in enumerate(levels):
