@@ -14,7 +14,7 @@ from scipy.stats import binom
 
 import friction_bayes as fb
 
-RECORDS = 14
+RECORDS = 10
 RARE = 1e-4
 QUANTITIES = ("angle", "angular_velocity", "angular_acceleration")
 

@@ -18,7 +18,7 @@ from friction_bayes.loop.infer.law_draws import law_draws
 from friction_bayes.loop.infer.record_fit import ForceFit
 from unsteady_decays import FRICTION, RELEASE, SYSTEM, faulty_record, fitted
 
-RECORDS = 30
+RECORDS = 20
 OUTLIERS = {"hit": 0.02, "far": 10.0}
 CLIPPED = {"ceiling": 0.55 * RELEASE}
 
