@@ -322,6 +322,7 @@ def test_a_decay_is_chosen_of_several(
     assert friction(several, *LINEAR, "--start", "9", "--decay", "2") == pytest.approx(FRICTION, rel=0.02)
 
 
+@pytest.mark.usefixtures("without_loop_figures")
 def test_all_decays_of_a_recording_are_taken_together(
     several: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
