@@ -59,7 +59,7 @@ def test_what_is_silent_above_its_filter_is_no_white_noise() -> None:
 
 
 def test_the_loop_takes_no_filter_for_a_law() -> None:
-    record = filtered("velocity", 30.0, order=4, rate=500.0, both=True)
+    record = filtered("velocity", 30.0, order=4, rate=250.0, both=True)
     report = fb.close_loop([record], SYSTEM, seed=1)
     low, high = report.friction_after["interval90"]
     assert low < 1.0 < high
