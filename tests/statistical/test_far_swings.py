@@ -14,7 +14,7 @@ from scipy.stats import binom
 
 import friction_bayes as fb
 
-RECORDS = 10
+RECORDS = 14
 RARE = 1e-4
 QUANTITIES = ("angle", "angular_velocity", "angular_acceleration")
 
