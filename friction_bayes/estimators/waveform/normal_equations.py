@@ -17,8 +17,8 @@ Within a half cycle ``k``, ``e`` and the swing ``w = b + k u`` are constants. Wi
 
 so that every entry of ``J'J`` and ``J'r`` is a combination, by these constants, of sums over the half cycle
 of products of (1, ``f``, ``g``, ``h``) with one another and with the residual: fourteen sums and the count.
-Where samples are evenly spaced they need no sine or cosine each: one table of a half cycle, turned by the phase
-of its first sample, serves all of them, and only the sums with the residual read the samples.
+Where samples are evenly spaced they need no sine or cosine each: one table of a half cycle, turned by the
+phase of its first sample, serves all of them, and only the sums with the residual read the samples.
 """
 
 from __future__ import annotations
@@ -43,8 +43,11 @@ __all__ = [
     "NormalEquations",
     "Samples",
     "Signal",
+    "Turns",
     "accumulate",
+    "even_sums",
     "first_at",
+    "half_cycle_table",
     "place",
     "stopping_turn",
 ]
@@ -155,10 +158,7 @@ def accumulate(signal: Signal, at: NormalEquations, held: Array, stop: int) -> f
     total = 0.0
     half = math.floor((held[PHASE] - held[ADVANCE]) / math.pi)
     i, n = 0, y.size
-    even = samples.places.size == 0
-    middle = 0.5 * (n - 1)
-    # two more than a half cycle has, for rounding
-    turns = _turns(p[ADVANCE] / middle, min(int(math.pi * middle / held[ADVANCE]) + 2, n) if even else 0)
+    turns = half_cycle_table(samples, p[ADVANCE], held[ADVANCE])
     while i < n and half < stop:
         end = max(first_at(samples, ((half + 1) * math.pi - held[PHASE]) / held[ADVANCE]), i)
         k = kappa - 2.0 * half - 1.0
@@ -167,8 +167,8 @@ def accumulate(signal: Signal, at: NormalEquations, held: Array, stop: int) -> f
         if order == 0:
             e = 1.0 if half % 2 == 0 else -1.0
         constant = p[OFFSET] + e * p[FRICTION]
-        if even:
-            sums = _even_sums(y[i:end], turns, i, middle, order, p, constant, swing)
+        if samples.places.size == 0:
+            sums = even_sums(y[i:end], turns, i, 0.5 * (n - 1), order, p, constant, swing)
         else:
             sums = _uneven_sums(y, samples, i, end, order, p, constant, swing)
         _add_half_cycle(matrix, gradient, sums, k, e, swing)
@@ -180,7 +180,7 @@ def accumulate(signal: Signal, at: NormalEquations, held: Array, stop: int) -> f
     return total
 
 
-class _Turns(NamedTuple):
+class Turns(NamedTuple):
     """Cosines and sines of the first multiples of an angle, and their sums, which all half cycles share.
 
     Attributes
@@ -196,8 +196,25 @@ class _Turns(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def _turns(angle: float, count: int) -> _Turns:
-    """Fill the table by doubling, which rounds as often as the number of multiples has digits."""
+def half_cycle_table(samples: Samples, advance: float, held: float) -> Turns:
+    """Table of one half cycle of evenly spaced samples, empty where they are not.
+
+    Filled by doubling, which rounds as often as the number of multiples has digits.
+
+    Parameters
+    ----------
+    samples : Samples
+    advance : float
+        Phase over half the record.
+    held : float
+        The same of the half cycles that samples are put in.
+    """
+    if samples.places.size > 0:
+        return Turns(np.zeros(0), np.zeros(0), np.zeros((0, 13)))
+    n, middle = samples.size, 0.5 * (samples.size - 1)
+    angle = advance / middle
+    # one more than a half cycle has, for rounding
+    count = min(int(min(math.pi * middle / held, float(n))) + 2, n)
     cosine, sine = np.ones(count), np.zeros(count)
     sums = np.zeros((count + 1, 13))
     known = 1
@@ -217,12 +234,12 @@ def _turns(angle: float, count: int) -> _Turns:
         after[7], after[8], after[9] = before[7] + j * cc, before[8] + j * cs, before[9] + j * ss
         after[10], after[11] = before[10] + j * j * cc, before[11] + j * j * cs
         after[12] = before[12] + j * j * ss
-    return _Turns(cosine, sine, sums)
+    return Turns(cosine, sine, sums)
 
 
 @njit(cache=True, nogil=True)
-def _even_sums(
-    y: Array, turns: _Turns, start: int, middle: float, order: int, p: Array, constant: float, swing: float
+def even_sums(
+    y: Array, turns: Turns, start: int, middle: float, order: int, p: Array, constant: float, swing: float
 ) -> _Sums:
     """Sums over the samples ``y`` of one half cycle, the first of them sample ``start`` of the record.
 
