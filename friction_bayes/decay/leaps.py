@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.decay.spans import extremes
 
 __all__ = ["find_leap", "may_leap"]
 
@@ -80,14 +81,20 @@ def may_leap(values: Array) -> bool:
         values[6:],
         values[7:],
     )
-    largest, low, high = 0.0, values[0], values[0]
+    largest = 0.0
     for i in range(values.size - 7):
         gap = w0 * (d[i] - c[i]) + w1 * (e[i] - b[i]) + w2 * (f[i] - a[i]) + w3 * (g[i] - values[i])
         largest = max(largest, abs(gap))
-    for i in range(values.size):
-        low, high = min(low, values[i]), max(high, values[i])
+    low, high = extremes(values)
     # rounding in another order is no evidence
-    return largest * (1.0 + 1e-9) > _LEAST_LEAP * (high - low)
+    if largest * (1.0 + 1e-9) <= _LEAST_LEAP * (high - low):
+        return False
+    usual = 0
+    for i in range(values.size - 7):
+        gap = w0 * (d[i] - c[i]) + w1 * (e[i] - b[i]) + w2 * (f[i] - a[i]) + w3 * (g[i] - values[i])
+        usual += _OF_OTHERS * abs(gap) >= largest * (1.0 + 1e-9)
+    # where more than 5 % are as large the one is no leap, whichever they are compared with
+    return usual < 0.05 * values.size + 2 * (_AROUND + _SKIPPED) + 2 * _SKIPPED + 1
 
 
 def _gaps(values: Array, skipped: int) -> Array:

@@ -179,7 +179,8 @@ def _tail_resolution(values: Array, tail: int) -> Array:
     """
     result = np.zeros(values.shape[0])
     if 0 < tail < values.shape[1]:
-        for row, end in enumerate(values[:, -tail:]):
-            if np.unique(end).size <= tail // 2:
-                result[row] = quantisation_step(values[row]) or 0.0
+        ends = np.sort(values[:, -tail:], axis=1)
+        distinct = 1 + np.count_nonzero(ends[:, 1:] > ends[:, :-1], axis=1)
+        for row in np.flatnonzero(distinct <= tail // 2).tolist():
+            result[row] = quantisation_step(values[row]) or 0.0
     return result

@@ -15,7 +15,7 @@ from numba import njit
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.records.quantisation import ROUNDING
 
-__all__ = ["REACH", "Spans", "spans"]
+__all__ = ["REACH", "Spans", "extremes", "not_finite", "spans"]
 
 REACH = 3
 """Samples within which :attr:`Spans.reach` looks."""
@@ -55,16 +55,17 @@ def spans(values: Array) -> Spans:
 def _read(values: Array, found: Spans) -> None:
     for r in range(values.shape[0]):
         y = values[r]
-        found.finite[r] = _not_finite(y) == 0
+        found.finite[r] = not_finite(y) == 0
         if found.finite[r] and y.size > REACH:
-            low, high, found.reach[r] = _extremes(y)
-            found.range[r] = high - low
+            low, high = extremes(y)
+            found.range[r], found.reach[r] = high - low, _reach(y)
             rounding = ROUNDING * (high - low)
             found.flat[r] = _flat_runs(y, low + rounding, high - rounding) > 0
 
 
 @njit(cache=True, nogil=True)
-def _not_finite(y: Array) -> int:
+def not_finite(y: Array) -> int:
+    """How many samples are nan or infinite."""
     count = 0
     for i in range(y.size):
         count += not abs(y[i]) <= _LARGEST
@@ -72,21 +73,27 @@ def _not_finite(y: Array) -> int:
 
 
 @njit(cache=True, nogil=True, fastmath={"nnan", "nsz"})
-def _extremes(y: Array) -> tuple[float, float, float]:
-    """Lowest, highest, and the largest difference within :data:`REACH` samples; numbers without nan."""
-    low, high, reach = y[0], y[0], 0.0
-    first, second, third = y[1:], y[2:], y[3:]
-    n = y.size
-    for i in range(n - 3):
+def extremes(y: Array) -> tuple[float, float]:
+    """Lowest and highest of at least one finite number."""
+    low, high = y[0], y[0]
+    for i in range(y.size):
         low, high = min(low, y[i]), max(high, y[i])
+    return low, high
+
+
+@njit(cache=True, nogil=True, fastmath={"nnan", "nsz"})
+def _reach(y: Array) -> float:
+    """Largest difference of finite numbers up to :data:`REACH` samples apart."""
+    reach = 0.0
+    first, second, third = y[1:], y[2:], y[3:]
+    for i in range(y.size - 3):
         reach = max(reach, abs(first[i] - y[i]))
         reach = max(reach, abs(second[i] - y[i]))
         reach = max(reach, abs(third[i] - y[i]))
-    for i in range(n - 3, n):
-        low, high = min(low, y[i]), max(high, y[i])
-        for j in range(i + 1, n):
+    for i in range(y.size - 3, y.size):
+        for j in range(i + 1, y.size):
             reach = max(reach, abs(y[j] - y[i]))
-    return low, high, reach
+    return reach
 
 
 @njit(cache=True, nogil=True)
