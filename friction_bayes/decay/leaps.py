@@ -6,7 +6,6 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.decay.spans import extremes
 
 __all__ = ["find_leap", "may_leap"]
 
@@ -16,6 +15,8 @@ _SKIPPED = 2
 """Samples beside the interval without which a leap is still there, and a stray sample is not."""
 _LEAST_LEAP = 0.1
 """Share of the range of all samples that a leap exceeds."""
+_EVERY = 8
+"""Samples of which one is looked at for the range."""
 _OF_OTHERS = 4.0
 """Times what is usual in the other intervals, 5 % of them apart, that it exceeds besides."""
 
@@ -66,7 +67,7 @@ def _onward(skipped: int) -> Array:
 _ONWARD = tuple(_onward(0).tolist())
 
 
-@njit(cache=True, nogil=True, fastmath={"nnan", "nsz", "contract"})
+@njit(cache=True, nogil=True, fastmath={"contract"})
 def may_leap(values: Array) -> bool:
     """Whether :func:`find_leap` has anything to look at in finite ``values``, shape (n,)."""
     if values.size < 2 * _AROUND:
@@ -81,14 +82,22 @@ def may_leap(values: Array) -> bool:
         values[6:],
         values[7:],
     )
+    low = high = values[0]
+    # of some of the samples: the range of all is no less
+    for i in range(0, values.size, _EVERY):
+        low, high = min(low, values[i]), max(high, values[i])
+    # rounding in another order is no evidence
+    least = (1.0 - 1e-9) * _LEAST_LEAP * (high - low)
+    count = 0
+    for i in range(values.size - 7):
+        gap = w0 * (d[i] - c[i]) + w1 * (e[i] - b[i]) + w2 * (f[i] - a[i]) + w3 * (g[i] - values[i])
+        count += abs(gap) > least
+    if count == 0:
+        return False
     largest = 0.0
     for i in range(values.size - 7):
         gap = w0 * (d[i] - c[i]) + w1 * (e[i] - b[i]) + w2 * (f[i] - a[i]) + w3 * (g[i] - values[i])
         largest = max(largest, abs(gap))
-    low, high = extremes(values)
-    # rounding in another order is no evidence
-    if largest * (1.0 + 1e-9) <= _LEAST_LEAP * (high - low):
-        return False
     usual = 0
     for i in range(values.size - 7):
         gap = w0 * (d[i] - c[i]) + w1 * (e[i] - b[i]) + w2 * (f[i] - a[i]) + w3 * (g[i] - values[i])

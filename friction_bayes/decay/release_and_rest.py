@@ -36,7 +36,7 @@ from friction_bayes.decay.located import (
     Located,
 )
 from friction_bayes.decay.releases import peaks_after_releases, samples_averaged
-from friction_bayes.decay.spans import extremes, not_finite
+from friction_bayes.decay.spans import Extremes
 
 __all__ = ["locate_moving_parts"]
 
@@ -117,6 +117,28 @@ def _about(y: Array, mean: float) -> tuple[float, float]:
 
 
 @njit(cache=True, nogil=True)
+def _phasors(polynomial: Array, scale: float, start: int, n: int) -> tuple[Array, Array]:
+    """Cosine and sine of a cubic phase from ``start`` on, turned by its differences, which a cubic ends."""
+    cosine, sine = np.empty(n), np.empty(n)
+    third = 6.0 * polynomial[3] / scale**3
+    c3, s3 = math.cos(third), math.sin(third)
+    c = s = c1 = s1 = c2 = s2 = 0.0
+    for j in range(n):
+        if j % _RESYNCHRONISED == 0:
+            here = phase_of(polynomial, scale, start + j)
+            first = phase_of(polynomial, scale, start + j + 1) - here
+            second = phase_of(polynomial, scale, start + j + 2) - here - 2.0 * first
+            c, s = math.cos(here), math.sin(here)
+            c1, s1 = math.cos(first), math.sin(first)
+            c2, s2 = math.cos(second), math.sin(second)
+        cosine[j], sine[j] = c, s
+        c, s = c * c1 - s * s1, s * c1 + c * s1
+        c1, s1 = c1 * c2 - s1 * s2, s1 * c2 + c1 * s2
+        c2, s2 = c2 * c3 - s2 * s3, s2 * c3 + c2 * s3
+    return cosine, sine
+
+
+@njit(cache=True, nogil=True)
 def _copy_moments(to_matrix: Array, to_right: Array, matrix: Array, right: Array) -> None:
     """Copy moments, by loops: slice assignment costs the compiler seconds."""
     for a in range(right.size):
@@ -153,12 +175,8 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
     matrices, rights = np.zeros((places, 6, 6)), np.zeros((places, 6))
     squares, tails, at = np.zeros(places), np.zeros(places), np.zeros(places, np.int64)
     count, next_candidate = 0, 3.0 * half
-    straight = polynomial[2] == 0.0 and polynomial[3] == 0.0
-    rate = rate_of(polynomial, scale, start)
-    turn, turn_across = math.cos(rate), math.sin(rate)
-    c, s = 0.0, 0.0
+    c, s = _phasors(polynomial, scale, start, n)
     for j in range(n):
-        i = start + j
         if j >= next_candidate or j == n - 1:
             next_candidate += 0.25 * half
             _copy_moments(matrices[count], rights[count], matrix, right)
@@ -166,15 +184,10 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
             tails[count] = max(tail_square - tail_sum * tail_sum / (n - j), 0.0)
             count += 1
         h = j / n
-        if straight and j % _RESYNCHRONISED > 0:
-            c, s = c * turn - s * turn_across, s * turn + c * turn_across
-        else:
-            angle = phase_of(polynomial, scale, i)
-            c, s = math.cos(angle), math.sin(angle)
-        basis[1], basis[4] = c, s
-        basis[2], basis[5] = h * c, h * s
+        basis[1], basis[4] = c[j], s[j]
+        basis[2], basis[5] = h * c[j], h * s[j]
         basis[3] = h * basis[2]
-        value = y[i] - mean
+        value = y[start + j] - mean
         add_sample(matrix, right, basis, value, 1.0)
         square += value * value
         tail_sum -= value
@@ -275,6 +288,7 @@ def _thinned(y: Array, first: int, width: int, offset: float) -> Array:
 @njit(cache=True, nogil=True)
 def locate_moving_parts(
     values: Array,
+    seen: Extremes,
     frequencies: Array,
     resolutions: Array,
     order: int,
@@ -289,6 +303,8 @@ def locate_moving_parts(
     ----------
     values : ndarray, shape (records, n)
         Samples, one record a row.
+    seen : Extremes
+        Of each.
     frequencies : ndarray, shape (records,)
         Rough angular frequencies [rad/sample].
     resolutions : ndarray, shape (records,)
@@ -307,13 +323,16 @@ def locate_moving_parts(
     """
     for r in range(values.shape[0]):
         y, omega, resolution = values[r], frequencies[r], resolutions[r]
+        low, high = seen.low[r], seen.high[r]
         # to numba True is a type, for which it would compile all of it once more
         undriven = 0
-        found = _moving_part(y, omega, resolution, order, given_start, alone, judged, undriven > 0)
+        found = _moving_part(y, low, high, omega, resolution, order, given_start, alone, judged, undriven > 0)
         undriven = found[8]
         if undriven > 0:
             # phase and rest of the free part are its own, and it is taken to hold one decay
-            found = _moving_part(y, omega, resolution, order, undriven, undriven > 0, judged, undriven > 0)
+            found = _moving_part(
+                y, low, high, omega, resolution, order, undriven, undriven > 0, judged, undriven > 0
+            )
         (
             located.status[r],
             located.start[r],
@@ -331,6 +350,8 @@ def locate_moving_parts(
 @njit(cache=True, nogil=True)
 def _moving_part(
     y: Array,
+    low: float,
+    high: float,
     omega: float,
     resolution: float,
     order: int,
@@ -340,11 +361,8 @@ def _moving_part(
     after_drive: bool,
 ) -> tuple[int, int, int, float, float, float, bool, int, int]:
     """The row of :class:`Located` that belongs to one record; its last entry: where a drive has ended."""
-    if y.size == 0:
-        return _nothing(CONSTANT)
-    if not_finite(y) > 0:
+    if y.size > 0 and not math.isfinite(high - low):
         return _nothing(NOT_FINITE)
-    low, high = extremes(y)
     if not high > low:
         return _nothing(CONSTANT)
     offset = 0.5 * (low + high)

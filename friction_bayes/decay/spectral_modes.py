@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Indices, Mask
-from friction_bayes.decay.spans import not_finite
+from friction_bayes.decay.spans import extremes
 
 __all__ = ["BAND", "SpectralModes", "spectral_modes"]
 
@@ -74,7 +74,7 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
         return alone
     expected = expected * width
     clean = np.empty((rows, n))
-    _fill_means(values, width, clean)
+    _fill_means(values, extremes(values).finite, width, clean)
     clean -= clean.mean(axis=1, keepdims=True)
     length = 1 << max(2 * n - 1, 8).bit_length()
     grid = np.arange(length // 2 + 1) * (2.0 * math.pi / length)
@@ -114,15 +114,14 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
 
 
 @njit(cache=True, nogil=True, fastmath={"reassoc"})
-def _fill_means(values: Array, width: int, means: Array) -> None:
+def _fill_means(values: Array, finite: Mask, width: int, means: Array) -> None:
     """Means of blocks; samples that are not finite count as zero."""
     for r in range(values.shape[0]):
         y = values[r]
-        clean = not_finite(y) == 0
         for k in range(means.shape[1]):
             block = y[k * width : (k + 1) * width]
             total = 0.0
-            if clean:
+            if finite[r]:
                 for i in range(width):
                     total += block[i]
             else:

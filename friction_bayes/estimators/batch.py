@@ -30,7 +30,7 @@ from friction_bayes.decay.located import FOUND, NOT_DECAYING, Located
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
-from friction_bayes.decay.spans import Spans, spans
+from friction_bayes.decay.spans import Extremes, extremes, flat_extremes
 from friction_bayes.estimators.base import SURELY_NEGATIVE, Estimator, Fit, Fits, FreeDecays
 from friction_bayes.estimators.equally_probable import EquallyProbable
 from friction_bayes.estimators.estimate import check_choices, surely_faster_loss
@@ -79,8 +79,10 @@ _BIT = {name: 1 << i for i, name in enumerate(WARNINGS)}
 _COEFFICIENTS = 5
 """Fitted to each record."""
 _NO_FIT, _CLIPPED, _LEAPS = (STATUS.index(word) for word in ("no_fit", "clipped", "leaps"))
-_CHUNK_VALUES = 4_000_000
-"""Most samples worked on at a time, for the memory their spectra take."""
+_PARTS = 24
+"""In which an array is worked on, for the memory that its samples as floats and their spectra take."""
+_LEAST_PART, _LARGEST_PART = 500_000, 4_000_000
+"""Samples in each."""
 
 _COLUMNS = (
     "friction_mean",
@@ -272,7 +274,8 @@ def _estimate_rows(
     judge: bool,
 ) -> Array:
     """Estimate every row of an array, shape (records, n) to (records, columns)."""
-    rows = max(_CHUNK_VALUES // max(values.shape[1], 1), 1)
+    most = min(max(values.size // _PARTS, _LEAST_PART), _LARGEST_PART)
+    rows = max(most // max(values.shape[1], 1), 1)
     parts = [
         # writeable as those of a single record are: kernels are compiled for one kind of array
         _estimate_chunk(
@@ -294,10 +297,11 @@ def _estimate_chunk(
 ) -> Array:
     """Estimate rows of the system and sensor that ``like`` declares."""
     system, kind = like.system, like.quantity
-    seen = spans(values)
+    seen = extremes(values)
+    flat = flat_extremes(values, seen)
     values, mended = _without_excursions(values, system.natural_frequency * like.step, seen)
     located = locate_free_decays(values, like.step, system.natural_frequency, kind.order)
-    for row in np.flatnonzero((located.status == FOUND) & (seen.flat | mended)).tolist():
+    for row in np.flatnonzero((located.status == FOUND) & (flat | mended)).tolist():
         if clipped_fraction(values[row])[1] is not None:
             located.status[row] = _CLIPPED
     if kind.order == 0:
@@ -339,8 +343,8 @@ def _look_longer(white: Mask, used: Mapping[int, FreeDecay], fits: Fits) -> None
     if fits.residual is None:
         return
     for row, decay in used.items():
-        phase = fits.frequency[row] * decay.time
-        if not white[row] and phase.size >= LEAST_SAMPLES:
+        if not white[row] and decay.values.size >= LEAST_SAMPLES:
+            phase = fits.frequency[row] * decay.time
             white[row] = looks_white(fits.residual(row), phase, decay.quantity.order, _COEFFICIENTS)
 
 
@@ -389,11 +393,11 @@ def _set_leaps_apart(values: Array, located: Located) -> None:
             located.status[row] = _LEAPS
 
 
-def _without_excursions(values: Array, angle: float, seen: Spans) -> tuple[Array, Mask]:
+def _without_excursions(values: Array, angle: float, seen: Extremes) -> tuple[Array, Mask]:
     """Rows in which isolated excursions are replaced, and which; those that are not finite as they are."""
     which = np.zeros(len(values), dtype=np.bool_)
     mended = values
-    for row in np.flatnonzero(excursions_possible(seen)).tolist():
+    for row in np.flatnonzero(excursions_possible(values, seen)).tolist():
         own, stray = without_excursions(values[row], angle)
         if stray.size:
             mended = values.copy() if mended is values else mended
