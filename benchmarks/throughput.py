@@ -1,7 +1,7 @@
 """What a batch of records costs over one reading of its samples, and where the time goes.
 
 ``python -m benchmarks.throughput [--records M] [--page PAGE]`` prints tables; ``--page`` puts them between
-the markers of a Markdown page. Times are processor times of one thread, the least of repetitions that alternate
+the markers of a Markdown page. Times are processor times of one thread, the least of repetitions in turn
 with those of ``numpy.sum`` over the same array, so that they mean the same on a busy machine.
 """
 
