@@ -95,7 +95,7 @@ def _amplitudes(y: Array, omega: float) -> tuple[Array, float]:
     length, last = 2.0 * math.pi / omega, centre.size - 1
     amplitude = np.zeros(last // 2 + 1)
     log_noise = 0.0
-    basis = np.ones(3)
+    matrix, right = np.zeros((3, 3)), np.zeros(3)
     for k in range(amplitude.size):
         a, b = max(2 * k - 1, 0), min(2 * k + 1, last)
         along = inphase[b] * inphase[a] + quadrature[b] * quadrature[a]
@@ -103,15 +103,18 @@ def _amplitudes(y: Array, omega: float) -> tuple[Array, float]:
         rate = omega + (math.atan2(across, along) / (centre[b] - centre[a]) if b > a else 0.0)
         begin = max(math.ceil(centre[2 * k] - 0.5 * length), 0)
         end = min(math.floor(centre[2 * k] + 0.5 * length) + 1, y.size)
-        matrix, right, square = np.zeros((3, 3)), np.zeros(3), 0.0
         angle = rate * (begin - centre[2 * k])
-        basis[1], basis[2] = math.cos(angle), math.sin(angle)
+        c, s = math.cos(angle), math.sin(angle)
         turn, turn_across = math.cos(rate), math.sin(rate)
+        one_c = one_s = cc = cs = ss = one_y = c_y = s_y = square = 0.0
         for i in range(begin, end):
-            add_sample(matrix, right, basis, y[i], 1.0)
-            square += y[i] * y[i]
-            c, s = basis[1], basis[2]
-            basis[1], basis[2] = c * turn - s * turn_across, s * turn + c * turn_across
+            one_c, one_s = one_c + c, one_s + s
+            cc, cs, ss = cc + c * c, cs + c * s, ss + s * s
+            one_y, c_y, s_y, square = one_y + y[i], c_y + c * y[i], s_y + s * y[i], square + y[i] * y[i]
+            c, s = c * turn - s * turn_across, s * turn + c * turn_across
+        matrix[0, 0], right[0] = end - begin, one_y
+        matrix[1, 0], matrix[1, 1], right[1] = one_c, cc, c_y
+        matrix[2, 0], matrix[2, 1], matrix[2, 2], right[2] = one_s, cs, ss, s_y
         x, rest = regression(matrix, right, square)
         if rest < math.inf:
             amplitude[k] = math.hypot(x[1], x[2])

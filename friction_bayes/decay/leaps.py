@@ -17,6 +17,8 @@ _LEAST_LEAP = 0.1
 """Share of the range of all samples that a leap exceeds."""
 _EVERY = 8
 """Samples of which one is looked at for the range."""
+_CLOSER = 1.25
+"""Factor between limits in which the largest gap is enclosed."""
 _OF_OTHERS = 4.0
 """Times what is usual in the other intervals, 5 % of them apart, that it exceeds besides."""
 
@@ -67,43 +69,39 @@ def _onward(skipped: int) -> Array:
 _ONWARD = tuple(_onward(0).tolist())
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@njit(cache=True, nogil=True)
 def may_leap(values: Array) -> bool:
     """Whether :func:`find_leap` has anything to look at in finite ``values``, shape (n,)."""
     if values.size < 2 * _AROUND:
         return False
-    w0, w1, w2, w3 = _ONWARD
-    a, b, c, d, e, f, g = (
-        values[1:],
-        values[2:],
-        values[3:],
-        values[4:],
-        values[5:],
-        values[6:],
-        values[7:],
-    )
     low = high = values[0]
     # of some of the samples: the range of all is no less
     for i in range(0, values.size, _EVERY):
         low, high = min(low, values[i]), max(high, values[i])
     # rounding in another order is no evidence
-    least = (1.0 - 1e-9) * _LEAST_LEAP * (high - low)
+    limit = (1.0 - 1e-9) * _LEAST_LEAP * (high - low)
+    if _wider_gaps(values, limit) == 0:
+        return False
+    if not limit > 0.0:
+        return True
+    while _wider_gaps(values, limit) > 0:
+        limit *= _CLOSER
+    # where more than 5 % are a quarter as large the largest is no leap, whichever it is compared with
+    usual = _wider_gaps(values, limit / _OF_OTHERS)
+    return usual <= 0.05 * values.size + 2 * (_AROUND + _SKIPPED) + 2 * _SKIPPED
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _wider_gaps(values: Array, limit: float) -> int:
+    """How many gaps are wider than a limit; the compiler takes counts several at a time, and no largest."""
+    w0, w1, w2, w3 = _ONWARD
+    a, b, c = values[1:], values[2:], values[3:]
+    d, e, f, g = values[4:], values[5:], values[6:], values[7:]
     count = 0
     for i in range(values.size - 7):
         gap = w0 * (d[i] - c[i]) + w1 * (e[i] - b[i]) + w2 * (f[i] - a[i]) + w3 * (g[i] - values[i])
-        count += abs(gap) > least
-    if count == 0:
-        return False
-    largest = 0.0
-    for i in range(values.size - 7):
-        gap = w0 * (d[i] - c[i]) + w1 * (e[i] - b[i]) + w2 * (f[i] - a[i]) + w3 * (g[i] - values[i])
-        largest = max(largest, abs(gap))
-    usual = 0
-    for i in range(values.size - 7):
-        gap = w0 * (d[i] - c[i]) + w1 * (e[i] - b[i]) + w2 * (f[i] - a[i]) + w3 * (g[i] - values[i])
-        usual += _OF_OTHERS * abs(gap) >= largest * (1.0 + 1e-9)
-    # where more than 5 % are as large the one is no leap, whichever they are compared with
-    return usual < 0.05 * values.size + 2 * (_AROUND + _SKIPPED) + 2 * _SKIPPED + 1
+        count += abs(gap) > limit
+    return count
 
 
 def _gaps(values: Array, skipped: int) -> Array:

@@ -79,10 +79,10 @@ _BIT = {name: 1 << i for i, name in enumerate(WARNINGS)}
 _COEFFICIENTS = 5
 """Fitted to each record."""
 _NO_FIT, _CLIPPED, _LEAPS = (STATUS.index(word) for word in ("no_fit", "clipped", "leaps"))
-_PARTS = 24
-"""In which an array is worked on, for the memory that its samples as floats and their spectra take."""
+_SHARE_OF_MEMORY = 1.0 / 16.0
+"""Of that of the records, in which samples are worked on at a time as floats."""
 _LEAST_PART, _LARGEST_PART = 500_000, 4_000_000
-"""Samples in each."""
+"""So many of them."""
 
 _COLUMNS = (
     "friction_mean",
@@ -274,7 +274,7 @@ def _estimate_rows(
     judge: bool,
 ) -> Array:
     """Estimate every row of an array, shape (records, n) to (records, columns)."""
-    most = min(max(values.size // _PARTS, _LEAST_PART), _LARGEST_PART)
+    most = min(max(int(_SHARE_OF_MEMORY * values.nbytes / 8), _LEAST_PART), _LARGEST_PART)
     rows = max(most // max(values.shape[1], 1), 1)
     parts = [
         # writeable as those of a single record are: kernels are compiled for one kind of array

@@ -11,7 +11,7 @@ from friction_bayes.decay.leaps import find_leap, may_leap
 from friction_bayes.decay.spans import extremes, flat_extremes
 from friction_bayes.records.clipping import clipped_fraction
 
-SAMPLES, ANGLE = 400, 0.2
+SAMPLES, ANGLE = 400, 0.06
 
 
 @pytest.fixture
