@@ -129,8 +129,8 @@ def probability_of_none(residual: Array, row: Array, forces: ForcesBeside, table
             states[k, 0] = x + gains[i, k, 0] * e
             states[k, 1] = v + gains[i, k, 1] * e
             states[k, 2] = d + gains[i, k, 2] * e
-            for a in range(3):
-                moments[k, a] += columns[i, k, a] * e
+            for j in range(_COLUMNS):
+                moments[k, j] += columns[i, k, j] * e
             moments[k, 3] += e * e
     freedom = n - _COLUMNS
     log_weight = np.empty(count)
