@@ -455,8 +455,8 @@ def _answered(
 
     But where a glance at the residual shows white noise alone: the fit is the answer there, and what
     ``estimate`` adds to it is the few per cent of a force that no record excludes. ``used`` is left with the
-    decays that were answered, ``white`` with those among them that were looked at, and ``flags`` with what
-    their forces are warned of for.
+    decays that were answered, ``flags`` with what their forces are warned of for, and ``white`` without those
+    that begin later now.
     """
     table = np.column_stack([table, np.full((len(table), len(_FORCE_COLUMNS)), np.nan)])
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
@@ -465,7 +465,6 @@ def _answered(
         if white[row] and table[row, column["friction_low"]] > 0.0:
             continue
         used[row], fit = answered(decay, fit_of)
-        # the glance was at another decay if it begins later now
         white[row] &= used[row] is decay
         if fit.surely_negative:
             _refuse(table, row, NOT_DECAYING)
