@@ -19,6 +19,12 @@ from friction_bayes.decay.linear_least_squares import add_sample, regression, so
 from friction_bayes.decay.located import Located
 from friction_bayes.estimators.base import Glance
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
+from friction_bayes.estimators.noise.force_screen import (
+    ForcesBeside,
+    ForceTable,
+    force_table,
+    probability_of_none,
+)
 from friction_bayes.estimators.noise.noise_level import forces_beside, samples_in_mean
 from friction_bayes.estimators.waveform.coulomb_signal import fill_signal
 from friction_bayes.estimators.waveform.least_squares import WaveformFits
@@ -36,12 +42,6 @@ from friction_bayes.estimators.waveform.normal_equations import (
 )
 from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
 from friction_bayes.statespace.coloured_noise import MOST_LAGS, burg_recursion, most_lags, order_cost
-from friction_bayes.statespace.force_screen import (
-    ForcesBeside,
-    ForceTable,
-    force_table,
-    probability_of_none,
-)
 from friction_bayes.statespace.kalman import sensor_row
 
 __all__ = ["glance"]

@@ -10,9 +10,9 @@ from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.estimators.base import FreeDecays
 from friction_bayes.estimators.estimate import surely_faster_loss
+from friction_bayes.estimators.noise.force_screen import force_table, probability_of_none
 from friction_bayes.estimators.noise.noise_level import forces_beside, looks_white
 from friction_bayes.estimators.registry import estimator_named
-from friction_bayes.statespace.force_screen import force_table, probability_of_none
 from friction_bayes.statespace.kalman import Clock, sensor_row, whiten
 from friction_bayes.statespace.response import at_sensor
 from friction_bayes.statespace.transition import initial_response
