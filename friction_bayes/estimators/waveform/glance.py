@@ -145,7 +145,7 @@ def _lagged_products(x: NDArray[np.float32], lag: int) -> tuple[float, float, fl
         two += x[i] * second[i]
         three += x[i] * third[i]
     one += x[n - 2] * first[n - 2] + x[n - 1] * first[n - 1]
-    return one, two + x[n - 2] * second[n - 2], three
+    return float(one), float(two + x[n - 2] * second[n - 2]), float(three)
 
 
 @njit(cache=True, nogil=True)
