@@ -25,7 +25,6 @@ QUANTITIES = ("displacement", "velocity", "acceleration")
 DECIBELS = (8.0, 12.0, 20.0, 30.0)
 NORMAL_WIDTH = 2.0 * 1.6448536269514722
 """Width of a 90 % interval in standard deviations."""
-BEGIN, END = "<!-- results: accuracy -->", "<!-- end -->"
 
 
 def random_decay(rng: np.random.Generator, order: int) -> Decay:
@@ -114,6 +113,16 @@ def cells(options: argparse.Namespace) -> Iterator[tuple[str, ...]]:
                 yield (quantity, kind, f"{decibels:.0f}", str(linear.size), *texts)
 
 
+def written_between(page: Path, results: str, lines: Sequence[str]) -> None:
+    """Put lines between the markers of a page that belong to some results."""
+    text = page.read_text(encoding="utf-8")
+    marker = f"<!-- results: {results} -->"
+    begin = text.index(marker) + len(marker)
+    end = text.index("<!-- end -->", begin)
+    table = "\n".join(lines)
+    page.write_text(f"{text[:begin]}\n\n{table}\n\n{text[end:]}", encoding="utf-8")
+
+
 def main() -> None:
     """Measure every cell and print it."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.accuracy", description=__doc__)
@@ -132,11 +141,8 @@ def main() -> None:
         print(lines[-1], flush=True)
     if options.page is not None:
         how = f"`python -m benchmarks.accuracy --systems {options.systems} --repeats {options.repeats}`"
-        table = "\n".join([f"{how}, seed {options.seed}.", "", *lines])
-        text = options.page.read_text(encoding="utf-8")
-        begin = text.index(BEGIN) + len(BEGIN)
-        page = f"{text[:begin]}\n\n{table}\n\n{text[text.index(END) :]}"
-        options.page.write_text(page, encoding="utf-8")
+        how += f", seed {options.seed}."
+        written_between(options.page, "accuracy", [how, "", *lines])
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.throughput import batch, over_sum, paper_records, peak_share
 from friction_bayes import close_loop, estimate, estimate_batch, sample_reference
 from friction_bayes.mechanics.simulate import simulate
 from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM, paper_example
@@ -174,3 +175,20 @@ class Batch:
     def track_one_by_one_over_batch(self):
         """How many times faster the batch is on one core."""
         return ratio(self.one_by_one, self.batch)
+
+
+class Throughput:
+    """What a batch costs over one reading of its samples, checks included; see ``benchmarks.throughput``."""
+
+    timeout = 600
+
+    def setup(self):
+        self.records = paper_records(200)
+
+    def track_batch_over_sum(self):
+        """Time over that of ``numpy.sum`` over the same array."""
+        return over_sum(lambda: batch(self.records), self.records)[0]
+
+    def track_peak_share(self):
+        """Most memory in use beyond the records, over theirs."""
+        return peak_share(self.records)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.decay.linear_least_squares import add_sample, regression
+from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
 __all__ = ["EVIDENCE", "demodulate", "phase_of", "rate_of", "rough_phase"]
 
@@ -37,21 +38,66 @@ def demodulate(y: Array, omega: float) -> tuple[Array, Array, Array, Array]:
     windows = int((y.size - length) / (0.5 * period)) + 1 if y.size >= length else 0
     centre, noise = np.zeros(windows), np.zeros(windows)
     inphase, quadrature = np.zeros(windows), np.zeros(windows)
-    basis = np.ones(3)
+    # about its first sample every window has the same design
+    window = _window(omega, length)
     for w in range(windows):
         first = round(0.5 * period * w)
-        matrix, right, square = np.zeros((3, 3)), np.zeros(3), 0.0
-        last = min(first + length, y.size)
-        for i in range(first, last):
-            basis[1], basis[2] = math.cos(omega * i), -math.sin(omega * i)
-            add_sample(matrix, right, basis, y[i], 1.0)
-            square += y[i] * y[i]
-        x, rest = regression(matrix, right, square)
-        centre[w] = 0.5 * (first + last - 1)
-        if rest < math.inf:
-            inphase[w], quadrature[w] = x[1], x[2]
+        if first + length > y.size:
+            window = _window(omega, y.size - first)
+        count = window.cosine.size
+        centre[w] = 0.5 * (2 * first + count - 1)
+        if window.regular:
+            one, c, s, square = _products(y[first : first + count], window.cosine, window.sine)
+            inverse = window.inverse
+            constant = inverse[0, 0] * one + inverse[0, 1] * c + inverse[0, 2] * s
+            along = inverse[1, 0] * one + inverse[1, 1] * c + inverse[1, 2] * s
+            across = inverse[2, 0] * one + inverse[2, 1] * c + inverse[2, 2] * s
+            rest = max(square - constant * one - along * c - across * s, 0.0)
+            turned, turned_across = math.cos(omega * first), math.sin(omega * first)
+            inphase[w] = along * turned - across * turned_across
+            quadrature[w] = -along * turned_across - across * turned
             noise[w] = math.sqrt(2.0 * rest / max(length - 3, 1) / length)
     return centre, inphase, quadrature, noise
+
+
+class _Window(NamedTuple):
+    """Design of a window about its first sample: cosine and sine, and the inverse of its moments."""
+
+    cosine: Array
+    sine: Array
+    inverse: Array
+    regular: bool
+
+
+@njit(cache=True, nogil=True)
+def _window(omega: float, count: int) -> _Window:
+    cosine, sine, inverse = np.empty(count), np.empty(count), np.empty((3, 3))
+    matrix, right, basis = np.zeros((3, 3)), np.zeros(3), np.ones(3)
+    for j in range(count):
+        basis[1], basis[2] = math.cos(omega * j), math.sin(omega * j)
+        cosine[j], sine[j] = basis[1], basis[2]
+        add_sample(matrix, right, basis, 0.0, 1.0)
+    regular = True
+    for k in range(3):
+        for j in range(3):
+            right[j] = 1.0 if j == k else 0.0
+        column, ok = solve_spd(matrix, right)
+        regular = regular and ok
+        for j in range(3):
+            inverse[j, k] = column[j]
+    return _Window(cosine, sine, inverse, regular)
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+def _products(y: Array, cosine: Array, sine: Array) -> tuple[float, float, float, float]:
+    """Sums of ``y, y c, y s, y y``, taken several at a time."""
+    one = c = s = square = 0.0
+    for j in range(y.size):
+        one += y[j]
+        c += y[j] * cosine[j]
+        s += y[j] * sine[j]
+        square += y[j] * y[j]
+    return one, c, s, square
 
 
 @njit(cache=True, nogil=True)

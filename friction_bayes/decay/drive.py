@@ -55,6 +55,8 @@ def driven_half_cycles(y: Array, omega: float) -> int:
         return 0
     lost = amplitude[:-1] - amplitude[1:]
     variance = max(2.0 * noise * noise, 1e-24 * amplitude.max() ** 2)
+    if not _may_begin_without_loss(amplitude, lost, variance):
+        return 0
     # a step of the period in which the drive ends lies anywhere between the others
     anywhere = -math.log(max(lost.max() - lost.min(), 1e-12 * amplitude.max()))
     before = _courses(lost, variance)
@@ -93,7 +95,7 @@ def _amplitudes(y: Array, omega: float) -> tuple[Array, float]:
     length, last = 2.0 * math.pi / omega, centre.size - 1
     amplitude = np.zeros(last // 2 + 1)
     log_noise = 0.0
-    basis = np.ones(3)
+    matrix, right = np.zeros((3, 3)), np.zeros(3)
     for k in range(amplitude.size):
         a, b = max(2 * k - 1, 0), min(2 * k + 1, last)
         along = inphase[b] * inphase[a] + quadrature[b] * quadrature[a]
@@ -101,12 +103,18 @@ def _amplitudes(y: Array, omega: float) -> tuple[Array, float]:
         rate = omega + (math.atan2(across, along) / (centre[b] - centre[a]) if b > a else 0.0)
         begin = max(math.ceil(centre[2 * k] - 0.5 * length), 0)
         end = min(math.floor(centre[2 * k] + 0.5 * length) + 1, y.size)
-        matrix, right, square = np.zeros((3, 3)), np.zeros(3), 0.0
+        angle = rate * (begin - centre[2 * k])
+        c, s = math.cos(angle), math.sin(angle)
+        turn, turn_across = math.cos(rate), math.sin(rate)
+        one_c = one_s = cc = cs = ss = one_y = c_y = s_y = square = 0.0
         for i in range(begin, end):
-            angle = rate * (i - centre[2 * k])
-            basis[1], basis[2] = math.cos(angle), math.sin(angle)
-            add_sample(matrix, right, basis, y[i], 1.0)
-            square += y[i] * y[i]
+            one_c, one_s = one_c + c, one_s + s
+            cc, cs, ss = cc + c * c, cs + c * s, ss + s * s
+            one_y, c_y, s_y, square = one_y + y[i], c_y + c * y[i], s_y + s * y[i], square + y[i] * y[i]
+            c, s = c * turn - s * turn_across, s * turn + c * turn_across
+        matrix[0, 0], right[0] = end - begin, one_y
+        matrix[1, 0], matrix[1, 1], right[1] = one_c, cc, c_y
+        matrix[2, 0], matrix[2, 1], matrix[2, 2], right[2] = one_s, cs, ss, s_y
         x, rest = regression(matrix, right, square)
         if rest < math.inf:
             amplitude[k] = math.hypot(x[1], x[2])
@@ -152,6 +160,21 @@ def _courses(lost: Array, variance: float) -> Array:
                 total = np.logaddexp(total, _evidence(k + 1, size, rest, variance))
         out[k + 1] = total - math.log(_COURSE)
     return out
+
+
+@njit(cache=True, nogil=True)
+def _may_begin_without_loss(amplitude: Array, lost: Array, variance: float) -> bool:
+    """Whether :func:`_begins_without_loss` may hold anywhere: a law scatters no more than about the mean."""
+    steps, total, square = lost.size, 0.0, 0.0
+    for k in range(steps - 1, _FEWEST_DRIVEN - 1, -1):
+        total += lost[k]
+        square += lost[k] * lost[k]
+        count = steps - k
+        about_mean = max(square - total * total / count, 0.0) + 1e-9 * square
+        sd = math.sqrt((about_mean + _NOISE_FREEDOM * variance) / (count - 2 + _NOISE_FREEDOM))
+        if _begins_without_loss(amplitude, k, sd, (amplitude[k] - amplitude[steps]) / count):
+            return True
+    return False
 
 
 @njit(cache=True, nogil=True)

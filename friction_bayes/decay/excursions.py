@@ -13,13 +13,14 @@ import numpy as np
 import xarray as xr
 from scipy.ndimage import median_filter
 
-from friction_bayes.core.arrays import Array, Indices
+from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.spans import Extremes, far_within_three
 from friction_bayes.records.clock import LOST, place_of_sample, sampling_interval
 from friction_bayes.records.record import record_name, with_values
 
-__all__ = ["set_excursions_aside", "without_excursions"]
+__all__ = ["excursions_possible", "set_excursions_aside", "without_excursions"]
 
 _WINDOW = 7
 """Samples, the judged one in the middle; an excursion lasts fewer than half of them."""
@@ -38,6 +39,17 @@ _MOST_MARKS = 0.2
 _SUPPORT = 4
 """Nearest other samples that say where the motion was, half of them on either side; at an end of the record
 it takes up to half a period."""
+
+
+def excursions_possible(values: Array, seen: Extremes) -> Mask:
+    """Which records :func:`without_excursions` may find any in, shape (records,); none that are not finite.
+
+    The median of seven is no farther from their middle one than the samples up to three apart are from each
+    other, and no farther from the highest and the lowest.
+    """
+    finite = seen.finite
+    span = np.where(finite, seen.high - seen.low, np.inf)
+    return finite & far_within_three(values, _OUT_OF_MOTION / (1.0 + 2.0 * _OUT_OF_MOTION) * span)
 
 
 def without_excursions(values: Array, angle: float) -> tuple[Array, Indices]:

@@ -363,12 +363,18 @@ def after_leap(values: Array, begin: int, omega: float) -> int:
     From a hold a release is flat, so that a few samples earlier or later are the same; this one is not.
     ``omega`` is the frequency in rad/sample.
     """
-    period = 2.0 * math.pi / omega
-    before = max(begin - math.ceil(period), 0)
-    leap = find_leap(values[before : begin + math.ceil(period)])
-    if leap is None or abs(before + leap[0] + 1 - begin) > _RELEASE_KNOWN_TO * period:
+    before, around = around_release(values, begin, omega)
+    leap = find_leap(around)
+    if leap is None or abs(before + leap[0] + 1 - begin) > _RELEASE_KNOWN_TO * 2.0 * math.pi / omega:
         return begin
     return before + leap[0] + 1
+
+
+def around_release(values: Array, begin: int, omega: float) -> tuple[int, Array]:
+    """A period before the first sample of a decay and a period after, and where that begins."""
+    period = math.ceil(2.0 * math.pi / omega)
+    before = max(begin - period, 0)
+    return before, values[before : begin + period]
 
 
 def check_sampling(place: str, step: float, system: Oscillator) -> None:

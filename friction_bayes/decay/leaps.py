@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
 from friction_bayes.core.arrays import Array
 
-__all__ = ["LEAST_LEAP", "find_leap"]
+__all__ = ["find_leap", "may_leap"]
 
 _AROUND = 4
 """Samples on either side through which a straight line goes on to the middle of an interval."""
 _SKIPPED = 2
 """Samples beside the interval without which a leap is still there, and a stray sample is not."""
-LEAST_LEAP = 0.1
+_LEAST_LEAP = 0.1
 """Share of the range of all samples that a leap exceeds."""
+_EVERY = 8
+"""Samples of which one is looked at for the range."""
+_CLOSER = 1.25
+"""Factor between limits in which the largest gap is enclosed."""
 _OF_OTHERS = 4.0
 """Times what is usual in the other intervals, 5 % of them apart, that it exceeds besides."""
 
@@ -40,7 +45,7 @@ def find_leap(values: Array) -> tuple[int, float] | None:
         return None
     k = int(np.argmax(np.abs(gaps)))
     size = float(gaps[k])
-    if abs(size) <= LEAST_LEAP * float(np.ptp(values)):
+    if abs(size) <= _LEAST_LEAP * float(np.ptp(values)):
         return None
     beside = _gaps(values, _SKIPPED)
     # the leap is in all intervals whose samples reach over it, which are many of a short stretch
@@ -55,10 +60,53 @@ def find_leap(values: Array) -> tuple[int, float] | None:
     return k + _AROUND + _SKIPPED - 1, size
 
 
+def _onward(skipped: int) -> Array:
+    """Weights by which a straight line through the samples behind a gap goes on to its middle."""
+    at = np.arange(_AROUND) + 0.5 + skipped
+    return np.asarray(1.0 / _AROUND - (at - at.mean()) * at.mean() / np.sum((at - at.mean()) ** 2))
+
+
+_ONWARD = tuple(_onward(0).tolist())
+
+
+@njit(cache=True, nogil=True)
+def may_leap(values: Array) -> bool:
+    """Whether :func:`find_leap` has anything to look at in finite ``values``, shape (n,)."""
+    if values.size < 2 * _AROUND:
+        return False
+    low = high = values[0]
+    # of some of the samples: the range of all is no less
+    for i in range(0, values.size, _EVERY):
+        low, high = min(low, values[i]), max(high, values[i])
+    # rounding in another order is no evidence
+    limit = (1.0 - 1e-9) * _LEAST_LEAP * (high - low)
+    if _wider_gaps(values, limit) == 0:
+        return False
+    if not limit > 0.0:
+        return True
+    while _wider_gaps(values, limit) > 0:
+        limit *= _CLOSER
+    # where more than 5 % are a quarter as large the largest is no leap, whichever it is compared with
+    usual = _wider_gaps(values, limit / _OF_OTHERS)
+    return usual <= 0.05 * values.size + 2 * (_AROUND + _SKIPPED) + 2 * _SKIPPED
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _wider_gaps(values: Array, limit: float) -> int:
+    """How many gaps are wider than a limit; the compiler takes counts several at a time, and no largest."""
+    w0, w1, w2, w3 = _ONWARD
+    a, b, c = values[1:], values[2:], values[3:]
+    d, e, f, g = values[4:], values[5:], values[6:], values[7:]
+    count = 0
+    for i in range(values.size - 7):
+        gap = w0 * (d[i] - c[i]) + w1 * (e[i] - b[i]) + w2 * (f[i] - a[i]) + w3 * (g[i] - values[i])
+        count += abs(gap) > limit
+    return count
+
+
 def _gaps(values: Array, skipped: int) -> Array:
     """Extrapolated from the right less from the left, in the middle of every interval that has both."""
-    at = np.arange(_AROUND) + 0.5 + skipped
-    weights = 1.0 / _AROUND - (at - at.mean()) * at.mean() / np.sum((at - at.mean()) ** 2)
+    weights = _onward(skipped)
     kernel = np.concatenate([-weights[::-1], np.zeros(2 * skipped), weights])
     if values.size < kernel.size:
         return np.empty(0)

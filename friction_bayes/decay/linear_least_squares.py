@@ -91,14 +91,21 @@ def regression(matrix: Array, right: Array, square: float) -> tuple[Array, float
 
 @njit(cache=True, nogil=True)
 def restricted(matrix: Array, right: Array, shift: Array) -> tuple[Array, Array]:
-    """Moments of a regression whose coefficients are ``shift`` times fewer ones: lower half in, both out."""
+    """Moments of a regression whose coefficients are ``shift`` times fewer ones: lower halves."""
     size, fewer = shift.shape
-    normal, projected = np.zeros((fewer, fewer)), np.zeros(fewer)
+    normal, projected, half = np.zeros((fewer, fewer)), np.zeros(fewer), np.zeros((size, fewer))
+    # most entries of the shift are zero
+    for b in range(size):
+        for m in range(fewer):
+            share = shift[b, m]
+            if share != 0.0:
+                projected[m] += share * right[b]
+                for a in range(size):
+                    half[a, m] += share * matrix[max(a, b), min(a, b)]
     for a in range(size):
         for k in range(fewer):
-            projected[k] += shift[a, k] * right[a]
-            for b in range(size):
-                moment = matrix[max(a, b), min(a, b)]
-                for m in range(fewer):
-                    normal[k, m] += shift[a, k] * moment * shift[b, m]
+            share = shift[a, k]
+            if share != 0.0:
+                for m in range(k + 1):
+                    normal[k, m] += share * half[a, m]
     return normal, projected

@@ -19,6 +19,7 @@ from friction_bayes.decay.located import (
 )
 from friction_bayes.decay.release_and_rest import locate_moving_parts
 from friction_bayes.decay.releases import parts_between_releases
+from friction_bayes.decay.spans import Extremes, extremes
 from friction_bayes.decay.spectral_modes import spectral_modes
 from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.quantisation import quantisation_step
@@ -153,14 +154,23 @@ def _locate(
         disturbed=np.zeros(records, dtype=np.int64),
         driven=np.zeros(records, dtype=np.bool_),
     )
-    locate_moving_parts(values, modes.frequency, resolutions, order, start, alone, True, located)
+    seen = extremes(values)
+    locate_moving_parts(values, seen, modes.frequency, resolutions, order, start, alone, True, located)
     for row in np.flatnonzero(located.driven | (located.disturbed > 0)).tolist():
         if clipped_fraction(values[row])[1] is not None:
             # amplitudes beyond the sensor's range look alike, whatever acts
             one = slice(row, row + 1)
             own = Located._make(field[one] for field in located)
             locate_moving_parts(
-                values[one], modes.frequency[one], resolutions[one], order, start, alone, False, own
+                values[one],
+                Extremes(seen.low[one], seen.high[one]),
+                modes.frequency[one],
+                resolutions[one],
+                order,
+                start,
+                alone,
+                False,
+                own,
             )
     # two modes that beat do not decay either, and are what is to be told
     told = (located.status == FOUND) | (located.status == NOT_DECAYING)
@@ -179,7 +189,8 @@ def _tail_resolution(values: Array, tail: int) -> Array:
     """
     result = np.zeros(values.shape[0])
     if 0 < tail < values.shape[1]:
-        for row, end in enumerate(values[:, -tail:]):
-            if np.unique(end).size <= tail // 2:
-                result[row] = quantisation_step(values[row]) or 0.0
+        ends = np.sort(values[:, -tail:], axis=1)
+        distinct = 1 + np.count_nonzero(ends[:, 1:] > ends[:, :-1], axis=1)
+        for row in np.flatnonzero(distinct <= tail // 2).tolist():
+            result[row] = quantisation_step(values[row]) or 0.0
     return result

@@ -36,6 +36,7 @@ from friction_bayes.decay.located import (
     Located,
 )
 from friction_bayes.decay.releases import peaks_after_releases, samples_averaged
+from friction_bayes.decay.spans import Extremes
 
 __all__ = ["locate_moving_parts"]
 
@@ -45,6 +46,8 @@ _LEAST_SHARE = 0.1
 """Share of a record's variance that the oscillation must hold."""
 _MISFIT = 0.05
 """Share of the amplitude that the smooth description may miss without that being evidence of a release."""
+_RESYNCHRONISED = 64
+"""Samples after which a phase that has been turned from one to the next is computed anew."""
 _TWO_LEVELS = 1.5
 """Steps of the sensor that two neighbouring levels span at most, printed with few digits."""
 
@@ -65,10 +68,11 @@ def _release(y: Array, polynomial: Array, scale: float, first_full: float, ampli
         return begin
     phi0 = phase_of(polynomial, scale, first_full)
     stride = max(1, int(period / 32.0))
-    after = np.full(n + 1, math.inf)
     matrix, right, square = np.zeros((5, 5)), np.zeros(5), 0.0
     basis = np.ones(5)
     latest = int(min(first_full + 0.75 * period, end - 1.25 * period)) - begin
+    places = max(latest, 0) // stride + 1
+    matrices, rights, squares = np.zeros((places, 5, 5)), np.zeros((places, 5)), np.zeros(places)
     for j in range(n - 1, -1, -1):
         i = begin + j
         angle = phi0 + omega * (i - first_full)
@@ -78,21 +82,69 @@ def _release(y: Array, polynomial: Array, scale: float, first_full: float, ampli
         add_sample(matrix, right, basis, y[i], 1.0)
         square += y[i] * y[i]
         if j % stride == 0 and j <= latest:
-            _, after[j] = regression(matrix, right, square)
+            _copy_moments(matrices[j // stride], rights[j // stride], matrix, right)
+            squares[j // stride] = square
     floor = 0.5 * n * (_MISFIT * amplitude) ** 2
-    best, best_cost = 0, after[0] + floor
+    whole = math.inf
+    if latest >= 0:
+        _, whole = regression(matrices[0], rights[0], squares[0])
+    best, best_cost = 0, whole + floor
     total, total_square = 0.0, 0.0
     for j in range(latest + 1):
         if j % stride == 0 and j >= max(1, int(period / 16.0)):
-            cost = after[j] + max(total_square - total * total / j, 0.0) + floor
-            if cost < best_cost:
-                best, best_cost = j, cost
+            before = max(total_square - total * total / j, 0.0) + floor
+            # what follows costs something too
+            if before < best_cost:
+                _, after = regression(matrices[j // stride], rights[j // stride], squares[j // stride])
+                if after + before < best_cost:
+                    best, best_cost = j, after + before
         total += y[begin + j]
         total_square += y[begin + j] ** 2
-    gain = n * math.log((after[0] + floor) / best_cost) if after[0] < math.inf else math.inf
+    gain = n * math.log((whole + floor) / best_cost) if whole < math.inf else math.inf
     if begin == 0 and gain < 20.0 + 2.0 * math.log(n):
         return 0
     return begin + best
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+def _about(y: Array, mean: float) -> tuple[float, float]:
+    """Sum of the samples less a mean, and of their squares."""
+    total = square = 0.0
+    for i in range(y.size):
+        total += y[i] - mean
+        square += (y[i] - mean) ** 2
+    return total, square
+
+
+@njit(cache=True, nogil=True)
+def _phasors(polynomial: Array, scale: float, start: int, n: int) -> tuple[Array, Array]:
+    """Cosine and sine of a cubic phase from ``start`` on, turned by its differences, which a cubic ends."""
+    cosine, sine = np.empty(n), np.empty(n)
+    third = 6.0 * polynomial[3] / scale**3
+    c3, s3 = math.cos(third), math.sin(third)
+    c = s = c1 = s1 = c2 = s2 = 0.0
+    for j in range(n):
+        if j % _RESYNCHRONISED == 0:
+            here = phase_of(polynomial, scale, start + j)
+            first = phase_of(polynomial, scale, start + j + 1) - here
+            second = phase_of(polynomial, scale, start + j + 2) - here - 2.0 * first
+            c, s = math.cos(here), math.sin(here)
+            c1, s1 = math.cos(first), math.sin(first)
+            c2, s2 = math.cos(second), math.sin(second)
+        cosine[j], sine[j] = c, s
+        c, s = c * c1 - s * s1, s * c1 + c * s1
+        c1, s1 = c1 * c2 - s1 * s2, s1 * c2 + c1 * s2
+        c2, s2 = c2 * c3 - s2 * s3, s2 * c3 + c2 * s3
+    return cosine, sine
+
+
+@njit(cache=True, nogil=True)
+def _copy_moments(to_matrix: Array, to_right: Array, matrix: Array, right: Array) -> None:
+    """Copy moments, by loops: slice assignment costs the compiler seconds."""
+    for a in range(right.size):
+        to_right[a] = right[a]
+        for b in range(a + 1):
+            to_matrix[a, b] = matrix[a, b]
 
 
 @njit(cache=True, nogil=True)
@@ -113,47 +165,53 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
     """
     n = y.size - start
     half = math.pi / rate_of(polynomial, scale, start)
-    mean = 0.0
-    for i in range(start, y.size):
-        mean += y[i] / n
+    mean, _ = _about(y[start:], 0.0)
+    mean /= n
     matrix, right, square = np.zeros((6, 6)), np.zeros(6), 0.0
     basis = np.ones(6)
-    tail_sum, tail_square = 0.0, 0.0
-    for i in range(start, y.size):
-        tail_sum += y[i] - mean
-        tail_square += (y[i] - mean) ** 2
+    tail_sum, tail_square = _about(y[start:], mean)
     variance = tail_square
-    shift = np.zeros((6, 5))
-    best, best_cost, centre = math.inf, math.inf, 0.0
-    bent, bent_cost, bent_centre = math.inf, math.inf, 0.0
-    next_candidate = 3.0 * half
+    places = int(max(n - 3.0 * half, 0.0) / (0.25 * half)) + 3
+    matrices, rights = np.zeros((places, 6, 6)), np.zeros((places, 6))
+    squares, tails, at = np.zeros(places), np.zeros(places), np.zeros(places, np.int64)
+    count, next_candidate = 0, 3.0 * half
+    c, s = _phasors(polynomial, scale, start, n)
     for j in range(n):
-        i = start + j
         if j >= next_candidate or j == n - 1:
             next_candidate += 0.25 * half
-            h = j / n
-            shift[0, 0], shift[4, 2] = 1.0, 1.0
-            shift[1, 1], shift[2, 1] = h, -1.0
-            shift[4, 3], shift[5, 3] = h, -1.0
-            shift[1, 4], shift[2, 4], shift[3, 4] = h * h, -2.0 * h, 1.0
-            normal, projected = restricted(matrix, right, shift)
-            tail = max(tail_square - tail_sum * tail_sum / (n - j), 0.0)
-            x, rest = regression(normal, projected[:4], square)
-            if rest + tail < best_cost:
-                best, best_cost, centre = float(i), rest + tail, x[0]
-            x, rest = regression(normal, projected, square)
-            if rest + tail < bent_cost:
-                bent, bent_cost, bent_centre = float(i), rest + tail, x[0]
-        angle = phase_of(polynomial, scale, i)
+            _copy_moments(matrices[count], rights[count], matrix, right)
+            squares[count], at[count] = square, j
+            tails[count] = max(tail_square - tail_sum * tail_sum / (n - j), 0.0)
+            count += 1
         h = j / n
-        basis[1], basis[4] = math.cos(angle), math.sin(angle)
-        basis[2], basis[5] = h * basis[1], h * basis[4]
+        basis[1], basis[4] = c[j], s[j]
+        basis[2], basis[5] = h * c[j], h * s[j]
         basis[3] = h * basis[2]
-        value = y[i] - mean
+        value = y[start + j] - mean
         add_sample(matrix, right, basis, value, 1.0)
         square += value * value
         tail_sum -= value
         tail_square -= value * value
+    shift = np.zeros((6, 5))
+    best, best_cost, centre = math.inf, math.inf, 0.0
+    bent, bent_cost, bent_centre = math.inf, math.inf, 0.0
+    # from the end on: what is constant after costs no less for an earlier place, and soon more than all
+    for k in range(count - 1, -1, -1):
+        tail = tails[k]
+        if tail > best_cost and tail > bent_cost:
+            continue
+        i, h = float(start + at[k]), at[k] / n
+        shift[0, 0], shift[4, 2] = 1.0, 1.0
+        shift[1, 1], shift[2, 1] = h, -1.0
+        shift[4, 3], shift[5, 3] = h, -1.0
+        shift[1, 4], shift[2, 4], shift[3, 4] = h * h, -2.0 * h, 1.0
+        normal, projected = restricted(matrices[k], rights[k], shift)
+        x, rest = regression(normal, projected[:4], squares[k])
+        if rest < math.inf and rest + tail <= best_cost:
+            best, best_cost, centre = i, rest + tail, x[0]
+        x, rest = regression(normal, projected, squares[k])
+        if rest < math.inf and rest + tail <= bent_cost:
+            bent, bent_cost, bent_centre = i, rest + tail, x[0]
     if best_cost > bent_cost * (1.0 + EVIDENCE / n):
         best, best_cost, centre = bent, bent_cost, bent_centre
     x, rest = regression(matrix, right, square)
@@ -182,15 +240,28 @@ def _still_from(y: Array, resolution: float) -> int:
 
 @njit(cache=True, nogil=True)
 def _median(values: Array) -> float:
-    """Upper median by counting; a library sort costs the compiler seconds, and windows are few."""
-    for candidate in values:
-        below, equal = 0, 0
-        for value in values:
-            below += value < candidate
-            equal += value == candidate
-        if below <= values.size // 2 < below + equal:
-            return candidate
-    return math.nan
+    """Upper median by selection; a library sort costs the compiler seconds."""
+    kept = values.copy()
+    low, high, sought = 0, kept.size - 1, kept.size // 2
+    while low < high:
+        pivot = kept[(low + high) // 2]
+        i, j = low, high
+        while i <= j:
+            while kept[i] < pivot:
+                i += 1
+            while kept[j] > pivot:
+                j -= 1
+            if i <= j:
+                kept[i], kept[j] = kept[j], kept[i]
+                i += 1
+                j -= 1
+        if sought <= j:
+            high = j
+        elif sought >= i:
+            low = i
+        else:
+            break
+    return kept[sought]
 
 
 @njit(cache=True, nogil=True)
@@ -201,21 +272,23 @@ def _nearest_turn(hinge: float, polynomial: Array, scale: float, order: int) -> 
     return hinge + (turn - theta) / rate_of(polynomial, scale, hinge)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath={"reassoc"})
 def _thinned(y: Array, first: int, width: int, offset: float) -> Array:
     """Means of blocks of ``width`` samples from ``first`` on, less ``offset``."""
-    out = np.zeros((y.size - first) // width)
+    out = np.empty((y.size - first) // width)
     for k in range(out.size):
+        block = y[first + k * width : first + (k + 1) * width]
         total = 0.0
-        for i in range(first + k * width, first + (k + 1) * width):
-            total += y[i] - offset
-        out[k] = total / width
+        for i in range(width):
+            total += block[i]
+        out[k] = total / width - offset
     return out
 
 
 @njit(cache=True, nogil=True)
 def locate_moving_parts(
     values: Array,
+    seen: Extremes,
     frequencies: Array,
     resolutions: Array,
     order: int,
@@ -230,6 +303,8 @@ def locate_moving_parts(
     ----------
     values : ndarray, shape (records, n)
         Samples, one record a row.
+    seen : Extremes
+        Of each.
     frequencies : ndarray, shape (records,)
         Rough angular frequencies [rad/sample].
     resolutions : ndarray, shape (records,)
@@ -248,13 +323,16 @@ def locate_moving_parts(
     """
     for r in range(values.shape[0]):
         y, omega, resolution = values[r], frequencies[r], resolutions[r]
+        low, high = seen.low[r], seen.high[r]
         # to numba True is a type, for which it would compile all of it once more
         undriven = 0
-        found = _moving_part(y, omega, resolution, order, given_start, alone, judged, undriven > 0)
+        found = _moving_part(y, low, high, omega, resolution, order, given_start, alone, judged, undriven > 0)
         undriven = found[8]
         if undriven > 0:
             # phase and rest of the free part are its own, and it is taken to hold one decay
-            found = _moving_part(y, omega, resolution, order, undriven, undriven > 0, judged, undriven > 0)
+            found = _moving_part(
+                y, low, high, omega, resolution, order, undriven, undriven > 0, judged, undriven > 0
+            )
         (
             located.status[r],
             located.start[r],
@@ -272,6 +350,8 @@ def locate_moving_parts(
 @njit(cache=True, nogil=True)
 def _moving_part(
     y: Array,
+    low: float,
+    high: float,
     omega: float,
     resolution: float,
     order: int,
@@ -281,11 +361,8 @@ def _moving_part(
     after_drive: bool,
 ) -> tuple[int, int, int, float, float, float, bool, int, int]:
     """The row of :class:`Located` that belongs to one record; its last entry: where a drive has ended."""
-    low, high = math.inf, -math.inf
-    for i in range(y.size):
-        if not math.isfinite(y[i]):
-            return _nothing(NOT_FINITE)
-        low, high = min(low, y[i]), max(high, y[i])
+    if y.size > 0 and not math.isfinite(high - low):
+        return _nothing(NOT_FINITE)
     if not high > low:
         return _nothing(CONSTANT)
     offset = 0.5 * (low + high)

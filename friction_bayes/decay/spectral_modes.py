@@ -14,8 +14,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
-from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.arrays import Array, Indices, Mask
+from friction_bayes.decay.spans import extremes
 
 __all__ = ["BAND", "SpectralModes", "spectral_modes"]
 
@@ -33,6 +35,8 @@ _DIP = 0.5
 """Share of the weaker mode's amplitude below which the spectrum falls between two."""
 _RIVAL = 0.5
 """Share of the strongest mode from which on the record is not that of one mode."""
+_NEARLY = 1.0 - 1e-9
+"""Share of a limit that rounding in another order does not reach."""
 _OVERTONE = 0.1
 """Share of its double frequency in a signal without sign, which has a fifth; half a free decay's has less."""
 _TOO_FAST = 1.5
@@ -64,14 +68,14 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
     """Find the strongest spectral maximum near ``expected`` [rad/sample], and another, in each row."""
     rows, nothing = values.shape[0], np.full(values.shape[0], np.nan)
     alone = SpectralModes(np.full(rows, expected), nothing, nothing.copy(), np.zeros(rows, dtype=np.bool_))
-    clean = np.where(np.isfinite(values), values, 0.0)
     width = max(int(2.0 * math.pi / (BAND * expected * _SAMPLES_PER_PERIOD)), 1)
-    n = clean.shape[1] // width
+    n = values.shape[1] // width
     if n < 4:
         return alone
     expected = expected * width
-    clean = clean[:, : n * width].reshape(-1, n, width).mean(axis=2)
-    clean = clean - clean.mean(axis=1, keepdims=True)
+    clean = np.empty((rows, n))
+    _fill_means(values, extremes(values).finite, width, clean)
+    clean -= clean.mean(axis=1, keepdims=True)
     length = 1 << max(2 * n - 1, 8).bit_length()
     grid = np.arange(length // 2 + 1) * (2.0 * math.pi / length)
     low, high = max(expected / BAND, 2.0 * math.pi / n), min(2.0 * BAND * expected, math.pi)
@@ -88,9 +92,12 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
     shift = np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, 1.0), 0.0)
     alone.frequency[:] = (grid[band[peak]] + np.clip(shift, -1.0, 1.0) * grid[1]) / width
     energy = np.sum(clean**2, axis=1)
-    for row in np.flatnonzero(slope.max(axis=1) > 0.0).tolist():
-        main, top = grid[band[peak[row]]], amplitude[row, peak[row]]
-        long = 2.0 * top**2 / energy[row]
+    tops = amplitude[every, peak]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        longs = 2.0 * tops**2 / energy
+    beyond = _beyond_skirts(amplitude, grid[band], peak, longs)
+    for row in np.flatnonzero(beyond & (tops > 0.0)).tolist():
+        main, top, long = grid[band[peak[row]]], tops[row], longs[row]
         found = _others(amplitude[row] / top, grid[band], int(peak[row]), long)
         if found.size:
             shares, at_others = amplitude[row, found] / top, grid[band[found]]
@@ -104,6 +111,43 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
             alone.other[row], alone.share[row] = at_others[ranked[-1]] / width, shares[ranked[-1]]
             alone.several[row] = rivals.any()
     return alone
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc"})
+def _fill_means(values: Array, finite: Mask, width: int, means: Array) -> None:
+    """Means of blocks; samples that are not finite count as zero."""
+    for r in range(values.shape[0]):
+        y = values[r]
+        for k in range(means.shape[1]):
+            block = y[k * width : (k + 1) * width]
+            total = 0.0
+            if finite[r]:
+                for i in range(width):
+                    total += block[i]
+            else:
+                for i in range(width):
+                    total += block[i] if math.isfinite(block[i]) else 0.0
+            means[r, k] = total / width
+
+
+@njit(cache=True, nogil=True)
+def _beyond_skirts(amplitude: Array, grid: Array, peak: Indices, long: Array) -> Mask:
+    """Whether any maximum apart from the strongest stands out of its skirts, shape (records,).
+
+    Rounding aside :func:`_others` finds none where not.
+    """
+    found = np.zeros(amplitude.shape[0], np.bool_)
+    for r in range(amplitude.shape[0]):
+        own, main = amplitude[r], grid[peak[r]]
+        top = own[peak[r]]
+        for k in range(1, own.size - 1):
+            if own[k] < _NEARLY * _LEAST_SHARE * top or own[k] <= own[k - 1] or own[k] < own[k + 1]:
+                continue
+            apart = abs(grid[k] - main)
+            if apart > _APART * max(main, grid[k]):
+                skirt = _SKIRT / (apart * long[r]) * math.sqrt(max(1.0, main / grid[k]))
+                found[r] |= own[k] > _NEARLY * skirt * top
+    return found
 
 
 def _others(amplitude: Array, grid: Array, main: int, long: float) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -23,7 +23,17 @@ from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.estimators.priors import DeclaredSignal
 from friction_bayes.estimators.witness import Witness, not_negative, reconciled
 
-__all__ = ["SURELY_NEGATIVE", "Estimator", "Fit", "Fits", "FittedMotion", "FreeDecays", "Part", "RandomForce"]
+__all__ = [
+    "SURELY_NEGATIVE",
+    "Estimator",
+    "Fit",
+    "Fits",
+    "FittedMotion",
+    "FreeDecays",
+    "Glance",
+    "Part",
+    "RandomForce",
+]
 
 SURELY_NEGATIVE = 0.99
 """Probability of a negative friction above which there is no answer."""
@@ -279,6 +289,21 @@ class FreeDecays:
         return self.values, self.step, frequency, phase, start, start + self.counts, order, swing
 
 
+class Glance(NamedTuple):
+    """What is sure of the residuals of many records, shape (records,); nothing of one without a posterior.
+
+    Attributes
+    ----------
+    white : ndarray of bool
+        That it is white noise.
+    straight : ndarray of bool
+        That the amplitude does not fall faster while it is larger.
+    """
+
+    white: Mask
+    straight: Mask
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fits:
     """What an estimator makes of many free decays, in the units of the signal; nan where it finds nothing.
@@ -293,6 +318,8 @@ class Fits:
         As in :class:`Fit`.
     residual : callable, int -> ndarray, or None
         Residual of the moving part of a record with a posterior; None where the method predicts no signal.
+    glance : callable, () -> Glance, or None
+        What is sure of the residuals at a glance; None where all of them are to be looked at.
     """
 
     family: Any
@@ -302,6 +329,7 @@ class Fits:
     rest_position: Array
     noise_sd: Array
     residual: Callable[[int], Array] | None = field(default=None, repr=False)
+    glance: Callable[[], Glance] | None = field(default=None, repr=False)
 
     @property
     def found(self) -> Mask:

@@ -14,7 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from friction_bayes.conjugate.scaled_distribution import scaled, scaled_moments, scaled_quantiles
-from friction_bayes.core.arrays import Array, Indices, Integers, Mask
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.checks import positive
 from friction_bayes.core.declared_force import ForceFactor, declared_forces, frequencies_disagree
@@ -22,14 +22,15 @@ from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator, check_system
-from friction_bayes.decay.excursions import without_excursions
-from friction_bayes.decay.free_decay import FreeDecay, after_leap, check_sampling
+from friction_bayes.decay.excursions import excursions_possible, without_excursions
+from friction_bayes.decay.free_decay import FreeDecay, after_leap, around_release, check_sampling
 from friction_bayes.decay.friction_samples import PEAKS
-from friction_bayes.decay.leaps import LEAST_LEAP, find_leap
+from friction_bayes.decay.leaps import find_leap, may_leap
 from friction_bayes.decay.located import FOUND, NOT_DECAYING, Located
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor, force_factors
+from friction_bayes.decay.spans import Extremes, extremes, flat_extremes
 from friction_bayes.estimators.base import SURELY_NEGATIVE, Estimator, Fit, Fits, FreeDecays
 from friction_bayes.estimators.equally_probable import EquallyProbable
 from friction_bayes.estimators.estimate import check_choices, surely_faster_loss
@@ -41,9 +42,8 @@ from friction_bayes.estimators.result import far_apart, rather_a_push
 from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.estimators.waveform.saturation import saturation_level
-from friction_bayes.records.clipping import SHORTEST_RUN, clipped_fraction
+from friction_bayes.records.clipping import clipped_fraction
 from friction_bayes.records.clock import is_even, sampling_interval
-from friction_bayes.records.quantisation import ROUNDING
 
 __all__ = ["STATUS", "WARNINGS", "estimate_batch"]
 
@@ -79,8 +79,10 @@ _BIT = {name: 1 << i for i, name in enumerate(WARNINGS)}
 _COEFFICIENTS = 5
 """Fitted to each record."""
 _NO_FIT, _CLIPPED, _LEAPS = (STATUS.index(word) for word in ("no_fit", "clipped", "leaps"))
-_CHUNK_VALUES = 4_000_000
-"""Most samples worked on at a time, for the memory their spectra take."""
+_SHARE_OF_MEMORY = 1.0 / 16.0
+"""Of that of the records, in which samples are worked on at a time as floats."""
+_LEAST_PART, _LARGEST_PART = 500_000, 4_000_000
+"""So many of them."""
 
 _COLUMNS = (
     "friction_mean",
@@ -272,7 +274,8 @@ def _estimate_rows(
     judge: bool,
 ) -> Array:
     """Estimate every row of an array, shape (records, n) to (records, columns)."""
-    rows = max(_CHUNK_VALUES // max(values.shape[1], 1), 1)
+    most = min(max(int(_SHARE_OF_MEMORY * values.nbytes / 8), _LEAST_PART), _LARGEST_PART)
+    rows = max(most // max(values.shape[1], 1), 1)
     parts = [
         # writeable as those of a single record are: kernels are compiled for one kind of array
         _estimate_chunk(
@@ -294,9 +297,13 @@ def _estimate_chunk(
 ) -> Array:
     """Estimate rows of the system and sensor that ``like`` declares."""
     system, kind = like.system, like.quantity
-    values, mended = _without_excursions(values, system.natural_frequency * like.step)
+    seen = extremes(values)
+    flat = flat_extremes(values, seen)
+    values, mended = _without_excursions(values, system.natural_frequency * like.step, seen)
     located = locate_free_decays(values, like.step, system.natural_frequency, kind.order)
-    located.status[_clipped(values, located.status == FOUND)] = _CLIPPED
+    for row in np.flatnonzero((located.status == FOUND) & (flat | mended)).tolist():
+        if clipped_fraction(values[row])[1] is not None:
+            located.status[row] = _CLIPPED
     if kind.order == 0:
         _set_leaps_apart(values, located)
     decays = replace(like, values=values, located=located)
@@ -314,13 +321,15 @@ def _estimate_chunk(
     flags = np.where(mended, _BIT["samples_set_aside"], 0)
     flags[_finite(family.cdf(0.0, *coefficient)) > SURELY_NEGATIVE] |= _BIT["negative_friction"]
     used = {row: decays.decay(row) for row in np.flatnonzero(found).tolist()}
-    white: frozenset[int] = frozenset()
+    white, straight = np.zeros((2, len(values)), dtype=np.bool_)
     if judge or with_force:
-        white = _white(used, fits)
+        if fits.glance is not None:
+            white, straight = fits.glance()
+        _look_longer(white, used, fits)
         _refuse_saturated(table, used, white)
     if with_force:
         table = _answered(table, used, flags, white, partial(estimator.fit, prior=prior, peaks=PEAKS[0]))
-    return np.column_stack([table, _judged(table, used, flags)]) if judge else table
+    return np.column_stack([table, _judged(table, used, flags, white & straight)]) if judge else table
 
 
 def _refuse(table: Array, row: int, status: int) -> None:
@@ -329,32 +338,32 @@ def _refuse(table: Array, row: int, status: int) -> None:
     table[row, _STATUS] = status
 
 
-def _white(used: Mapping[int, FreeDecay], fits: Fits) -> frozenset[int]:
-    """Rows whose residual is white noise at a glance; none of a method that leaves no residual."""
+def _look_longer(white: Mask, used: Mapping[int, FreeDecay], fits: Fits) -> None:
+    """Mark those residuals that a longer look finds white; none of a method that leaves no residual."""
     if fits.residual is None:
-        return frozenset()
-    white = set()
+        return
     for row, decay in used.items():
-        phase = fits.frequency[row] * decay.time
-        long_enough = phase.size >= LEAST_SAMPLES
-        if long_enough and looks_white(fits.residual(row), phase, decay.quantity.order, _COEFFICIENTS):
-            white.add(row)
-    return frozenset(white)
+        if not white[row] and decay.values.size >= LEAST_SAMPLES:
+            phase = fits.frequency[row] * decay.time
+            white[row] = looks_white(fits.residual(row), phase, decay.quantity.order, _COEFFICIENTS)
 
 
-def _refuse_saturated(table: Array, used: dict[int, FreeDecay], white: frozenset[int]) -> None:
+def _refuse_saturated(table: Array, used: dict[int, FreeDecay], white: Mask) -> None:
     """Refuse records whose tops are flat below noise, and take them out of those used.
 
     Flat tops leave no white noise.
     """
-    doubtful = [row for row in used if row not in white]
+    doubtful = [row for row in used if not white[row]]
     for row in [row for row in doubtful if saturation_level(used[row]) is not None]:
         _refuse(table, row, _CLIPPED)
         del used[row]
 
 
-def _judged(table: Array, used: Mapping[int, FreeDecay], flags: Integers) -> Integers:
-    """Bits of the warnings of each record, shape (records,): those found, and those of the decays used."""
+def _judged(table: Array, used: Mapping[int, FreeDecay], flags: Integers, straight: Mask) -> Integers:
+    """Bits of the warnings of each record, shape (records,): those found, and those of the decays used.
+
+    Whether the amplitude falls faster while it is larger is not asked of those that are ``straight``.
+    """
     judged = np.zeros_like(flags)
     frequency = table[:, [_COLUMNS.index(name) for name in ("frequency", "frequency_sd")]]
     for row, decay in used.items():
@@ -362,7 +371,7 @@ def _judged(table: Array, used: Mapping[int, FreeDecay], flags: Integers) -> Int
             "later_start": decay.later > 0,
             "disturbed_release": decay.disturbed > 0,
             "driven_before": decay.driven,
-            "faster_loss": surely_faster_loss(decay) is not None,
+            "faster_loss": not straight[row] and surely_faster_loss(decay) is not None,
             "frequency": far_apart(decay.system, *frequency[row].tolist()),
             "pendulum": bool(pendulum_notes(decay)),
         }
@@ -372,11 +381,11 @@ def _judged(table: Array, used: Mapping[int, FreeDecay], flags: Integers) -> Int
 
 def _set_leaps_apart(values: Array, located: Located) -> None:
     """Begin decays behind a leap from a rest, and mark those that leap in mid-motion."""
-    # in most records no step is as far as a leap less what the motion itself goes
-    farthest = np.abs(np.diff(values, axis=1)).max(axis=1, initial=0.0)
-    may_leap = farthest > 0.5 * LEAST_LEAP * np.ptp(values, axis=1)
-    for row in np.flatnonzero((located.status == FOUND) & may_leap).tolist():
+    for row in np.flatnonzero(located.status == FOUND).tolist():
         begin, end, omega = int(located.start[row]), int(located.stop[row]), float(located.frequency[row])
+        _, around = around_release(values[row, :end], begin, omega)
+        if not (may_leap(around) or may_leap(values[row, begin:end])):
+            continue
         released = after_leap(values[row, :end], begin, omega)
         located.start[row] = released
         located.phase[row] = (located.phase[row] + omega * (released - begin)) % (2.0 * math.pi)
@@ -384,12 +393,15 @@ def _set_leaps_apart(values: Array, located: Located) -> None:
             located.status[row] = _LEAPS
 
 
-def _without_excursions(values: Array, angle: float) -> tuple[Array, Mask]:
+def _without_excursions(values: Array, angle: float, seen: Extremes) -> tuple[Array, Mask]:
     """Rows in which isolated excursions are replaced, and which; those that are not finite as they are."""
-    mended, which = values.copy(), np.zeros(len(values), dtype=np.bool_)
-    for row in np.flatnonzero(np.isfinite(values).all(axis=1)).tolist():
-        mended[row], stray = without_excursions(values[row], angle)
-        which[row] = stray.size > 0
+    which = np.zeros(len(values), dtype=np.bool_)
+    mended = values
+    for row in np.flatnonzero(excursions_possible(values, seen)).tolist():
+        own, stray = without_excursions(values[row], angle)
+        if stray.size:
+            mended = values.copy() if mended is values else mended
+            mended[row], which[row] = own, True
     return mended, which
 
 
@@ -436,22 +448,24 @@ def _answered(
     table: Array,
     used: dict[int, FreeDecay],
     flags: Integers,
-    white: frozenset[int],
+    white: Mask,
     fit_of: Callable[[FreeDecay], Fit],
 ) -> Array:
     """Add the columns of a random force, and answer as :func:`friction_bayes.estimate` does.
 
     But where a glance at the residual shows white noise alone: the fit is the answer there, and what
     ``estimate`` adds to it is the few per cent of a force that no record excludes. ``used`` is left with the
-    decays that were answered, and ``flags`` with what their forces are warned of for.
+    decays that were answered, ``flags`` with what their forces are warned of for, and ``white`` without those
+    that begin later now.
     """
     table = np.column_stack([table, np.full((len(table), len(_FORCE_COLUMNS)), np.nan)])
     column = {name: i for i, name in enumerate((*_COLUMNS, *_FORCE_COLUMNS))}
     for row, decay in list(used.items()):
         system, kind, unit = decay.system, decay.quantity, decay.unit
-        if row in white and table[row, column["friction_low"]] > 0.0:
+        if white[row] and table[row, column["friction_low"]] > 0.0:
             continue
         used[row], fit = answered(decay, fit_of)
+        white[row] &= used[row] is decay
         if fit.surely_negative:
             _refuse(table, row, NOT_DECAYING)
             del used[row]
@@ -481,30 +495,6 @@ def _answered(
 def _finite(values: Array) -> Array:
     """The moments that exist; nan for the others."""
     return np.where(np.isfinite(values), values, np.nan)
-
-
-def _clipped(values: Array, usable: Mask) -> Indices:
-    """Rows cut off at the end of the sensor's range.
-
-    Those with a flat run at an extreme, few among analogue signals, are judged as ``estimate`` judges them.
-    """
-    suspect = usable.copy()
-    suspect[usable] = _flat_extreme(values[usable])
-    rows = np.flatnonzero(suspect)
-    return rows[[clipped_fraction(values[row])[1] is not None for row in rows]]
-
-
-def _flat_extreme(values: Array) -> Mask:
-    """Whether as many equal neighbours as raise the question lie at an extreme."""
-    low, high = values.min(axis=1, keepdims=True), values.max(axis=1, keepdims=True)
-    rounding = ROUNDING * (high - low)
-    result = np.zeros(len(values), dtype=np.bool_)
-    for extreme in (values >= high - rounding, values <= low + rounding):
-        run = extreme[:, : values.shape[1] - SHORTEST_RUN + 1].copy()
-        for k in range(1, SHORTEST_RUN):
-            run &= extreme[:, k : values.shape[1] - SHORTEST_RUN + 1 + k]
-        result |= run.any(axis=1)
-    return result
 
 
 def _as_dataset(

@@ -23,7 +23,17 @@ from scipy.linalg import solve_toeplitz, toeplitz
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.statespace.transition import ForcedSteps
 
-__all__ = ["Autoregression", "LaggedNoise", "burg", "coloured_gains", "coloured_innovations"]
+__all__ = [
+    "MOST_LAGS",
+    "Autoregression",
+    "LaggedNoise",
+    "burg",
+    "burg_recursion",
+    "coloured_gains",
+    "coloured_innovations",
+    "most_lags",
+    "order_cost",
+]
 
 MOST_LAGS = 30
 _SAMPLES_PER_LAG = 8
@@ -129,16 +139,27 @@ def burg(residual: Array, fitted: float) -> tuple[Autoregression, float]:
     """
     x = residual - residual.mean()
     power = float(x @ x) / max(x.size - fitted, 1.0)
-    most = min(MOST_LAGS, x.size // _SAMPLES_PER_LAG)
+    most = most_lags(x.size)
     if most < 1 or power == 0.0:
         return Autoregression(np.empty(0), 1.0), power
-    coefficients, variances = _burg(x / math.sqrt(float(x @ x) / x.size), most)
-    penalties = 0.5 * np.arange(most + 1) * math.log(x.size)
-    # white or not, and if not, any order as probable as another
-    penalties[1:] += math.log(most)
-    order = int(np.argmin(0.5 * x.size * np.log(variances) + penalties))
-    penalty = float(penalties[order])
+    coefficients, variances = burg_recursion(x / math.sqrt(float(x @ x) / x.size), most)
+    order = int(np.argmin([order_cost(x.size, m, most, variances[m]) for m in range(most + 1)]))
+    penalty = order_cost(x.size, order, most, 1.0)
     return Autoregression(coefficients[order, :order].copy(), float(variances[order]), penalty), power
+
+
+@njit(cache=True, nogil=True)
+def most_lags(samples: int) -> int:
+    """Highest order that is looked for."""
+    return min(MOST_LAGS, samples // _SAMPLES_PER_LAG)
+
+
+@njit(cache=True, nogil=True)
+def order_cost(samples: int, order: int, most: int, variance: float) -> float:
+    """Minus the log evidence of an order of innovations of that variance, and a penalty: zero for none."""
+    cost = 0.5 * samples * math.log(variance) + 0.5 * order * math.log(samples)
+    # white or not, and if not, any order as probable as another
+    return cost + math.log(most) if order > 0 else cost
 
 
 @njit(cache=True, nogil=True)
@@ -152,7 +173,7 @@ def _run(coefficients: Array, kicks: Array) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _burg(x: Array, most: int) -> tuple[Array, Array]:
+def burg_recursion(x: Array, most: int) -> tuple[Array, Array]:
     """Coefficients, row ``m`` those of order ``m``, and variances of the innovations, for unit variance."""
     n = x.size
     coefficients = np.zeros((most + 1, most))

@@ -37,11 +37,13 @@ __all__ = [
     "CorrelatedError",
     "Whitened",
     "colour",
+    "filter_gains",
     "jump_scores",
     "sensor_row",
     "shown",
     "smooth",
     "whiten",
+    "whitened_innovations",
 ]
 
 _VARIANCES = ((0, 0), (0, 4), (0, 7), (0, 9), (4, 4), (4, 7), (4, 9), (7, 7), (7, 9), (9, 9))
@@ -245,7 +247,7 @@ def whiten(
     columns, rows = np.ascontiguousarray(columns, dtype=np.float64), row.reshape(-1, 3)
     if clock.autoregression is None:
         transitions, gains = _filter(clock, row, ratio, tau, np.empty((0, 4, 4)))
-        white = _innovations(columns, clock.index, transitions, clock.error_steps.decays, rows, gains)
+        white = whitened_innovations(columns, clock.index, transitions, clock.error_steps.decays, rows, gains)
     else:
         force, noise = clock.forced_steps(ratio, tau), clock.autoregression
         gains = coloured_gains(force, noise.lagged, rows, clock.variance)
@@ -318,9 +320,9 @@ def jump_scores(column: Array, clock: Clock, row: Array, ratio: float, tau: floa
 
 
 def _filter(clock: Clock, row: Array, ratio: float, tau: float, predicted: Array) -> tuple[Array, Array]:
-    """Transitions of the distinct steps, and the gains of the filter; ``predicted`` as in :func:`_gains`."""
+    """Transitions of the distinct steps and :func:`filter_gains`, ``predicted`` as there."""
     force = clock.forced_steps(ratio, tau)
-    gains = _gains(force, clock.error_steps, row.reshape(-1, 3), clock.variance, predicted)
+    gains = filter_gains(force, clock.error_steps, row.reshape(-1, 3), clock.variance, predicted)
     return force.transitions, gains
 
 
@@ -405,7 +407,9 @@ def _same(first, second) -> bool:  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _gains(force: ForcedSteps, error: ErrorSteps, rows: Array, variance: Array, predicted: Array) -> Array:
+def filter_gains(
+    force: ForcedSteps, error: ErrorSteps, rows: Array, variance: Array, predicted: Array
+) -> Array:
     """Gains, shape (n, 5): of the four states for a whitened innovation, and one over the innovation's sd.
 
     All are zero of samples that are not used. ``predicted`` is filled with the covariances before each
@@ -452,7 +456,7 @@ def _gains(force: ForcedSteps, error: ErrorSteps, rows: Array, variance: Array, 
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def _innovations(
+def whitened_innovations(
     columns: Array, index: Indices, transitions: Array, decays: Array, rows: Array, gains: Array
 ) -> Array:
     """Whitened innovations of every column, zero in samples that are not used.

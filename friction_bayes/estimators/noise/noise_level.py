@@ -22,24 +22,34 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means
+from friction_bayes.estimators.noise.force_screen import ForcesBeside
 from friction_bayes.statespace.coloured_noise import Autoregression, burg
 from friction_bayes.statespace.force_grid import at_resonance
 from friction_bayes.statespace.kalman import Clock, sensor_row, shown, smooth, whiten
 from friction_bayes.statespace.response import at_sensor
 from friction_bayes.statespace.transition import initial_response
 
-__all__ = ["SensorNoise", "looks_white", "noise_floor", "sensor_noise"]
+__all__ = [
+    "PRIOR_NONE",
+    "SensorNoise",
+    "forces_beside",
+    "looks_white",
+    "noise_floor",
+    "samples_in_mean",
+    "sensor_noise",
+]
 
 _PER_PERIOD = 6
 """Means a period: their Nyquist frequency is three times the motion's."""
 _SIZES = np.geomspace(0.1, 100.0, 7)
 _TIMES = (0.3, 1.0, 3.0, 10.0)
 """Of forces that the level is averaged over: sd at resonance over the noise, correlation times as phases."""
-_PRIOR_NONE = 0.5
+PRIOR_NONE = 0.5
 """Prior probability of none in that average."""
 _OCTAVE = np.geomspace(1.0, 2.0, 20)
 """Frequencies, over the motion's, at which a noise that rises with frequency is told."""
@@ -65,6 +75,15 @@ class SensorNoise:
     colour: Autoregression | None
     coloured_floor: float
     weaker_above: bool
+
+
+def forces_beside() -> ForcesBeside:
+    """The forces that the level is averaged over, none first."""
+    forces = [(0.0, 1.0), *((size / float(at_resonance(tau)), tau) for size in _SIZES for tau in _TIMES)]
+    ratio, tau = np.array(forces).T
+    each = (1.0 - PRIOR_NONE) / (len(forces) - 1)
+    log_prior = np.log(np.where(ratio > 0.0, each, PRIOR_NONE))
+    return ForcesBeside(np.ascontiguousarray(ratio), np.ascontiguousarray(tau), log_prior)
 
 
 def noise_floor(residual: Array, phase: Array, order: int, fitted: int) -> float:
@@ -111,7 +130,12 @@ def sensor_noise(residual: Array, phase: Array, fitted: int, floor: float, *, ev
 
 
 def _samples_in_mean(phase: Array) -> int:
-    angle = float(phase[-1] - phase[0]) / (phase.size - 1)
+    return samples_in_mean(float(phase[-1] - phase[0]) / (phase.size - 1))
+
+
+@njit(cache=True, nogil=True)
+def samples_in_mean(angle: float) -> int:
+    """How many samples are averaged into one, ``angle`` apart in phase."""
     return max(int(2.0 * math.pi / angle / _PER_PERIOD), 1)
 
 
@@ -126,7 +150,7 @@ def looks_white(residual: Array, phase: Array, order: int, fitted: int) -> bool:
     if burg(residual, fitted)[0].order or burg(thinned, fitted / block)[0].order:
         return False
     clock = Clock.of(block_means(phase, block))
-    return _beside_a_force(thinned, clock, sensor_row(order)).none >= _PRIOR_NONE
+    return _beside_a_force(thinned, clock, sensor_row(order)).none >= PRIOR_NONE
 
 
 class _Beside(NamedTuple):
@@ -153,10 +177,9 @@ def _beside_a_force(residual: Array, clock: Clock, row: Array) -> _Beside:
     start = at_sensor(initial_response(clock.phase), row)
     columns = np.column_stack([start, np.ones(residual.size), residual])
     freedom = residual.size - columns.shape[1] + 1
-    forces = [(0.0, 1.0), *((size / float(at_resonance(tau)), tau) for size in _SIZES for tau in _TIMES)]
-    each_prior = math.log((1.0 - _PRIOR_NONE) / (len(forces) - 1))
+    forces = forces_beside()
     laws, variances, log_weights = [], [], []
-    for ratio, tau in forces:
+    for ratio, tau, log_prior in zip(*(each.tolist() for each in forces), strict=True):
         whitened = whiten(columns, clock, row, ratio, tau)
         scale = np.sqrt(np.diag(whitened.gram))
         lower = np.linalg.cholesky(whitened.gram / np.outer(scale, scale))
@@ -164,11 +187,11 @@ def _beside_a_force(residual: Array, clock: Clock, row: Array) -> _Beside:
         laws.append(np.linalg.solve(lower[:-1, :-1].T, lower[-1, :-1]) * scale[-1] / scale[:-1])
         variances.append(math.exp(2.0 * pivots[-1]) / freedom)
         log_weight = -freedom * pivots[-1] - pivots[:-1].sum() - 0.5 * whitened.log_determinant
-        log_weights.append(log_weight + (each_prior if ratio > 0.0 else math.log(_PRIOR_NONE)))
+        log_weights.append(log_weight + log_prior)
     weight = np.exp(log_weights - logsumexp(log_weights))
     best = int(np.argmax(weight))
     beside = residual - columns[:, :-1] @ laws[best]
     if best > 0:
-        states, _ = smooth(beside[:, None], clock, row, *forces[best])
+        states, _ = smooth(beside[:, None], clock, row, float(forces.ratio[best]), float(forces.tau[best]))
         beside = beside - shown(states[:, :3, 0], row)
     return _Beside(float(weight @ variances), beside, float(weight[0]))

@@ -22,6 +22,7 @@ from friction_bayes.estimators.waveform.normal_equations import (
     Signal,
     accumulate,
     first_at,
+    half_cycle_table,
     place,
 )
 from friction_bayes.statespace.measured_path import NEAR_TURN
@@ -30,6 +31,7 @@ __all__ = [
     "CURVED_PAIRS",
     "crossing_misfit",
     "exact_misfit",
+    "fill_signal",
     "near_turns",
     "signal_derivatives",
     "signals",
@@ -71,17 +73,37 @@ def _half_cycle_end(half: int, stop: int, p: Array, samples: Samples) -> int:
 @njit(cache=True, nogil=True)
 def signals(samples: Samples, order: int, p: Array, kappa: float, stop: int) -> Array:
     """Signals of many coefficients, shape (m, 5), over ``n`` samples, shape (m, n)."""
-    n = samples.size
-    out = np.empty((p.shape[0], n))
+    out = np.empty((p.shape[0], samples.size))
     for row in range(p.shape[0]):
-        half = math.floor((p[row, PHASE] - p[row, ADVANCE]) / math.pi)
-        end = _half_cycle_end(half, stop, p[row], samples)
-        for i in range(n):
-            while i >= end and end < n:
-                half += 1
-                end = _half_cycle_end(half, stop, p[row], samples)
-            out[row, i] = _value(place(samples, i), order, half, stop, p[row], kappa)
+        fill_signal(samples, order, p[row], kappa, stop, out[row])
     return out
+
+
+@njit(cache=True, nogil=True)
+def fill_signal(samples: Samples, order: int, p: Array, kappa: float, stop: int, out: Array) -> None:
+    """Fill ``out``, shape (n,), with the signal of coefficients of shape (5,)."""
+    n = samples.size
+    even = samples.places.size == 0
+    turns = half_cycle_table(samples, p[ADVANCE], p[ADVANCE])
+    half = math.floor((p[PHASE] - p[ADVANCE]) / math.pi)
+    i = 0
+    while i < n:
+        end = max(_half_cycle_end(half, stop, p, samples), i)
+        if even and half < stop:
+            k = kappa - 2.0 * half - 1.0
+            swing = p[AMPLITUDE] + k * p[FRICTION]
+            angle = p[PHASE] + p[ADVANCE] * place(samples, i) + 0.5 * math.pi * order
+            constant = p[OFFSET]
+            if order == 0:
+                constant += p[FRICTION] if half % 2 == 0 else -p[FRICTION]
+            along, across = swing * math.cos(angle), swing * math.sin(angle)
+            for j in range(end - i):
+                out[i + j] = constant + along * turns.cosine[j] - across * turns.sine[j]
+        else:
+            for j in range(i, end):
+                out[j] = _value(place(samples, j), order, half, stop, p, kappa)
+        i = end
+        half += 1
 
 
 def states(samples: Samples, p: Array, kappa: float, stop: int) -> Array:

@@ -37,6 +37,7 @@ from friction_bayes.estimators.waveform.coulomb_signal import (
     states,
     turning_samples,
 )
+from friction_bayes.estimators.waveform.glance import glance
 from friction_bayes.estimators.waveform.least_squares import fit_waveforms, prior_of
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
@@ -147,6 +148,7 @@ class WaveformEstimator(TabulatedPrior):
             rest_position=fits.coefficients[:, OFFSET],
             noise_sd=posterior.noise_sd,
             residual=residual,
+            glance=partial(glance, decays.values, decays.located, decays.quantity.order, fits),
         )
 
 

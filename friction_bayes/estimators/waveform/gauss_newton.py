@@ -103,16 +103,14 @@ def _promised_fall(at: NormalEquations, step: Array, prior: Penalty) -> float:
 
 @njit(cache=True, nogil=True)
 def _minimise(
-    signal: Signal, at: NormalEquations, held: Array, stop: int, prior: Penalty
+    signal: Signal, squares: float, at: NormalEquations, held: Array, stop: int, prior: Penalty
 ) -> tuple[float, bool]:
     """Gauss-Newton from ``at``, damped where a step does not descend; see :func:`fit_waveform`.
 
-    An acceleration jumps where a sample changes its half cycle: there the half cycles of ``held`` are kept.
+    ``squares`` is the signal's sum of squares. An acceleration jumps where a sample changes its half cycle:
+    there the half cycles of ``held`` are kept.
     """
     trial = _blank()
-    squares = 0.0
-    for i in range(signal.y.size):
-        squares += signal.y[i] * signal.y[i]
     jumps = signal.order == 2
     misfit = accumulate(signal, at, held if jumps else at.p, stop)
     cost = misfit + _penalty(at.p, prior)
@@ -147,7 +145,9 @@ def _minimise(
 
 
 @njit(cache=True, nogil=True)
-def _settle_jumps(signal: Signal, at: NormalEquations, stop: int, misfit: float, prior: Penalty) -> float:
+def _settle_jumps(
+    signal: Signal, squares: float, at: NormalEquations, stop: int, misfit: float, prior: Penalty
+) -> float:
     """Move an acceleration's turning points by a few samples, all alike or at the ends, while that helps.
 
     Where a jump stands out of the noise, every sample in the wrong half cycle makes a minimum of its own.
@@ -161,7 +161,7 @@ def _settle_jumps(signal: Signal, at: NormalEquations, stop: int, misfit: float,
                 for a in range(COEFFICIENTS):
                     held[a] = trial.p[a] = at.p[a]
                 held[which] += shift * sample
-                _minimise(signal, trial, held, stop, prior)
+                _minimise(signal, squares, trial, held, stop, prior)
                 trial_misfit = accumulate(signal, trial, trial.p, stop)
                 if trial_misfit < misfit:
                     _keep(at, trial)
@@ -196,7 +196,7 @@ def fit_waveform(signal: Signal, at: NormalEquations, prior: Penalty) -> tuple[f
     """
     trial = _blank()
     at.p[AMPLITUDE], at.p[FRICTION] = 0.0, 0.0
-    accumulate(signal, at, at.p, NEVER)
+    squares = accumulate(signal, at, at.p, NEVER)
     step, ok = _step(at, prior, 0.0, _LINEAR)
     if not ok:
         return math.inf, NEVER, False
@@ -211,8 +211,10 @@ def fit_waveform(signal: Signal, at: NormalEquations, prior: Penalty) -> tuple[f
             break
         for a in range(COEFFICIENTS):
             trial.p[a] = at.p[a]
-        _, trial_found = _minimise(signal, trial, at.p, proposed, prior)
-        trial_misfit = accumulate(signal, trial, trial.p, proposed)
+        trial_misfit, trial_found = _minimise(signal, squares, trial, at.p, proposed, prior)
+        if signal.order == 2:
+            # in the half cycles that its own phase puts the samples in
+            trial_misfit = accumulate(signal, trial, trial.p, proposed)
         if turn > 1 and trial_misfit >= misfit:
             break
         _keep(at, trial)
@@ -220,7 +222,7 @@ def fit_waveform(signal: Signal, at: NormalEquations, prior: Penalty) -> tuple[f
         if not found:
             break
     if signal.order == 2 and found and (2.0 * at.p[FRICTION]) ** 2 > misfit / signal.y.size:
-        misfit = _settle_jumps(signal, at, stop, misfit, prior)
+        misfit = _settle_jumps(signal, squares, at, stop, misfit, prior)
     return misfit, stop, found
 
 

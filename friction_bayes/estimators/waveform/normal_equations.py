@@ -17,7 +17,8 @@ Within a half cycle ``k``, ``e`` and the swing ``w = b + k u`` are constants. Wi
 
 so that every entry of ``J'J`` and ``J'r`` is a combination, by these constants, of sums over the half cycle
 of products of (1, ``f``, ``g``, ``h``) with one another and with the residual: fourteen sums and the count.
-Where samples are evenly spaced they need no sine or cosine each: a step turns ``(f, g)`` by a fixed angle.
+Where samples are evenly spaced they need no sine or cosine each: one table of a half cycle, turned by the
+phase of its first sample, serves all of them, and only the sums with the residual read the samples.
 """
 
 from __future__ import annotations
@@ -42,8 +43,11 @@ __all__ = [
     "NormalEquations",
     "Samples",
     "Signal",
+    "Turns",
     "accumulate",
+    "even_sums",
     "first_at",
+    "half_cycle_table",
     "place",
     "stopping_turn",
 ]
@@ -154,6 +158,7 @@ def accumulate(signal: Signal, at: NormalEquations, held: Array, stop: int) -> f
     total = 0.0
     half = math.floor((held[PHASE] - held[ADVANCE]) / math.pi)
     i, n = 0, y.size
+    turns = half_cycle_table(samples, p[ADVANCE], held[ADVANCE])
     while i < n and half < stop:
         end = max(first_at(samples, ((half + 1) * math.pi - held[PHASE]) / held[ADVANCE]), i)
         k = kappa - 2.0 * half - 1.0
@@ -161,7 +166,11 @@ def accumulate(signal: Signal, at: NormalEquations, held: Array, stop: int) -> f
         e = 0.0
         if order == 0:
             e = 1.0 if half % 2 == 0 else -1.0
-        sums = _half_cycle_sums(y, samples, i, end, order, p, p[OFFSET] + e * p[FRICTION], swing)
+        constant = p[OFFSET] + e * p[FRICTION]
+        if samples.places.size == 0:
+            sums = even_sums(y[i:end], turns, i, 0.5 * (n - 1), order, p, constant, swing)
+        else:
+            sums = _uneven_sums(y, samples, i, end, order, p, constant, swing)
         _add_half_cycle(matrix, gradient, sums, k, e, swing)
         total += sums.rr
         i = end
@@ -171,24 +180,136 @@ def accumulate(signal: Signal, at: NormalEquations, held: Array, stop: int) -> f
     return total
 
 
+class Turns(NamedTuple):
+    """Cosines and sines of the first multiples of an angle, and their sums, which all half cycles share.
+
+    Attributes
+    ----------
+    cosine, sine : ndarray, shape (m,)
+    sums : ndarray, shape (m + 1, 13)
+        Of the first ``j`` of ``c, s, jc, js, cc, cs, ss, jcc, jcs, jss, jjcc, jjcs, jjss``.
+    """
+
+    cosine: Array
+    sine: Array
+    sums: Array
+
+
 @njit(cache=True, nogil=True)
-def _half_cycle_sums(
+def half_cycle_table(samples: Samples, advance: float, held: float) -> Turns:
+    """Table of one half cycle of evenly spaced samples, empty where they are not.
+
+    Filled by doubling, which rounds as often as the number of multiples has digits.
+
+    Parameters
+    ----------
+    samples : Samples
+    advance : float
+        Phase over half the record.
+    held : float
+        The same of the half cycles that samples are put in.
+    """
+    if samples.places.size > 0:
+        return Turns(np.zeros(0), np.zeros(0), np.zeros((0, 13)))
+    n, middle = samples.size, 0.5 * (samples.size - 1)
+    angle = advance / middle
+    # one more than a half cycle has, for rounding
+    count = min(int(min(math.pi * middle / held, float(n))) + 2, n)
+    cosine, sine = np.ones(count), np.zeros(count)
+    sums = np.zeros((count + 1, 13))
+    known = 1
+    while known < count:
+        c, s = math.cos(angle * known), math.sin(angle * known)
+        for j in range(known, min(2 * known, count)):
+            before, beside = cosine[j - known], sine[j - known]
+            cosine[j] = before * c - beside * s
+            sine[j] = beside * c + before * s
+        known *= 2
+    for j in range(count):
+        c, s, before, after = cosine[j], sine[j], sums[j], sums[j + 1]
+        cc, cs, ss = c * c, c * s, s * s
+        after[0], after[1] = before[0] + c, before[1] + s
+        after[2], after[3] = before[2] + j * c, before[3] + j * s
+        after[4], after[5], after[6] = before[4] + cc, before[5] + cs, before[6] + ss
+        after[7], after[8], after[9] = before[7] + j * cc, before[8] + j * cs, before[9] + j * ss
+        after[10], after[11] = before[10] + j * j * cc, before[11] + j * j * cs
+        after[12] = before[12] + j * j * ss
+    return Turns(cosine, sine, sums)
+
+
+@njit(cache=True, nogil=True)
+def even_sums(
+    y: Array, turns: Turns, start: int, middle: float, order: int, p: Array, constant: float, swing: float
+) -> _Sums:
+    """Sums over the samples ``y`` of one half cycle, the first of them sample ``start`` of the record.
+
+    ``f`` and ``g`` are those of the first sample turned by the table; so are their sums.
+    """
+    n = y.size
+    first, step = (start - middle) / middle, 1.0 / middle
+    angle = p[PHASE] + p[ADVANCE] * first + 0.5 * math.pi * order
+    c, s = math.cos(angle), math.sin(angle)
+    t = turns.sums[n]
+    sum_f, sum_g = c * t[0] - s * t[1], -s * t[0] - c * t[1]
+    cross, square = c * s, c * c - s * s
+    fg = cross * (t[6] - t[4]) - square * t[5]
+    fg1 = cross * (t[9] - t[7]) - square * t[8]
+    gg = s * s * t[4] + 2.0 * cross * t[5] + c * c * t[6]
+    gg1 = s * s * t[7] + 2.0 * cross * t[8] + c * c * t[9]
+    gg2 = s * s * t[10] + 2.0 * cross * t[11] + c * c * t[12]
+    r, rc, rs, rc1, rs1, rr = _residual_sums(y, turns.cosine, turns.sine, constant, swing * c, swing * s)
+    rg = -s * rc - c * rs
+    return _Sums(
+        n,
+        sum_f,
+        sum_g,
+        first * sum_g - step * (s * t[2] + c * t[3]),
+        c * c * t[4] - 2.0 * cross * t[5] + s * s * t[6],
+        fg,
+        gg,
+        first * fg + step * fg1,
+        first * gg + step * gg1,
+        first * (first * gg + 2.0 * step * gg1) + step * step * gg2,
+        r,
+        c * rc - s * rs,
+        rg,
+        first * rg - step * (s * rc1 + c * rs1),
+        rr,
+    )
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+def _residual_sums(  # type: ignore[no-untyped-def]
+    y: Array, cosine: Array, sine: Array, constant: float, along: float, across: float
+):
+    """Sums of ``r, rc, rs, jrc, jrs, rr`` for ``r = y - constant - along c + across s``.
+
+    Sums in any order (``reassoc``) are taken several at a time; this loop is what a fit takes its time for.
+    """
+    sum_r = sum_rc = sum_rs = sum_rc1 = sum_rs1 = sum_rr = 0.0
+    for j in range(y.size):
+        r = y[j] - constant - along * cosine[j] + across * sine[j]
+        rc, rs = r * cosine[j], r * sine[j]
+        sum_r += r
+        sum_rc += rc
+        sum_rs += rs
+        sum_rc1 += j * rc
+        sum_rs1 += j * rs
+        sum_rr += r * r
+    return sum_r, sum_rc, sum_rs, sum_rc1, sum_rs1, sum_rr
+
+
+@njit(cache=True, nogil=True)
+def _uneven_sums(
     y: Array, samples: Samples, start: int, end: int, order: int, p: Array, constant: float, swing: float
 ) -> _Sums:
     """Sums over samples ``start <= j < end`` of the signal ``constant + swing f``."""
-    even = samples.places.size == 0
-    middle = 0.5 * (y.size - 1)
-    rate = p[ADVANCE] / middle
-    turn_cos, turn_sin = math.cos(rate), math.sin(rate)
-    angle = p[PHASE] + rate * (start - middle) + 0.5 * math.pi * order
-    f, g = math.cos(angle), -math.sin(angle)
     sum_f = sum_g = sum_h = sum_ff = sum_fg = sum_gg = sum_fh = sum_gh = sum_hh = 0.0
     sum_r = sum_rf = sum_rg = sum_rh = sum_rr = 0.0
     for j in range(start, end):
-        s = place(samples, j)
-        if not even:
-            angle = p[PHASE] + p[ADVANCE] * s + 0.5 * math.pi * order
-            f, g = math.cos(angle), -math.sin(angle)
+        s = samples.places[j]
+        angle = p[PHASE] + p[ADVANCE] * s + 0.5 * math.pi * order
+        f, g = math.cos(angle), -math.sin(angle)
         h = s * g
         r = y[j] - constant - swing * f
         sum_f += f
@@ -205,8 +326,6 @@ def _half_cycle_sums(
         sum_rg += r * g
         sum_rh += r * h
         sum_rr += r * r
-        if even:
-            f, g = f * turn_cos + g * turn_sin, g * turn_cos - f * turn_sin
     return _Sums(
         end - start, sum_f, sum_g, sum_h, sum_ff, sum_fg, sum_gg, sum_fh, sum_gh, sum_hh,
         sum_r, sum_rf, sum_rg, sum_rh, sum_rr,

@@ -363,3 +363,16 @@ def test_tops_flat_below_noise_are_clipped_with_a_random_force_and_without() -> 
         result = estimate_batch(values[None], SYSTEM, sampling_rate=100.0, random_force=random_force)
         assert STATUS[int(result["status"][0])] == "clipped"
         assert result["warnings"].values.tolist() == [0]
+
+
+def test_records_begin_anywhere_with_their_own_offset_and_as_any_number(rng: np.random.Generator) -> None:
+    decay = long_decay(sampling_rate=100.0, noise_sd=1e-4, seed=5).values
+    rows = [decay[k : k + 1000] + rng.uniform(-0.1, 0.1) for k in rng.integers(60, size=4)]
+    counts = np.round(np.array(rows) / 1e-5).astype(np.int32)
+    single = (1e-5 * counts).astype(np.float32)
+    for given, unit in ((counts, 1.0), (single, 1e5), (np.asfortranarray(1e-5 * counts), 1e5)):
+        many = plain_batch(given, SYSTEM, sampling_rate=100.0)
+        for k, row in enumerate(given):
+            one = plain(make_record(np.arange(1000) / 100.0, np.float64(row), "displacement"), SYSTEM)
+            assert unit * many["friction_mean"][k] == pytest.approx(unit * one.friction.mean(), rel=1e-10)
+            assert many["rest_position"][k] == pytest.approx(one.rest_position, rel=1e-10)

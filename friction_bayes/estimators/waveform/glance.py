@@ -1,0 +1,257 @@
+"""A glance at what the fits of many records leave: surely white noise, surely a loss by dry friction alone.
+
+Each test asks what a longer one asks (:func:`~friction_bayes.estimators.noise.noise_level.looks_white`,
+:func:`~friction_bayes.estimators.envelope.loss_of_amplitude.faster_loss`), of sums over the residual, and
+says yes only by a margin, so that no record passes that the longer one would not pass. The others are not
+judged here.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
+from friction_bayes.decay.located import Located
+from friction_bayes.estimators.base import Glance
+from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
+from friction_bayes.estimators.noise.force_screen import (
+    ForcesBeside,
+    ForceTable,
+    force_table,
+    probability_of_none,
+)
+from friction_bayes.estimators.noise.noise_level import forces_beside, samples_in_mean
+from friction_bayes.estimators.waveform.coulomb_signal import fill_signal
+from friction_bayes.estimators.waveform.least_squares import WaveformFits
+from friction_bayes.estimators.waveform.normal_equations import (
+    ADVANCE,
+    AMPLITUDE,
+    COEFFICIENTS,
+    EVENLY,
+    FRICTION,
+    PHASE,
+    Samples,
+    even_sums,
+    first_at,
+    half_cycle_table,
+)
+from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
+from friction_bayes.statespace.coloured_noise import MOST_LAGS, burg_recursion, most_lags, order_cost
+from friction_bayes.statespace.kalman import sensor_row
+
+__all__ = ["glance"]
+
+_MARGIN = 1.0
+"""Log odds by which a test passes that is not made exactly as its long form is."""
+_NONE = 0.55
+"""Probability of no force that passes, where the clock is that of the table as nearly as below."""
+_SAME_CLOCK = 0.02
+"""Rad by which the phase of a record may run away from the table's."""
+_FEWEST = 12
+"""Half cycles below which amplitudes scatter too little or too much by chance for a short form."""
+_ODDS_OF_FASTER_LOSS = math.log(0.95 / 0.05) - PRIOR_LOG_ODDS
+"""Log Bayes factor of a loss that is surely not of dry friction alone."""
+
+
+def glance(values: Array, located: Located, order: int, fits: WaveformFits) -> Glance:
+    """Look at the residuals of fits of evenly spaced records.
+
+    Parameters
+    ----------
+    values : ndarray, shape (records, n)
+    located : Located
+        Where the moving part of each lies.
+    order : int
+        Derivative order of the signal.
+    fits : WaveformFits
+    """
+    found = Glance(np.zeros(len(values), np.bool_), np.zeros(len(values), np.bool_))
+    _glance_all(values, located, order, fits, sensor_row(order), forces_beside(), found)
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _glance_all(
+    values: Array,
+    located: Located,
+    order: int,
+    fits: WaveformFits,
+    row: Array,
+    forces: ForcesBeside,
+    found: Glance,
+) -> None:
+    work, short = np.empty(values.shape[1]), np.empty(values.shape[1], np.float32)
+    table = force_table(0.5, 2, row, order, forces)
+    for r in range(values.shape[0]):
+        n = located.stop[r] - located.start[r]
+        if not fits.found[r] or n < LEAST_SAMPLES:
+            continue
+        p, residual = fits.coefficients[r], work[:n]
+        fill_signal(Samples(n, EVENLY), order, p, fits.kappa[r], fits.stop[r], residual)
+        _subtract(values[r, located.start[r] : located.stop[r]], residual)
+        found.straight[r] = _straight(residual, order, p, fits.kappa[r], fits.stop[r])
+        # of the innovations of an autoregression, mean and fitted numbers are a matter of rounding
+        _centre(residual)
+        single = short[:n]
+        _shorten(residual, single)
+        if _surely_uncorrelated(single):
+            angle = 2.0 * p[ADVANCE] / (n - 1)
+            block = samples_in_mean(angle)
+            means = _means(residual, block)
+            if means.size > COEFFICIENTS and _order_zero(means):
+                table = _table_for(angle * block, means.size, row, order, forces, table)
+                found.white[r] = probability_of_none(means, row, forces, table) >= _NONE
+
+
+@njit(cache=True, nogil=True)
+def _subtract(values: Array, out: Array) -> None:
+    for i in range(out.size):
+        out[i] = values[i] - out[i]
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc"})
+def _centre(out: Array) -> None:
+    """Take the mean off, and make the mean square one."""
+    total, square = 0.0, 0.0
+    for i in range(out.size):
+        total += out[i]
+        square += out[i] * out[i]
+    mean = total / out.size
+    scale = 1.0 / math.sqrt(max(square / out.size - mean * mean, 1e-300))
+    for i in range(out.size):
+        out[i] = (out[i] - mean) * scale
+
+
+@njit(cache=True, nogil=True)
+def _shorten(values: Array, out: NDArray[np.float32]) -> None:
+    """In single precision, of which twice as many are read at a time."""
+    for i in range(out.size):
+        out[i] = values[i]
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+def _lagged_products(x: NDArray[np.float32], lag: int) -> tuple[float, float, float]:
+    """Sums of the products with the values one, two and three lags on, from ``lag``."""
+    n = x.size - lag
+    first, second, third = x[lag:], x[lag + 1 :], x[lag + 2 :]
+    one = two = three = np.float32(0.0)
+    for i in range(n - 2):
+        one += x[i] * first[i]
+        two += x[i] * second[i]
+        three += x[i] * third[i]
+    one += x[n - 2] * first[n - 2] + x[n - 1] * first[n - 1]
+    return float(one), float(two + x[n - 2] * second[n - 2]), float(three)
+
+
+@njit(cache=True, nogil=True)
+def _surely_uncorrelated(x: NDArray[np.float32]) -> bool:
+    """Whether no order of an autoregression is as probable as none, by the Yule-Walker equations."""
+    most = most_lags(x.size)
+    covariance = np.zeros(MOST_LAGS + 3)
+    for lag in range(1, most + 1, 3):
+        covariance[lag], covariance[lag + 1], covariance[lag + 2] = _lagged_products(x, lag)
+    coefficients, before = np.zeros(most), np.zeros(most)
+    variance = 1.0
+    for m in range(1, most + 1):
+        reflection = covariance[m] / x.size
+        for k in range(m - 1):
+            reflection -= before[k] * covariance[m - 1 - k] / x.size
+        reflection /= variance
+        for k in range(m - 1):
+            coefficients[k] = before[k] - reflection * before[m - 2 - k]
+        coefficients[m - 1] = reflection
+        variance *= 1.0 - reflection * reflection
+        if not variance > 0.0 or order_cost(x.size, m, most, variance) < _MARGIN:
+            return False
+        for k in range(m):
+            before[k] = coefficients[k]
+    return True
+
+
+@njit(cache=True, nogil=True, fastmath={"reassoc"})
+def _means(x: Array, block: int) -> Array:
+    """Means of successive blocks; an odd end is left out."""
+    means = np.empty(x.size // block)
+    for k in range(means.size):
+        part, total = x[k * block : (k + 1) * block], 0.0
+        for i in range(block):
+            total += part[i]
+        means[k] = total / block
+    return means
+
+
+@njit(cache=True, nogil=True)
+def _order_zero(means: Array) -> bool:
+    """Whether Burg's autoregression of the means is none, exactly as the long form has it."""
+    x = means.copy()
+    _centre(x)
+    most = most_lags(x.size)
+    if most > 0:
+        _, variances = burg_recursion(x, most)
+        for m in range(1, most + 1):
+            if order_cost(x.size, m, most, variances[m]) < 0.0:
+                return False
+    return True
+
+
+@njit(cache=True, nogil=True)
+def _table_for(
+    step: float, n: int, row: Array, order: int, forces: ForcesBeside, table: ForceTable
+) -> ForceTable:
+    """The table, or another one where the clock is not that one or the record is longer."""
+    known = table.sums.shape[0] - 1
+    if known >= n and abs(step - table.step) * n <= _SAME_CLOCK:
+        return table
+    return force_table(step, n, row, order, forces)
+
+
+@njit(cache=True, nogil=True)
+def _straight(residual: Array, order: int, p: Array, kappa: float, stop: int) -> bool:
+    """Whether the residual surely has no part that falls faster while the amplitude is larger.
+
+    The amplitudes of the half cycles by what is left of each, as in the long form.
+    """
+    samples = Samples(residual.size, EVENLY)
+    turns = half_cycle_table(samples, p[ADVANCE], p[ADVANCE])
+    n, middle = residual.size, 0.5 * (residual.size - 1)
+    half = math.floor((p[PHASE] - p[ADVANCE]) / math.pi)
+    total = 2.0 * p[ADVANCE] / math.pi
+    matrix, right, square, basis = np.zeros((3, 3)), np.zeros(3), 0.0, np.ones(3)
+    lost, count, i = 0.0, 0, 0
+    while i < n and half < stop:
+        end = max(first_at(samples, ((half + 1) * math.pi - p[PHASE]) / p[ADVANCE]), i)
+        sums = even_sums(residual[i:end], turns, i, middle, order, p, 0.0, 0.0)
+        k = kappa - 2.0 * half - 1.0
+        swing = p[AMPLITUDE] + k * p[FRICTION]
+        lost += 0.5 * swing / total
+        if sums.ff > 0.0:
+            basis[1], basis[2] = k, -lost
+            add_sample(matrix, right, basis, sums.rf / sums.ff, sums.ff)
+            square += sums.rf * sums.rf / sums.ff
+            count += 1
+        lost += 0.5 * swing / total
+        i = end
+        half += 1
+    if count < _FEWEST:
+        return False
+    fitted, rest = regression(matrix, right, square)
+    if not rest < math.inf:
+        return False
+    basis[0], basis[1], basis[2] = 0.0, 0.0, 1.0
+    column, _ = solve_spd(matrix, basis)
+    return _log_bayes_factor(fitted[2], column[2] * rest / (count - 3)) < _ODDS_OF_FASTER_LOSS - _MARGIN
+
+
+@njit(cache=True, nogil=True)
+def _log_bayes_factor(exponent: float, variance: float) -> float:
+    """Of a half-normal exponent of unit scale, found with a variance, over none."""
+    wider = 1.0 + variance
+    at = exponent / math.sqrt(variance * wider)
+    above = 0.5 * math.erfc(-at / math.sqrt(2.0))
+    gain = 0.5 * exponent * exponent / (variance * wider)
+    return math.log(2.0 * max(above, 1e-300)) + 0.5 * math.log(variance / wider) + gain

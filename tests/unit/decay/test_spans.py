@@ -1,0 +1,56 @@
+"""What one reading of the samples rules out, the longer looks do not find."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.decay.excursions import excursions_possible, without_excursions
+from friction_bayes.decay.leaps import find_leap, may_leap
+from friction_bayes.decay.spans import extremes, flat_extremes
+from friction_bayes.records.clipping import clipped_fraction
+
+SAMPLES, ANGLE = 400, 0.06
+
+
+@pytest.fixture
+def rows(rng: np.random.Generator) -> Array:
+    """Decays under noise of any size, with a stray sample or two, a slip or a flat top of any size."""
+    time = ANGLE * np.arange(SAMPLES)
+    rows = np.cos(time + rng.uniform(0.0, 6.0, (300, 1))) * (1.0 - time / time[-1])
+    rows += np.exp(rng.uniform(np.log(1e-4), 0.0, (300, 1))) * rng.standard_normal(rows.shape)
+    for k, row in enumerate(rows):
+        at, size = int(rng.integers(3, SAMPLES - 3)), float(np.exp(rng.uniform(-4.0, 1.5)))
+        if k % 4 == 0:
+            row[at : at + 1 + k % 3] += size
+        elif k % 4 == 1:
+            row[at:] += size
+        elif k % 4 == 2:
+            np.minimum(row, 1.0 / (1.0 + size), out=row)
+    return rows
+
+
+def test_nothing_is_missed_and_most_is_ruled_out(rows: Array) -> None:
+    seen = extremes(rows)
+    possible = {
+        "stray": excursions_possible(rows, seen),
+        "leap": np.array([may_leap(row) for row in rows]),
+        "flat": flat_extremes(rows, seen),
+    }
+    found = {
+        "stray": np.array([without_excursions(row, ANGLE)[1].size > 0 for row in rows]),
+        "leap": np.array([find_leap(row) is not None for row in rows]),
+        "flat": np.array([clipped_fraction(row)[1] is not None for row in rows]),
+    }
+    for name, passed in possible.items():
+        assert found[name].sum() > 10, name
+        assert not np.any(found[name] & ~passed), name
+        assert passed.mean() < 0.7, name
+
+
+def test_a_record_that_is_not_finite_is_not_looked_at(rows: Array) -> None:
+    rows[:3, 7] = [np.nan, np.inf, -np.inf]
+    seen = extremes(rows)
+    assert seen.finite.tolist() == [False] * 3 + [True] * (len(rows) - 3)
+    assert not excursions_possible(rows, seen)[:3].any()
