@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from docutils import nodes
@@ -17,13 +18,13 @@ extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "numpyd
 html_theme = "furo"
 html_title = f"friction_bayes {release}"
 html_copy_source = False
+html_show_copyright = False
 html_show_sphinx = False
 
 myst_enable_extensions = ["dollarmath"]
 # links within a page go by the headings, as where the pages are read as plain Markdown
 myst_heading_anchors = 4
-nb_execution_mode = "cache"
-nb_execution_cache_path = "build/notebooks"
+nb_execution_mode = "force"
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 
@@ -41,13 +42,16 @@ def _inline_math(translator: Any, node: nodes.math) -> None:
 
 
 def _display_math(translator: Any, node: nodes.math_block) -> None:
-    translator.body.append(f'<div class="math">{convert(node.astext(), display="block")}</div>')
+    equation = convert(node.astext(), display="block")
+    translator.body.append(f'<div style="margin: 1rem 0; overflow-x: auto">{equation}</div>')
     raise nodes.SkipNode
 
 
 def _link_within_site(app: Any, page: str, source: list[str]) -> None:
-    """Point links to files above this folder, which are right in a checkout, at their pages here."""
-    source[0] = source[0].replace("(../CONTRIBUTING.md", "(contributing.md")
+    """Let links, which are right and named by their file in a checkout, stay here and take the title there."""
+    source[0] = re.sub(
+        r"\[[\w-]+\.md\]\(", "[](", source[0].replace("(../CONTRIBUTING.md", "(contributing.md")
+    )
 
 
 def setup(app: Any) -> None:
