@@ -48,10 +48,9 @@ def _display_math(translator: Any, node: nodes.math_block) -> None:
 
 
 def _link_within_site(app: Any, page: str, source: list[str]) -> None:
-    """Let links, which are right and named by their file in a checkout, stay here and take the title there."""
-    source[0] = re.sub(
-        r"\[[\w-]+\.md\]\(", "[](", source[0].replace("(../CONTRIBUTING.md", "(contributing.md")
-    )
+    """Keep links here and name them by titles; in a checkout they lead, and are named, by file."""
+    text = source[0].replace("(../CONTRIBUTING.md", "(contributing.md")
+    source[0] = re.sub(r"\[[\w-]+\.md\]\(", "[](", text)
 
 
 def setup(app: Any) -> None:
