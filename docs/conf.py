@@ -15,6 +15,7 @@ author = "The friction_bayes developers"
 release = version = fb.__version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "numpydoc"]
+highlight_language = "none"  # a block without a name shows a terminal
 html_theme = "furo"
 html_title = f"friction_bayes {release}"
 html_copy_source = False
