@@ -7,11 +7,12 @@ PYTEST_ARGS ?= -n 2
 BIN = $(VENV)/bin
 INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help demo test paper blind measured lint build clean
+.PHONY: help demo test docs paper blind measured lint build clean
 
 help:
 	@echo "make demo      the main job on synthetic records: every estimator, and a closed loop, in under a minute"
 	@echo "make test      the whole test suite"
+	@echo "make docs      the site of the documentation, in build/site; runs its notebooks"
 	@echo "make paper     every result and figure of the paper, beside its numbers, and what each took; resumes what was interrupted"
 	@echo "make blind     the loop on sealed synthetic records"
 	@echo "make measured  the estimators and the loop on measured records, which are downloaded"
@@ -47,11 +48,19 @@ $(VENV)/.dev: pyproject.toml
 	$(INSTALL) --editable ".[dev]"
 	@touch $@
 
+$(VENV)/.docs: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(INSTALL) --editable ".[docs]"
+	@touch $@
+
 demo: $(VENV)/.compiled
 	$(BIN)/friction-bayes demo --out $(OUT) --force
 
 test: $(VENV)/.test
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+docs: $(VENV)/.docs
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --nitpicky --fresh-env --quiet docs build/site
 
 paper: $(VENV)/.test
 	$(BIN)/python -m experiments paper

@@ -6,17 +6,18 @@ import argparse
 import gc
 import os
 import sys
-from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
+from collections.abc import Sequence
 from typing import Any, NoReturn
 
 import friction_bayes as fb
 from friction_bayes.cli.commands import COMMANDS
 from friction_bayes.cli.options import one_value_each
-from friction_bayes.core.errors import FrictionBayesError, InputError
+from friction_bayes.core.errors import FrictionBayesError, InputError, did_you_mean
 
 __all__ = ["build_parser", "command", "main"]
 
+_COMPLETING = "_ARGCOMPLETE"
+"""Set by the code of ``friction-bayes completion`` while a line is typed."""
 _DEBUG = "FRICTION_BAYES_DEBUG"
 _COLLECTED_AFTER = 200_000
 """New objects after which Python looks for dead ones that refer to each other; all others it frees at once.
@@ -33,12 +34,6 @@ exit status: 0 done; 2 bad input or options; 1 a defect of this program; 130 int
 """
 
 
-def _did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return the known word that is meant, as a question; empty where none is like it."""
-    likely = get_close_matches(word, list(known), n=1, cutoff=0.75)
-    return f" (did you mean {likely[0]}?)" if likely else ""
-
-
 class _Parser(argparse.ArgumentParser):
     """A parser whose errors are input errors like all others: one line, no usage text."""
 
@@ -50,14 +45,14 @@ class _Parser(argparse.ArgumentParser):
         try:
             super()._check_value(action, value)
         except argparse.ArgumentError as error:
-            error.message += _did_you_mean(str(value), map(str, action.choices or ()))
+            error.message += did_you_mean(str(value), map(str, action.choices or ()))
             raise
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         # argparse would leave what a command does not know to the outermost parser, which names no command
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
-            hint = _did_you_mean(unknown[0].partition("=")[0], self._option_string_actions)
+            hint = did_you_mean(unknown[0].partition("=")[0], self._option_string_actions)
             self.error(f"unknown argument {unknown[0]}{hint}")
         return found, unknown
 
@@ -110,6 +105,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     int
         Exit status: 0 done, 2 bad input or options, 1 a defect, 130 interrupted.
     """
+    if _COMPLETING in os.environ:
+        from argcomplete import autocomplete
+
+        # answers the shell and ends the process
+        autocomplete(build_parser())
     try:
         given = one_value_each(sys.argv[1:] if argv is None else argv, "--prior")
         arguments = build_parser().parse_args(given)

@@ -5,7 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TypeVar
 
-__all__ = ["FrictionBayesError", "InputError", "NotConvergedWarning", "RecordWarning", "of_each"]
+__all__ = [
+    "FrictionBayesError",
+    "InputError",
+    "NotConvergedWarning",
+    "RecordWarning",
+    "did_you_mean",
+    "of_each",
+    "unknown_name",
+]
 
 _Given = TypeVar("_Given")
 _Made = TypeVar("_Made")
@@ -36,6 +44,22 @@ class InputError(FrictionBayesError, ValueError):
 
     def __reduce__(self) -> tuple[type, tuple[str, str, str]]:
         return type(self), (self.place, self.problem, self.remedy)
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return the known word that is meant, as a question; empty where none is like it."""
+    # what goes well does not wait for it
+    from difflib import get_close_matches
+
+    likely = get_close_matches(word, list(known), n=1, cutoff=0.75)
+    return f" (did you mean {likely[0]}?)" if likely else ""
+
+
+def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> InputError:
+    """Return the error of a name that is none of those known: all of them, and the one that is meant."""
+    known = list(known)
+    problem = f"unknown {kind} {name!r}{did_you_mean(str(name), known)}"
+    return InputError(place, problem, f"give one of {', '.join(known)}")
 
 
 class RecordWarning(UserWarning):

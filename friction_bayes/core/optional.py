@@ -35,5 +35,5 @@ def package_of_extra(name: str, *, place: str, purpose: str, extra: str) -> Modu
         raise InputError(
             place,
             f"{purpose} needs the package {name}, which is not installed",
-            f'install it with pip install "friction-bayes[{extra}]"',
+            f'install it with pip install ".[{extra}]" in the checkout',
         ) from None

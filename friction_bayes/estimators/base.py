@@ -117,7 +117,7 @@ class Fit:
     ----------
     coefficient : frozen scipy.stats distribution or Mixture
         Posterior of the friction coefficient of the signal, ``u = w0**q r/k`` for derivative order ``q``;
-        :meth:`Oscillator.force_factor` turns it into a force.
+        :meth:`friction_bayes.Oscillator.force_factor` turns it into a force.
     precision : frozen scipy.stats distribution or None
         Posterior of the model's precision parameter, 1/(unit of its data)**2.
     precision_unit : str
@@ -152,7 +152,7 @@ class Fit:
     witness : Witness or None
         Friction by the loss of amplitude, of a method that averages over accounts.
     answer : frozen scipy.stats distribution or Mixture
-        Friction coefficient as it is reported: :attr:`coefficient`, reconciled with the witness and not
+        Friction coefficient as it is reported: ``coefficient``, reconciled with the witness and not
         negative, where there is a witness.
     """
 

@@ -157,7 +157,7 @@ def estimate_batch(
         ``random_force_probability`` and ``random_force_sd``, given that there is one, both nan in records
         whose residuals are white. A record that cannot be used has a status
         other than 0, see its attribute ``flag_meanings``, and nan elsewhere. Where records are judged,
-        ``warnings`` has a bit for each of :data:`WARNINGS`, see ``flag_masks`` and ``flag_meanings``.
+        ``warnings`` has a bit for each of ``WARNINGS``, see ``flag_masks`` and ``flag_meanings``.
 
     Raises
     ------

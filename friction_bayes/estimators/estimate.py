@@ -12,7 +12,7 @@ import xarray as xr
 
 from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.checks import positive
-from friction_bayes.core.errors import InputError, RecordWarning
+from friction_bayes.core.errors import InputError, RecordWarning, unknown_name
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.core.text import number
@@ -190,7 +190,7 @@ def check_choices(peaks: str, random_force: str) -> None:
     given = {"peaks": (peaks, PEAKS), "random_force": (random_force, RANDOM_FORCE)}
     for name, (choice, choices) in given.items():
         if choice not in choices:
-            raise InputError(name, f"unknown choice {choice!r}", f"give one of {', '.join(choices)}")
+            raise unknown_name(name, "choice", choice, choices)
 
 
 def prior_mapping(prior: Any) -> Mapping[str, float] | None:

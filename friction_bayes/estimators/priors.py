@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from friction_bayes.core.checks import finite
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, unknown_name
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity
 from friction_bayes.core.system import Oscillator
 
@@ -209,7 +209,7 @@ def complete_prior(
     least = {parameter.key: parameter.least for parameter in PRIORS.get(method, ())}
     for key, value in (given or {}).items():
         if key not in prior:
-            raise InputError("prior", f"unknown key {key!r}", f"give one of {', '.join(prior)}")
+            raise unknown_name("prior", "key", key, prior)
         prior[key] = finite(f"prior {key}", value)
         if prior[key] < least.get(key, -math.inf):
             raise InputError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import unknown_name
 from friction_bayes.estimators.base import Estimator
 from friction_bayes.estimators.envelope.estimator import EnvelopeEstimator
 from friction_bayes.estimators.paper_methods import GammaExponentialEstimator, NormalGammaEstimator
@@ -32,5 +32,5 @@ def estimator_named(method: str) -> Estimator:
         If there is none of that name.
     """
     if method not in ESTIMATORS:
-        raise InputError("method", f"unknown method {method!r}", f"give one of {', '.join(ESTIMATORS)}")
+        raise unknown_name("method", "method", method, ESTIMATORS)
     return ESTIMATORS[method]

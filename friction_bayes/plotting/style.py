@@ -78,9 +78,18 @@ def styled() -> Iterator[None]:
         yield
 
 
+class _Shown(Figure):
+    """A figure that a notebook shows, whether pyplot is loaded there or not."""
+
+    def _repr_png_(self) -> bytes:
+        file = BytesIO()
+        self.savefig(file, format="png", dpi=100)
+        return file.getvalue()
+
+
 def new_figure(width: float = 7.0, height: float = 4.2) -> Figure:
     """Return an empty figure [inch] that no window system knows of."""
-    return Figure(figsize=(width, height), layout="constrained")
+    return _Shown(figsize=(width, height), layout="constrained")
 
 
 def caption(axes: Axes, text: str) -> None:

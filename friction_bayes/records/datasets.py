@@ -11,7 +11,7 @@ from typing import Any
 
 import xarray as xr
 
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, unknown_name
 from friction_bayes.core.files import sha256_of
 from friction_bayes.core.system import Oscillator, Pendulum
 from friction_bayes.records.readers import read_table
@@ -231,13 +231,11 @@ def dataset_record(name: str) -> tuple[xr.DataArray, Oscillator]:
 def _look_up(name: str) -> tuple[DataSet, Part]:
     set_name, _, part_name = name.partition("/")
     if set_name not in DATASETS:
-        known = ", ".join(DATASETS)
-        raise InputError(f"dataset:{name}", f"unknown data set {set_name!r}", f"give one of {known}")
+        raise unknown_name(f"dataset:{name}", "data set", set_name, DATASETS)
     data_set = DATASETS[set_name]
     part_name = part_name or data_set.default
     if part_name not in data_set.parts:
-        known = ", ".join(data_set.parts)
-        raise InputError(f"dataset:{name}", f"unknown part {part_name!r}", f"give one of {known}")
+        raise unknown_name(f"dataset:{name}", "part", part_name, data_set.parts)
     return data_set, data_set.parts[part_name]
 
 

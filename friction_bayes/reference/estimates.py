@@ -45,7 +45,7 @@ def sample_reference(
     Returns
     -------
     xarray.DataTree
-        As from :func:`sample_estimate`, with the attributes ``record``, ``method`` and ``friction_unit``.
+        As from ``sample_estimate``, with the attributes ``record``, ``method`` and ``friction_unit``.
         Forces are those of the declared mass and stiffness, without their uncertainty.
 
     Raises

@@ -14,7 +14,7 @@ from scipy.interpolate import PchipInterpolator
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import real_array
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, unknown_name
 
 __all__ = ["ROUNDED", "Kind", "Tabulated"]
 
@@ -84,7 +84,7 @@ class Tabulated:
             If the function is negative, not finite, not vectorised, or its integral does not settle.
         """
         if kind not in get_args(Kind):
-            raise InputError("kind", f"unknown kind {kind!r}", f"give one of {', '.join(get_args(Kind))}")
+            raise unknown_name("kind", "kind", kind, get_args(Kind))
         low, high = max(around[0], support[0]), min(around[1], support[1])
         if not (math.isfinite(low) and math.isfinite(high) and low < high):
             raise InputError(

@@ -42,6 +42,7 @@ BESIDE = ("experiments", "paper_figures", "benchmarks")
 # What every folder may import, and the folders that may import what is not for everybody.
 ANYWHERE = {"numpy", "scipy", "xarray"}
 ROOMS: dict[str, set[str]] = {
+    "argcomplete": {"cli"},
     "argparse": {"cli"},
     "arviz": {"reference"},
     "arviz_base": {"reference"},

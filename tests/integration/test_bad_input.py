@@ -113,7 +113,7 @@ OPTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "mass and inertia": ((*SYSTEM, "--inertia", "1"), "both"),
     "mass of a pendulum": ((*SYSTEM, "--pendulum"), "pendulum"),
     "mass is a word": (("--mass", "heavy", "--stiffness", "1000"), "heavy"),
-    "unknown method": ((*SYSTEM, "--method", "guess"), "waveform"),
+    "misspelt method": ((*SYSTEM, "--method", "waveforms"), "'waveforms' (did you mean waveform?)"),
     "unknown peaks": ((*SYSTEM, "--peaks", "lowest"), "nominal"),
     "unknown prior key": ((*SYSTEM, "--method", "normal-gamma", "--prior", "nu=1"), "lam"),
     "prior without value": ((*SYSTEM, "--prior", "alpha"), "KEY=VALUE"),
@@ -165,7 +165,14 @@ def test_bad_option(kind: str, csv: Path, tmp_path: Path, capsys: pytest.Capture
         (("simulate", *SYSTEM, "--friction", "-1", "--out", "x.csv"), "--friction: -1 is negative"),
         (("simulate", *SYSTEM, "--friction", "0", "--out", "x.csv"), "--initial-displacement"),
         (("simulate", *SYSTEM, "--friction", "0.1", "--out", "x.doc"), ".doc"),
-        (("simulate", *SYSTEM, "--friction", "0.1", "--effect", "magic.power=1", "--out", "x.csv"), "magic"),
+        (
+            ("simulate", *SYSTEM, "--friction", "0.1", "--effect", "viscous.x=1", "--out", "x.csv"),
+            "unknown effect 'viscous'; give one of viscous_damping",
+        ),
+        (
+            ("simulate", *SYSTEM, "--friction", "0.1", "--effect", "strybeck_friction.x=1", "--out", "x.csv"),
+            "'strybeck_friction' (did you mean stribeck_friction?)",
+        ),
         (
             ("simulate", *SYSTEM, "--friction", "0.1", "--sampling-rate", "0", "--out", "x.csv"),
             "sampling_rate",

@@ -1,4 +1,4 @@
-"""Every code block of README and docs: Python runs, commands parse, and what is shown is what is printed.
+"""Every code block of README, docs and docstrings: Python runs, commands parse, and what is shown is printed.
 
 What takes long is not run again here: closing the loop and sampling are called with the arguments shown and
 return a small result, and commands that do either are parsed alone.
@@ -6,12 +6,16 @@ return a small result, and commands that do either are parsed alone.
 
 from __future__ import annotations
 
+import doctest
 import importlib
 import importlib.util
 import inspect
 import itertools
+import os
 import re
 import shlex
+import shutil
+import textwrap
 from collections.abc import Callable, Iterator
 from contextlib import redirect_stdout
 from decimal import Decimal
@@ -34,11 +38,14 @@ from friction_bayes.reference import sample_target
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+LINKING = [*PAGES, ROOT / "CHANGELOG.md", *sorted((ROOT / "docs" / "notebooks").glob("*.md"))]
+LINK = re.compile(r"\]\((?!https?:)(?P<path>[^)#\s]*)#?(?P<anchor>[^)\s]*)\)")
 BLOCK = re.compile(r"^```(?P<language>\w*)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE)
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 SLOW = {
     "cli.md": ("--check", "close-loop", "demo", "datasets", "dataset:"),
     "close-loop.md": ("low.csv --mass",),
+    "tutorial.md": ("close-loop", "datasets"),
 }
 """What stands in the commands of a page that are not run; two records together take twice as long as one."""
 
@@ -136,12 +143,66 @@ def test_commands_exist(block: Block) -> None:
 
 def subparser(name: str) -> Any:
     """The parser of one command."""
+    return subparsers()[name]
+
+
+def subparsers() -> dict[str, Any]:
     (commands,) = (action for action in build_parser()._actions if action.choices)
-    return commands.choices[name]
+    return dict(commands.choices)
+
+
+def test_help_of_each_command_has_an_example_that_parses() -> None:
+    for name, parser in subparsers().items():
+        shown = textwrap.dedent(re.sub(r"\A.*?examples?[^\n]*:\n", "", parser.epilog, flags=re.DOTALL))
+        examples = [command.partition(" | ")[0] for command, _ in commands_of(shown)]
+        assert any(f"friction-bayes {name}" in example for example in examples), name
+        for example in examples:
+            build_parser().parse_args(one_value_each(shlex.split(example, comments=True)[1:], "--prior"))
+
+
+@pytest.mark.parametrize("page", LINKING, ids=lambda page: page.name)
+def test_links_within_the_documentation_lead_somewhere(page: Path) -> None:
+    for found in LINK.finditer(BLOCK.sub("", page.read_text(encoding="utf-8"))):
+        target = page.parent / found["path"] if found["path"] else page
+        assert target.exists(), found[0]
+        assert not found["anchor"] or found["anchor"] in anchors_of(target), found[0]
+
+
+def anchors_of(page: Path) -> set[str]:
+    """What links to the headings of a page are called."""
+    headings = re.findall(r"^#+ (.*)$", BLOCK.sub("", page.read_text(encoding="utf-8")), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_the_readme_is_short() -> None:
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").split()) <= 700
+    assert (ROOT / "docs" / "figures" / "answer.png").stat().st_size < 150e3
+
+
+def test_the_reference_has_every_public_name() -> None:
+    text = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
+    for name in ("", ".testing", ".plotting", ".mechanics.effects"):
+        module = importlib.import_module(f"friction_bayes{name}")
+        _, _, part = text.partition(f".. currentmodule:: {module.__name__}\n")
+        listed = re.findall(r"^   (\w+)$", part.partition("currentmodule::")[0], re.MULTILINE)
+        public = {name for name in module.__all__ if callable(getattr(module, name))}
+        assert set(listed) == public, module.__name__
+
+
+@pytest.mark.parametrize(
+    "path",
+    [path for path in sorted(Path(fb.__file__).parent.rglob("*.py")) if ">>> " in path.read_text()],
+    ids=lambda path: path.stem,
+)
+def test_examples_of_docstrings(path: Path) -> None:
+    module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    result = doctest.testmod(importlib.import_module(module))
+    assert result.attempted > 0
+    assert result.failed == 0
 
 
 @pytest.mark.usefixtures("without_figures", "without_loop_folder")
-@pytest.mark.parametrize(("page", "least"), [("cli.md", 7), ("close-loop.md", 1)])
+@pytest.mark.parametrize(("page", "least"), [("cli.md", 7), ("close-loop.md", 1), ("tutorial.md", 2)])
 def test_commands_print_what_is_shown(
     page: str,
     least: int,
@@ -150,6 +211,11 @@ def test_commands_print_what_is_shown(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    if page == "tutorial.md":
+        measured = Path(os.environ.get("FRICTION_BAYES_DATA", "")) / "rotary-pendulum"
+        if not measured.is_dir():
+            pytest.skip("the measured records are not here: set FRICTION_BAYES_DATA")
+        shutil.copy(measured / "pendulum_free_swing_data_02.txt", "swing.txt")
     compared = 0
     for block in blocks_of(ROOT / "docs" / page):
         for command, shown in commands_of(block.text):
@@ -243,6 +309,7 @@ def test_python_runs_as_shown(
     if page.name == "arviz.md" and importlib.util.find_spec("arviz") is None:
         pytest.skip("the extra arviz is not installed")
     monkeypatch.chdir(tmp_path)
+    fb.write_record(short_decay(), "decay.csv")
     monkeypatch.setattr(fb, "close_loop", in_its_place(fb.close_loop, small_report))
     monkeypatch.setattr(fb, "sample_reference", in_its_place(fb.sample_reference, sampled))
     built_in = set(EFFECTS)

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import re
+import subprocess
+import sys
 from functools import partial
 from pathlib import Path
 
@@ -57,6 +60,17 @@ def test_simulated_default_comes_to_rest(tmp_path: Path, capsys: pytest.CaptureF
     result = json.loads(capsys.readouterr().out)
     assert result["friction"]["mean"] == pytest.approx(0.5, rel=0.01)
     assert "the record is synthetic" in result["notes"]
+
+
+def test_a_shell_is_told_how_a_line_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["completion", "bash"]) == 0
+    assert "complete " in capsys.readouterr().out
+    line = "friction-bayes estimate x.csv --meth"
+    asked = {"_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line))}
+    told = tmp_path / "told"
+    asked["_ARGCOMPLETE_STDOUT_FILENAME"] = str(told)
+    subprocess.run([sys.executable, "-m", "friction_bayes"], env=os.environ | asked, check=True)
+    assert told.read_text().split() == ["--method"]
 
 
 def test_datasets_list(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,10 +9,23 @@ from friction_bayes.cli.console import output_console
 
 __all__ = ["add_parser"]
 
+_EPILOG = """examples:
+  friction-bayes datasets list
+  friction-bayes datasets get string-pendulum
+  friction-bayes estimate dataset:string-pendulum
+"""
+
 
 def add_parser(commands: Any) -> None:
     """Add ``datasets list`` and ``datasets get NAME``."""
-    parser = commands.add_parser("datasets", help="list measured data sets, or fetch one", allow_abbrev=False)
+    parser = commands.add_parser(
+        "datasets",
+        help="list measured data sets, or fetch one",
+        description="Measured decays by name; every command takes dataset:NAME[/PART] for a record.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
     actions = parser.add_subparsers(metavar="ACTION", required=True)
     listing = actions.add_parser("list", help="names, what was measured, licence", allow_abbrev=False)
     listing.set_defaults(handler=run_list)

@@ -9,6 +9,10 @@ from friction_bayes.cli.options import add_output_folder, add_seed
 
 __all__ = ["add_parser"]
 
+_EPILOG = """example:
+  friction-bayes demo --out friction_bayes_demo --force
+"""
+
 
 def add_parser(commands: Any) -> None:
     """Add ``demo``."""
@@ -18,6 +22,8 @@ def add_parser(commands: Any) -> None:
         description="Estimate friction on the paper's numerical example and on a synthetic testbed record "
         "with viscous damping in it, by every estimator, each checked by emcee, and close the loop on the "
         "latter.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
     add_seed(parser)

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.checks import positive
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, unknown_name
 from friction_bayes.mechanics.effects import EFFECTS, effect_named
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
@@ -47,7 +47,7 @@ class LoopOptions:
             ("random_force", self.random_force, RANDOM_FORCES),
         ):
             if value not in choices:
-                raise InputError(place, f"unknown choice {value!r}", f"give one of {', '.join(choices)}")
+                raise unknown_name(place, "choice", value, choices)
         positive("tolerance", self.tolerance)
         if self.reference_friction is not None:
             positive("reference_friction", self.reference_friction)

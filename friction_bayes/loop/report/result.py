@@ -115,7 +115,7 @@ class RecordTrace:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LoopReport(Shown):
-    """What closing the loop found; :meth:`to_dict` is ``report.json``.
+    """What closing the loop found; ``to_dict`` is ``report.json``.
 
     Attributes
     ----------

@@ -12,7 +12,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, unknown_name
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import listed, words
 from friction_bayes.mechanics.effects.prior import Prior, Scales
@@ -151,9 +151,7 @@ class Effect:
         known = [parameter.name for parameter in self.parameters]
         for name in given:
             if name not in known:
-                raise InputError(
-                    f"effect {self.name}", f"unknown parameter {name!r}", f"give {listed(known, 'or')}"
-                )
+                raise unknown_name(f"effect {self.name}", "parameter", name, known)
         values = []
         for parameter in self.parameters:
             value = given.get(parameter.name, parameter.default)

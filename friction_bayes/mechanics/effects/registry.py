@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, unknown_name
 from friction_bayes.mechanics.effects.effect import Effect, ForceEffect
 
 __all__ = [
@@ -57,7 +57,7 @@ def effect_named(name: str) -> Effect:
     try:
         return EFFECTS[name]
     except KeyError:
-        raise InputError("effects", f"unknown effect {name!r}", f"give one of {', '.join(EFFECTS)}") from None
+        raise unknown_name("effects", "effect", name, EFFECTS) from None
 
 
 def parse_effects(settings: Mapping[str, float] | None) -> dict[str, tuple[float, ...]]:

@@ -48,7 +48,7 @@ def read_table(path: str | Path, *, skip_rows: int = 0) -> Table:
     Parameters
     ----------
     path : str or Path
-        A file with a suffix of :data:`READERS`; for ``.zarr`` a folder.
+        A file with a suffix of ``READERS``; for ``.zarr`` a folder.
     skip_rows : int
         Lines of a text file to pass over at the top.
 
@@ -108,7 +108,7 @@ def read_record(
     Parameters
     ----------
     path : str or Path
-        A file with a suffix of :data:`READERS`; for ``.zarr`` a folder.
+        A file with a suffix of ``READERS``; for ``.zarr`` a folder.
     quantity, unit : str, optional
         What the signal is and in which unit, where the file does not say it. Converted to SI.
     scale : float, optional

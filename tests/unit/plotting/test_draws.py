@@ -47,5 +47,5 @@ def test_without_arviz_says_in_a_line_what_would_draw(
     monkeypatch.setitem(sys.modules, "arviz", None)
     assert figures_of_draws(tree) == {}
     (line,) = told
-    assert 'pip install "friction-bayes[arviz]"' in line
+    assert 'pip install ".[arviz]"' in line
     assert "\n" not in line

@@ -5,6 +5,10 @@ from __future__ import annotations
 from friction_bayes.plotting.style import figure_files, new_figure, styled
 
 
+def test_a_figure_shows_itself_where_pyplot_is_not_loaded() -> None:
+    assert new_figure(1.0, 1.0)._repr_png_().startswith(b"\x89PNG")
+
+
 def test_labels_and_the_power_that_they_share_are_text() -> None:
     with styled():
         figure = new_figure()

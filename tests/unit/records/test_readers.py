@@ -623,5 +623,5 @@ def test_a_missing_package_says_how_to_get_it(tmp_path, monkeypatch, suffix) -> 
     monkeypatch.setattr(optional, "import_module", missing)
     path = tmp_path / f"decay{suffix}"
     path.mkdir() if suffix == ".zarr" else path.write_text("x")
-    with pytest.raises(InputError, match=r'pip install "friction-bayes\[formats\]"'):
+    with pytest.raises(InputError, match=r'pip install "\.\[formats\]"'):
         read_record(path)

@@ -1,0 +1,60 @@
+"""The site of the documentation: ``make docs``. It builds and reads without a network."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from docutils import nodes
+from latex2mathml.converter import convert
+
+import friction_bayes as fb
+
+project = "friction_bayes"
+author = "The friction_bayes developers"
+release = version = fb.__version__
+
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "numpydoc"]
+highlight_language = "none"  # a block without a name shows a terminal
+html_theme = "furo"
+html_title = f"friction_bayes {release}"
+html_copy_source = False
+html_show_copyright = False
+html_show_sphinx = False
+
+myst_enable_extensions = ["dollarmath"]
+# links within a page go by the headings, as where the pages are read as plain Markdown
+myst_heading_anchors = 4
+nb_execution_mode = "force"
+nb_execution_timeout = 300
+nb_execution_raise_on_error = True
+
+templates_path = ["_templates"]
+autodoc_typehints = "none"  # numpydoc has the types
+numpydoc_show_class_members = False
+# what is not public has no page
+nitpick_ignore_regex = [("py:.*", r"friction_bayes(\.\w+){2,}")]
+html_math_renderer = "mathml"
+
+
+def _inline_math(translator: Any, node: nodes.math) -> None:
+    translator.body.append(convert(node.astext()))
+    raise nodes.SkipNode
+
+
+def _display_math(translator: Any, node: nodes.math_block) -> None:
+    equation = convert(node.astext(), display="block")
+    translator.body.append(f'<div style="margin: 1rem 0; overflow-x: auto">{equation}</div>')
+    raise nodes.SkipNode
+
+
+def _link_within_site(app: Any, page: str, source: list[str]) -> None:
+    """Keep links here and name them by titles; in a checkout they lead, and are named, by file."""
+    text = source[0].replace("(../CONTRIBUTING.md", "(contributing.md")
+    source[0] = re.sub(r"\[[\w-]+\.md\]\(", "[](", text)
+
+
+def setup(app: Any) -> None:
+    """Let equations be MathML, which browsers draw by themselves."""
+    app.add_html_math_renderer("mathml", (_inline_math, None), (_display_math, None))
+    app.connect("source-read", _link_within_site)
