@@ -79,7 +79,7 @@ def sampled(estimate: fb.Estimate, *, seed: int) -> dict[str, float]:
     found |= {"shift": summary["difference_in_sd"]}
     named = ("rhat", "ess_bulk", "ess_tail", "converged", "agrees", "sampler_s")
     found |= {name: summary[name] for name in named}
-    if estimate.precision is not None and "precision" in posterior:
+    if estimate.precision is not None and estimate.random_force is None and "precision" in posterior:
         found |= _of_precision(posterior, estimate.precision)
     return _numbers(found)
 
