@@ -34,7 +34,16 @@ from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, settings_key, write_json, write_whole
 
-__all__ = ["Cell", "Experiment", "Row", "main", "parser_for", "run_experiment", "settings_digest"]
+__all__ = [
+    "Cell",
+    "Experiment",
+    "Row",
+    "main",
+    "parser_for",
+    "run_experiment",
+    "settings_digest",
+    "tables",
+]
 
 Cell = Mapping[str, Any]
 
@@ -90,7 +99,7 @@ class Experiment:
 
 PACKED = {"zlib": True, "complevel": 9}
 """How numbers are written: compressed, without a loss."""
-_CHECKING = ("check", "check_forced", "checked", "checked_forced")
+_CHECKING, _CHECKED = ("check", "check_forced"), ("checked", "checked_forced")
 """Coordinates and settings that say which records go through emcee: they change no record."""
 
 
@@ -104,7 +113,7 @@ def _cell_seed(experiment: Experiment, cell: Cell, seed: int) -> np.random.SeedS
     own = _without(cell, (*experiment.paired, *_CHECKING))
     if experiment.common_records:
         return np.random.SeedSequence(int(settings_key([own, seed, friction_bayes.__version__]), 16))
-    config = _without(asdict(experiment.config), _CHECKING)
+    config = _without(asdict(experiment.config), _CHECKED)
     return np.random.SeedSequence(int(_key(experiment.name, config, own, seed), 16))
 
 
@@ -200,6 +209,20 @@ def _check_unchanged(experiment: Experiment, options: argparse.Namespace, digest
         )
 
 
+def tables(experiment: Experiment, dataset: xr.Dataset) -> tuple[list[Row], str]:
+    """Return the closing table of an experiment, and all of its tables in Markdown.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    dataset : xarray.Dataset
+        Its result, as computed or as read from ``NAME.nc``.
+    """
+    rows = list(experiment.rows(dataset))
+    details = [] if experiment.details is None else list(experiment.details(dataset))
+    return rows, page(rows, details, beside=experiment.beside)
+
+
 def run_experiment(
     experiment: Experiment, options: argparse.Namespace, digest: str | None = None
 ) -> xr.Dataset:
@@ -246,12 +269,10 @@ def run_experiment(
     results = [json.loads(file.read_text()) for file in files]
     dataset = experiment.assemble(cells, results)
     dataset.attrs.update(experiment=experiment.name, question=experiment.question, seed=options.seed)
-    rows = list(experiment.rows(dataset))
-    details = [] if experiment.details is None else list(experiment.details(dataset))
+    rows, text = tables(experiment, dataset)
     target = options.results / f"{experiment.name}.nc"
     packed = {name: PACKED for name, each in dataset.items() if each.dtype.kind in "fi" and each.ndim}
     write_whole(target, lambda path: dataset.to_netcdf(path, engine="h5netcdf", encoding=packed))
-    text = page(rows, details, beside=experiment.beside)
     write_whole(target.with_suffix(".md"), lambda path: path.write_text(text, encoding="utf-8"))
     seconds = time.perf_counter() - started
     record = manifest(
