@@ -161,7 +161,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         )
     if options.archive is not None:
         for name in told:
-            keep(name, options.results, options.archive)
+            keep(known[name], options.results, options.archive)
     console = Console()
     beside_paper = []
     for name in told:

@@ -16,26 +16,35 @@ from experiments.docs import section
 from experiments.runner import Experiment, tables
 from experiments.sources import ROOT
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.files import write_whole
 
 __all__ = ["ARCHIVE", "archived", "keep", "section_of"]
 
 ARCHIVE = ROOT / "archive"
+"""Of the repository, not of the package."""
 _ENDS = (".nc", ".json")
 
 
-def keep(name: str, results: Path, archive: Path) -> None:
+def keep(experiment: Experiment, results: Path, archive: Path) -> None:
     """Put the result of an experiment into the archive, in place of an earlier one.
+
+    Samples of measured records stay out: they are for their authors to pass on.
 
     Parameters
     ----------
-    name : str
-        Of the experiment.
+    experiment : Experiment
     results, archive : Path
         Folders from and to.
     """
     archive.mkdir(parents=True, exist_ok=True)
-    for end in _ENDS:
-        shutil.copyfile(results / f"{name}{end}", archive / f"{name}{end}")
+    stored, record = (f"{experiment.name}{end}" for end in _ENDS)
+    shutil.copyfile(results / record, archive / record)
+    if experiment.group != "measured":
+        shutil.copyfile(results / stored, archive / stored)
+        return
+    with xr.open_dataset(results / stored, engine="h5netcdf") as opened:
+        dataset = opened.load().drop_dims("sample", errors="ignore")
+    write_whole(archive / stored, lambda path: dataset.to_netcdf(path, engine="h5netcdf"))
 
 
 def archived(archive: Path) -> list[str]:
