@@ -45,7 +45,7 @@ def test_another_number_is_another_table(tmp_path: Path, capsys: pytest.CaptureF
     all_of_them.main(["--from-archive", str(tmp_path)])
     page = (ROOT / "docs" / "experiments.md").read_text(encoding="utf-8")
     assert capsys.readouterr().out.removeprefix("## data_used\n").strip() not in page
-    with pytest.raises(InputError, match="no result of noise_sweep: it has data_used"):
+    with pytest.raises(InputError, match="no result of noise_sweep; it has data_used"):
         all_of_them.main(["noise_sweep", "--from-archive", str(tmp_path)])
 
 
