@@ -15,7 +15,8 @@ from rich.console import Console
 from rich.table import Table
 
 import experiments
-from experiments.docs import write_docs
+from experiments.archive import ARCHIVE, archived, keep, section_of
+from experiments.docs import section, write_docs
 from experiments.paper_comparison import needed_results, write_comparison
 from experiments.runner import Experiment, Row, parser_for, run_experiment, settings_digest
 from experiments.tables import closing_table
@@ -102,6 +103,16 @@ def _time_table(told: Mapping[str, str], results: Path) -> Table:
     return table
 
 
+def _tell_archived(experiments: Sequence[Experiment], options: argparse.Namespace) -> None:
+    """Make the tables of the archive again, on the terminal or in the pages of the documentation."""
+    sections = {each.name: section_of(each, options.from_archive) for each in experiments}
+    if options.docs is not None:
+        write_docs(options.docs, sections)
+        return
+    for name, text in sections.items():
+        print(f"## {name}\n{text}")
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """Run what is not there yet; print all rows beside the paper's numbers, and what each experiment took."""
     known = all_experiments()
@@ -112,16 +123,45 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--docs", type=Path, metavar="PATH", help="bring the tables into this page, or those of a folder, too"
     )
+    parser.add_argument(
+        "--archive",
+        type=Path,
+        nargs="?",
+        const=ARCHIVE,
+        metavar="DIR",
+        help="put the results into this folder too, from which their tables can be made again (%(const)s)",
+    )
+    parser.add_argument(
+        "--from-archive",
+        type=Path,
+        nargs="?",
+        const=ARCHIVE,
+        metavar="DIR",
+        help="run nothing: print the tables of what is archived, or bring them into --docs (%(const)s)",
+    )
     options = parser.parse_args(argv)
-    names = _names(options.names, known)
+    asked = options.names
+    if options.from_archive is not None and not asked:
+        asked = [name for name in archived(options.from_archive) if name in known]
+    names = _names(asked, known)
     if unknown := [name for name in names if name not in known]:
         groups = dict.fromkeys(experiment.group for experiment in known.values())
         parser.error(
             f"no experiment {unknown[0]!r}: give some of {', '.join(known)}, or of {', '.join(groups)}"
         )
+    if options.from_archive is not None:
+        _tell_archived([known[name] for name in names], options)
+        return
     told = _run(names, known, options)
     if options.docs is not None:
-        write_docs(options.docs, options.results, list(told))
+        tables = {name: (options.results / f"{name}.md").read_text(encoding="utf-8") for name in told}
+        write_docs(
+            options.docs,
+            {name: section(_record_of(name, options.results), text) for name, text in tables.items()},
+        )
+    if options.archive is not None:
+        for name in told:
+            keep(known[name], options.results, options.archive)
     console = Console()
     beside_paper = []
     for name in told:

@@ -14,13 +14,14 @@ import xarray as xr
 from scipy import stats
 
 import friction_bayes as fb
+from experiments.against_emcee import CHECKED, SAMPLED, sampled, verdict_rows
 from experiments.beside_paper import band
 from experiments.paper_numbers import printed
 from experiments.reduced_data_set import DATA_SETS, last_begins, last_part
 from experiments.rig import Rig, run_rig, system_of, true_friction
 from experiments.runner import Cell, Experiment, main
 from experiments.sampling_rate_sweep import down_sampled
-from experiments.sweeps import lay_out
+from experiments.sweeps import lay_out, seeds_of
 from experiments.tables import Row
 from experiments.testbed_choices import DRAWN_PRIOR
 from friction_bayes.core.arrays import Array, Mask
@@ -48,13 +49,16 @@ VARIABLES = {
 }
 
 READINGS = {"normal-gamma, highest": "highest", "normal-gamma, nominal": "nominal"}
+ESTIMATES = ("waveform", *READINGS)
+"""What criteria are read off, each against emcee."""
 
 
 @dataclass(frozen=True)
 class Config:
     """What is varied: share of the motion kept, sampling rate, noise in multiples of the sensor's.
 
-    Each run brings ``set_ups`` whole records more, of which the precision that a set-up phase would ask for.
+    Each run brings ``set_ups`` whole records more, of which the precision that a set-up phase would ask for;
+    the first ``checked`` go through emcee.
     """
 
     rig: Rig = field(default_factory=Rig)
@@ -63,18 +67,22 @@ class Config:
     noise: tuple[float, ...] = (1.0, 3.0)
     records: int = 40
     records_full: int = 600
+    checked: int = CHECKED
     set_ups: int = 6
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
     """One run a cell, of which every share, rate and noise is an estimate; and as many set-up records."""
-    return [{"replicate": i} for i in range(config.records_full if full else config.records)]
+    records = config.records_full if full else config.records
+    return [{"replicate": i, "check": i < config.checked} for i in range(records)]
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """All conditions of one run, and the precision of further runs that serve as set-up records."""
     seeds = seed.generate_state(1 + config.set_ups).tolist()
-    columns: dict[str, list[float]] = {name: [] for name in VARIABLES}
+    _, own = seeds_of(cell, seed)
+    of_sampler = own if cell["check"] else None
+    columns: dict[str, list[float]] = {name: [] for name in (*VARIABLES, *SAMPLED)}
     set_up = [
         [
             _normal_gamma(run_rig(config.rig, DATA_SETS["2"], seed=own)["acceleration"], config.rig, peaks)
@@ -89,9 +97,10 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         whole = signals["acceleration"]
         truth = true_friction(signals, last_begins(whole, share))
         record = down_sampled(last_part(whole, share) if share < 1.0 else whole, step, seeds[0])
-        for found in _criteria(record, rig, truth, set_up[0]):
-            for name, column in columns.items():
-                column.append(found.get(name, math.nan))
+        found, checks = _criteria(record, rig, truth, set_up[0], of_sampler)
+        for names, parts in ((VARIABLES, found), (SAMPLED, checks)):
+            for name in names:
+                columns[name] += [part.get(name, math.nan) for part in parts]
     labels = [f"noise x{noise:g}, last {share:g}, 1/{step}" for noise, share, step in conditions]
     precision = [float(estimate.precision.mean()) for pair in set_up for estimate in pair]
     return {"condition": labels, "set_up_precision": precision, **columns}
@@ -102,9 +111,12 @@ def _normal_gamma(record: xr.DataArray, rig: Rig, peaks: str) -> fb.Estimate:
 
 
 def _criteria(
-    record: xr.DataArray, rig: Rig, truth: float, set_up: Sequence[fb.Estimate]
-) -> list[dict[str, float]]:
-    """One mapping a reading of a peak; empty where the record gives no estimate."""
+    record: xr.DataArray, rig: Rig, truth: float, set_up: Sequence[fb.Estimate], seed: int | None
+) -> tuple[list[dict[str, float]], list[dict[str, float]]]:
+    """One mapping a reading of a peak, empty where the record gives no estimate; one an estimate by emcee.
+
+    ``seed`` is that of the sampler, None where it is not asked.
+    """
     with warnings.catch_warnings():
         # a frequency read off few samples may differ from the declared one: that is in the error
         warnings.simplefilter("ignore", fb.RecordWarning)
@@ -112,7 +124,7 @@ def _criteria(
             whole = fb.estimate(record, system_of(rig), random_force="none")
             estimates = [_normal_gamma(record, rig, peaks) for peaks in READINGS.values()]
         except fb.InputError:
-            return [{} for _ in READINGS]
+            return [{} for _ in READINGS], [{} for _ in ESTIMATES]
     residual = whole.decay.values - whole.fit.prediction
     shared = {
         "residual test": whiteness(residual).p_value,
@@ -132,7 +144,7 @@ def _criteria(
                 "evidence": prior.log_evidence(samples) / samples.size,
             }
         )
-    return found
+    return found, [{} if seed is None else sampled(each, seed=seed) for each in (whole, *estimates)]
 
 
 def _by_set_up(estimate: fb.Estimate, set_up: fb.Estimate) -> bool:
@@ -149,6 +161,8 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
     """Dimensions replicate, condition, method; curves and areas over criterion and method."""
     inner = {"condition": results[0]["condition"], "method": list(READINGS)}
     dataset = lay_out(cells, results, dims=("replicate",), variables=VARIABLES, inner=inner)
+    inner = {"condition": results[0]["condition"], "estimate": list(ESTIMATES)}
+    dataset = dataset.merge(lay_out(cells, results, dims=("replicate",), variables=SAMPLED, inner=inner))
     false_rate = np.linspace(0.0, 1.0, 201)
     shape = (len(CRITERIA), len(READINGS))
     curve = np.full((*shape, false_rate.size), np.nan)
@@ -245,7 +259,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                     f"{100.0 * good:.0f} % of {told} estimates are good",
                 )
             )
-    return table
+    return table + verdict_rows(dataset, "estimate")
 
 
 def _operating_row(mine: xr.Dataset, method: str) -> Row:

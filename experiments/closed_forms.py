@@ -13,10 +13,10 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
+from experiments.against_emcee import SAMPLED, sampled
 from friction_bayes.conjugate.gamma_exponential import negative_share
 from friction_bayes.decay.friction_samples import peak_amplitudes
 from friction_bayes.mechanics.simulate import signal_to_noise_db
-from friction_bayes.reference.checking import ReferenceRun, check_estimate
 
 __all__ = [
     "BESIDE_TRUTH",
@@ -72,20 +72,10 @@ VARIABLES: dict[str, tuple[str, str]] = BESIDE_TRUTH | {
     "elapsed": ("s", "wall time of the estimate, from record to posterior"),
     "refused": ("1", "whether the record was refused"),
     "warned": ("1", "warnings of the estimate and of its check"),
-    "reference_mean": ("N", "mean of the draws"),
-    "reference_sd": ("N", "standard deviation of the draws"),
-    "reference_low": ("N", "5 % quantile of the draws"),
-    "reference_high": ("N", "95 % quantile of the draws"),
     "reference_error": ("1", "(mean of the draws - true friction) / true friction"),
-    "reference_precision": ("", "mean of the precision's draws"),
-    "rhat": ("1", "nested R-hat over the ensembles"),
-    "ess_bulk": ("1", "bulk effective sample size"),
-    "ess_tail": ("1", "tail effective sample size"),
-    "converged": ("1", "whether the diagnostics were met"),
-    "agrees": ("1", "verdict on closed form against draws, at a false-alarm rate of 1 %"),
     "closed_form_s": ("s", "wall time of the estimate once more, nothing left to compile"),
-    "sampler_s": ("s", "wall time of the sampler"),
     "time_ratio": ("1", "wall time of the sampler over that of the closed form"),
+    **SAMPLED,
 }
 """Unit and meaning of what is kept of a method on a record; nan where there is none."""
 
@@ -145,14 +135,13 @@ def _one(
         if method in ("normal-gamma", "gamma-exponential"):
             found |= _of_samples(estimate, friction)
         if seed is not None:
-            found |= _reference(check_estimate(estimate, seed=seed), friction)
-    # a sampler that did not converge has its own entry
-    told = [each for each in caught if not issubclass(each.category, fb.NotConvergedWarning)]
+            found |= sampled(estimate, seed=seed)
+            found["reference_error"] = found["reference_mean"] / friction - 1.0
     if seed is not None:
         # what the sampler samples has no random force either
         seconds = closed_form_seconds(record, system, method=method, peaks=peaks, random_force="none")
         found |= {"closed_form_s": seconds, "time_ratio": found["sampler_s"] / seconds}
-    return found | {"warned": float(len(told))}
+    return found | {"warned": float(len(caught))}
 
 
 def closed_form_seconds(record: xr.DataArray, system: fb.Oscillator, **options: Any) -> float:
@@ -222,18 +211,3 @@ def _of_samples(estimate: fb.Estimate, friction: float) -> dict[str, float]:
         "line_error": slope_friction / friction - 1.0,
         "rmse_in_interval": float(low <= implied <= high),
     }
-
-
-def _reference(run: ReferenceRun, true_friction: float) -> dict[str, float]:
-    summary, posterior = run.summary, run.tree["posterior"].dataset
-    friction = summary["friction"]
-    low, high = friction["interval90"]
-    kept = {"reference_mean": friction["mean"], "reference_sd": friction["sd"]}
-    kept |= {"reference_error": friction["mean"] / true_friction - 1.0}
-    if "precision" in posterior:
-        kept |= {"reference_precision": float(posterior["precision"].mean())}
-    kept |= {"reference_low": low, "reference_high": high}
-    named = ("rhat", "ess_bulk", "ess_tail", "converged", "agrees", "sampler_s")
-    figures = kept | {key: summary[key] for key in named}
-    # no verdict is no number
-    return {name: math.nan if value is None else float(value) for name, value in figures.items()}

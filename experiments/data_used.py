@@ -12,15 +12,14 @@ import xarray as xr
 from scipy import stats
 
 import friction_bayes as fb
-from experiments.beside_paper import band, checked_records, diagnostics
+from experiments.against_emcee import CHECKED, SAMPLED, sampled_pair, verdict_rows, word
+from experiments.beside_paper import band
 from experiments.friction_statistics import ALL_SAMPLES, EVERY_COUNT, SPACED_COUNTS
 from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
 from experiments.tables import Row
-from friction_bayes.conjugate.targets import normal_gamma_target
 from friction_bayes.mechanics.testbed import PAPER_SYSTEM, paper_example
-from friction_bayes.reference import sample_target
 
 __all__ = ["EXPERIMENT", "Config"]
 
@@ -32,10 +31,7 @@ VARIABLES = {
     "friction": ("N", "posterior mean of the friction"),
     "sd": ("N", "posterior standard deviation of the friction"),
     "precision": ("1/N^2", "posterior mean of the precision"),
-    "reference_friction": ("N", "mean of emcee's draws of the friction"),
-    "reference_precision": ("1/N^2", "mean of emcee's draws of the precision"),
-    "rhat": ("1", "nested R-hat of the friction over the ensembles"),
-    "ess_bulk": ("1", "bulk effective sample size of the friction"),
+    **SAMPLED,
 }
 
 
@@ -46,11 +42,11 @@ class Config:
     records: int = 200
     records_full: int = 1000
     peaks: tuple[str, ...] = ("highest", "nominal")
-    checked: int = 1
+    checked: int = CHECKED
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
-    """One record a cell; the first goes through emcee at the numbers of samples that are told."""
+    """One record a cell; the first ones go through emcee at the numbers of samples that are told."""
     return [
         {"replicate": replicate, "check": replicate < config.checked}
         for replicate in range(config.records_full if full else config.records)
@@ -70,7 +66,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
             used = samples[:count]
             found = {} if used.size < count else _figures(prior, used)
             if found and cell["check"] and count in TOLD:
-                found |= _reference(prior, used, of_sampler)
+                found |= sampled_pair(prior, used, seed=of_sampler)
             for name, column in columns.items():
                 column.append(found.get(name, math.nan))
     return {"peaks": list(config.peaks), "samples": list(EVERY_COUNT), **columns}
@@ -82,17 +78,6 @@ def _figures(prior: fb.NormalGamma, samples: np.ndarray) -> dict[str, float]:
         "friction": posterior.mu,
         "sd": float(posterior.friction.std()),
         "precision": float(posterior.precision.mean()),
-    }
-
-
-def _reference(prior: fb.NormalGamma, samples: np.ndarray, seed: int) -> dict[str, float]:
-    posterior = sample_target(normal_gamma_target(prior, samples), seed=seed)["posterior"].dataset
-    diagnostics = posterior["friction"].attrs
-    return {
-        "reference_friction": float(posterior["friction"].mean()),
-        "reference_precision": float(posterior["precision"].mean()),
-        "rhat": float(diagnostics["nested_rhat"]),
-        "ess_bulk": float(diagnostics["ess_bulk"]),
     }
 
 
@@ -133,7 +118,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                     f"{peaks}, {count} samples: |error| and precision",
                     f"{band(abs(at['friction'] / FRICTION - 1.0), factor=100.0)} %; "
                     f"{band(at['precision'])} 1/N^2",
-                    sampler=_word(at),
+                    sampler=word(at),
                 )
             )
         for variable, grid in (
@@ -157,18 +142,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                 f"chance alone is within {1.96 / math.sqrt(mine.sizes['replicate'] - 1):.2g} of zero",
             )
         )
-    return table
-
-
-def _word(at: xr.Dataset) -> str:
-    checked = checked_records(at)
-    if checked.sizes["replicate"] == 0:
-        return ""
-    one = checked.isel(replicate=0)
-    return (
-        f"{float(one['reference_friction']):.5g} N for {float(one['friction']):.5g} N, "
-        f"{float(one['reference_precision']):.4g} for {float(one['precision']):.4g}; {diagnostics(one)}"
-    )
+    return table + verdict_rows(dataset, "peaks")
 
 
 EXPERIMENT = Experiment(
@@ -179,7 +153,6 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    paired=("check",),
     common_records=True,
 )
 

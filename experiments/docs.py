@@ -2,37 +2,42 @@
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
-__all__ = ["write_docs"]
+__all__ = ["section", "write_docs"]
 
 
-def write_docs(place: Path, results: Path, names: Sequence[str]) -> None:
-    """Replace what stands between ``<!-- results: NAME -->`` and ``<!-- end -->`` by the tables of NAME.
+def section(record: Mapping[str, Any], tables: str) -> str:
+    """Return what stands between the markers of an experiment: how it was made, and its tables.
+
+    Parameters
+    ----------
+    record : mapping
+        Its manifest.
+    tables : str
+        In Markdown.
+    """
+    how = f"`{record['command']}`, seed {record['seed']}, {record['options']['cells']} cells."
+    return f"\n{how}\n\n{tables}\n"
+
+
+def write_docs(place: Path, sections: Mapping[str, str]) -> None:
+    """Replace what stands between ``<!-- results: NAME -->`` and ``<!-- end -->`` by the section of NAME.
 
     Parameters
     ----------
     place : Path
         A page in Markdown, or a folder of them; experiments that have no marker there are left out.
-    results : Path
-        Folder with ``NAME.md`` and ``NAME.json``.
-    names : sequence of str
-        Experiments.
+    sections : mapping
+        Of :func:`section`, by experiment.
     """
     for page in sorted(place.glob("*.md")) if place.is_dir() else [place]:
         text = page.read_text(encoding="utf-8")
-        page.write_text(_with_tables(text, results, names), encoding="utf-8")
-
-
-def _with_tables(text: str, results: Path, names: Sequence[str]) -> str:
-    for name in names:
-        marker = re.compile(rf"(<!-- results: {re.escape(name)} -->\n).*?(<!-- end -->)", re.DOTALL)
-        tables = (results / f"{name}.md").read_text(encoding="utf-8")
-        record = json.loads((results / f"{name}.json").read_text(encoding="utf-8"))
-        how = f"`{record['command']}`, seed {record['seed']}, {record['options']['cells']} cells."
-        if found := marker.search(text):
-            text = f"{text[: found.end(1)]}\n{how}\n\n{tables}\n{text[found.start(2) :]}"
-    return text
+        for name, new in sections.items():
+            marker = re.compile(rf"(<!-- results: {re.escape(name)} -->\n).*?(<!-- end -->)", re.DOTALL)
+            if found := marker.search(text):
+                text = f"{text[: found.end(1)]}{new}{text[found.start(2) :]}"
+        page.write_text(text, encoding="utf-8")

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from experiments.against_emcee import CHECKED, SAMPLED, verdict_rows, word
 from experiments.beside_paper import band
 from experiments.closed_forms import measure
 from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
-from experiments.sweeps import lay_out
+from experiments.sweeps import lay_out, seeds_of
 from experiments.tables import Row
 from friction_bayes.mechanics.simulate import signal_to_noise_db, simulate
 from friction_bayes.mechanics.testbed import PAPER_DURATION, PAPER_RELEASE, PAPER_SYSTEM
@@ -29,6 +30,7 @@ VARIABLES = {
     "precision": ("1/N^2", "posterior mean of the precision"),
     "amplitudes": ("1", "amplitudes used"),
     "samples": ("1", "friction samples, n of Eqs. (5) to (8)"),
+    **SAMPLED,
 }
 OF_SIGNAL = {
     "signal_to_noise_db": ("dB", "mean square of the noise-free motion over the variance of the stated noise")
@@ -52,23 +54,29 @@ CHOICES = {
 
 @dataclass(frozen=True)
 class Config:
-    """Choices, records a choice, and the noise that the paper states [m]."""
+    """Choices, records a choice, how many go through emcee, and the noise that the paper states [m]."""
 
     choices: tuple[str, ...] = tuple(CHOICES)
     records: int = 60
     records_full: int = 400
+    checked: int = CHECKED
     noise_sd: float = printed("example-noise")
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
     """Every choice."""
     records = config.records_full if full else config.records
-    return [{"choice": choice, "replicate": i} for i in range(records) for choice in config.choices]
+    return [
+        {"choice": choice, "replicate": i, "check": i < config.checked}
+        for i in range(records)
+        for choice in config.choices
+    ]
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """The paper's procedure by either reading of a peak."""
-    choice, own = CHOICES[cell["choice"]], int(seed.generate_state(1)[0])
+    choice = CHOICES[cell["choice"]]
+    of_noise, of_sampler = seeds_of(cell, seed)
     clean = simulate(
         PAPER_SYSTEM,
         friction=FRICTION,
@@ -76,10 +84,9 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         duration=PAPER_DURATION,
         sampling_rate=choice.sampling_rate,
     )
-    noise = np.random.default_rng(own).normal(0.0, config.noise_sd, clean.size)
-    found = measure(
-        clean.copy(data=clean.values + noise), PAPER_SYSTEM, FRICTION, methods=METHODS, check=False, seed=own
-    )
+    noise = np.random.default_rng(of_noise).normal(0.0, config.noise_sd, clean.size)
+    record = clean.copy(data=clean.values + noise)
+    found = measure(record, PAPER_SYSTEM, FRICTION, methods=METHODS, check=cell["check"], seed=of_sampler)
     moving = clean.values[clean["time"].values < clean.attrs["stop_time"]]
     return {name: found[name] for name in ("method", *VARIABLES)} | {
         "signal_to_noise_db": signal_to_noise_db(moving, config.noise_sd)
@@ -124,11 +131,12 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                     f"{band(one['precision'])} 1/N^2",
                     f"{printed('example-precision'):g} 1/N^2",
                     f"error {band(one['error'], factor=100.0)} %",
+                    word(one),
                 )
             )
         ratio = f"{band(mine['precision_ratio'])}"
         table.append(Row(f"{choice}: precision by highest peaks over nominal", ratio, "", "record by record"))
-    return table
+    return table + verdict_rows(dataset)
 
 
 EXPERIMENT = Experiment(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -40,6 +40,8 @@ __all__ = [
     "SNR_DB",
     "SPACED_COUNTS",
     "VARIABLES",
+    "Samples",
+    "at_noise",
     "collect",
     "first_samples",
     "heavy",
@@ -79,6 +81,11 @@ def first_samples(count: int) -> str:
     return ALL if count == ALL_SAMPLES else f"{ALL}, {count} samples"
 
 
+def at_noise(level: float) -> str:
+    """Name of the example at another signal-to-noise ratio [dB]."""
+    return f"{ALL}, {level:g} dB"
+
+
 def of_set_2(noise: float, share: float, step: int) -> str:
     """Name of a condition of data set 2."""
     return f"set 2, noise x{noise:g}, last {share:g}, 1/{step}"
@@ -89,71 +96,85 @@ def heavy(data_set: str, step: int = 1) -> str:
     return f"{MASS:g} kg, set {data_set}, 1/{step}"
 
 
-def collect(rig: Rig, seed: int) -> dict[str, dict[str, list[float]]]:
-    """Statistics of one replicate under every condition, a number a reading of a peak.
+@dataclass(frozen=True)
+class Samples:
+    """Friction samples of one record under one condition.
+
+    Attributes
+    ----------
+    by_peaks : list of ndarray
+        In the order of the readings of a peak; empty where the record gives no two amplitudes.
+    truth : float
+        Friction, or the mean friction that the run had [N].
+    rmse_precision : tuple of float
+        Of the whole example, as :data:`VARIABLES` says, a number a reading.
+    """
+
+    by_peaks: list[Array]
+    truth: float
+    rmse_precision: tuple[float, ...] = (math.nan,) * len(PEAKS)
+
+    def statistics(self) -> dict[str, list[float]]:
+        """Names of :data:`VARIABLES`, a number a reading; nan where there are no samples."""
+        data = [NormalStatistics.of(part) if part.size else None for part in self.by_peaks]
+        return {
+            "count": [math.nan if each is None else float(each.n) for each in data],
+            "mean": [math.nan if each is None else each.mean for each in data],
+            "squares": [math.nan if each is None else each.sum_of_squares for each in data],
+            "truth": [self.truth] * len(data),
+            "rmse_precision": list(self.rmse_precision),
+        }
+
+
+def collect(rig: Rig, seed: int) -> dict[str, Samples]:
+    """Friction samples of one replicate by condition.
 
     Parameters
     ----------
     rig : Rig
     seed : int
         Of noise and friction; conditions of one record share them.
-
-    Returns
-    -------
-    dict
-        By condition the names of :data:`VARIABLES`; nan where the record gives no two amplitudes.
     """
-    found = {name: _read(samples, truth) for name, samples, truth in _on_testbed(rig, seed)}
-    found |= _on_example(seed)
-    return found
+    return dict(_on_testbed(rig, seed)) | dict(_on_example(seed))
 
 
-def _on_example(seed: int) -> dict[str, dict[str, list[float]]]:
+def _on_example(seed: int) -> Iterator[tuple[str, Samples]]:
     truth = printed("example-friction")
     decay = _decay(paper_example(seed), PAPER_SYSTEM)
     samples = [friction_samples(decay, peaks) for peaks in PEAKS]
-    found = {
-        first_samples(count): _read([part[:count] for part in samples], truth) for count in EVERY_COUNT[:-1]
-    }
-    found[ALL] = _read(samples, truth) | {
-        "rmse_precision": [_precision_of_rmse(*peak_amplitudes(decay, peaks)) for peaks in PEAKS]
-    }
+    for count in EVERY_COUNT[:-1]:
+        yield first_samples(count), Samples([part[:count] for part in samples], truth)
+    rmse = tuple(_precision_of_rmse(*peak_amplitudes(decay, peaks)) for peaks in PEAKS)
+    yield ALL, Samples(samples, truth, rmse)
     for level in SNR_DB:
         noisier = _decay(paper_example(seed, noise_sd=noise_for(level)), PAPER_SYSTEM)
-        found[f"{ALL}, {level:g} dB"] = _read([friction_samples(noisier, peaks) for peaks in PEAKS], truth)
-    return found
+        yield at_noise(level), Samples([friction_samples(noisier, peaks) for peaks in PEAKS], truth)
 
 
-def _on_testbed(rig: Rig, seed: int) -> Iterator[tuple[str, list[Array], float]]:
-    """Name, friction samples by either reading, and the true mean friction."""
+def _on_testbed(rig: Rig, seed: int) -> Iterator[tuple[str, Samples]]:
     for noise in NOISE:
         noisy = replace(rig, accelerometer_noise=noise * rig.accelerometer_noise)
         signals = run_rig(noisy, DATA_SETS["2"], seed=seed)
         for share, step in product(LAST_SHARES, KEEP_EVERY):
-            samples, truth = _part(signals, noisy, share, step, seed)
-            yield of_set_2(noise, share, step), samples, truth
-    samples, truth = _part(run_rig(rig, DATA_SETS["1"], seed=seed), rig, 1.0, 1, seed)
-    yield "set 1", samples, truth
+            yield of_set_2(noise, share, step), _part(signals, noisy, share, step, seed)
+    yield "set 1", _part(run_rig(rig, DATA_SETS["1"], seed=seed), rig, 1.0, 1, seed)
     heavier = replace(rig, mass=MASS, release=rig.release * rig.mass / MASS)
     for data_set, friction in DATA_SETS.items():
         reduced = "reduced" in data_set
         signals = run_rig(heavier, friction, seed=seed)
         for step in KEEP_EVERY if reduced else (1,):
-            samples, truth = _part(signals, heavier, REDUCED if reduced else 1.0, step, seed)
-            yield heavy(data_set, step), samples, truth
+            yield heavy(data_set, step), _part(signals, heavier, REDUCED if reduced else 1.0, step, seed)
 
 
-def _part(
-    signals: Mapping[str, xr.DataArray], rig: Rig, share: float, step: int, seed: int
-) -> tuple[list[Array], float]:
+def _part(signals: Mapping[str, xr.DataArray], rig: Rig, share: float, step: int, seed: int) -> Samples:
     whole = signals["acceleration"]
     record = down_sampled(last_part(whole, share) if share < 1.0 else whole, step, seed)
     truth = true_friction(signals, last_begins(whole, share))
     try:
         decay = _decay(record, system_of(rig))
-        return [friction_samples(decay, peaks) for peaks in PEAKS], truth
+        return Samples([friction_samples(decay, peaks) for peaks in PEAKS], truth)
     except fb.InputError:
-        return [np.empty(0) for _ in PEAKS], truth
+        return Samples([np.empty(0) for _ in PEAKS], truth)
 
 
 def _decay(record: xr.DataArray, system: Oscillator) -> FreeDecay:
@@ -161,18 +182,6 @@ def _decay(record: xr.DataArray, system: Oscillator) -> FreeDecay:
         # a frequency read off few noisy samples may differ from the declared one: that is in the error
         warnings.simplefilter("ignore", fb.RecordWarning)
         return fb.estimate(record, system, method="normal-gamma").decay
-
-
-def _read(samples: list[Array], truth: float) -> dict[str, list[float]]:
-    columns: dict[str, list[float]] = {name: [] for name in VARIABLES}
-    for part in samples:
-        data = NormalStatistics.of(part) if part.size else None
-        columns["count"].append(math.nan if data is None else float(data.n))
-        columns["mean"].append(math.nan if data is None else data.mean)
-        columns["squares"].append(math.nan if data is None else data.sum_of_squares)
-        columns["truth"].append(truth)
-        columns["rmse_precision"].append(math.nan)
-    return columns
 
 
 def _precision_of_rmse(time: Array, amplitude: Array) -> float:

@@ -11,14 +11,14 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
-from experiments.beside_paper import band, checked_records, diagnostics
+from experiments.against_emcee import CHECKED, SAMPLED, sampled, word
+from experiments.beside_paper import band
 from experiments.paper_numbers import printed
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
 from experiments.tables import Row
 from friction_bayes.conjugate.gamma_exponential import negative_share
 from friction_bayes.mechanics.testbed import PAPER_RELEASE, PAPER_SYSTEM
-from friction_bayes.reference.checking import check_estimate
 
 __all__ = ["EXPERIMENT", "Config"]
 
@@ -34,10 +34,7 @@ VARIABLES = {
     "inverted_high": ("N", "upper end of the 90 % interval of 1/r"),
     "negative_share": ("1", "share of friction samples below zero"),
     "normal_gamma": ("N", "posterior mean of the normal-gamma pair on the same samples"),
-    "reference_mean": ("1/N", "mean of emcee's draws"),
-    "rhat": ("1", "nested R-hat over the ensembles"),
-    "ess_bulk": ("1", "bulk effective sample size"),
-    "agrees": ("1", "verdict on closed form against draws, at a false-alarm rate of 1 %"),
+    **SAMPLED,
 }
 
 
@@ -49,7 +46,7 @@ class Config:
     records: int = 40
     records_paper: int = 200
     records_full: int = 400
-    checked: int = 1
+    checked: int = CHECKED
     noise_sd: float = printed("example-noise")
 
 
@@ -92,10 +89,7 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         "normal_gamma": float(normal.friction.mean()),
     }
     if cell["check"]:
-        told = check_estimate(estimate, seed=of_sampler).summary
-        verdict = math.nan if told["agrees"] is None else float(told["agrees"])
-        found |= {"reference_mean": told["friction"]["mean"], "agrees": verdict}
-        found |= {"rhat": told["rhat"], "ess_bulk": told["ess_bulk"]}
+        found |= sampled(estimate, seed=of_sampler)
     return {name: found.get(name, math.nan) for name in VARIABLES}
 
 
@@ -112,8 +106,6 @@ def rows(dataset: xr.Dataset) -> list[Row]:
         n = mine.sizes["replicate"]
         held = int(((mine["low"] <= friction) & (friction <= mine["high"])).sum())
         right = int(((mine["inverted_low"] <= friction) & (friction <= mine["inverted_high"])).sum())
-        checked = checked_records(mine)
-        told = "" if checked.sizes["replicate"] == 0 else _word(checked.isel(replicate=0))
         table.append(
             Row(
                 f"true {friction:g} N: posterior mean",
@@ -122,15 +114,10 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                 f"1/friction = {1.0 / friction:.4g} 1/N; its interval holds {friction:g} in {held} of {n}; "
                 f"read as 1/r it is {band(mine['inverted'])} N and holds it in {right} of {n}; "
                 f"{100.0 * float(mine['negative_share'].mean()):.0f} % of the samples are negative",
-                told,
+                word(mine),
             )
         )
     return table
-
-
-def _word(one: xr.Dataset) -> str:
-    means = f"{float(one['reference_mean']):.5g} for {float(one['estimate']):.5g} 1/N"
-    return f"{means}; {diagnostics(one)}"
 
 
 EXPERIMENT = Experiment(
@@ -141,7 +128,6 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    paired=("check",),
 )
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
+from experiments.against_emcee import SAMPLED, sampled, verdict_rows, word
 from experiments.closed_forms import closed_form_seconds
 from experiments.runner import Cell, Experiment, main
 from experiments.same_rig import RIGS, records_of, reduced_chi_square, sd_of_interval
@@ -25,7 +26,6 @@ from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.mechanics.pendulum import sine_integral
 from friction_bayes.records.datasets import dataset_record, list_datasets
 from friction_bayes.records.quantisation import quantisation_step
-from friction_bayes.reference.checking import check_estimate
 
 __all__ = ["EXPERIMENT", "Config"]
 
@@ -42,15 +42,9 @@ NUMBERS = {
     "force_share": "the same over friction",
     "force_time": "mean of its correlation time [s]",
     "innovations": "Ljung-Box statistic of the innovations under it over its 99.9 % quantile for white noise",
-    "reference_mean": "mean of the draws",
-    "reference_low": "5 % quantile of the draws",
-    "reference_high": "95 % quantile of the draws",
-    "rhat": "nested R-hat over the ensembles",
-    "ess_bulk": "bulk effective sample size",
-    "ess_tail": "tail effective sample size",
-    "agrees": "verdict on closed form against draws, at a false-alarm rate of 1 %; nan where not judged",
-    "closed_form_s": "wall time of the closed form without a random force [s]",
-    "sampler_s": "wall time of the sampler [s]",
+    "closed_form_s": "wall time of the closed form [s]",
+    **{name: meaning for name, (_, meaning) in SAMPLED.items()},
+    **{f"{name}_without": f"{meaning}, without a random force" for name, (_, meaning) in SAMPLED.items()},
     "frequency_ratio": "frequency found over the declared sqrt(k/m)",
     "noise_sd": "posterior mean of the noise of a sample",
     "rounding": "sd of the rounding to whole steps of the sensor, where it has any",
@@ -60,19 +54,22 @@ NUMBERS = {
     "drop_late": "the same over the last third",
     "half_cycles": "half cycles between fitted turning points",
 }
-TEXTS = ("record", "method", "unit", "signal_unit", "quantity", "refused", "because")
+TEXTS = ("record", "method", "unit", "signal_unit", "quantity", "refused")
 INTERPOLATED_ENCODERS = {"map-single-pendulum": 2.0 * math.pi / 40000.0}
 """Steps [rad] of encoders whose readings their hardware interpolates between counts by its clock, so that
 the records show none."""
-UNSAMPLED = (("video-pendulum/1", "waveform"),)
-"""A large swing over six minutes, whose likelihood takes the sampler hours."""
+UNSAMPLED = ("video-pendulum/1",)
+"""A large swing over six minutes, whose likelihood without a random force takes the sampler hours."""
 LARGEST_CHI_SQUARE = 2.0
 """Of friction between records of one rig, reduced, to reach."""
 
 
 @dataclass(frozen=True)
 class Config:
-    """Which estimators look at the records, and how much of a record is kept for its figure."""
+    """Which estimators look at the records, and how much of a record is kept for its figure.
+
+    Every posterior goes through emcee, by the likelihood it is of.
+    """
 
     methods: tuple[str, ...] = ("waveform", "envelope")
     points: int = 1500
@@ -96,20 +93,19 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         warnings.simplefilter("ignore")
         try:
             estimate = fb.estimate(record, system, method=cell["method"])
-            # what emcee samples is the part without a random force, whose linearisation it judges
             plain = fb.estimate(record, system, method=cell["method"], random_force="none")
         except fb.InputError as error:
             return {**texts, **numbers, **series, "refused": str(error)}
-        sampled = {}
-        if (cell["record"], cell["method"]) not in UNSAMPLED:
-            sampled = _reference(check_estimate(plain, seed=int(seed.generate_state(1)[0])).summary)
+        of_sampler, of_other = seed.generate_state(2).tolist()
+        numbers |= sampled(estimate, seed=of_sampler)
+        if estimate.random_force is not None and cell["record"] not in UNSAMPLED:
+            without = sampled(plain, seed=of_other)
+            numbers |= {f"{name}_without": value for name, value in without.items()}
     decay, fit = estimate.decay, estimate.fit
     assert fit.prediction is not None
     residual = decay.values - fit.prediction
     numbers |= _friction(estimate) | _force(estimate) | _losses(decay)
-    numbers |= {name: sampled[name] for name in sampled if name != "because"}
-    # what the sampler samples has no random force either
-    numbers["closed_form_s"] = closed_form_seconds(record, system, method=cell["method"], random_force="none")
+    numbers["closed_form_s"] = closed_form_seconds(record, system, method=cell["method"])
     test = whiteness(residual)
     numbers |= {
         "frequency_ratio": estimate.frequency / system.natural_frequency,
@@ -122,7 +118,6 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         "unit": estimate.friction_unit,
         "signal_unit": decay.unit,
         "quantity": decay.quantity.name,
-        "because": sampled.get("because", ""),
     }
     stride = math.ceil(decay.values.size / config.points)
     kept = (decay.start_time + decay.time, decay.values, fit.prediction, residual)
@@ -157,17 +152,6 @@ def _force(estimate: fb.Estimate) -> dict[str, float]:
         "force_share": force.share_of_friction,
         "force_time": float(force.correlation_time.mean()),
         "innovations": force.innovations.statistic / force.innovations.limit,
-    }
-
-
-def _reference(summary: Mapping[str, Any]) -> dict[str, Any]:
-    low, high = summary["friction"]["interval90"]
-    named = ("rhat", "ess_bulk", "ess_tail", "agrees", "sampler_s", "because")
-    return {
-        "reference_mean": summary["friction"]["mean"],
-        "reference_low": low,
-        "reference_high": high,
-        **{name: summary[name] for name in named},
     }
 
 
@@ -211,8 +195,26 @@ def assemble(cells: Sequence[Cell], results: Sequence[dict[str, Any]]) -> xr.Dat
 
 
 def rows(dataset: xr.Dataset) -> list[Row]:
-    """What records of one rig say of each other, then one line a record and method."""
-    return _rig_rows(dataset) + [_row(dataset.isel(case=k)) for k in range(dataset.sizes["case"])]
+    """What records of one rig say of each other, what emcee says of all, then a line a record and method."""
+    table = _rig_rows(dataset) + _verdicts(dataset)
+    return table + [_row(dataset.isel(case=k)) for k in range(dataset.sizes["case"])]
+
+
+def _verdicts(dataset: xr.Dataset) -> list[Row]:
+    """How many posteriors agree with emcee, by method, and those without a random force."""
+    table = []
+    for method in dict.fromkeys(dataset["method"].values.tolist()):
+        for suffix, what in (("", method), ("_without", f"{method} without a random force")):
+            own = _by_emcee(dataset.isel(case=dataset["method"].values == method), suffix)
+            table += verdict_rows(own.expand_dims(what=[what]), "what")
+    return table
+
+
+def _by_emcee(dataset: xr.Dataset, suffix: str) -> xr.Dataset:
+    """What emcee says with or without a random force, under the names of both."""
+    return dataset[[f"{name}{suffix}" for name in SAMPLED]].rename(
+        {f"{name}{suffix}": name for name in SAMPLED if suffix}
+    )
 
 
 def _rig_rows(dataset: xr.Dataset) -> list[Row]:
@@ -246,7 +248,6 @@ def _row(case: xr.Dataset) -> Row:
     if case["refused"].item():
         return Row(what, "refused", remark=case["refused"].item())
     value = {name: float(case[name]) for name in NUMBERS}
-    verdict = {1.0: "agrees", 0.0: f"DISAGREES: {case['because'].item()}"}.get(value["agrees"], "not judged")
     unit = case["unit"].item()
     averaged = math.isfinite(value["force_probability"])
     return Row(
@@ -254,19 +255,18 @@ def _row(case: xr.Dataset) -> Row:
         f"{_interval(value, 'friction', 'low', 'high', 4)} {unit}",
         f"{_interval(value, 'friction_without', 'low_without', 'high_without')} {unit}" if averaged else "",
         _random_force(value, unit),
-        _sampled(value, verdict),
+        _sampled(case, value),
     )
 
 
-def _sampled(value: Mapping[str, float], verdict: str) -> str:
-    if not math.isfinite(value["reference_mean"]):
-        return "not sampled"
-    return (
-        f"{_interval(value, 'reference_mean', 'reference_low', 'reference_high')}, "
-        f"R-hat {value['rhat']:.4f}, ESS {value['ess_bulk']:.0f}/{value['ess_tail']:.0f}, "
-        f"{value['sampler_s']:.2g} s where the closed form takes {1e3 * value['closed_form_s']:.2g} ms, "
-        f"{verdict}"
+def _sampled(case: xr.Dataset, value: Mapping[str, float]) -> str:
+    told = (
+        f"{_interval(value, 'reference_mean', 'reference_low', 'reference_high', 4)}: "
+        f"{word(_by_emcee(case, ''))}, {value['sampler_s']:.2g} s where the closed form takes "
+        f"{1e3 * value['closed_form_s']:.2g} ms"
     )
+    without = word(_by_emcee(case, "_without"))
+    return f"{told}. Without a force: {without}" if without else told
 
 
 def _interval(value: Mapping[str, float], mean: str, low: str, high: str, digits: int = 5) -> str:

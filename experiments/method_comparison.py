@@ -54,8 +54,6 @@ class Config(SweepConfig):
     take a third of what friction takes, a rest position off by two noise standard deviations, and so on.
     """
 
-    checked: int = 2
-    checked_full: int = 20
     friction: float = PAPER_FRICTION
     initial_displacement: float = PAPER_RELEASE
     duration: float = 33.0
@@ -181,7 +179,6 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=summary_rows,
     beside="normal-gamma, highest",
-    paired=("check",),
     details=detail_lines,
 )
 

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from experiments.beside_paper import band, compared, detail_rows, sampler_word, verdict_rows
+from experiments.against_emcee import verdict_rows, word
+from experiments.beside_paper import band, compared, detail_rows
 from experiments.closed_forms import METHODS, measure
 from experiments.cramer_rao import bound_row, paper_decay
 from experiments.joint_evidence import together
@@ -107,10 +108,10 @@ def _error_rows(at_level: xr.Dataset, name: str, paper_error: float) -> list[Row
     rows = []
     for method in at_level["method"].values.tolist():
         mine = at_level.sel({"method": method})
-        word = sampler_word(mine)
+        told = word(mine)
         what = f"{name}: |error|, {method}"
         if method.startswith("normal-gamma"):
-            row = compared(what, abs(mine["error"]), paper_error, unit="%", factor=100.0, sampler=word)
+            row = compared(what, abs(mine["error"]), paper_error, unit="%", factor=100.0, sampler=told)
             closer = int((100.0 * abs(mine["error"]) <= paper_error).sum())
             rows.append(
                 replace(
@@ -119,7 +120,7 @@ def _error_rows(at_level: xr.Dataset, name: str, paper_error: float) -> list[Row
             )
         else:
             ours = f"{band(abs(mine['error']), factor=100.0)} %"
-            rows.append(Row(what, ours, f"{paper_error:g} %", "not the paper's method", word))
+            rows.append(Row(what, ours, f"{paper_error:g} %", "not the paper's method", told))
     return rows
 
 
@@ -129,8 +130,8 @@ def _shown_record_rows(at_level: xr.Dataset, name: str) -> list[Row]:
     methods = at_level["method"].values.tolist()
     for method in (label for label in methods if label.startswith("normal-gamma")):
         mine = at_level.sel({"method": method})
-        what, word = f"{name}: friction, {method}", sampler_word(mine)
-        rows.append(compared(what, mine["friction"], PAPER_FRICTION, unit="N", sampler=word))
+        what, told = f"{name}: friction, {method}", word(mine)
+        rows.append(compared(what, mine["friction"], PAPER_FRICTION, unit="N", sampler=told))
         rows.append(
             compared(f"{name}: precision, {method}", mine["precision"], PAPER_PRECISION, unit="1/N^2")
         )
@@ -209,7 +210,6 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    paired=("check",),
     details=lambda dataset: detail_rows(dataset, tuple(LEVELS)),
 )
 

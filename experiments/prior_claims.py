@@ -22,6 +22,7 @@ from experiments.friction_statistics import (
     REDUCED,
     SNR_DB,
     SPACED_COUNTS,
+    at_noise,
     first_samples,
     heavy,
     of_set_2,
@@ -67,7 +68,7 @@ def _rmse_inside(after: After) -> xr.DataArray:
 
 
 GROWING, SPACED = ([first_samples(count) for count in each] for each in (EVERY_COUNT, SPACED_COUNTS))
-NOISIER = [f"{ALL}, {level:g} dB" for level in SNR_DB]
+NOISIER = [at_noise(level) for level in SNR_DB]
 THREE_ERRORS = ("example-error", "noise-error-14.7", "noise-error-8.6")
 """Of section 3, by the noise in its order."""
 TABLE_2 = FAST, MIDDLE, SLOW = [of_set_2(1.0, REDUCED, step) for step in KEEP_EVERY]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
@@ -16,14 +16,26 @@ import numpy as np
 import xarray as xr
 
 from experiments.acceptance_roc import GOOD
+from experiments.against_emcee import CHECKED, SAMPLED, sampled_pair, verdict_rows
 from experiments.claims import After, Claim, quantiles
-from experiments.friction_statistics import EVERY_COUNT, MASS, VARIABLES, collect, heavy
+from experiments.friction_statistics import (
+    ALL,
+    EVERY_COUNT,
+    KEEP_EVERY,
+    MASS,
+    SNR_DB,
+    VARIABLES,
+    Samples,
+    at_noise,
+    collect,
+    heavy,
+)
 from experiments.method_tables import with_error
 from experiments.paper_numbers import printed
 from experiments.prior_claims import CLAIMS, GROWING
 from experiments.rig import Rig
 from experiments.runner import Cell, Experiment, main
-from experiments.sweeps import lay_out
+from experiments.sweeps import lay_out, seeds_of
 from experiments.tables import Row
 from experiments.testbed_choices import DRAWN_PRIOR
 from friction_bayes.conjugate.normal_gamma import NormalGamma
@@ -50,16 +62,29 @@ PULLS = (0.0, 0.05, 0.5, 2.0, 10.0, 50.0)
 """Its weights, from the widest prior to the narrowest [samples]."""
 
 
+IN_TABLES = (
+    ALL,
+    *(at_noise(level) for level in SNR_DB),
+    heavy("1"),
+    heavy("2"),
+    *(heavy("2-reduced", step) for step in KEEP_EVERY),
+)
+"""Conditions on which priors with a name go through emcee: those of the paper's sections 3 and 4."""
+
+
 @dataclass(frozen=True)
 class Config:
     """Records, and the grid of priors: friction [N] with its weight, precision [1/N^2] with its own.
 
-    A weight is the number of samples that the prior is worth: ``lam``, and ``2 alpha``.
+    A weight is the number of samples that the prior is worth: ``lam``, and ``2 alpha``. On ``checked``
+    records the priors with a name go through emcee under the conditions of :data:`IN_TABLES`, and those of
+    the grid, dealt out among these records, on the example.
     """
 
     rig: Rig = field(default_factory=Rig)
     records: int = 200
     records_full: int = 1000
+    checked: int = CHECKED
     friction_means: tuple[float, ...] = (0.0, 0.5)
     friction_weights: tuple[float, ...] = (0.05, 2.0)
     precision_means: tuple[float, ...] = (1.0, 5.0, 25.0, 125.0, 625.0)
@@ -68,14 +93,41 @@ class Config:
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
     """One replicate of the example and of the testbed a cell."""
-    return [{"replicate": i} for i in range(config.records_full if full else config.records)]
+    records = config.records_full if full else config.records
+    return [{"replicate": i, "check": i < config.checked} for i in range(records)]
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """Friction samples of one replicate under every condition, and the priors that are to update them."""
-    found = collect(config.rig, int(seed.generate_state(1)[0]))
-    columns = {name: [value for one in found.values() for value in one[name]] for name in VARIABLES}
-    return {"condition": list(found), "priors": _priors(config), **columns}
+    of_noise, of_sampler = seeds_of(cell, seed)
+    found, priors = collect(config.rig, of_noise), _priors(config)
+    statistics = [one.statistics() for one in found.values()]
+    columns = {name: [value for one in statistics for value in one[name]] for name in VARIABLES}
+    told = {"condition": list(found), "priors": priors, **columns}
+    if not cell["check"]:
+        return told
+    named, grid = priors[: len(NAMED)], priors[len(NAMED) :]
+    own = range(cell["replicate"], len(grid), config.checked)
+    checks = [(prior, found[name]) for prior in named for name in IN_TABLES]
+    checks_of_grid = [(prior, found[ALL] if i in own else None) for i, prior in enumerate(grid)]
+    return told | _sampled(checks, of_sampler) | _of_grid(_sampled(checks_of_grid, of_sampler))
+
+
+def _sampled(checks: Sequence[tuple[Sequence[float], Samples | None]], seed: int) -> dict[str, list[float]]:
+    """Names of :data:`SAMPLED`, a number a check and reading of a peak; nan where there are no samples."""
+    columns: dict[str, list[float]] = {name: [] for name in SAMPLED}
+    for prior, record in checks:
+        for k in range(len(PEAKS)):
+            samples = np.empty(0) if record is None else record.by_peaks[k]
+            told = sampled_pair(NormalGamma(*prior), samples, seed=seed) if samples.size else {}
+            for name, column in columns.items():
+                column.append(told.get(name, math.nan))
+    return columns
+
+
+def _of_grid(named: Mapping[str, Any]) -> dict[str, Any]:
+    """Names for what is of the priors of the grid."""
+    return {f"grid_{name}": each for name, each in named.items()}
 
 
 def _priors(config: Config) -> list[list[float]]:
@@ -92,6 +144,7 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
     inner = {"condition": results[0]["condition"], "peaks": PEAKS}
     data = lay_out(cells, results, dims=("replicate",), variables=VARIABLES, inner=inner)
     data = data.transpose("replicate", "peaks", "condition")
+    checks = _checks(cells, results)
     priors = np.array(results[0]["priors"])
     shape = (len(priors), len(CLAIMS), len(PEAKS))
     value, error, verdict = (np.full(shape, math.nan) for _ in range(3))
@@ -104,29 +157,50 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
     names = [*NAMED, *(f"grid {i + 1}" for i in range(len(priors) - len(NAMED)))]
     rms = [np.sqrt((_growing(data, weight) ** 2).mean("replicate")) for weight in PULLS]
     bands = [quantiles(After(NormalGamma(*prior), data).precision, BAND) for prior in priors[: len(NAMED)]]
-    return data.assign(
-        value=(dims, value, {"long_name": "what a claim comes to, in its own unit"}),
-        monte_carlo_error=(dims, error, {"long_name": "its Monte Carlo standard error"}),
-        verdict=(dims, verdict, {"units": "1", "long_name": "1 holds, -1 does not, 0 undecided"}),
-        growing_rms=(
-            ("friction_weight", "peaks", "samples"),
-            np.array([each.transpose("peaks", "condition").values for each in rms]),
-            {"units": "1", "long_name": "RMS error of the friction, prior at 0.5 N"},
-        ),
-        precision_band=(
-            ("named", "quantile", "peaks", "condition"),
-            np.array([band.transpose("quantile", "peaks", "condition").values for band in bands]),
-            {"units": "1/N^2", "long_name": "posterior mean of the precision over the replicates"},
-        ),
-        **{name: ("prior", priors[:, k]) for k, name in enumerate(PARAMETERS)},
-    ).assign_coords(
-        prior=names,
-        claim=[claim.name for claim in CLAIMS],
-        named=list(NAMED),
-        quantile=list(BAND),
-        friction_weight=list(PULLS),
-        samples=list(EVERY_COUNT),
+    return (
+        data.assign(
+            value=(dims, value, {"long_name": "what a claim comes to, in its own unit"}),
+            monte_carlo_error=(dims, error, {"long_name": "its Monte Carlo standard error"}),
+            verdict=(dims, verdict, {"units": "1", "long_name": "1 holds, -1 does not, 0 undecided"}),
+            growing_rms=(
+                ("friction_weight", "peaks", "samples"),
+                np.array([each.transpose("peaks", "condition").values for each in rms]),
+                {"units": "1", "long_name": "RMS error of the friction, prior at 0.5 N"},
+            ),
+            precision_band=(
+                ("named", "quantile", "peaks", "condition"),
+                np.array([band.transpose("quantile", "peaks", "condition").values for band in bands]),
+                {"units": "1/N^2", "long_name": "posterior mean of the precision over the replicates"},
+            ),
+            **{name: ("prior", priors[:, k]) for k, name in enumerate(PARAMETERS)},
+        )
+        .merge(checks)
+        .assign_coords(
+            prior=names,
+            claim=[claim.name for claim in CLAIMS],
+            named=list(NAMED),
+            quantile=list(BAND),
+            friction_weight=list(PULLS),
+            samples=list(EVERY_COUNT),
+        )
     )
+
+
+def _checks(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
+    """What emcee says: over checked, named, in_tables, peaks, and over checked, grid, peaks."""
+    pairs = [(cell, result) for cell, result in zip(cells, results, strict=True) if cell["check"]]
+    if not pairs:
+        return xr.Dataset()
+    checked, found = zip(*pairs, strict=True)
+    grid = range(len(found[0]["priors"]) - len(NAMED))
+    parts = [
+        lay_out(checked, found, dims=("replicate",), variables=variables, inner=inner | {"peaks": PEAKS})
+        for variables, inner in (
+            (SAMPLED, {"named": list(NAMED), "in_tables": list(IN_TABLES)}),
+            (_of_grid(SAMPLED), {"grid": grid}),
+        )
+    ]
+    return xr.merge(parts).rename(replicate="checked")
 
 
 def _growing(data: xr.Dataset, weight: float) -> xr.DataArray:
@@ -173,7 +247,15 @@ def rows(dataset: xr.Dataset) -> list[Row]:
     above 32.2. Claims are counted under those priors too.
     """
     grid = dataset.isel(prior=slice(len(NAMED), None))
-    return [_claim_row(grid, claim) for claim in CLAIMS] + _pull_rows(dataset) + _mass_rows(dataset)
+    table = [_claim_row(grid, claim) for claim in CLAIMS] + _pull_rows(dataset) + _mass_rows(dataset)
+    return table + (_verdicts(dataset) if "rhat" in dataset else [])
+
+
+def _verdicts(dataset: xr.Dataset) -> list[Row]:
+    """Closed forms against emcee: priors with a name under all conditions, the grid on the example."""
+    of_grid = dataset[list(_of_grid(SAMPLED))].rename({f"grid_{name}": name for name in SAMPLED})
+    grid = [replace(row, what=f"{row.what}, priors of the grid") for row in verdict_rows(of_grid, "peaks")]
+    return verdict_rows(dataset[list(SAMPLED)], "named") + grid
 
 
 def _claim_row(grid: xr.Dataset, claim: Claim) -> Row:

@@ -16,6 +16,7 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
+from experiments.against_emcee import CHECKED, SAMPLED, sampled, three_columns, verdict_rows, word
 from experiments.blind.ornstein_uhlenbeck import ornstein_uhlenbeck
 from experiments.closed_forms import BESIDE_TRUTH, posterior_beside_truth
 from experiments.method_tables import share_error, size_of_error, with_error
@@ -23,7 +24,7 @@ from experiments.paper_numbers import printed
 from experiments.reduced_data_set import DATA_SETS
 from experiments.rig import Rig, run_rig, system_of, true_friction
 from experiments.runner import Cell, Experiment, main
-from experiments.sweeps import lay_out
+from experiments.sweeps import lay_out, seeds_of
 from experiments.tables import Row
 from experiments.varying_friction import varying_friction_decay
 from friction_bayes.core.system import Oscillator
@@ -45,6 +46,7 @@ VARIABLES = BESIDE_TRUTH | {
     "accepted": ("1", "accepted beside a set-up record without the force; of normal-gamma"),
     "probability": ("1", "probability of a random force; of waveform with one"),
     "force_sd": ("1", "its standard deviation over the friction, given that there is one"),
+    **SAMPLED,
 }
 
 TESTBED: dict[str, dict[str, Any]] = {
@@ -57,7 +59,11 @@ TESTBED: dict[str, dict[str, Any]] = {
 
 @dataclass(frozen=True)
 class Config:
-    """Sizes of the force over the friction, correlation times [s], noise of a sample [m], and records."""
+    """Sizes of the force over the friction, correlation times [s], noise of a sample [m], and records.
+
+    The first ``checked`` of a condition go through emcee; with a random force, where one takes it half a
+    minute, the first ``checked_forced``, and all ``checked`` with ``--full``.
+    """
 
     sizes: tuple[float, ...] = (0.0, 0.05, 0.1, 0.2, 0.4, 0.6)
     correlation_time: float = 0.1
@@ -69,6 +75,8 @@ class Config:
     testbed: tuple[str, ...] = tuple(TESTBED)
     records: int = 20
     records_full: int = 400
+    checked: int = CHECKED
+    checked_forced: int = 1
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
@@ -81,7 +89,12 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
     ]
     conditions += [{"condition": name} for name in config.testbed]
     records = config.records_full if full else config.records
-    return [condition | {"replicate": i} for i in range(records) for condition in conditions]
+    forced = config.checked if full else config.checked_forced
+    return [
+        condition | {"replicate": i, "check": i < config.checked, "check_forced": i < forced}
+        for i in range(records)
+        for condition in conditions
+    ]
 
 
 def _name(noise: float, size: float, time: float) -> str:
@@ -127,6 +140,7 @@ def example_with_force(
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """The same force and noise at every size; a set-up record of its own noise without the force."""
     of_record, of_set_up = seed.generate_state(2).tolist()
+    _, of_sampler = seeds_of(cell, seed)
     if "size" in cell:
         system, truth = PAPER_SYSTEM, printed("example-friction")
         settings = {
@@ -144,14 +158,20 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         set_up = run_rig(still, DATA_SETS["2"], seed=of_set_up)["acceleration"]
     columns: dict[str, list[float]] = {name: [] for name in VARIABLES}
     for options in METHODS.values():
-        found = _figures(record, system, truth, options, set_up)
+        check = cell["check_forced" if options.get("random_force") == "auto" else "check"]
+        found = _figures(record, system, truth, options, set_up, of_sampler if check else None)
         for name, column in columns.items():
             column.append(found.get(name, math.nan))
     return {"method": list(METHODS), **columns}
 
 
 def _figures(
-    record: xr.DataArray, system: Oscillator, truth: float, options: Mapping[str, str], set_up: xr.DataArray
+    record: xr.DataArray,
+    system: Oscillator,
+    truth: float,
+    options: Mapping[str, str],
+    set_up: xr.DataArray,
+    seed: int | None,
 ) -> dict[str, float]:
     of_paper = options["method"] == "normal-gamma"
     with warnings.catch_warnings():
@@ -162,6 +182,8 @@ def _figures(
         except fb.InputError:
             return {}
     found = posterior_beside_truth(estimate.friction, truth)
+    if seed is not None:
+        found |= sampled(estimate, seed=seed)
     if of_paper:
         return found | {
             "precision": float(estimate.precision.mean()),
@@ -189,7 +211,8 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
 
 def rows(dataset: xr.Dataset) -> list[Row]:
     """The whole-signal fit with a random force beside the paper's procedure; the criterion, and the force."""
-    return [_row(dataset.sel(condition=name), name) for name in dataset["condition"].values.tolist()]
+    table = [_row(dataset.sel(condition=name), name) for name in dataset["condition"].values.tolist()]
+    return table + verdict_rows(dataset)
 
 
 def _row(mine: xr.Dataset, condition: str) -> Row:
@@ -204,6 +227,7 @@ def _row(mine: xr.Dataset, condition: str) -> Row:
         f"precision {precision} 1/N^2, accepted {accepted} (highest / nominal); probability of a force "
         f"{float(by_force['probability'].median()):.2f}, "
         f"its sd {100.0 * float(by_force['force_sd'].median()):.2g} % of friction",
+        word(by_force),
     )
 
 
@@ -220,10 +244,11 @@ def _percent(pair: tuple[float, float]) -> str:
 
 
 def details(dataset: xr.Dataset) -> list[Mapping[str, str]]:
-    """RMS error, coverage and width by every method."""
+    """RMS error, coverage and width by every method, and what emcee says of all four."""
     return [
         {"condition": name}
         | {method: _figures_of(dataset.sel(condition=name).sel({"method": method})) for method in METHODS}
+        | three_columns(dataset.sel(condition=name))
         for name in dataset["condition"].values.tolist()
     ]
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from experiments.beside_paper import band, compared, detail_rows, sampler_word, verdict_rows
+from experiments.against_emcee import verdict_rows, word
+from experiments.beside_paper import band, compared, detail_rows
 from experiments.closed_forms import measure
 from experiments.paper_numbers import printed
 from experiments.rig import Rig, run_rig, system_of, true_friction
@@ -99,14 +100,14 @@ def paper_rows(at_level: xr.Dataset, name: str, friction: float, precision: floa
     rows = []
     for method in at_level["method"].values.tolist():
         mine = at_level.sel({"method": method})
-        word = sampler_word(mine)
+        told = word(mine)
         what = f"{name}: friction, {method}"
         if method.startswith("normal-gamma"):
-            rows.append(compared(what, mine["friction"], friction, unit="N", digits=4, sampler=word))
+            rows.append(compared(what, mine["friction"], friction, unit="N", digits=4, sampler=told))
             rows.append(compared(f"{name}: precision, {method}", mine["precision"], precision, unit="1/N^2"))
         elif method != "gamma-exponential":
             ours = f"{band(mine['friction'], digits=4)} N"
-            rows.append(Row(what, ours, f"{friction:g} N", "not the paper's method", word))
+            rows.append(Row(what, ours, f"{friction:g} N", "not the paper's method", told))
     return rows
 
 
@@ -127,7 +128,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    paired=("data_set", "check"),
+    paired=("data_set",),
     common_records=True,
     details=lambda dataset: detail_rows(dataset, tuple(LEVELS)),
 )

@@ -12,13 +12,14 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
+from experiments.against_emcee import CHECKED, SAMPLED, sampled, sampled_pair, verdict_rows, word
 from experiments.beside_paper import band
 from experiments.paper_numbers import printed
 from experiments.reduced_data_set import last_begins, last_part
 from experiments.rig import Rig, run_rig, system_of, true_friction
 from experiments.runner import Cell, Experiment, main
 from experiments.sampling_rate_sweep import FRICTION, down_sampled
-from experiments.sweeps import lay_out
+from experiments.sweeps import lay_out, seeds_of
 from experiments.tables import Row
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import find_free_decay
@@ -44,6 +45,7 @@ VARIABLES = {
     "sd": ("1", "posterior standard deviation over the friction"),
     "width": ("1", "width of the 90 % interval over the friction"),
     "covers": ("1", "whether the 90 % interval holds the mean friction of the run"),
+    **SAMPLED,
 }
 PAPER_ERRORS = {
     1000.0: printed("error-reduced"),
@@ -57,12 +59,13 @@ NEGLIGIBLE = 0.01
 
 @dataclass(frozen=True)
 class Config:
-    """The rig, the rates of its reduced data set 2, and records."""
+    """The rig, the rates of its reduced data set 2, records, and how many go through emcee."""
 
     rig: Rig = field(default_factory=Rig)
     keep_every: tuple[int, ...] = (1, 2, 5, 10, 20, 50, 100)
     records: int = 200
     records_full: int = 1000
+    checked: int = CHECKED
     last_share: float = 0.2
 
 
@@ -70,12 +73,17 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
     """Every rate of every run."""
     rates = [config.rig.sampling_rate / step for step in config.keep_every]
     records = config.records_full if full else config.records
-    return [{"sampling_rate": rate, "replicate": i} for i in range(records) for rate in rates]
+    return [
+        {"sampling_rate": rate, "replicate": i, "check": i < config.checked}
+        for i in range(records)
+        for rate in rates
+    ]
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """The paper's procedure without each fault, then the remedies on the record as it is."""
-    of_noise = int(seed.generate_state(1)[0])
+    of_noise, own = seeds_of(cell, seed)
+    of_sampler = own if cell["check"] else None
     steps: dict[str, dict[str, float]] = {}
     record = None
     for name, changes in WITHOUT.items():
@@ -86,33 +94,37 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
         cut = down_sampled(
             last_part(whole, config.last_share), round(rig.sampling_rate / cell["sampling_rate"]), of_noise
         )
-        steps[name] = _by_estimator(cut, system_of(rig), truth, "normal-gamma", "highest")
+        steps[name] = _by_estimator(cut, system_of(rig), truth, "normal-gamma", "highest", of_sampler)
         if not changes:
             record, true_of_record = cut, truth
     assert record is not None
     system = system_of(config.rig)
-    steps["nominal peaks"] = _by_estimator(record, system, true_of_record, "normal-gamma", "nominal")
-    steps["fitted amplitudes"] = _by_fitted_amplitudes(record, system, true_of_record)
+    known = record, system, true_of_record
+    steps["nominal peaks"] = _by_estimator(*known, "normal-gamma", "nominal", of_sampler)
+    steps["fitted amplitudes"] = _by_fitted_amplitudes(*known, of_sampler)
     for method in ("envelope", "waveform"):
-        steps[method] = _by_estimator(record, system, true_of_record, method, "highest")
+        steps[method] = _by_estimator(*known, method, "highest", of_sampler)
     columns = {name: [figures.get(name, math.nan) for figures in steps.values()] for name in VARIABLES}
     return {"step": list(steps), **columns}
 
 
 def _by_estimator(
-    record: xr.DataArray, system: Oscillator, truth: float, method: str, peaks: str
+    record: xr.DataArray, system: Oscillator, truth: float, method: str, peaks: str, seed: int | None
 ) -> dict[str, float]:
     with warnings.catch_warnings():
         # a frequency read off few samples may differ from the declared one: that is in the error
         warnings.simplefilter("ignore", fb.RecordWarning)
         try:
-            posterior = fb.estimate(record, system, method=method, peaks=peaks, random_force="none").friction
+            estimate = fb.estimate(record, system, method=method, peaks=peaks, random_force="none")
         except fb.InputError:
             return {}
-    return _figures(posterior, truth)
+    found = _figures(estimate.friction, truth)
+    return found if seed is None else found | sampled(estimate, seed=seed)
 
 
-def _by_fitted_amplitudes(record: xr.DataArray, system: Oscillator, truth: float) -> dict[str, float]:
+def _by_fitted_amplitudes(
+    record: xr.DataArray, system: Oscillator, truth: float, seed: int | None
+) -> dict[str, float]:
     """The paper's normal-gamma on drops between amplitudes that are local fits instead of single samples."""
     try:
         decay = find_free_decay(record, system)
@@ -124,7 +136,8 @@ def _by_fitted_amplitudes(record: xr.DataArray, system: Oscillator, truth: float
     # an amplitude falls by 2 u a half cycle
     samples = 0.5 * system.force_factor(decay.quantity) * drops
     prior = fb.NormalGamma(**default_prior("normal-gamma", system, decay.quantity, decay.unit))
-    return _figures(prior.update(samples).friction, truth)
+    found = _figures(prior.update(samples).friction, truth)
+    return found if seed is None else found | sampled_pair(prior, samples, seed=seed)
 
 
 def _figures(posterior: Any, truth: float) -> dict[str, float]:
@@ -168,7 +181,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
             "highest samples; fits of the whole signal need none",
         )
     )
-    return table
+    return table + verdict_rows(dataset, "step")
 
 
 def _row(mine: xr.Dataset, name: str, stated: float) -> Row:
@@ -183,6 +196,7 @@ def _row(mine: xr.Dataset, name: str, stated: float) -> Row:
         f"RMS {_rms(mine['error']):.3g} %; 90 % interval {100.0 * float(mine['width'].median()):.3g} % wide, "
         f"holds the truth in {int(mine['covers'].sum())} of {error.size}; its sd is {too_wide:.2g} times the "
         "RMS error",
+        word(mine),
     )
 
 

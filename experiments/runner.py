@@ -28,13 +28,22 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import friction_bayes
-from experiments.sources import sources_digest
+from experiments.sources import commit, sources_digest
 from experiments.tables import Row, closing_table, page
 from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, settings_key, write_json, write_whole
 
-__all__ = ["Cell", "Experiment", "Row", "main", "parser_for", "run_experiment", "settings_digest"]
+__all__ = [
+    "Cell",
+    "Experiment",
+    "Row",
+    "main",
+    "parser_for",
+    "run_experiment",
+    "settings_digest",
+    "tables",
+]
 
 Cell = Mapping[str, Any]
 
@@ -66,7 +75,7 @@ class Experiment:
         hand, or checks of this package's own methods.
     paired : tuple of str
         Coordinates that a cell's seed does not depend on: cells that differ in these alone see the
-        same noise.
+        same noise. Which cells go through emcee never counts.
     common_records : bool
         Whether its records are those of every other experiment that says so: a cell's seed then follows from
         the root seed and the cell alone, so that one condition has one answer wherever it is asked.
@@ -88,18 +97,28 @@ class Experiment:
     details: Callable[[xr.Dataset], Sequence[Mapping[str, str]]] | None = None
 
 
-def _key(experiment: Experiment, cell: Cell, seed: int) -> str:
-    """Digest of the settings of a cell; its seed follows from it, the same whatever the sources."""
-    settings = [experiment.name, asdict(experiment.config), dict(cell), seed, friction_bayes.__version__]
-    return settings_key(settings)
+PACKED = {"zlib": True, "complevel": 9}
+"""How numbers are written: compressed, without a loss."""
+_CHECKING, _CHECKED = ("check", "check_forced"), ("checked", "checked_forced")
+"""Coordinates and settings that say which records go through emcee: they change no record."""
+
+
+def _key(name: str, config: Mapping[str, Any], cell: Cell, seed: int) -> str:
+    """Digest of the settings of a cell, the same whatever the sources."""
+    return settings_key([name, dict(config), dict(cell), seed, friction_bayes.__version__])
 
 
 def _cell_seed(experiment: Experiment, cell: Cell, seed: int) -> np.random.SeedSequence:
     """Seed sequence of one cell, the same wherever and in whatever order it runs."""
-    own = {name: value for name, value in cell.items() if name not in experiment.paired}
+    own = _without(cell, (*experiment.paired, *_CHECKING))
     if experiment.common_records:
         return np.random.SeedSequence(int(settings_key([own, seed, friction_bayes.__version__]), 16))
-    return np.random.SeedSequence(int(_key(experiment, own, seed), 16))
+    config = _without(asdict(experiment.config), _CHECKED)
+    return np.random.SeedSequence(int(_key(experiment.name, config, own, seed), 16))
+
+
+def _without(named: Mapping[str, Any], left_out: Sequence[str]) -> dict[str, Any]:
+    return {name: value for name, value in named.items() if name not in left_out}
 
 
 @single_threaded_blas()
@@ -152,7 +171,9 @@ def settings_digest(experiment: Experiment, options: argparse.Namespace) -> str:
 def _cell_names(experiment: Experiment, cells: Sequence[Cell], seed: int) -> list[str]:
     """Names of the files that cells wait in: digests of all that their numbers depend on."""
     sources = sources_digest(experiment.name)
-    return [f"{settings_key([_key(experiment, cell, seed), sources])}.json" for cell in cells]
+    config = asdict(experiment.config)
+    keys = [_key(experiment.name, config, cell, seed) for cell in cells]
+    return [f"{settings_key([key, sources])}.json" for key in keys]
 
 
 def _processor_seconds() -> float:
@@ -186,6 +207,20 @@ def _check_unchanged(experiment: Experiment, options: argparse.Namespace, digest
         raise InputError(
             f"the sources of {experiment.name}", "changed while the program ran", "start it once more"
         )
+
+
+def tables(experiment: Experiment, dataset: xr.Dataset) -> tuple[list[Row], str]:
+    """Return the closing table of an experiment, and all of its tables in Markdown.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    dataset : xarray.Dataset
+        Its result, as computed or as read from ``NAME.nc``.
+    """
+    rows = list(experiment.rows(dataset))
+    details = [] if experiment.details is None else list(experiment.details(dataset))
+    return rows, page(rows, details, beside=experiment.beside)
 
 
 def run_experiment(
@@ -234,11 +269,10 @@ def run_experiment(
     results = [json.loads(file.read_text()) for file in files]
     dataset = experiment.assemble(cells, results)
     dataset.attrs.update(experiment=experiment.name, question=experiment.question, seed=options.seed)
-    rows = list(experiment.rows(dataset))
-    details = [] if experiment.details is None else list(experiment.details(dataset))
+    rows, text = tables(experiment, dataset)
     target = options.results / f"{experiment.name}.nc"
-    write_whole(target, lambda path: dataset.to_netcdf(path, engine="h5netcdf"))
-    text = page(rows, details, beside=experiment.beside)
+    packed = {name: PACKED for name, each in dataset.items() if each.dtype.kind in "fi" and each.ndim}
+    write_whole(target, lambda path: dataset.to_netcdf(path, engine="h5netcdf", encoding=packed))
     write_whole(target.with_suffix(".md"), lambda path: path.write_text(text, encoding="utf-8"))
     seconds = time.perf_counter() - started
     record = manifest(
@@ -250,6 +284,7 @@ def run_experiment(
         "processor_s": _processor_seconds() - used,
         "settings": digest,
         "sources": sources_digest(experiment.name),
+        "commit": commit(),
         "group": experiment.group,
         "beside": experiment.beside,
         "table": [asdict(row) for row in rows],

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from experiments.beside_paper import detail_rows, verdict_rows
+from experiments.against_emcee import verdict_rows
+from experiments.beside_paper import detail_rows
 from experiments.closed_forms import measure
 from experiments.paper_numbers import printed
 from experiments.reduced_data_set import DATA_SETS, last_begins, last_part, paper_rows
@@ -114,7 +115,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    paired=("sampling_rate", "quantity", "check"),
+    paired=("sampling_rate", "quantity"),
     common_records=True,
     details=lambda dataset: detail_rows(dataset, tuple(reversed(LEVELS))),
 )

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
-from experiments.beside_paper import diagnostics
+from experiments.against_emcee import SAMPLED, sampled, word
 from experiments.paper_numbers import printed
 from experiments.reduced_data_set import DATA_SETS, last_begins, last_part
 from experiments.rig import Rig, measured_reference, refined_force, run_rig, system_of
@@ -21,7 +21,6 @@ from experiments.tables import Row
 from experiments.testbed_choices import DRAWN_PRIOR
 from friction_bayes.core.arrays import Array
 from friction_bayes.mechanics.testbed import PAPER_SYSTEM, paper_example
-from friction_bayes.reference.checking import check_estimate
 
 __all__ = ["EXPERIMENT", "Config"]
 
@@ -34,12 +33,9 @@ NUMBERS = (
     "friction_low",
     "friction_high",
     "precision",
-    "reference_mean",
-    "reference_precision",
-    "rhat",
-    "ess_bulk",
     "level_prior",
     "level_posterior",
+    *SAMPLED,
 )
 RATE_PRIOR = {"alpha": 1.0, "kappa": 0.2}
 """Prior of the gamma-exponential pair that can be drawn: worth one sample of 0.2 N."""
@@ -125,20 +121,8 @@ def _pair(estimate: fb.Estimate, reference: float, seed: int | None, grid: int) 
         "friction_low": float(low),
         "friction_high": float(high),
         "precision": float(estimate.precision.mean()),
-        **_sampled(estimate, seed),
-    }
-
-
-def _sampled(estimate: fb.Estimate, seed: int | None) -> dict[str, float]:
-    """Emcee's word on an estimate; nan where it was not asked."""
-    if seed is None:
-        return dict.fromkeys(("reference_mean", "reference_precision", "rhat", "ess_bulk"), math.nan)
-    checked = check_estimate(estimate, seed=seed)
-    return {
-        "reference_mean": checked.summary["friction"]["mean"],
-        "reference_precision": float(checked.tree["posterior"].dataset["precision"].mean()),
-        "rhat": checked.summary["rhat"],
-        "ess_bulk": checked.summary["ess_bulk"],
+        **dict.fromkeys(SAMPLED, math.nan),
+        **({} if seed is None else sampled(estimate, seed=seed)),
     }
 
 
@@ -244,19 +228,10 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                     f"{float(one['friction']):.4f} N, {float(one['precision']):.3g} 1/N^2",
                     f"{printed(friction):g} N, {printed(precision):g} 1/N^2",
                     "one record",
-                    _word(one),
+                    word(one),
                 )
             )
     return table
-
-
-def _word(one: xr.Dataset) -> str:
-    if not np.isfinite(one["rhat"]):
-        return ""
-    return (
-        f"{float(one['reference_mean']):.4f} N, {float(one['reference_precision']):.3g} 1/N^2; "
-        f"{diagnostics(one)}"
-    )
 
 
 EXPERIMENT = Experiment(

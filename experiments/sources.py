@@ -5,10 +5,11 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
+import subprocess
 from functools import cache
 from pathlib import Path
 
-__all__ = ["ROOT", "sources_digest", "sources_of", "why_not_usable"]
+__all__ = ["ROOT", "commit", "sources_digest", "sources_of", "why_not_usable"]
 
 ROOT = Path(__file__).parents[1]
 """Folder of the package and of the experiments."""
@@ -77,6 +78,15 @@ def sources_digest(name: str, root: Path = ROOT) -> str:
 def _digest_of(path: Path, changed_ns: int) -> bytes:
     """Digest of a file's contents, read once for all experiments for as long as it does not change."""
     return hashlib.sha256(path.read_bytes()).digest()
+
+
+def commit(root: Path = ROOT) -> str | None:
+    """Return the commit of the sources, with ``-dirty`` where files differ from it; None outside of Git."""
+    command = ["git", "-C", str(root), "describe", "--always", "--abbrev=40", "--exclude=*", "--dirty"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None
 
 
 def why_not_usable(name: str, results: Path) -> str | None:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from experiments.against_emcee import CHECKED
 from experiments.closed_forms import METHODS, VARIABLES
 from experiments.runner import Cell
 
@@ -25,8 +26,7 @@ class SweepConfig:
     records: int = 40
     records_full: int = 400
     records_paper: int = 200
-    checked: int = 1
-    checked_full: int = 5
+    checked: int = CHECKED
     methods: tuple[str, ...] = tuple(METHODS)
 
 
@@ -50,7 +50,6 @@ def sweep_cells(
         Whether a combination stands beside a number of the paper; those have the more records.
     """
     combinations = [dict(zip(levels, values, strict=True)) for values in product(*levels.values())]
-    checked = config.checked_full if full else config.checked
 
     def records(known: Mapping[str, Any]) -> int:
         if full:
@@ -58,7 +57,7 @@ def sweep_cells(
         return max(config.records_paper, config.records) if of_paper(known) else config.records
 
     return [
-        known | {"replicate": replicate, "check": replicate < checked}
+        known | {"replicate": replicate, "check": replicate < config.checked}
         for replicate in range(max(records(known) for known in combinations))
         for known in combinations
         if replicate < records(known)

@@ -12,12 +12,13 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
+from experiments.against_emcee import CHECKED, SAMPLED, sampled, verdict_rows, word
 from experiments.beside_paper import band
 from experiments.paper_numbers import printed
 from experiments.reduced_data_set import DATA_SETS, last_begins, last_part
 from experiments.rig import Rig, run_rig, system_of, true_friction
 from experiments.runner import Cell, Experiment, main
-from experiments.sweeps import lay_out
+from experiments.sweeps import lay_out, seeds_of
 from experiments.tables import Row
 
 __all__ = ["DRAWN_PRIOR", "EXPERIMENT", "Config"]
@@ -32,6 +33,7 @@ VARIABLES = {
     "precision": ("1/N^2", "posterior mean of the precision"),
     "width": ("1", "width of the 90 % interval over the friction"),
     "amplitudes": ("1", "amplitudes used"),
+    **SAMPLED,
 }
 
 CHOICES: dict[str, dict[str, Any]] = {
@@ -64,13 +66,14 @@ DAMPING = {"viscous damping 0.03 %": 3e-4, "viscous damping 0.1 %": 1e-3, "visco
 
 @dataclass(frozen=True)
 class Config:
-    """The rig as chosen, and records a choice."""
+    """The rig as chosen, records a choice, and how many go through emcee."""
 
     rig: Rig = field(default_factory=Rig)
     choices: tuple[str, ...] = tuple(CHOICES)
     data_sets: tuple[str, ...] = ("1", "2", "2-reduced")
     records: int = 40
     records_full: int = 400
+    checked: int = CHECKED
     last_share: float = 0.2
     peaks: tuple[str, ...] = ("highest", "nominal")
 
@@ -78,7 +81,7 @@ class Config:
 def cells(config: Config, full: bool) -> Sequence[Cell]:
     """Every choice on every data set."""
     return [
-        {"choice": choice, "data_set": data_set, "replicate": i}
+        {"choice": choice, "data_set": data_set, "replicate": i, "check": i < config.checked}
         for i in range(config.records_full if full else config.records)
         for choice in config.choices
         for data_set in config.data_sets
@@ -88,10 +91,11 @@ def cells(config: Config, full: bool) -> Sequence[Cell]:
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
     """The same draws of friction and noise under every choice."""
     rig = replace(config.rig, **CHOICES[cell["choice"]])
+    of_noise, of_sampler = seeds_of(cell, seed)
     signals = run_rig(
         rig,
         DATA_SETS[cell["data_set"]],
-        seed=int(seed.generate_state(1)[0]),
+        seed=of_noise,
         damping_ratio=DAMPING.get(cell["choice"], 0.0),
     )
     record, since = signals["acceleration"], 0.0
@@ -102,16 +106,24 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     prior = PRIORS.get(cell["choice"])
     columns: dict[str, Any] = {name: [] for name in VARIABLES}
     for peaks in config.peaks:
-        found = _figures(record, rig, truth, peaks, prior)
+        found = _figures(record, rig, truth, peaks, prior, of_sampler if cell["check"] else None)
         for name, column in columns.items():
             column.append(found.get(name, math.nan))
     return {"peaks": list(config.peaks), **columns}
 
 
 def _figures(
-    record: xr.DataArray, rig: Rig, truth: float, peaks: str, prior: Mapping[str, float] | None
+    record: xr.DataArray,
+    rig: Rig,
+    truth: float,
+    peaks: str,
+    prior: Mapping[str, float] | None,
+    seed: int | None,
 ) -> dict[str, float]:
-    """What the paper's procedure says; empty where the record has fewer than two whole periods."""
+    """What the paper's procedure says; empty where the record has fewer than two whole periods.
+
+    ``seed`` is that of the sampler, None where it is not asked.
+    """
     with warnings.catch_warnings():
         # a frequency read off few noisy periods may differ from the declared one: that is in the error
         warnings.simplefilter("ignore", fb.RecordWarning)
@@ -124,6 +136,8 @@ def _figures(
     if estimate.amplitudes < 3 and prior is None:
         # one friction sample has no scatter, and the default prior none to lend
         return found
+    if seed is not None:
+        found |= sampled(estimate, seed=seed)
     return found | {"precision": float(estimate.precision.mean()), "width": float(high - low) / truth}
 
 
@@ -154,9 +168,10 @@ def rows(dataset: xr.Dataset) -> list[Row]:
                         f"{printed(stated[data_set]):g} 1/N^2",
                         f"error {band(mine['error'], factor=100.0)} %, RMS {100.0 * rms:.3g} %; "
                         f"{float(mine['amplitudes'].median()):.0f} amplitudes{told}",
+                        word(mine),
                     )
                 )
-    return table
+    return table + verdict_rows(dataset, "peaks")
 
 
 EXPERIMENT = Experiment(

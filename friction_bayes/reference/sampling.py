@@ -27,6 +27,10 @@ __all__ = ["sample_target"]
 BURN_IN = 10
 """Steps thrown away, in integrated autocorrelation times, and never fewer than the first 50."""
 
+_LEAST_DRAWS = 5 * MINIMUM_LENGTH
+"""Draws of a walker that thinning leaves, as a run of that length has where it is thinned to a fifth of its
+autocorrelation time: one that did not mix is to be judged, not empty."""
+
 _FIRST_STEPS = 150
 _MARGIN = 1.15
 """Steps run over those needed, since the need is itself an estimate."""
@@ -94,7 +98,7 @@ def sample_target(
         burn_in, tau = _burn_in(run)
         needed = burn_in + max(MINIMUM_LENGTH, ess / run.chains) * tau
         if run.steps >= min(needed, max_steps):
-            thinning = max(1, int(tau / 5.0))
+            thinning = max(1, min(int(tau / 5.0), (run.steps - burn_in) // _LEAST_DRAWS))
             coordinates = run.coordinates(burn_in, thinning)
             natural = _natural(target, coordinates)
             found = {

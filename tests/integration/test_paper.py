@@ -60,12 +60,13 @@ TINY: dict[Any, dict[str, Any]] = {
     data_used: {"records": 3, "checked": 0},
     gamma_exponential: {"records": 1, "records_paper": 2, "checked": 0, "frictions": (0.07, 1.0)},
     probability_paper: {"records": 2},
-    example_choices: {"records": 1, "choices": ("release 14.4 mm", "100 Hz")},
+    example_choices: {"records": 1, "checked": 0, "choices": ("release 14.4 mm", "100 Hz")},
     rig_sensors: {"records": 2},
-    testbed_choices: {"records": 1, "choices": ("as chosen", "prior as drawn")},
-    residuals_traced: {"records": 2, "keep_every": (1, 10, 100)},
+    testbed_choices: {"records": 1, "checked": 0, "choices": ("as chosen", "prior as drawn")},
+    residuals_traced: {"records": 2, "checked": 0, "keep_every": (1, 10, 100)},
     acceptance_roc: {
         "records": 4,
+        "checked": 0,
         "noise": (1.0,),
         "keep_every": (1, 100),
         "last_shares": (1.0, 0.2),
@@ -75,6 +76,7 @@ TINY: dict[Any, dict[str, Any]] = {
     shown_machine: {"points": 4, "grid": 41},
     prior_sweep: {
         "records": 2,
+        "checked": 0,
         "friction_means": (0.5,),
         "friction_weights": (0.05,),
         "precision_means": (5.0,),
@@ -82,6 +84,8 @@ TINY: dict[Any, dict[str, Any]] = {
     },
     random_force_verdict: {
         "records": 1,
+        "checked": 0,
+        "checked_forced": 0,
         "sizes": (0.0, 0.2),
         "other_times": (),
         "noise": (5e-4,),
@@ -186,7 +190,7 @@ def check_results_of_other_sources(results: Path, folder: Path) -> None:
 
 
 def test_one_friction_sample_has_no_precision(tmp_path: Path) -> None:
-    settings = {"choices": ("release 8 mm",), "data_sets": ("2-reduced",), "records": 6}
+    settings = {"choices": ("release 8 mm",), "data_sets": ("2-reduced",), "records": 6, "checked": 0}
     experiment = testbed_choices.EXPERIMENT
     experiment = replace(experiment, config=replace(experiment.config, **settings))
     found = main(experiment, ["--workers", "1", "--results", str(tmp_path)])
