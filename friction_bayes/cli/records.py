@@ -13,7 +13,6 @@ from friction_bayes.cli.options import system_of
 from friction_bayes.core.errors import InputError, of_each
 from friction_bayes.core.files import sha256_of
 from friction_bayes.core.system import Oscillator
-from friction_bayes.core.text import number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 __all__ = [
     "EACH_DECAY",
     "add_record",
-    "fitted_part",
     "input_digests",
     "load_decays",
     "load_records",
@@ -246,8 +244,3 @@ def what_was_read(record: xr.DataArray) -> str:
     apart = "" if is_even(time) else f", {intervals.min():.4g} to {intervals.max():.4g} s apart"
     span = f"{time[0]:.4g} to {time[-1]:.4g} s"
     return f"{record.attrs['read']}: {time.size} samples{apart}, {rate:.4g} Hz, {span}"
-
-
-def fitted_part(start: float, end: float, half_cycles: int) -> str:
-    """Say which part of a record was fitted, from and to in seconds."""
-    return f"fitted {number(start)} to {number(end)} s, {half_cycles} half cycles"
