@@ -11,7 +11,7 @@ from friction_bayes.report.estimate_story import estimate_story
 from friction_bayes.report.page import Shown, render_page, reproduction
 from friction_bayes.report.story import known_within
 
-__all__ = ["EstimatedRecord", "estimate_page"]
+__all__ = ["EstimatedRecord", "estimate_page", "friction_sentence"]
 
 _FIGURES = {
     "fit": Shown(
@@ -76,8 +76,7 @@ class EstimatedRecord:
     @property
     def sentence(self) -> str:
         """Friction and how well it is known."""
-        friction = self.result["friction"]
-        return f"Friction is {number(friction['mean'])} {friction['unit']}. {known_within(friction)}"
+        return friction_sentence(self.result)
 
     @property
     def tiles(self) -> list[tuple[str, str, str]]:
@@ -113,6 +112,12 @@ class EstimatedRecord:
     def story(self) -> list[tuple[str, str]]:
         """Everything, line by line."""
         return estimate_story(self.result)
+
+
+def friction_sentence(result: Mapping[str, Any]) -> str:
+    """Say friction and how well it is known, of an estimate as :meth:`Estimate.to_dict` gives it."""
+    friction = result["friction"]
+    return f"Friction is {number(friction['mean'])} {friction['unit']}. {known_within(friction)}"
 
 
 def estimate_page(entries: Sequence[EstimatedRecord], manifest: Mapping[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import friction_bayes.cli.commands.app as app
 import friction_bayes.cli.commands.close_loop as close_loop
 import friction_bayes.cli.commands.datasets as datasets
 import friction_bayes.cli.commands.demo as demo
@@ -11,4 +12,4 @@ import friction_bayes.cli.commands.simulate as simulate
 
 __all__ = ["COMMANDS"]
 
-COMMANDS = (demo, estimate, close_loop, monitor, simulate, datasets)
+COMMANDS = (demo, estimate, close_loop, monitor, simulate, datasets, app)

@@ -24,7 +24,6 @@ from friction_bayes.cli.records import (
     input_digests,
     load_decays,
     refuse_twice,
-    what_was_read,
 )
 from friction_bayes.cli.sampled import figures_of_draws
 from friction_bayes.core.errors import of_each
@@ -184,6 +183,8 @@ def _estimate(
     loaded: _Record, arguments: argparse.Namespace, folder: Path | None, suffix: str
 ) -> tuple[dict[str, Any], Heading, dict[str, bytes]]:
     """Return result, what is said before it and SVGs; write files, their names ending in ``suffix``."""
+    from friction_bayes.records.description import what_was_read
+
     reference = None
     record, system, told = loaded
     with collected_warnings() as found:
