@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import shutil
-from collections.abc import Mapping
+from collections.abc import Awaitable, Callable, Mapping
+from functools import wraps
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -34,7 +35,8 @@ _SYSTEM_OF_ANGLES = "mass on a string or rod"
 _LINE, _LIMIT = "#0b4f8a", "#a33e00"
 
 STYLE = """
-body { background: #eef1f4; color: #1b1f24; font: 16px/1.5 system-ui, "Segoe UI", sans-serif; }
+:root { --bokeh-font-size: 15px; --bokeh-base-font: system-ui, "Segoe UI", Helvetica, Arial, sans-serif; }
+body { background: #eef1f4; color: #1b1f24; }
 """
 _PARTS = """
 h1 { font-size: 24px; margin: 10px 0 0; } h2 { font-size: 19px; margin: 14px 0 2px; } p { margin: 4px 0; }
@@ -56,9 +58,23 @@ def _problem(text: str) -> str:
     return f'<p class="problem" role="alert">{escape(text)}</p>' if text else ""
 
 
+def _never_silent(step: Callable[[Page, Any], Awaitable[None]]) -> Callable[[Page, Any], Awaitable[None]]:
+    """Show on the page what a step did not foresee, which would else be seen by the terminal alone."""
+
+    @wraps(step)
+    async def guarded(page: Page, event: Any) -> None:
+        try:
+            await step(page, event)
+        except Exception as error:
+            page.complain(f"a defect in this program ({type(error).__name__}: {error}); please report it")
+            raise
+
+    return guarded
+
+
 def _number(name: str, unit: str) -> pn.widgets.FloatInput:
     spoken = f"{words(name)} [{unit}]" if unit else words(name)
-    return pn.widgets.FloatInput(name=spoken, value=None, width=170)
+    return pn.widgets.FloatInput(label=spoken, value=None, width=170)
 
 
 class Page:
@@ -87,15 +103,18 @@ class Page:
             field.param.watch(self._changed, "value")
         self._kind.param.watch(lambda _: self._show_system(), "value")
         self._button.on_click(self._pressed)
-        self._stop.on_click(lambda _: self._run and self._run.stop())
+        self._stop.on_click(lambda _: self._end_run())
         self._show_system()
         self.view = self._laid_out()
 
     def close(self) -> None:
         """End what is running and remove what was dropped."""
-        if self._run is not None and self._run.going_on:
-            self._run.stop()
+        self._end_run()
         shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _end_run(self) -> None:
+        if self._run is not None:
+            self._run.stop()
 
     def _make_fields(self) -> None:
         self._drop = pn.widgets.FileDropper(
@@ -113,24 +132,25 @@ class Page:
         for name in READING:
             if name in choices:
                 self._reading[name] = pn.widgets.Select(
-                    name=words(name), options={_FOUND: None, **choices[name]}, width=170
+                    label=words(name), options={_FOUND: "", **choices[name]}, width=170
                 )
             elif name == "unit":
-                self._reading[name] = pn.widgets.TextInput(name=name, placeholder=_FOUND, width=170)
+                self._reading[name] = pn.widgets.TextInput(label=name, placeholder=_FOUND, width=170)
             elif name in ("run", "skip_rows"):
-                self._reading[name] = pn.widgets.IntInput(name=words(name), value=None, start=0, width=170)
+                self._reading[name] = pn.widgets.IntInput(label=words(name), value=None, start=0, width=170)
             else:
                 self._reading[name] = _number(name, units.get(name, ""))
-        self._kind = pn.widgets.Select(name="what swings", options=[*SYSTEMS], width=220)
+        self._unsaid = {name: field.value for name, field in self._reading.items()}
+        self._kind = pn.widgets.Select(label="what swings", options=[*SYSTEMS], width=220)
         self._values = {
             kind: {name: _number(name, unit) for name, unit in {**told.fields, **told.optional}.items()}
             for kind, told in SYSTEMS.items()
         }
         self._command = pn.widgets.RadioBoxGroup(
-            name="answer", options={text: command for command, text in ANSWERS.items()}
+            label="answer", options={text: command for command, text in ANSWERS.items()}
         )
-        self._button = pn.widgets.Button(name="Find friction", button_type="primary", disabled=True)
-        self._stop = pn.widgets.Button(name="Stop", visible=False)
+        self._button = pn.widgets.Button(label="Find friction", color="primary", disabled=True)
+        self._stop = pn.widgets.Button(label="Stop", visible=False)
         self._bar = pn.indicators.Progress(active=True, value=-1, width=220, visible=False)
         self._said = _html("")
         self._read, self._columns, self._problem = _html(""), _html(""), _html("")
@@ -146,7 +166,10 @@ class Page:
             _html("<p>Where that is wrong, correct it:</p>"),
             pn.FlexBox(*(self._reading[name] for name in first)),
             pn.Card(
-                pn.FlexBox(*(self._reading[name] for name in rest)), title="rarely needed", collapsed=True
+                pn.FlexBox(*(self._reading[name] for name in rest)),
+                title="rarely needed",
+                collapsed=True,
+                margin=(10, 5),
             ),
             self._plot,
             pn.FlexBox(self._reading["start"], self._reading["end"]),
@@ -176,9 +199,11 @@ class Page:
             sizing_mode="stretch_width",
         )
 
+    @_never_silent
     async def _dropped(self, event: Any) -> None:
         """Keep the file under its own name and say what is understood of it."""
         files = event.new
+        self._end_run()
         if self._path is not None:
             self._path.unlink(missing_ok=True)
             self._path = None
@@ -196,11 +221,12 @@ class Page:
         path.write_bytes(data)
         self._path = path
         self._resetting = True
-        for key, field in self._reading.items():
-            field.value = "" if key == "unit" else None
+        for name, field in self._reading.items():
+            field.value = self._unsaid[name]
         self._resetting = False
         await self._understand()
 
+    @_never_silent
     async def _changed(self, _: Any) -> None:
         if not self._resetting and self._path is not None:
             self._forget_answer()
@@ -235,8 +261,8 @@ class Page:
         self._resetting = True
         for key in ("time_column", "signal_column"):
             field = self._reading[key]
-            chosen = field.value if field.value in found.columns else None
-            field.options = {_FOUND: None, **{name: name for name in found.columns}}
+            chosen = field.value if field.value in found.columns else ""
+            field.options = {_FOUND: "", **{name: name for name in found.columns}}
             field.value = chosen
         self._resetting = False
         self._mending.visible = self._path is not None
@@ -276,10 +302,16 @@ class Page:
     def _show_system(self) -> None:
         self._system.objects = [*self._values[self._kind.value].values()]
 
+    def complain(self, text: str) -> None:
+        """Show what is wrong, in the place of an answer."""
+        self._working(False)
+        self._problem.object = _problem(text)
+
     def _forget_answer(self) -> None:
         self._answer.objects = []
         self._problem.object = ""
 
+    @_never_silent
     async def _pressed(self, _: Any) -> None:
         """Run the command, show how far it is, and then what it has found."""
         self._forget_answer()
@@ -296,7 +328,7 @@ class Page:
         try:
             arguments = request.arguments()
         except InputError as error:
-            self._problem.object = _problem(str(error))
+            self.complain(str(error))
             return
         shutil.rmtree(self._folder / request.folder, ignore_errors=True)
         self._run = Run(arguments, self._folder)
@@ -304,11 +336,10 @@ class Page:
         while self._run.going_on:
             self._said.object = f'<p class="quiet" role="status">{escape(self._run.progress)}</p>'
             await asyncio.sleep(_LOOK_EVERY_S)
-        self._working(False)
-        problem = self._run.problem()
-        if problem:
-            self._problem.object = _problem(in_words_of_the_page(problem, path))
+        if problem := self._run.problem():
+            self.complain(in_words_of_the_page(problem, path))
         else:
+            self._working(False)
             self._show_answer(request, Answer(request.command, self._folder / request.folder))
 
     def _working(self, works: bool) -> None:
@@ -329,7 +360,7 @@ class Page:
                 file=str(report),
                 filename=f"{Path(request.file).stem}_report.html",
                 label="Download the report",
-                button_type="primary",
+                color="primary",
             ),
             # a page that loads nothing, in a frame that may run nothing
             _html(f'<iframe title="The report" sandbox srcdoc="{escape(answer.page)}"></iframe>'),

@@ -36,6 +36,7 @@ class Run:
     def __init__(self, arguments: Sequence[str], folder: Path) -> None:
         self._began = time.monotonic()
         self._said = ""
+        self._stopped = False
         # -P: what lies in the folder of the recording is not imported
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "friction_bayes", *arguments],
@@ -52,8 +53,9 @@ class Run:
 
     def _listen(self) -> None:
         assert self._process.stderr is not None
-        for line in self._process.stderr:
-            self._said = line.strip() or self._said
+        with self._process.stderr as lines:
+            for line in lines:
+                self._said = line.strip() or self._said
 
     @property
     def going_on(self) -> bool:
@@ -67,7 +69,8 @@ class Run:
         return f"{seconds}, {self._said}" if self._said else seconds
 
     def stop(self) -> None:
-        """End it."""
+        """End it, if it has not ended."""
+        self._stopped = self.going_on
         self._process.kill()
         self._process.wait()
 
@@ -75,6 +78,8 @@ class Run:
         """What it complained of; empty where it came to its end. It has ended."""
         self._listener.join()
         status = self._process.wait()
+        if self._stopped:
+            return "stopped before there was an answer"
         if not status:
             return ""
         said = self._said.removeprefix(_PREFIX)
