@@ -154,7 +154,7 @@ class Page:
         self._bar = pn.indicators.Progress(active=True, value=-1, width=220, visible=False)
         self._said = _html("")
         self._read, self._columns, self._problem = _html(""), _html(""), _html("")
-        self._plot = pn.pane.Bokeh(None, sizing_mode="stretch_width", height=320, visible=False)
+        self._plot = pn.Column(sizing_mode="stretch_width")
         self._system = pn.FlexBox()
         self._answer = pn.Column(sizing_mode="stretch_width")
 
@@ -267,16 +267,14 @@ class Page:
         self._resetting = False
         self._mending.visible = self._path is not None
         drawn = found.record if found.whole is None else found.whole
-        self._plot.visible = drawn is not None
-        if drawn is not None:
-            self._plot.object = self._drawn(drawn)
+        self._plot.objects = [] if drawn is None else [self._drawn(drawn)]
         self._button.disabled = found.record is None
         if found.record is not None:
             angular = QUANTITIES[found.record.attrs["quantity"]].angular
             if angular and self._kind.value == next(iter(SYSTEMS)):
                 self._kind.value = _SYSTEM_OF_ANGLES
 
-    def _drawn(self, record: xr.DataArray) -> figure:
+    def _drawn(self, record: xr.DataArray) -> pn.pane.Bokeh:
         """The record with its start and end; a click sets the start."""
         time, values = curve(record)
         axes = figure(
@@ -294,7 +292,7 @@ class Page:
             if (at := self._reading[name].value) is not None:
                 axes.add_layout(Span(location=at, dimension="height", line_color=_LIMIT, line_width=2.0))
         axes.on_event(Tap, self._tapped)
-        return axes
+        return pn.pane.Bokeh(axes, sizing_mode="stretch_width", height=320)
 
     def _tapped(self, event: Any) -> None:
         self._reading["start"].value = float(f"{event.x:.6g}")
