@@ -70,7 +70,7 @@ class Run:
 
     def stop(self) -> None:
         """End it, if it has not ended."""
-        self._stopped = self.going_on
+        self._stopped |= self.going_on
         self._process.kill()
         self._process.wait()
 

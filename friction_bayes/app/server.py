@@ -11,7 +11,8 @@ from typing import Any
 
 import panel as pn
 
-from friction_bayes.app.page import STYLE, Page
+from friction_bayes.app.fields import STYLE
+from friction_bayes.app.page import Page
 from friction_bayes.core.errors import InputError
 
 __all__ = ["HOST", "serve"]
