@@ -35,11 +35,11 @@ th { font-weight: 600; border-bottom: 1px solid #d9dee4; }
 pre { background: #f0f4f8; padding: 10px 14px; overflow-x: auto; margin: 4px 0; font-size: 14px; }
 iframe { width: 100%; height: 920px; border: 1px solid #d9dee4; }
 """
-_PLAIN_NUMBERS = ".bk-spin-btn { display: none; }"
+_PLAIN_NUMBERS = ".bk-spin-btn { display: none !important; }"
 """Arrows by a tenth are of no use to a mass or a time, and have no name for who does not see them."""
 _DROPPED = """
 [data-filepond-item-state="processing-complete"] .filepond--item-panel { background-color: #14532d; }
-.filepond--file-info-sub, .filepond--file-status-sub { opacity: 1; }
+.filepond--file-info-sub, .filepond--file-status-sub { opacity: 1 !important; }
 """
 _FOUND = "as found"
 _WIDTH = 170

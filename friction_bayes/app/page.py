@@ -25,6 +25,7 @@ __all__ = ["MOST_MEGABYTES", "Page"]
 MOST_MEGABYTES = 200
 """Largest file that the page takes."""
 _LOOK_EVERY_S = 0.2
+_CLICK = "<p>Click where the motion is free: the record is taken from there on.</p>"
 _FIRST = ("time_column", "signal_column", "quantity", "unit", "sampling_rate")
 _RARE = ("scale", "run", "skip_rows", "duplicates")
 _SYSTEM_OF_ANGLES = "mass on a string or rod"
@@ -108,7 +109,6 @@ class Page:
                 collapsed=True,
                 margin=(10, 5),
             ),
-            fields.html("<p>Click where the motion is free: the record is taken from there on.</p>"),
             self._plot,
             pn.FlexBox(self._reading["start"], self._reading["end"]),
             sizing_mode="stretch_width",
@@ -206,7 +206,9 @@ class Page:
         self._mending.visible = self._path is not None
         drawn = found.record if found.whole is None else found.whole
         marks = [at for name in ("start", "end") if (at := self._reading[name].value) is not None]
-        self._plot.objects = [] if drawn is None else [fields.plot(drawn, marks, self._take_from)]
+        self._plot.objects = (
+            [] if drawn is None else [fields.html(_CLICK), fields.plot(drawn, marks, self._take_from)]
+        )
         self._button.disabled = found.record is None
         if found.record is not None:
             angular = QUANTITIES[found.record.attrs["quantity"]].angular
