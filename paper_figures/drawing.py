@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from experiments.sources import why_not_usable
 from friction_bayes.core.files import write_json
+from friction_bayes.plotting.paper import draw_region
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, new_figure, save_figure, styled
 
 __all__ = [
@@ -226,12 +226,8 @@ def draw_joint(
     """
     x, y = shown[f"{stage}_friction"].values, shown[f"{stage}_precision"].values
     density = shown[f"{stage}_density"].values
-    if shade:
-        axes.contourf(
-            x, y, density, levels=np.linspace(0.03, 1.0, 12) * density.max(), cmap="Greys", alpha=0.8
-        )
-    level = [float(shown[f"level_{stage}"])]
-    axes.contour(x, y, density, levels=level, colors=[colour], linestyles=[style], linewidths=1.6)
+    level = float(shown[f"level_{stage}"])
+    draw_region(axes, x, y, density, level, shade=shade, style=style, colour=colour)
     axes.plot([], [], color=colour, ls=style, lw=1.6, label=label)
     if truth is not None:
         axes.axvline(truth, color=TRUTH, lw=1.2, ls=":", label="reference")

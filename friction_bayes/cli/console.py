@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from typing import IO, TYPE_CHECKING, cast
 
 from friction_bayes.core.errors import NotConvergedWarning, RecordWarning
+from friction_bayes.core.progress import LinesOfProgress, lines_wanted, write_line
 
 # rich is loaded by what prints, so that help and refused options need not wait for it
 if TYPE_CHECKING:
@@ -53,8 +54,10 @@ def output_console() -> Console:
 
 
 def note(text: str) -> None:
-    """Say something on standard error, if that is a terminal."""
-    if sys.stderr.isatty():
+    """Say something on standard error, if that is a terminal or somebody reads its lines."""
+    if lines_wanted():
+        write_line(text)
+    elif sys.stderr.isatty():
         from rich.console import Console
 
         Console(stderr=True, highlight=False, markup=False).print(text, style="dim")
@@ -63,6 +66,9 @@ def note(text: str) -> None:
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
     """Yield a progress bar on standard error, invisible where that is not a terminal."""
+    if lines_wanted():
+        yield cast("Progress", LinesOfProgress())
+        return
     from rich.console import Console
     from rich.progress import (
         BarColumn,

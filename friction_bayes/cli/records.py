@@ -13,7 +13,6 @@ from friction_bayes.cli.options import system_of
 from friction_bayes.core.errors import InputError, of_each
 from friction_bayes.core.files import sha256_of
 from friction_bayes.core.system import Oscillator
-from friction_bayes.core.text import number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,12 +20,10 @@ if TYPE_CHECKING:
 __all__ = [
     "EACH_DECAY",
     "add_record",
-    "fitted_part",
     "input_digests",
     "load_decays",
     "load_records",
     "refuse_twice",
-    "what_was_read",
     "what_was_read_of_each",
 ]
 
@@ -231,23 +228,8 @@ def input_digests(*sources: str | None) -> dict[str, str]:
 
 def what_was_read_of_each(records: Sequence[xr.DataArray]) -> list[str]:
     """Say in a line of each what was understood of it, with its name where there are several."""
+    from friction_bayes.records.description import what_was_read
+
     if len(records) == 1:
         return [what_was_read(records[0])]
     return [f"{record.attrs['name']}: {what_was_read(record)}" for record in records]
-
-
-def what_was_read(record: xr.DataArray) -> str:
-    """Say in one line what was understood of a record: its columns and units, samples, rate and times."""
-    from friction_bayes.records.clock import is_even
-
-    time = record["time"].values
-    rate = (time.size - 1) / (time[-1] - time[0])
-    intervals = time[1:] - time[:-1]
-    apart = "" if is_even(time) else f", {intervals.min():.4g} to {intervals.max():.4g} s apart"
-    span = f"{time[0]:.4g} to {time[-1]:.4g} s"
-    return f"{record.attrs['read']}: {time.size} samples{apart}, {rate:.4g} Hz, {span}"
-
-
-def fitted_part(start: float, end: float, half_cycles: int) -> str:
-    """Say which part of a record was fitted, from and to in seconds."""
-    return f"fitted {number(start)} to {number(end)} s, {half_cycles} half cycles"

@@ -7,6 +7,7 @@ from typing import Any
 
 __all__ = [
     "duration",
+    "fitted_part",
     "interval90",
     "listed",
     "number",
@@ -66,6 +67,11 @@ def percent(probability: float) -> str:
 def duration(seconds: float) -> str:
     """Write a time."""
     return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.1f} s"
+
+
+def fitted_part(start: float, end: float, half_cycles: int) -> str:
+    """Say which part of a record was fitted, from and to in seconds."""
+    return f"fitted {number(start)} to {number(end)} s, {half_cycles} half cycles"
 
 
 _SPELLED = {"presliding": "pre-sliding", "stribeck": "Stribeck"}

@@ -14,7 +14,14 @@ from friction_bayes.monitor.points import per
 from friction_bayes.monitor.report import MonitorReport
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, caption, new_figure, styled
 
-__all__ = ["monitor_figures", "plot_detection_points", "plot_fleet", "plot_remaining_life", "plot_tracking"]
+__all__ = [
+    "draw_detection_points",
+    "monitor_figures",
+    "plot_detection_points",
+    "plot_fleet",
+    "plot_remaining_life",
+    "plot_tracking",
+]
 
 _LINES = ("-", "--", "-.", ":", (0, (8, 2)), (0, (1, 4)))
 """Of the laws of wear, in their order."""
@@ -76,47 +83,44 @@ def plot_detection_points(report: MonitorReport, *, title: str = "detection poin
     -------
     matplotlib.figure.Figure
     """
-    points, life = report.points, report.life
-    end = _end_of_axis(report)
     with styled():
         figure = new_figure(8.0, 4.8)
         axes = figure.add_subplot()
-        top = max(float(points.friction.max()), report.threshold or 0.0)
-        width = 0.6 * min(float(np.diff(points.times).min()), 0.12 * (end - points.times[0]))
-        for i in range(points.times.size):
-            _sideways(axes, report, i, width, top)
-        axes.plot(points.times, report.forgetting.mean, ".", ms=4.0, color=MODEL)
-        axes.plot([], [], color=MODEL, lw=5.0, alpha=0.5, label="$f(r|T_i)$, with forgetting")
-        axes.plot(
-            points.times, report.plain.mean, "--", lw=1.1, color=TRUTH, label="mean, without forgetting"
-        )
-        if report.threshold is not None and life is not None:
-            axes.axhline(report.threshold, color=ACCENT, lw=1.2, ls=":", label="threshold")
-            later = np.linspace(0.0, end - points.times[-1], 400)[1:]
-            density = np.interp(np.log(later), np.log(life.time), life.density)
-            if density.max() > 0.0:
-                scaled = report.threshold + 0.22 * top * density / density.max()
-                axes.fill_between(
-                    points.times[-1] + later, report.threshold, scaled, color=ACCENT, alpha=0.35, lw=0.0
-                )
-                axes.plot(
-                    points.times[-1] + later,
-                    scaled,
-                    color=ACCENT,
-                    lw=1.1,
-                    label=r"$f(\Delta t|T_n)$, not to scale",
-                )
-            _fan(axes, report, later, 1.3 * top)
-        axes.set_xlim(points.times[0] - 0.04 * (end - points.times[0]), end)
-        axes.set_ylim(0.0, 1.3 * top)
-        axes.set_xlabel(f"time [{points.time_unit}]")
-        axes.set_ylabel(f"friction [{points.unit}]")
-        above = axes.secondary_xaxis("top")
-        shown = range(0, points.times.size, max(points.times.size // 10, 1))
-        above.set_xticks([points.times[i] for i in shown], [f"$T_{{{i + 1}}}$" for i in shown])
+        draw_detection_points(axes, report)
         axes.set_title(title)
         figure.legend(loc="outside lower center", ncols=3)
     return figure
+
+
+def draw_detection_points(axes: Axes, report: MonitorReport) -> None:
+    """Draw what :func:`plot_detection_points` does, without title and legend."""
+    points, life = report.points, report.life
+    end = _end_of_axis(report)
+    top = max(float(points.friction.max()), report.threshold or 0.0)
+    width = 0.6 * min(float(np.diff(points.times).min()), 0.12 * (end - points.times[0]))
+    for i in range(points.times.size):
+        _sideways(axes, report, i, width, top)
+    axes.plot(points.times, report.forgetting.mean, ".", ms=4.0, color=MODEL)
+    axes.plot([], [], color=MODEL, lw=5.0, alpha=0.5, label="$f(r|T_i)$, with forgetting")
+    axes.plot(points.times, report.plain.mean, "--", lw=1.1, color=TRUTH, label="mean, without forgetting")
+    if report.threshold is not None and life is not None:
+        axes.axhline(report.threshold, color=ACCENT, lw=1.2, ls=":", label="threshold")
+        later = np.linspace(0.0, end - points.times[-1], 400)[1:]
+        density = np.interp(np.log(later), np.log(life.time), life.density)
+        if density.max() > 0.0:
+            shown = points.times[-1] + later
+            scaled = report.threshold + 0.22 * top * density / density.max()
+            axes.fill_between(shown, report.threshold, scaled, color=ACCENT, alpha=0.35, lw=0.0)
+            label = r"$f(\Delta t|T_n)$, not to scale"
+            axes.plot(shown, scaled, color=ACCENT, lw=1.1, label=label)
+        _fan(axes, report, later, 1.3 * top)
+    axes.set_xlim(points.times[0] - 0.04 * (end - points.times[0]), end)
+    axes.set_ylim(0.0, 1.3 * top)
+    axes.set_xlabel(f"time [{points.time_unit}]")
+    axes.set_ylabel(f"friction [{points.unit}]")
+    above = axes.secondary_xaxis("top")
+    some = range(0, points.times.size, max(points.times.size // 10, 1))
+    above.set_xticks([points.times[i] for i in some], [f"$T_{{{i + 1}}}$" for i in some])
 
 
 def plot_tracking(report: MonitorReport, *, title: str = "posterior becomes prior") -> Figure:

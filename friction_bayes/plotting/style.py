@@ -10,10 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import ScalarFormatter
+from numpy.typing import NDArray
+
+from friction_bayes.core.errors import InputError
 
 __all__ = [
     "ACCENT",
@@ -21,14 +25,19 @@ __all__ = [
     "FAINT",
     "MODEL",
     "TRUTH",
+    "Panels",
     "caption",
     "figure_files",
     "new_figure",
     "note",
+    "panels_of",
     "save_figure",
     "styled",
     "write_figures",
 ]
+
+Panels = NDArray[Any]
+"""Axes, from top to bottom."""
 
 # Blue, vermilion and green of Okabe and Ito, told apart by colour-blind readers; in grey print by
 # lightness, and by line style where lines cross.
@@ -90,6 +99,22 @@ class _Shown(Figure):
 def new_figure(width: float = 7.0, height: float = 4.2) -> Figure:
     """Return an empty figure [inch] that no window system knows of."""
     return _Shown(figsize=(width, height), layout="constrained")
+
+
+def panels_of(axes: Any, count: int, *, height: float) -> Panels:
+    """Return the axes given, or those of a new figure, from top to bottom.
+
+    Raises
+    ------
+    InputError
+        If another number of axes is given.
+    """
+    if axes is None:
+        axes = new_figure(7.0, height).subplots(count, 1)
+    panels = np.ravel(np.asarray(axes, dtype=object))
+    if panels.size != count:
+        raise InputError("axes", f"{panels.size} given", f"give {count}, or none for a new figure")
+    return panels
 
 
 def caption(axes: Axes, text: str) -> None:

@@ -8,22 +8,47 @@ from typing import Any
 
 from friction_bayes.core.text import interval90, number
 from friction_bayes.report.estimate_story import estimate_story
-from friction_bayes.report.page import render_page, reproduction
+from friction_bayes.report.page import Shown, render_page, reproduction
 from friction_bayes.report.story import known_within
 
-__all__ = ["EstimatedRecord", "estimate_page"]
+__all__ = ["EstimatedRecord", "estimate_page", "friction_sentence"]
 
-_CAPTIONS = {
-    "fit": "The record and the fitted free decay; below, what is left of it, which is noise where the model "
-    "holds. On the right the last cycles, and the residual beside the normal distribution of the noise.",
-    "amplitudes": "The turning points, and the straight envelope that dry friction alone would give.",
-    "friction": "Posterior of friction in closed form, and the draws of the sampler where there is one.",
-    "joint": "Joint posterior of friction and precision, with the region that holds 90 %.",
-    "ranks": "Ranks of each ensemble of the sampler among the draws of all, by ArviZ: even where the "
-    "ensembles have found the same posterior.",
-    "ess": "Effective sample size of the sampler's draws by quantile, by ArviZ; below the line are too few.",
+_FIGURES = {
+    "fit": Shown(
+        "The record over time with its fit, the residual, and the last cycles",
+        "The record and the fitted free decay; below, what is left of it, which is noise where the model "
+        "holds. On the right the last cycles, and the residual beside the normal distribution of the noise.",
+    ),
+    "amplitudes": Shown(
+        "The turning points over time within the envelope of dry friction",
+        "The turning points, and the straight envelope that dry friction alone would give.",
+    ),
+    "friction": Shown(
+        "Posterior density of friction",
+        "Posterior of friction in closed form, and the draws of the sampler where there is one.",
+    ),
+    "joint": Shown(
+        "Joint posterior density of friction and precision",
+        "Joint posterior of friction and precision, with the region that holds 90 %.",
+    ),
+    "ranks": Shown(
+        "Ranks of each ensemble of the sampler among the draws of all",
+        "Ranks of each ensemble of the sampler among the draws of all, by ArviZ: even where the "
+        "ensembles have found the same posterior.",
+    ),
+    "ess": Shown(
+        "Effective sample size of the sampler's draws by quantile",
+        "Effective sample size of the sampler's draws by quantile, by ArviZ; below the line are too few.",
+    ),
 }
 """Figures of a record, in the order of the page."""
+_FOLDED = ("joint", "ranks", "ess")
+_GROUNDS = {"it rests on": "noise", "loss of amplitude": "loss of amplitude", "frequency": "frequency"}
+"""Lines of the story that say what the number rests on, and what they are called under that heading."""
+_NEXT = (
+    "A narrow interval is no proof of the model: friction-bayes close-loop asks what else acts, and how "
+    "friction changes with it."
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,8 +76,7 @@ class EstimatedRecord:
     @property
     def sentence(self) -> str:
         """Friction and how well it is known."""
-        friction = self.result["friction"]
-        return f"Friction is {number(friction['mean'])} {friction['unit']}. {known_within(friction)}"
+        return friction_sentence(self.result)
 
     @property
     def tiles(self) -> list[tuple[str, str, str]]:
@@ -77,9 +101,23 @@ class EstimatedRecord:
         return tiles
 
     @property
+    def grounds(self) -> list[tuple[str, str]]:
+        """What the number rests on."""
+        return [
+            ("read", self.read),
+            *((_GROUNDS[name], text) for name, text in self.story if name in _GROUNDS),
+        ]
+
+    @property
     def story(self) -> list[tuple[str, str]]:
         """Everything, line by line."""
         return estimate_story(self.result)
+
+
+def friction_sentence(result: Mapping[str, Any]) -> str:
+    """Say friction and how well it is known, of an estimate as :meth:`Estimate.to_dict` gives it."""
+    friction = result["friction"]
+    return f"Friction is {number(friction['mean'])} {friction['unit']}. {known_within(friction)}"
 
 
 def estimate_page(entries: Sequence[EstimatedRecord], manifest: Mapping[str, Any]) -> str:
@@ -100,6 +138,8 @@ def estimate_page(entries: Sequence[EstimatedRecord], manifest: Mapping[str, Any
         "estimate.html",
         entries=entries,
         names=[entry.result["record"] for entry in entries],
-        captions=_CAPTIONS,
+        figures=_FIGURES,
+        folded_figures=_FOLDED,
+        next=_NEXT,
         made=reproduction(manifest),
     )

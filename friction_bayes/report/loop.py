@@ -6,14 +6,16 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from friction_bayes.core.text import interval90, number, of_friction, words
+from friction_bayes.core.text import interval90, number, of_friction, set_words, words
 from friction_bayes.loop.report.verdict import UNEXPLAINED
 from friction_bayes.mechanics.effects import EFFECTS
-from friction_bayes.report.page import render_page, reproduction
+from friction_bayes.report.page import Shown, render_page, reproduction
+from friction_bayes.report.residual_tests import meaning, shown_tests
 from friction_bayes.report.story import (
-    CHANNELS,
     friction_agreed,
+    loop_grounds,
     loop_story,
+    next_step,
     shown_lines,
     shown_parameters,
     summary_of,
@@ -24,22 +26,72 @@ from friction_bayes.report.story import (
 __all__ = ["loop_page"]
 
 _MOST_CANDIDATES = 12
-_CAPTIONS = {
-    "signal": "The record with the Coulomb model alone (before) and the final model (after); below, the "
-    "shaded parts enlarged.",
-    "residual": "Residual before and after, each on its own scale, against time, phase and amplitude. What "
-    "follows the motion is a missing effect; noise does not.",
-    "turning_points": "Amplitude at the turning points, and its loss in each half cycle: constant for dry "
-    "friction, a straight line for viscous damping, a parabola for drag.",
-    "forecast": "The last 30 % of the moving record, forecast by both models fitted to the part before, with "
-    "the predictive 90 % band of the final one; below, what is measured less what is forecast.",
-    "fluctuation": "The force that the law does not explain, with its 90 % band: over time, and against "
-    "velocity, position and amplitude with means in bins (bars: two standard errors). A random force follows "
-    "none of them; a line that stays away from zero by more than its bars is an effect that the catalogue "
-    "lacks, and the shape of it.",
-    "force": "The measured friction force, and that of both models.",
+_FIGURES = {
+    "signal": Shown(
+        "The record over time with the Coulomb model alone and with the final model",
+        "The record with the Coulomb model alone (before) and the final model (after); below, the "
+        "shaded parts enlarged.",
+    ),
+    "residual": Shown(
+        "Residual before and after, against time, phase and amplitude",
+        "Residual before and after, each on its own scale, against time, phase and amplitude. What "
+        "follows the motion is a missing effect; noise does not.",
+    ),
+    "turning_points": Shown(
+        "Amplitude at the turning points, and its loss in each half cycle",
+        "Amplitude at the turning points, and its loss in each half cycle: constant for dry "
+        "friction, a straight line for viscous damping, a parabola for drag.",
+    ),
+    "forecast": Shown(
+        "The last 30 % of the record and its forecast by both models",
+        "The last 30 % of the moving record, forecast by both models fitted to the part before, with "
+        "the predictive 90 % band of the final one; below, what is measured less what is forecast.",
+    ),
+    "fluctuation": Shown(
+        "The force that the law does not explain, over time and against the motion",
+        "The force that the law does not explain, with its 90 % band: over time, and against "
+        "velocity, position and amplitude with means in bins (bars: two standard errors). A random force "
+        "follows none of them; a line that stays away from zero by more than its bars is an effect that the "
+        "catalogue lacks, and the shape of it.",
+    ),
+    "force": Shown(
+        "The measured friction force and that of both models over time",
+        "The measured friction force, and that of both models.",
+    ),
 }
 """Figures of a record, in the order of the page."""
+_FOLDED = ("turning_points", "forecast", "fluctuation", "force")
+_BETWEEN = Shown(
+    "Friction of each record with its 90 % interval",
+    "Friction of each record with its 90 % interval, the mean, and the spread between records where there is "
+    "one.",
+)
+
+
+def _compared(report: Mapping[str, Any], records: int) -> Shown:
+    """The figure of the candidates in words."""
+    caption = "Every set of effects that was compared on the same data, with its posterior probability."
+    if report["verdict"] == UNEXPLAINED:
+        caption = (
+            f"Every set of effects that was compared on the same data. None explains {the_records(records)}: "
+            "a bar is its share among them, not a probability that it acts."
+        )
+    best = set_words(report["candidates"][0]["effects"])
+    return Shown(f"Bars of the candidates; the longest is {best}", caption)
+
+
+def _intervals(report: Mapping[str, Any], records: int) -> Shown:
+    """The figure of friction in words."""
+    what = the_records(records)
+    after = f"averaged over the candidates, so that the interval includes what {what} cannot decide."
+    if report["verdict"] == UNEXPLAINED:
+        after = (
+            f"pooled over the ways of reading {what}, or as wide as what is left could shift it, as no "
+            "candidate explains it."
+        )
+    return Shown(
+        "Friction before and after with 90 % intervals", f"Friction with 90 % intervals. After: {after}"
+    )
 
 
 def loop_page(
@@ -66,24 +118,32 @@ def loop_page(
     str
         HTML that holds its figures and loads nothing.
     """
-    before, after = (report["residual"][when]["channels"] for when in ("before", "after"))
+    count = len(records)
+    tests = shown_tests(report["residual"])
+    known = {name for when in ("before", "after") for name in report["residual"][when]["channels"]}
     return render_page(
         "loop.html",
         report=report,
         unexplained=report["verdict"] == UNEXPLAINED,
         records=records,
-        figures=figures,
-        captions=_CAPTIONS,
-        the_records=the_records(len(records)),
+        drawings=figures,
+        figures=_FIGURES,
+        folded_figures=_FOLDED,
+        compared=_compared(report, count),
+        intervals=_intervals(report, count),
+        between_records=_BETWEEN,
         agreed=friction_agreed(report),
-        sentence=verdict_sentence(report, len(records)),
-        tiles=_tiles(report),
-        tests=list(dict.fromkeys([*before, *after])),
-        channels=CHANNELS,
+        sentence=verdict_sentence(report, count),
+        summary=_tiles(report),
+        rests_on=loop_grounds(report),
+        next=next_step(report),
+        tests=tests,
+        other_tests=len(known) - len(tests),
+        meaning=meaning,
         shown_lines=shown_lines,
         shown_parameters=shown_parameters,
         summary_of=summary_of,
-        story=loop_story(report, len(records))[1:],
+        story=[*loop_story(report, count)[1:], *(("note", text) for text in report["notes"])],
         most_candidates=_MOST_CANDIDATES,
         steps=[_in_words(step) for step in report["trail"]],
         made=reproduction(manifest),
@@ -108,8 +168,8 @@ def _tiles(report: Mapping[str, Any]) -> list[tuple[str, str, str]]:
         else f"correlated over {number(noise['correlation_length_s'], 3)} s"
     )
     tiles = [
-        ("friction before", f"{number(before['mean'])} {unit}", f"90 %: {interval90(before)}"),
         ("friction after", f"{number(after['mean'])} {unit}", f"90 %: {interval90(after)}"),
+        ("friction before", f"{number(before['mean'])} {unit}", f"90 %: {interval90(before)}"),
         (
             "forecast error, after / before",
             number(error["after"] / error["before"] if known else None, 2),

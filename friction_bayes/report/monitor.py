@@ -7,20 +7,34 @@ from typing import Any
 
 from friction_bayes.core.text import interval90, number
 from friction_bayes.report.monitor_story import Rows, fleet_rows, fleet_title, monitor_rows, monitor_story
-from friction_bayes.report.page import render_page, reproduction
+from friction_bayes.report.page import Shown, render_page, reproduction
 
 __all__ = ["fleet_page", "monitor_page"]
 
-_CAPTIONS = {
-    "detection_points": "Friction at the detection points, each posterior standing on its time, and where "
-    "the laws of wear lead from the last.",
-    "tracking": "The estimate of each record alone, and the posterior that becomes the prior of the next "
-    "point, with forgetting and without.",
-    "remaining_life": "The remaining life, averaged over the laws of wear: density, and probability to have "
-    "reached the threshold by a time.",
+_FIGURES = {
+    "detection_points": Shown(
+        "Posteriors of friction at the detection points, and where wear leads from the last",
+        "Friction at the detection points, each posterior standing on its time, and where "
+        "the laws of wear lead from the last.",
+    ),
+    "tracking": Shown(
+        "Friction by each record alone and by the posterior carried from point to point",
+        "The estimate of each record alone, and the posterior that becomes the prior of the next "
+        "point, with forgetting and without.",
+    ),
+    "remaining_life": Shown(
+        "Density of the remaining life and the probability to have reached the threshold",
+        "The remaining life, averaged over the laws of wear: density, and probability to have "
+        "reached the threshold by a time.",
+    ),
 }
 """Figures of a machine, in the order of the page."""
-_FLEET = "Friction of every machine over time, and the remaining life of the most urgent ones."
+_FLEET = Shown(
+    "Friction of every machine over time, and the remaining life of the most urgent ones",
+    "Friction of every machine over time, and the remaining life of the most urgent ones.",
+)
+_GROUNDS = ("forgetting", "laws of wear", "probabilities")
+"""Lines of the story that say what the answer rests on."""
 _MOST = 100
 """Machines of a fleet on the page."""
 
@@ -50,13 +64,15 @@ def monitor_page(
         HTML that holds its figures and loads nothing.
     """
     points = result["health_assessment"]["detection_points"]
+    story = monitor_story(result)
     return _page(
         title=f"Friction over {points} detection points",
         sentence=_sentence(result["advisory_generation"]["text"]),
-        tiles=_tiles(result),
-        figures=[(drawings[name], text) for name, text in _CAPTIONS.items() if name in drawings],
+        summary=_tiles(result),
+        rests_on=[line for line in story if line[0] in _GROUNDS],
+        figures=[(drawings[name], told) for name, told in _FIGURES.items() if name in drawings],
         rows=monitor_rows(result),
-        story=[*(("read", text) for text in read), *monitor_story(result)],
+        story=[*(("read", text) for text in read), *story],
         manifest=manifest,
     )
 
@@ -86,7 +102,8 @@ def fleet_page(result: Mapping[str, Any], drawing: bytes, manifest: Mapping[str,
     return _page(
         title=f"Friction of {fleet_title(result)}",
         sentence=f"{shown} stand below, {order}.",
-        tiles=[],
+        summary=[],
+        rests_on=[],
         figures=[(drawing, _FLEET)],
         rows=(headings, rows),
         story=[],

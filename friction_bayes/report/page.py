@@ -4,13 +4,28 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from friction_bayes.core.text import interval90, listed, number, percent, set_words, words
 
-__all__ = ["render_page", "reproduction"]
+__all__ = ["Shown", "render_page", "reproduction"]
+
+
+class Shown(NamedTuple):
+    """A figure in words.
+
+    Attributes
+    ----------
+    shows : str
+        What it shows, for who does not see it.
+    caption : str
+        How to read it.
+    """
+
+    shows: str
+    caption: str
 
 
 def _base64(data: bytes) -> str:

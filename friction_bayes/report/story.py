@@ -8,6 +8,7 @@ from typing import Any
 
 from friction_bayes.core.text import (
     duration,
+    fitted_part,
     listed,
     number,
     of_friction,
@@ -21,14 +22,16 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.report.result import LoopReport
 from friction_bayes.loop.report.verdict import AMBIGUOUS, UNEXPLAINED, credible_candidates
 from friction_bayes.mechanics.effects import EFFECTS
+from friction_bayes.report.residual_tests import failures
 
 __all__ = [
-    "CHANNELS",
     "between_records",
     "effect_lines",
     "friction_agreed",
     "known_within",
+    "loop_grounds",
     "loop_story",
+    "next_step",
     "paper_words",
     "sampler_lines",
     "shown_lines",
@@ -38,27 +41,6 @@ __all__ = [
     "the_records",
     "verdict_sentence",
 ]
-
-CHANNELS = {
-    "phase": "mean by phase and direction of the motion, in thirds of the record",
-    "turning_points": "amplitude over time",
-    "half_periods": "timing over time",
-    "centres": "centre of the signal over time",
-    "direction": "difference between the two directions",
-    "rest": "level at rest",
-    "whiteness": "correlation between samples",
-    "spectrum": "lines in the spectrum",
-    "tails": "outliers",
-    "saturation": "flat stretches at an end of the sensor's range",
-    "force_by_velocity": "the random force against the velocity",
-    "force_by_position": "the random force against the position",
-    "friction_by_position": "friction within a tenth of the travel, the tenth where it differs most",
-    "force_by_stop": "a spring that begins at one position, the position where it shows most",
-    "force_by_amplitude": "the random force against the amplitude",
-    "force_by_time": "the random force over time",
-    "force_jumps": "jumps of the random force",
-}
-"""What each test of the residual examines."""
 
 _FAULTS = {
     "coarse_sampling": "few samples per period",
@@ -143,8 +125,8 @@ def _verdict(report: Report, records: int) -> str:
 
 
 def _left_over(report: Report, what: str) -> str:
-    failed = [words(name) for name in report["residual"]["after"]["failed"]]
-    tests = f" (failed tests: {', '.join(failed)})" if failed else ""
+    failed = report["residual"]["after"]["failed"]
+    tests = f" (failed tests: {failures(failed)})" if failed else ""
     on = report["left"]["depends_on"]
     if on:
         like = _like(report["left"])
@@ -313,6 +295,43 @@ def loop_story(report: Report, records: int = 1) -> list[tuple[str, str]]:
     return rows
 
 
+def loop_grounds(report: Report) -> list[tuple[str, str]]:
+    """Label and text of what the answer rests on, a few lines: data, noise, and what was tested.
+
+    Parameters
+    ----------
+    report : mapping
+        Fields of ``report.json``.
+    """
+    fitted, unit = report["fitted"], report["held_out_error"]["unit"]
+    part = fitted_part(fitted["from_s"], fitted["to_s"], fitted["half_cycles"])
+    aside = f", {fitted['set_aside']} set aside" if fitted["set_aside"] else ""
+    weighed = report["candidates"]
+    rows = [
+        ("record", f"{part}, {fitted['samples']} samples{aside}"),
+        ("candidates", f"{len(weighed)} sets of effects, compared on the same samples"),
+        ("sensor noise", _noise(report["noise"], unit)),
+        ("residual", _tests(report["residual"]["after"], unit)),
+    ]
+    if report["witnesses"]:
+        word = "agree" if report["witnesses"]["agree"] else "DISAGREE"
+        rows.append(
+            ("two witnesses", f"friction by the loss of amplitude and by the shape of a cycle {word}")
+        )
+    return rows
+
+
+def next_step(report: Report) -> str:
+    """What to do with the answer: the next experiment, or to use it where none is asked for."""
+    if report["next_experiment"]:
+        return str(report["next_experiment"])
+    return (
+        f"Use friction after, {with_interval(report['friction_after'])}: no experiment is needed to tell "
+        "candidates apart. A further release, closed together with this one, would show whether friction "
+        "differs between them."
+    )
+
+
 def between_records(between: Mapping[str, Any]) -> str:
     """Whether friction differs between the records, by how much, and each one's."""
     p, spread = between["probability"], between["spread"]
@@ -419,11 +438,10 @@ def _held_out(error: Mapping[str, Any]) -> str:
 
 
 def _tests(tests: Mapping[str, Any], unit: str) -> str:
-    count = len(tests["channels"])
-    failed = [words(name) for name in tests["failed"]]
-    outcome = f"fails {len(failed)} of {count} tests: {', '.join(failed)}"
-    if not failed:
-        outcome = f"passes all {count} tests"
+    count, failed = len(tests["channels"]), tests["failed"]
+    outcome = (
+        f"fails {len(failed)} of {count} tests: {failures(failed)}" if failed else f"passes all {count} tests"
+    )
     return f"RMS {number(tests['rms'], 3)} {unit}; {outcome}"
 
 

@@ -42,8 +42,8 @@ def imported(*folders: str) -> set[str]:
 @pytest.mark.parametrize(
     ("folders", "extras"),
     [
-        (("friction_bayes",), ("arviz", "formats")),
-        (("friction_bayes", "experiments", "paper_figures"), ("arviz", "formats", "experiments")),
+        (("friction_bayes",), ("app", "arviz", "formats")),
+        (("friction_bayes", "experiments", "paper_figures"), ("app", "arviz", "formats", "experiments")),
     ],
     ids=["package", "experiments"],
 )

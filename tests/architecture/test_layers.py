@@ -30,6 +30,7 @@ LAYERS: tuple[tuple[str, ...], ...] = (
     ("reference", "monitor"),
     ("loop",),
     ("plotting", "report"),
+    ("app",),
     ("cli",),
 )
 RANK = {folder: rank for rank, layer in enumerate(LAYERS) for folder in layer}
@@ -48,6 +49,7 @@ ROOMS: dict[str, set[str]] = {
     "arviz_base": {"reference"},
     "arviz_stats": {"reference"},
     "asammdf": {"records"},
+    "bokeh": {"app"},
     "dask": {"monitor", "cli"},
     "emcee": {"reference"},
     "h5netcdf": {"cli"},
@@ -56,6 +58,7 @@ ROOMS: dict[str, set[str]] = {
     "matplotlib": {"plotting"},
     "nptdms": {"records"},
     "python_calamine": {"records"},
+    "panel": {"app"},
     "numba": {"mechanics", "decay", "statespace", "estimators", "monitor", "loop"},
     "pooch": {"records"},
     "pyuff": {"records"},
@@ -69,7 +72,6 @@ AT_HOME = {
     "monitor.fleet_report": "what monitoring says of a fleet, computed below the command that shows it",
     "records.fleet": "records of a fleet",
     "records.force": "recorded beside a record",
-    "report.estimate": "a page",
     "report.loop": "a page",
     "report.monitor": "a page",
 }

@@ -259,6 +259,7 @@ def readers_names(rng: np.random.Generator) -> dict[str, dict[str, Any]]:
             "record": short_decay(),
             "system": SYSTEM,
         },
+        "figures.md": {"record": short_decay(), "system": SYSTEM},
         "monitor.md": {"xr": importlib.import_module("xarray"), "values": values, "seconds": np.arange(50.0)},
         "testing.md": {
             "my_sampler": lambda chains, draws: rng.gamma(3.0, size=(chains, draws)),

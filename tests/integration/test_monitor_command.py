@@ -103,7 +103,7 @@ def test_records_to_report(runs: list[str], tmp_path: Path, capsys: pytest.Captu
     page = unescape((out / "report.html").read_text(encoding="utf-8"))
     # the table of the terminal, line by line
     for label, text in monitor_story(result):
-        assert f"<td>{label}</td><td>{text}</td>" in page
+        assert f"<dt>{label}</dt><dd>{text}</dd>" in page
     advice = result["advisory_generation"]["text"]
     assert f"{advice[0].upper()}{advice[1:]}." in page
     assert page.count("<img ") == page.count('src="data:image/svg+xml;base64,') == 3

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import friction_bayes.cli.commands.app as app
 import friction_bayes.cli.commands.close_loop as close_loop
 import friction_bayes.cli.commands.completion as completion
 import friction_bayes.cli.commands.datasets as datasets
@@ -12,4 +13,4 @@ import friction_bayes.cli.commands.simulate as simulate
 
 __all__ = ["COMMANDS"]
 
-COMMANDS = (demo, estimate, close_loop, monitor, simulate, datasets, completion)
+COMMANDS = (demo, estimate, close_loop, monitor, simulate, datasets, app, completion)

@@ -20,7 +20,6 @@ from friction_bayes.cli.extensions import register_extensions
 from friction_bayes.cli.options import add_output_folder, add_seed, add_system, options_of
 from friction_bayes.cli.records import (
     add_record,
-    fitted_part,
     input_digests,
     load_records,
     what_was_read_of_each,
@@ -29,7 +28,7 @@ from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, output_folder, write_manifest
 from friction_bayes.core.strict_json import strict_json
-from friction_bayes.core.text import words
+from friction_bayes.core.text import fitted_part, words
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -21,16 +21,15 @@ from friction_bayes.cli.extensions import note_effects_without_part, register_ex
 from friction_bayes.cli.options import add_output_folder, add_seed, add_system, key_values, options_of
 from friction_bayes.cli.records import (
     add_record,
-    fitted_part,
     input_digests,
     load_decays,
     refuse_twice,
-    what_was_read,
 )
 from friction_bayes.cli.sampled import figures_of_draws
 from friction_bayes.core.errors import of_each
 from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
 from friction_bayes.core.strict_json import strict_json
+from friction_bayes.core.text import fitted_part
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -184,6 +183,8 @@ def _estimate(
     loaded: _Record, arguments: argparse.Namespace, folder: Path | None, suffix: str
 ) -> tuple[dict[str, Any], Heading, dict[str, bytes]]:
     """Return result, what is said before it and SVGs; write files, their names ending in ``suffix``."""
+    from friction_bayes.records.description import what_was_read
+
     reference = None
     record, system, told = loaded
     with collected_warnings() as found:

@@ -17,7 +17,6 @@ from friction_bayes.cli.records import (
     add_record,
     input_digests,
     load_records,
-    what_was_read,
     what_was_read_of_each,
 )
 from friction_bayes.core.checks import positive
@@ -133,6 +132,8 @@ def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
     report.to_dataset().to_netcdf(folder / "monitor.nc", engine="h5netcdf")
     drawings = write_figures(monitor_figures(report), folder)
     made = _write_manifest(arguments, input_digests(*arguments.records), folder)
+    from friction_bayes.records.description import what_was_read
+
     alike = {what_was_read(record) for record in records}
     read = list(alike) if len(alike) == 1 else what_was_read_of_each(records)
     (folder / "report.html").write_text(monitor_page(result, read, drawings, made), encoding="utf-8")

@@ -22,12 +22,13 @@ from friction_bayes.core.quantities import (
     known_units,
     quantity_named,
 )
+from friction_bayes.core.text import words
 from friction_bayes.core.unit_spelling import plain_unit
 from friction_bayes.records.readers.headers import read_header, split_run
 from friction_bayes.records.readers.scale import unit_and_factor
 from friction_bayes.records.record import make_record, validate_record, within, without_doubled_times
 
-__all__ = ["Column", "Table", "is_time", "record_from_table", "times_of"]
+__all__ = ["Column", "Table", "is_time", "meanings", "record_from_table", "times_of"]
 
 
 @dataclass(frozen=True)
@@ -228,6 +229,16 @@ def is_time(name: str, column: Column) -> bool:
     header = read_header(name)
     unit = header.unit or column.unit
     return header.is_time and (unit is None or plain_unit(unit) in TIME_UNITS)
+
+
+def meanings(table: Table) -> dict[str, str]:
+    """Say of each column what its name, or the file, states: quantity and unit; empty where neither does."""
+    told = {}
+    for name, column in table.columns.items():
+        kind, unit = _stated(split_run(name)[0], column)
+        what = "time" if is_time(split_run(name)[0], column) else "" if kind is None else words(kind.name)
+        told[name] = f"{what} [{unit}]".strip() if unit else what
+    return told
 
 
 def _signal_name(

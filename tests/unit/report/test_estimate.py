@@ -32,7 +32,7 @@ def page_of(*entries: EstimatedRecord) -> str:
 def test_page_tells_what_the_table_tells(entry: EstimatedRecord) -> None:
     page = page_of(entry)
     for label, text in [*estimate_story(entry.result), ("read", entry.read)]:
-        assert f"<td>{label}</td><td>{text}</td>" in page
+        assert f"<dt>{label}</dt><dd>{text}</dd>" in page
     friction = entry.result["friction"]
     assert f"Friction is {friction['mean']:.4g} N. Friction is known within" in page
     assert "sha256 " + "a" * 64 in page
@@ -44,7 +44,7 @@ def test_page_tells_what_the_table_tells(entry: EstimatedRecord) -> None:
 def test_warnings_stand_above_the_numbers(entry: EstimatedRecord) -> None:
     warned = replace(entry, warnings=["do not take friction from this record"])
     for page in (page_of(warned), page_of(warned, entry)):
-        head, _, rest = page.partition('<div class="tiles">')
+        head, _, rest = page.partition('<dl class="tiles">')
         assert "<b>Warning:</b> do not take friction from this record" in head
         assert "Warning" not in rest
 
@@ -64,6 +64,6 @@ def test_several_records_have_a_table_first_and_figures_each(entry: EstimatedRec
     options = manifest("estimate", options={}, seed=1)
     page = estimate_page([entry, other], options)
     assert page.count("<img ") == 6
-    assert page.index("<th>frequency</th>") < page.index("<img ")
+    assert page.index('<th scope="col">frequency</th>') < page.index("<img ")
     assert "&lt;b&gt;other&lt;/b&gt;" in page
     assert "<b>other" not in page

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 from collections.abc import Mapping
 from dataclasses import replace
@@ -15,15 +14,15 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
+from browser import BROWSER, needs_browser, opened
 from friction_bayes.core.files import manifest
 from friction_bayes.loop.report.result import LoopReport
 from friction_bayes.plotting import figure_files
 from friction_bayes.plotting.loop import loop_figures
 from friction_bayes.report.loop import loop_page
+from friction_bayes.report.residual_tests import meaning
 from friction_bayes.report.story import known_within, loop_story, shown_parameters, verdict_sentence
 
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
-BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
 VOID = {"meta", "img", "br"}
 
 
@@ -102,6 +101,26 @@ def test_page(loop_report: LoopReport, drawn: Mapping[str, bytes]) -> None:
     assert html == page_of(loop_report, drawn)
 
 
+def test_few_tests_are_named_and_by_what_they_mean(
+    loop_report: LoopReport, drawn: Mapping[str, bytes]
+) -> None:
+    fails, passes = {"p_value": 1e-14}, {"p_value": 0.4}
+    before = dict.fromkeys(["phase", "turning_points", "half_periods", "centres", "rest", "whiteness"], fails)
+    after = dict.fromkeys(before, passes) | dict.fromkeys(["tails", "force_jumps", "spectrum"], fails)
+    residual = {
+        "before": loop_report.residual["before"] | {"channels": before, "failed": [*before]},
+        "after": loop_report.residual["after"]
+        | {"channels": after, "failed": ["tails", "force_jumps", "spectrum"]},
+    }
+    html = page_of(replace(loop_report, residual=residual), drawn)
+    named = [test for test in after if meaning(test) in html]
+    # those that lines name, three of each, and one more in the table
+    assert named == ["phase", "turning_points", "half_periods", "centres", "tails", "force_jumps", "spectrum"]
+    assert "shape within a cycle, amplitude over time, timing over time and 3 more" in html
+    assert "2 more in report.json" in html
+    assert not any(f">{name}<" in html for name in after)
+
+
 def test_names_are_text_and_not_markup(loop_report: LoopReport, drawn: Mapping[str, bytes]) -> None:
     trace = replace(loop_report.traces[0], name='<script>alert("x")</script>')
     html = page_of(replace(loop_report, traces=(trace,)), drawn)
@@ -121,13 +140,39 @@ def test_each_record_has_its_figures(loop_report: LoopReport, drawn: Mapping[str
     assert "what the records cannot decide" in said
 
 
-@pytest.mark.skipif(BROWSER is None, reason=f"none of {', '.join(BROWSERS)} is on the path")
-def test_page_in_a_browser(loop_report: LoopReport, tmp_path: Path) -> None:
-    page, shot = tmp_path / "report.html", tmp_path / "shot.png"
+@pytest.fixture
+def page(loop_report: LoopReport, tmp_path: Path) -> Path:
+    """A page with its real figures."""
+    file = tmp_path / "report.html"
     drawn = {}
     for name, figure in loop_figures(loop_report).items():
         drawn[name] = figure_files(figure, ("svg",))["svg"]
-    page.write_text(page_of(loop_report, drawn), encoding="utf-8")
+    file.write_text(page_of(loop_report, drawn), encoding="utf-8")
+    return file
+
+
+@needs_browser
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_page_is_for_everybody_at_any_width(scheme: str, page: Path) -> None:
+    """Nothing is wider than a telephone, nothing is loaded, and axe finds no barrier."""
+    axe = pytest.importorskip(
+        "axe_core_python.sync_playwright", reason="barriers are found by axe-core-python"
+    )
+    narrow = {"width": 400, "height": 800}
+    with opened(viewport=narrow, color_scheme=scheme, bypass_csp=True) as browser:
+        asked: list[str] = []
+        browser.on("request", lambda request: asked.append(request.url))
+        browser.goto(page.as_uri())
+        assert {url.partition(":")[0] for url in asked} <= {"file", "data"}
+        assert browser.get_by_text("What to do next").bounding_box()["y"] < narrow["height"]
+        browser.evaluate("document.querySelectorAll('details').forEach(each => each.open = true)")
+        assert browser.evaluate("document.documentElement.scrollWidth") == narrow["width"]
+        assert axe.Axe().run(browser)["violations"] == []
+
+
+@needs_browser
+def test_page_in_a_browser(page: Path, tmp_path: Path) -> None:
+    shot = tmp_path / "shot.png"
     command = [
         str(BROWSER),
         "--headless",
@@ -233,7 +278,7 @@ def test_story_has_every_line(loop_report: LoopReport) -> None:
     assert told["effects"].startswith("viscous damping   71.0 %   damping ratio 0.002 ± 5e-05")
     assert "4e-04 m before" in told["held-out error"] or "0.0004 m before" in told["held-out error"]
     assert "ratio 0.25" in told["held-out error"]
-    assert told["residual before"].endswith("fails 1 of 2 tests: phase")
+    assert told["residual before"].endswith("fails 1 of 2 tests: shape within a cycle")
     assert told["residual after"].endswith("passes all 1 tests")
     assert told["sensor noise"] == "sd 0.0001 m, autoregressive of order 3, correlated over 0.02 s"
     assert "disagrees, because of viscous damping and successive drops" in told["paper's procedure"]
