@@ -11,6 +11,9 @@ from friction_bayes.app import start
 __all__ = ["add_parser"]
 
 _PORT = 5006
+_EPILOG = """example:
+  friction-bayes app --port 5006
+"""
 
 
 def add_parser(commands: Any) -> None:
@@ -21,6 +24,8 @@ def add_parser(commands: Any) -> None:
         description="Serve a page to this computer alone, until interrupted: drop a recording, see and "
         "correct what was understood of it, enter what swings, and get the answer with its report. Nothing "
         "is sent anywhere. Takes the extra app.",
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
     parser.add_argument(
