@@ -22,7 +22,7 @@ from friction_bayes.loop.columns.effect_columns import ForceEvaluator, force_col
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.statespace.kalman import whiten
 from friction_bayes.statespace.measured_path import MeasuredPath
-from friction_bayes.statespace.response import at_sensor, force_response
+from friction_bayes.statespace.response import response_at_sensor
 
 __all__ = ["Witnesses", "two_witnesses"]
 
@@ -61,7 +61,8 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     friction = next((j for j in fit.law.frictions if others[j]), fit.law.dry_friction)
     others[friction] = False
     at_nodes, at_samples = _losing_part(fit.path, _at_nodes(fit, friction))
-    loss = at_sensor(force_response(fit.path, at_nodes[:, None]), fit.row, at_samples[:, None])[:, 0]
+    forces = at_nodes[:, None], at_samples[:, None]
+    loss = response_at_sensor(fit.path, fit.row, *forces, feedback=fit.law.feedback)[1][:, 0]
     scale = np.append(fit.law.scale[others], [fit.law.scale[friction]] * 2)
     shape = fit.law.sensor[:, friction] - loss
     columns = np.column_stack([fit.law.sensor[:, others], loss, shape]) * scale
@@ -89,14 +90,15 @@ def _at_nodes(fit: ForceFit, friction: int) -> Array:
         return -path.direction
     ratio = fit.w0 / fit.system.natural_frequency
     evaluator = ForceEvaluator(
-        path,
         fit.w0,
         fit.law.unit_force / fit.w0**2,
         fit.system.stiffness * ratio**fit.segment.order,
         fit.law.friction,
         fit.duration,
+        path.phase[0],
     )
-    return next(nodes for c, nodes, _ in force_columns(column.effect, fit.scales, evaluator) if c == column)
+    found = force_columns(column.effect, fit.scales, evaluator, path)
+    return next(each.force(path.nodes) for each in found if each.column == column)
 
 
 def _losing_part(path: MeasuredPath, force: Array) -> tuple[Array, Array]:

@@ -18,6 +18,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.columns.lines import Line, lines_beside_motion
 from friction_bayes.loop.data.friction import friction_of_loss
 from friction_bayes.loop.infer.finer_lines import finer_lines, lines_that_show
+from friction_bayes.loop.infer.finer_shapes import finer_shapes
 from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.noise.correlated_error import find_sensor_error
@@ -111,11 +112,16 @@ class Round:
         error = find_sensor_error(regression, self._posterior, found.prior, found.w0)
         if error is not None:
             whole = replace(whole, error=error)
-        whole = replace(whole, sizes=whole.sizes | found.law.fault_sizes(law))
+        whole = replace(
+            whole,
+            sizes=whole.sizes | found.law.fault_sizes(law),
+            scores=finer_shapes(found, law, best),
+        )
         ceiling, outliers = self._set_aside(smoothed, allowed)
         change = frequency_change(law[regression.stiffness])
         motion = smoothed.at_frequency(change)
-        along = whole.setting_aside(ceiling | outliers).along(motion, found.w0 * change, lines)
+        about = found.law.before(law, motion)
+        along = whole.setting_aside(ceiling | outliers).along(motion, found.w0 * change, lines, about=about)
         if along is None:
             return None
         other_lines = bool(more) or len(showing) < len(self.lines)
@@ -147,6 +153,7 @@ class Round:
         change = after.found.w0 / self.found.w0 - 1.0
         moved = np.max(np.abs(after.found.faults(self._law) - self.found.faults(self._law)))
         straight = self.found.path.serves(after.found.path.x, after.found.prior.centre)
+        moved = max(moved, np.max(np.abs(after.found.path.x - self.found.path.x)))
         return straight and abs(change) < _SETTLED and bool(moved < _MOVED * self._posterior.best.noise)
 
     def next_knock(self) -> Array | None:
@@ -157,7 +164,8 @@ class Round:
     def jumping(self, jump: Array) -> Round | None:
         """The same with a force that may jump, shape (n - 1,)."""
         whole = replace(self.whole, jump=jump)
-        found = whole.setting_aside(self.aside).along(self.motion, self.found.w0, self.lines)
+        record = whole.setting_aside(self.aside)
+        found = record.along(self.motion, self.found.w0, self.lines, about=self.found.about)
         return None if found is None else replace(self, whole=whole, found=found)
 
 
