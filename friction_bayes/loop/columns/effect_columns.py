@@ -174,8 +174,8 @@ class ForceColumn(NamedTuple):
     ----------
     column : Column
     shaped : callable
-        Force of the unit coefficient at points, shape (m,), natural units, where what shapes it is at a normal
-        score of its prior.
+        Force of the unit coefficient at points, shape (m,), natural units, where what shapes it is at a
+        normal score of its prior.
     """
 
     column: Column

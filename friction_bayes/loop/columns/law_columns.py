@@ -29,11 +29,14 @@ from friction_bayes.loop.columns.effect_columns import (
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import OF_LINES, Line
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
-from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import Feedback, response_at_sensor
 from friction_bayes.statespace.smoother import Motion
 
-__all__ = ["Circumstances", "LawColumns", "acting_forces", "law_columns"]
+__all__ = ["Circumstances", "LawColumns", "law_columns"]
+
+_OF_START = 2
+"""Columns before those of the forces."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +76,15 @@ class LawColumns:
     friction: float
     unit_force: float
 
+    def force(self, j: int, points: Points) -> Array:
+        """Force of the unit coefficient of a column behind which there is one, shape (m,), natural units."""
+        return self.acting[j - _OF_START].force(points)
+
+    def with_sizes(self, coefficients: Array) -> list[tuple[float, ForceColumn]]:
+        """The forces of a law of some coefficients, shape (p,), that act, with these."""
+        sizes = coefficients[_OF_START : _OF_START + len(self.acting)].tolist()
+        return [pair for pair in zip(sizes, self.acting, strict=True) if pair[0] != 0.0]
+
     def before(self, coefficients: Array, motion: Motion) -> LawBefore:
         """The law of some coefficients, shape (p,), in units of the frequency that it found.
 
@@ -82,12 +94,7 @@ class LawColumns:
         motion : Motion
             Under that law and in those units.
         """
-        sizes = coefficients[2 : 2 + len(self.acting)].tolist()
-        forces = tuple(
-            (size, each)
-            for size, each in zip(sizes, self.acting, strict=True)
-            if size != 0.0 and each.column.kind != "stiffness"
-        )
+        forces = tuple(pair for pair in self.with_sizes(coefficients) if pair[1].column.kind != "stiffness")
         return LawBefore(forces, motion.states[:, 2])
 
     @property
@@ -223,7 +230,7 @@ def law_columns(
     stiffness = system.stiffness * ratio**order
     unit = mass * w0**2
     evaluator = ForceEvaluator(w0, mass, stiffness, friction * unit, given.duration, path.phase[0])
-    acting = acting_forces(path, given, evaluator)
+    acting = _acting(path, given, evaluator)
     # what the restoring force lacks of the oscillator that answers
     lacking = path.stiffness[path.interval] * path.node_x - path.restoring(path.node_x)
     at_nodes = np.column_stack([*(each.force(path.nodes) for each in acting), lacking])
@@ -266,7 +273,7 @@ def law_columns(
     )
 
 
-def acting_forces(path: MeasuredPath, given: Circumstances, evaluator: ForceEvaluator) -> list[ForceColumn]:
+def _acting(path: MeasuredPath, given: Circumstances, evaluator: ForceEvaluator) -> list[ForceColumn]:
     """Columns of the stiffness, of dry friction and of the forces that may act."""
     amplitude = given.scales.amplitude * (given.system.natural_frequency / evaluator.w0) ** given.order
     names = [name for name in given.effects if isinstance(EFFECTS[name], ForceEffect)]

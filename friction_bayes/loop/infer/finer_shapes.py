@@ -1,8 +1,8 @@
 """Parameters that shape a term, taken more finely once the record tells of them.
 
-The first round takes such a parameter at a few values of its prior. About the best of these its term is linear:
-one more column, the derivative of the force with the parameter, says where the next round takes it and how
-closely.
+The first round takes such a parameter at a few values of its prior. About the best of these its term is
+linear: one more column, the derivative of the force with the parameter, says where the next round takes it
+and how closely.
 """
 
 from __future__ import annotations
@@ -45,10 +45,9 @@ def finer_shapes(found: LawAlongMotion, law: Array, point: GridPoint) -> dict[st
         Normal scores of the prior by effect; without those that are taken all over it.
     """
     regression = found.regression
-    sizes = law[2 : 2 + len(found.law.acting)]
     bent: dict[str, list[tuple[float, ForceColumn]]] = {}
-    for size, each in zip(sizes, found.law.acting, strict=True):
-        if size != 0.0 and each.column.shape:
+    for size, each in found.law.with_sizes(law):
+        if each.column.shape:
             bent.setdefault(each.column.effect, []).append((size, each))
     if not bent:
         return {}

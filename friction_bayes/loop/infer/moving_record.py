@@ -66,13 +66,17 @@ class LawAlongMotion(NamedTuple):
     prior: ForcePrior
     about: LawBefore | None = None
 
-    def faults(self, coefficients: Array) -> Array:
-        """What faults of the sensor add to the samples, natural units, shape (n,).
+    @property
+    def of_sensor(self) -> Mask:
+        """Columns of faults of the sensor, shape (p,)."""
+        return np.array([isinstance(EFFECTS.get(c.effect), SensorEffect) for c in self.law.columns])
+
+    def faults(self, sizes: Array) -> Array:
+        """What faults of the sensor of some sizes add to the samples, natural units, shape (n,).
 
         They follow the motion: one that jumps where the motion turns moves with the turning points.
         """
-        of_sensor = [isinstance(EFFECTS.get(c.effect), SensorEffect) for c in self.law.columns]
-        return np.asarray(self.law.sensor[:, of_sensor] @ coefficients[of_sensor])
+        return np.asarray(self.law.sensor[:, self.of_sensor] @ sizes)
 
 
 @dataclass(frozen=True, eq=False)

@@ -101,7 +101,7 @@ class Round:
         return self._posterior.best_law()
 
     def following(self, allowed: Sequence[str]) -> Round | None:
-        """The next; None where its motion holds too few turning points."""
+        """The next; None where its motion holds too few turning points or samples that are fitted."""
         found, law, best = self.found, self._law, self._posterior.best
         regression, segment, whole = found.regression, self.whole.segment, self.whole
         white = regression.innovations(law, best.ratio, best.tau) / best.noise
@@ -120,6 +120,8 @@ class Round:
         ceiling, outliers = self._set_aside(smoothed, allowed)
         change = frequency_change(law[regression.stiffness])
         motion = smoothed.at_frequency(change)
+        if np.count_nonzero(np.isfinite(whole.variance) & ~(ceiling | outliers)) <= law.size:
+            return None
         about = found.law.before(law, motion)
         along = whole.setting_aside(ceiling | outliers).along(motion, found.w0 * change, lines, about=about)
         if along is None:
@@ -151,7 +153,8 @@ class Round:
         if after.other_lines or other_noise:
             return False
         change = after.found.w0 / self.found.w0 - 1.0
-        moved = np.max(np.abs(after.found.faults(self._law) - self.found.faults(self._law)))
+        faults = self._law[self.found.of_sensor]
+        moved = np.max(np.abs(after.found.faults(faults) - self.found.faults(faults)))
         straight = self.found.path.serves(after.found.path.x, after.found.prior.centre)
         moved = max(moved, np.max(np.abs(after.found.path.x - self.found.path.x)))
         return straight and abs(change) < _SETTLED and bool(moved < _MOVED * self._posterior.best.noise)
