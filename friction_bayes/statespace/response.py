@@ -55,6 +55,17 @@ class Feedback(NamedTuple):
         )
 
 
+class _Course(NamedTuple):
+    """The samples, nodes and turning points of a path."""
+
+    phase: Array
+    stiffness: Array
+    interval: Indices
+    node_phase: Array
+    weight: Array
+    turning: Array
+
+
 def force_response(
     path: MeasuredPath, forces: Array, start: Array | None = None, feedback: Feedback | None = None
 ) -> Array:
@@ -79,18 +90,10 @@ def force_response(
     if start is not None:
         states[0] = start
     slope, _, passed = Feedback.none(path) if feedback is None else feedback
-    _drive(
-        path.phase,
-        path.stiffness,
-        path.interval,
-        path.node_phase,
-        path.node_weight,
-        forces,
-        slope,
-        path.turning,
-        passed,
-        states,
+    course = _Course(
+        path.phase, path.stiffness, path.interval, path.node_phase, path.node_weight, path.turning
     )
+    _drive(course, forces, slope, passed, states)
     return states
 
 
@@ -138,19 +141,9 @@ def at_sensor(states: Array, row: Array, forces: Array | None = None) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _drive(
-    phase: Array,
-    stiffness: Array,
-    interval: Indices,
-    node_phase: Array,
-    weight: Array,
-    forces: Array,
-    slope: Array,
-    turning: Array,
-    passed: Array,
-    states: Array,
-) -> None:
+def _drive(course: _Course, forces: Array, slope: Array, passed: Array, states: Array) -> None:
     """Fill the states, shape (n, 2, p), from the first on: forces act as impulses at the nodes."""
+    phase, stiffness, interval, node_phase, weight, turning = course
     m, p = forces.shape
     k, turn = 0, 0
     for i in range(phase.size - 1):
@@ -172,7 +165,8 @@ def _drive(
                 state[1, j] = back * x + cosine * v
             at, sample = to, not (node or turns)
             if turns:
-                state[1] *= passed[turn]
+                for j in range(p):
+                    state[1, j] *= passed[turn]
                 turn += 1
             elif node:
                 # the velocity in the middle of the impulse, which changes it

@@ -15,8 +15,6 @@ __all__ = ["LawBefore"]
 
 _NUDGE = 1e-4
 """Share of the swing over which a force is differenced."""
-_MOST_PASSED = 20.0
-"""Ratio of accelerations at a turning point beyond which the one before it is as good as none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +64,6 @@ class LawBefore:
         rest = self.fluctuation[sample] - path.restoring(x)
         still = np.zeros(turning.size)
         before, after = (rest + self.force(Points(turning, x, still, side)) for side in (towards, -towards))
-        # the motion turns: the acceleration before is against it
-        size = np.maximum(-towards * before, np.abs(after) / _MOST_PASSED)
-        share = np.divide(-towards * after, size, out=np.ones(turning.size), where=size > 0.0)
-        return np.maximum(share, 0.0)
+        # it is against the motion before; friction, which resists, makes it smaller after
+        share = np.divide(after, before, out=np.zeros(turning.size), where=before * towards < 0.0)
+        return np.clip(share, 0.0, 1.0)

@@ -8,6 +8,7 @@ points. When they have settled, and at the latest after a few, the force is sear
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -59,6 +60,8 @@ class Round:
     found : LawAlongMotion
     near : GridPoint or None
         The most probable random force of the round before; None in the first.
+    alone : bool
+        Whether the next round goes along the motion of the best law without a random force, however probable.
     """
 
     whole: MovingRecord
@@ -69,6 +72,7 @@ class Round:
     other_lines: bool
     found: LawAlongMotion
     near: GridPoint | None
+    alone: bool = False
 
     @classmethod
     def first(cls, whole: MovingRecord) -> Round | None:
@@ -96,13 +100,38 @@ class Round:
         problem, prior = self.found.regression.problem, self.found.prior
         return integrate(problem, prior, self.motion.noise, near=self.near, only_mode=True)
 
+    @property
+    def log_evidence(self) -> float:
+        """Of the record, by its mode, in units of the signal."""
+        clock, order = self.found.regression.clock, self.whole.segment.order
+        return self._posterior.log_evidence - order * int(np.isfinite(clock.variance).sum()) * math.log(
+            self.found.w0
+        )
+
+    @property
+    def wanders(self) -> bool:
+        """Whether a force that fluctuates, or a knock, goes with the motion."""
+        return self._best.ratio > 0.0 or self.knocked
+
+    @property
+    def knocked(self) -> bool:
+        """Whether the force may jump."""
+        return self.whole.jump is not None and bool(self.whole.jump.any())
+
+    @cached_property
+    def _best(self) -> GridPoint:
+        """The point with the law that the next round goes along."""
+        points = self._posterior.points
+        still = [point for point in points if point.ratio == 0.0]
+        return still[0] if self.alone and still else self._posterior.best
+
     @cached_property
     def _law(self) -> Array:
-        return self._posterior.best_law()
+        return self._posterior.mean_law(self._best, int(np.argmax(self._best.found.log_weight)))
 
     def following(self, allowed: Sequence[str]) -> Round | None:
         """The next; None where its motion holds too few turning points or samples that are fitted."""
-        found, law, best = self.found, self._law, self._posterior.best
+        found, law, best = self.found, self._law, self._best
         regression, segment, whole = found.regression, self.whole.segment, self.whole
         white = regression.innovations(law, best.ratio, best.tau) / best.noise
         smoothed = regression.smoothed(law, best)
@@ -122,12 +151,14 @@ class Round:
         motion = smoothed.at_frequency(change)
         if np.count_nonzero(np.isfinite(whole.variance) & ~(ceiling | outliers)) <= law.size:
             return None
-        about = found.law.before(law, motion)
+        # forces are taken as given along a motion that wanders: its own part of that is no perturbation
+        about = None if self.wanders else found.law.before(law, motion)
         along = whole.setting_aside(ceiling | outliers).along(motion, found.w0 * change, lines, about=about)
         if along is None:
             return None
         other_lines = bool(more) or len(showing) < len(self.lines)
-        return Round(whole, ceiling, outliers, motion, lines, other_lines, along, self._posterior.best_force)
+        near = self._posterior.best_force
+        return Round(whole, ceiling, outliers, motion, lines, other_lines, along, near, self.alone)
 
     def _set_aside(self, smoothed: Motion, allowed: Sequence[str]) -> tuple[Mask, Mask]:
         """Samples near an end of the range, and outliers, shape (n,) both."""
@@ -137,7 +168,7 @@ class Round:
             self.found.regression,
             self.found.w0,
             self._law,
-            self._posterior.best,
+            self._best,
         )
         ceiling, shown = self.ceiling, np.isfinite(self.whole.variance) & ~self.ceiling
         noise = left.noise(outliers=OUTLIERS.name in allowed and left.heavy_tails(shown))
@@ -157,18 +188,19 @@ class Round:
         moved = np.max(np.abs(after.found.faults(faults) - self.found.faults(faults)))
         straight = self.found.path.serves(after.found.path.x, after.found.prior.centre)
         moved = max(moved, np.max(np.abs(after.found.path.x - self.found.path.x)))
-        return straight and abs(change) < _SETTLED and bool(moved < _MOVED * self._posterior.best.noise)
+        return straight and abs(change) < _SETTLED and bool(moved < _MOVED * self._best.noise)
 
     def next_knock(self) -> Array | None:
         """How far the force may jump in each interval, see :func:`.knocks.next_knock`."""
         friction = friction_of_loss(self.found.path.turning_x)
-        return next_knock(self.found.regression, self._law, self._posterior.best, friction)
+        return next_knock(self.found.regression, self._law, self._best, friction)
 
     def jumping(self, jump: Array) -> Round | None:
         """The same with a force that may jump, shape (n - 1,)."""
         whole = replace(self.whole, jump=jump)
         record = whole.setting_aside(self.aside)
-        found = record.along(self.motion, self.found.w0, self.lines, about=self.found.about)
+        about = None if jump.any() else self.found.about
+        found = record.along(self.motion, self.found.w0, self.lines, about=about)
         return None if found is None else replace(self, whole=whole, found=found)
 
 
@@ -186,8 +218,16 @@ def settle(whole: MovingRecord, allowed: Sequence[str]) -> Round | None:
     Round or None
         The last; None where one holds too few turning points.
     """
-    latest = Round.first(whole)
-    looks = _MOST_LOOKS
+    latest = _settled(Round.first(whole), allowed, _MOST_LOOKS)
+    if latest is None or not latest.wanders or latest.knocked:
+        return latest
+    # beside a law's own motion, which is exact, a force that made up for what was not may not be called for
+    alone = _settled(replace(latest, alone=True), allowed, 0)
+    return latest if alone is None or alone.log_evidence < latest.log_evidence else alone
+
+
+def _settled(latest: Round | None, allowed: Sequence[str], looks: int) -> Round | None:
+    """Go on from a round, with so many ``looks`` for a knock."""
     while latest is not None:
         for _ in range(_MOST_ROUNDS):
             before, latest = latest, latest.following(allowed)

@@ -78,7 +78,7 @@ def candidates_of(
     """
     rng_search, rng_force, rng_joint = rngs
     allowed = options.allowed
-    if options.seeks_force and len(segments) == 1:
+    if options.seeks_force and len(segments) == 1 and _knows_the_range(segments, allowed):
         alone = record_family(segments[0], system, allowed, options.tolerance, rng_force)
         if alone is not None:
             return Candidates(alone.before, (alone,))

@@ -156,10 +156,14 @@ def record_family(
     Returns
     -------
     RecordFamily or None
-        None where the record holds too few turning points, has no noise, or is read as faults of its sensor.
+        None where the record holds too few turning points, has neither noise nor a random
+        force, or is read as faults of its sensor.
     """
     fit = fit_random_force(segment, system, allowed)
-    if fit is None or fit.noise_sd <= NO_NOISE * fit.scales.signal:
+    if fit is None:
+        return None
+    still = fit.posterior.best.ratio == 0.0 and not fit.knocks
+    if still and fit.noise_sd <= NO_NOISE * fit.scales.signal:
         return None
     before = coulomb_model(system, (segment,), (np.zeros(0),), SENSOR_OFFSET.name)
     return RecordFamily(before, fit, tolerance, rng)

@@ -186,7 +186,6 @@ def test_how_long_a_record_rests_does_not_speak_against_a_force() -> None:
     record = fb.make_record(step * np.arange(signal.size), signal, "displacement")
     system = fb.Oscillator(mass=1.0, stiffness=100.0)
     report = fb.close_loop([record], system, seed=1, effects=["viscous_damping", "random_force"])
-    assert any("autoregressive" in line for line in report.trail)
     assert report.verdict == "adequate"
     assert report.random_force is not None
     assert report.random_force["probability"] > 0.95
