@@ -103,10 +103,8 @@ class Round:
     @property
     def log_evidence(self) -> float:
         """Of the record, by its mode, in units of the signal."""
-        clock, order = self.found.regression.clock, self.whole.segment.order
-        return self._posterior.log_evidence - order * int(np.isfinite(clock.variance).sum()) * math.log(
-            self.found.w0
-        )
+        used = int(np.isfinite(self.found.regression.clock.variance).sum())
+        return self._posterior.log_evidence - used * self.whole.segment.order * math.log(self.found.w0)
 
     @property
     def wanders(self) -> bool:
@@ -219,7 +217,7 @@ def settle(whole: MovingRecord, allowed: Sequence[str]) -> Round | None:
         The last; None where one holds too few turning points.
     """
     latest = _settled(Round.first(whole), allowed, _MOST_LOOKS)
-    if latest is None or not latest.wanders or latest.knocked:
+    if latest is None or latest.found.about is not None or latest.knocked:
         return latest
     # beside a law's own motion, which is exact, a force that made up for what was not may not be called for
     alone = _settled(replace(latest, alone=True), allowed, 0)
