@@ -102,9 +102,16 @@ class Round:
 
     @property
     def log_evidence(self) -> float:
-        """Of the record, by its mode, in units of the signal."""
+        """Of the record, in units of the signal; about a law's own motion without a random force alone.
+
+        What a force would add there counts for nothing: it is exact beside the motion that it goes with.
+        """
         used = int(np.isfinite(self.found.regression.clock.variance).sum())
-        return self._posterior.log_evidence - used * self.whole.segment.order * math.log(self.found.w0)
+        still = self._posterior.ratio == 0.0
+        found = self._posterior.log_evidence + math.log(
+            max(float(self._posterior.weight[still].sum()), 1e-300) if self.alone else 1.0
+        )
+        return found - used * self.whole.segment.order * math.log(self.found.w0)
 
     @property
     def wanders(self) -> bool:
@@ -191,7 +198,7 @@ class Round:
     def next_knock(self) -> Array | None:
         """How far the force may jump in each interval, see :func:`.knocks.next_knock`."""
         friction = friction_of_loss(self.found.path.turning_x)
-        return next_knock(self.found.regression, self._law, self._best, friction)
+        return next_knock(self.found.regression, self._posterior.best_law(), self._posterior.best, friction)
 
     def jumping(self, jump: Array) -> Round | None:
         """The same with a force that may jump, shape (n - 1,)."""
@@ -199,7 +206,7 @@ class Round:
         record = whole.setting_aside(self.aside)
         about = None if jump.any() else self.found.about
         found = record.along(self.motion, self.found.w0, self.lines, about=about)
-        return None if found is None else replace(self, whole=whole, found=found)
+        return None if found is None else replace(self, whole=whole, found=found, alone=False)
 
 
 def settle(whole: MovingRecord, allowed: Sequence[str]) -> Round | None:
@@ -216,26 +223,28 @@ def settle(whole: MovingRecord, allowed: Sequence[str]) -> Round | None:
     Round or None
         The last; None where one holds too few turning points.
     """
-    latest = _settled(Round.first(whole), allowed, _MOST_LOOKS)
-    if latest is None or latest.found.about is not None or latest.knocked:
-        return latest
-    # beside a law's own motion, which is exact, a force that made up for what was not may not be called for
-    alone = _settled(replace(latest, alone=True), allowed, 0)
-    return latest if alone is None or alone.log_evidence < latest.log_evidence else alone
-
-
-def _settled(latest: Round | None, allowed: Sequence[str], looks: int) -> Round | None:
-    """Go on from a round, with so many ``looks`` for a knock."""
-    while latest is not None:
-        for _ in range(_MOST_ROUNDS):
-            before, latest = latest, latest.following(allowed)
-            if latest is None:
-                return None
-            if before.stays(latest):
-                break
-        jump = before.next_knock() if looks > 0 else None
+    latest = _settled(Round.first(whole), allowed)
+    if latest is not None and latest.found.about is None:
+        # about its own motion, which is exact, a law may not call for the force that made up for what was not
+        alone = _settled(replace(latest, alone=True), allowed)
+        if alone is not None and alone.log_evidence > latest.log_evidence:
+            latest = alone
+    looks = _MOST_LOOKS
+    while latest is not None and looks > 0:
+        jump = latest.next_knock()
         if jump is None:
             break
         looks = looks - 1 if jump.any() else 0
-        latest = latest.jumping(jump if looks > 0 else np.zeros_like(jump))
+        latest = _settled(latest.jumping(jump if looks > 0 else np.zeros_like(jump)), allowed)
+    return latest
+
+
+def _settled(latest: Round | None, allowed: Sequence[str]) -> Round | None:
+    """Go on from a round until the next says the same."""
+    for _ in range(_MOST_ROUNDS):
+        if latest is None:
+            break
+        before, latest = latest, latest.following(allowed)
+        if latest is not None and before.stays(latest):
+            break
     return latest
