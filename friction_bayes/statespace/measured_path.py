@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -35,7 +36,7 @@ from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.transition import initial_response
 
-__all__ = ["NEAR_TURN", "MeasuredPath", "stiffness_along"]
+__all__ = ["NEAR_TURN", "MeasuredPath", "Points", "stiffness_along"]
 
 NEAR_TURN = 0.02
 """Phase from a turning point within which an accelerometer, which jumps there, tells nothing: its sample may
@@ -50,6 +51,23 @@ _LEEWAY = 4.0
 """How many times as far as the swing alone would carry it an error may go."""
 _LONGEST_PIECE = 0.15
 """Phase over which three Gauss nodes integrate a force to rounding in practice."""
+
+
+class Points(NamedTuple):
+    """States at which a force is evaluated.
+
+    Attributes
+    ----------
+    phase, x, v : ndarray, shape (m,)
+        Time and motion, natural units.
+    direction : ndarray, shape (m,)
+        Direction of motion, -1 to 1.
+    """
+
+    phase: Array
+    x: Array
+    v: Array
+    direction: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +147,16 @@ class MeasuredPath:
             *nodes[1:],
             *turning,
         )
+
+    @property
+    def nodes(self) -> Points:
+        """Where a force is evaluated for its response."""
+        return Points(self.node_phase, self.node_x, self.node_v, self.direction)
+
+    @property
+    def samples(self) -> Points:
+        """The samples, with the expected direction of motion."""
+        return Points(self.phase, self.x, self.v, self.expected_direction)
 
     @property
     def expected_direction(self) -> Array:

@@ -1,4 +1,4 @@
-r"""What an oscillator at rest answers to a force given along a path, at the sensor.
+r"""What an oscillator answers to a force given along a path, at the sensor.
 
 Over an interval ``h`` the state ``z = (x, v)`` takes
 
@@ -8,9 +8,17 @@ with the free motion ``F`` of the oscillator, and the integral is the quadrature
 :mod:`friction_bayes.statespace.measured_path`, which also says how stiff the oscillator is over
 each interval. A sensor of displacement or velocity reads the state; an accelerometer reads ``-x + phi``, or
 ``-kappa x + phi`` with the slope ``kappa`` of a pendulum's restoring force at the sample.
+
+A force that depends on the motion changes with the answer. To first order that is a :class:`Feedback`: its
+slopes in displacement and velocity, and at each turning point, where dry friction changes sign, the
+acceleration after it over the one before it, by which a perturbation of the velocity is multiplied: the
+saltation matrix of a hybrid system (Kong, Council and Johnson 2021). With it the answers to the forces of a
+law are the exact derivatives of its motion.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -19,15 +27,100 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.transition import free_motion
 
-__all__ = ["at_sensor", "force_response"]
+__all__ = ["Feedback", "at_sensor", "force_response", "response_at_sensor"]
 
 
-def force_response(path: MeasuredPath, forces: Array) -> Array:
-    """Displacement and velocity, shape (n, 2, p), answered to forces at a path's nodes, shape (m, p)."""
+class Feedback(NamedTuple):
+    """How the force of a law changes with the motion, to first order about a path.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (m, 2)
+        Its derivative with displacement and with velocity at the nodes of the path.
+    samples : ndarray, shape (n, 2)
+        The same at the samples.
+    passed : ndarray, shape (k,)
+        Acceleration after each turning point over the one before it.
+    """
+
+    nodes: Array
+    samples: Array
+    passed: Array
+
+    @classmethod
+    def none(cls, path: MeasuredPath) -> Feedback:
+        """Of a force that does not depend on the motion."""
+        return cls(
+            np.zeros((path.node_phase.size, 2)), np.zeros((path.phase.size, 2)), np.ones(path.turning.size)
+        )
+
+
+class _Course(NamedTuple):
+    """The samples, nodes and turning points of a path."""
+
+    phase: Array
+    stiffness: Array
+    interval: Indices
+    node_phase: Array
+    weight: Array
+    turning: Array
+
+
+def force_response(
+    path: MeasuredPath, forces: Array, start: Array | None = None, feedback: Feedback | None = None
+) -> Array:
+    """Displacement and velocity that follow from forces.
+
+    Parameters
+    ----------
+    path : MeasuredPath
+    forces : ndarray, shape (m, p)
+        At the nodes of the path.
+    start : ndarray, optional, shape (2, p)
+        Displacement and velocity at the first sample; at rest where left out.
+    feedback : Feedback, optional
+        Of the forces that depend on the answer; none where left out.
+
+    Returns
+    -------
+    ndarray, shape (n, 2, p)
+    """
     forces = np.ascontiguousarray(forces, dtype=np.float64)
     states = np.zeros((path.phase.size, 2, forces.shape[1]))
-    _accumulate(path.phase, path.stiffness, path.interval, path.node_phase, path.node_weight, forces, states)
+    if start is not None:
+        states[0] = start
+    slope, _, passed = Feedback.none(path) if feedback is None else feedback
+    course = _Course(
+        path.phase, path.stiffness, path.interval, path.node_phase, path.node_weight, path.turning
+    )
+    _drive(course, forces, slope, passed, states)
     return states
+
+
+def response_at_sensor(
+    path: MeasuredPath,
+    row: Array,
+    at_nodes: Array,
+    at_samples: Array,
+    start: Array | None = None,
+    feedback: Feedback | None = None,
+) -> tuple[Array, Array]:
+    """States that follow from forces, shape (n, 2, p), and what the sensor shows of them, shape (n, p).
+
+    Parameters
+    ----------
+    path, start, feedback
+        See :func:`force_response`.
+    row : ndarray, shape (3,) or (n, 3)
+        Of the sensor.
+    at_nodes, at_samples : ndarray, shapes (m, p) and (n, p)
+        The forces.
+    """
+    states = force_response(path, at_nodes, start, feedback)
+    if feedback is not None:
+        slope = feedback.samples
+        at_samples = at_samples + slope[:, :1] * states[:, 0] + slope[:, 1:] * states[:, 1]
+    return states, at_sensor(states, row, at_samples)
 
 
 def at_sensor(states: Array, row: Array, forces: Array | None = None) -> Array:
@@ -48,27 +141,37 @@ def at_sensor(states: Array, row: Array, forces: Array | None = None) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _accumulate(
-    phase: Array,
-    stiffness: Array,
-    interval: Indices,
-    node_phase: Array,
-    weight: Array,
-    forces: Array,
-    states: Array,
-) -> None:
-    """Fill the states, shape (n, 2, p), from the first on."""
+def _drive(course: _Course, forces: Array, slope: Array, passed: Array, states: Array) -> None:
+    """Fill the states, shape (n, 2, p), from the first on: forces act as impulses at the nodes."""
+    phase, stiffness, interval, node_phase, weight, turning = course
     m, p = forces.shape
-    k = 0
+    k, turn = 0, 0
     for i in range(phase.size - 1):
-        cosine, sine = free_motion(phase[i + 1] - phase[i], stiffness[i])
-        back = -stiffness[i] * sine
-        for j in range(p):
-            states[i + 1, 0, j] = cosine * states[i, 0, j] + sine * states[i, 1, j]
-            states[i + 1, 1, j] = back * states[i, 0, j] + cosine * states[i, 1, j]
-        while k < m and interval[k] == i:
-            to_v, to_x = free_motion(phase[i + 1] - node_phase[k], stiffness[i])
+        state = states[i + 1]
+        state[:] = states[i]
+        at, sample = phase[i], False
+        while not sample:
+            to, node = phase[i + 1], k < m and interval[k] == i
+            if node:
+                to = node_phase[k]
+            turns = turn < turning.size and turning[turn] < to
+            if turns:
+                to = turning[turn]
+            cosine, sine = free_motion(to - at, stiffness[i])
+            back = -stiffness[i] * sine
             for j in range(p):
-                states[i + 1, 0, j] += weight[k] * to_x * forces[k, j]
-                states[i + 1, 1, j] += weight[k] * to_v * forces[k, j]
-            k += 1
+                x, v = state[0, j], state[1, j]
+                state[0, j] = cosine * x + sine * v
+                state[1, j] = back * x + cosine * v
+            at, sample = to, not (node or turns)
+            if turns:
+                for j in range(p):
+                    state[1, j] *= passed[turn]
+                turn += 1
+            elif node:
+                # the velocity in the middle of the impulse, which changes it
+                w = weight[k] / (1.0 - 0.5 * weight[k] * slope[k, 1])
+                for j in range(p):
+                    answer = slope[k, 0] * state[0, j] + slope[k, 1] * state[1, j]
+                    state[1, j] += w * (forces[k, j] + answer)
+                k += 1

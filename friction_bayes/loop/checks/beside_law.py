@@ -10,7 +10,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.loop import settings
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.statespace.kalman import whiten
-from friction_bayes.statespace.response import at_sensor, force_response
+from friction_bayes.statespace.response import response_at_sensor
 
 __all__ = ["BesideLaw", "ScoreTest", "beside_law"]
 
@@ -80,13 +80,12 @@ def beside_law(fit: ForceFit, forces: Array) -> BesideLaw:
     """Whiten forces, shape (nodes, f), and take the best law out of them."""
     best = fit.posterior.best
     law = np.flatnonzero(fit.sets.columns[fit.chosen])
-    answered = at_sensor(force_response(fit.path, forces), fit.row)
+    # the force itself at the samples: the mean over the nodes of the interval before
+    at_samples = np.zeros((fit.path.phase.size, forces.shape[1]))
     if np.any(fit.row[..., 2]):
-        # the force itself at the samples: the mean over the nodes of the interval before
-        at_samples = np.zeros((fit.path.phase.size, forces.shape[1]))
         np.add.at(at_samples, fit.path.interval + 1, forces * fit.path.node_weight[:, None])
         at_samples[1:] /= np.diff(fit.path.phase)[:, None]
-        answered = answered + fit.row[..., 2:] * at_samples
+    answered = response_at_sensor(fit.path, fit.row, forces, at_samples, feedback=fit.law.feedback)[1]
     block = np.column_stack([fit.law.sensor[:, law] * fit.law.scale[law], answered, fit.residual])
     gram = whiten(block, fit.clock, fit.row, best.ratio, best.tau).gram / best.noise**2
     p = law.size

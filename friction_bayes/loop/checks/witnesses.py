@@ -18,11 +18,10 @@ from scipy.stats import norm
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
 from friction_bayes.loop import settings
-from friction_bayes.loop.columns.effect_columns import ForceEvaluator, force_columns
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.statespace.kalman import whiten
 from friction_bayes.statespace.measured_path import MeasuredPath
-from friction_bayes.statespace.response import at_sensor, force_response
+from friction_bayes.statespace.response import response_at_sensor
 
 __all__ = ["Witnesses", "two_witnesses"]
 
@@ -60,8 +59,9 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     # where the best law has no dry friction, both witnesses are asked for that of Coulomb
     friction = next((j for j in fit.law.frictions if others[j]), fit.law.dry_friction)
     others[friction] = False
-    at_nodes, at_samples = _losing_part(fit.path, _at_nodes(fit, friction))
-    loss = at_sensor(force_response(fit.path, at_nodes[:, None]), fit.row, at_samples[:, None])[:, 0]
+    at_nodes, at_samples = _losing_part(fit.path, fit.law.force(friction, fit.path.nodes))
+    forces = at_nodes[:, None], at_samples[:, None]
+    loss = response_at_sensor(fit.path, fit.row, *forces, feedback=fit.law.feedback)[1][:, 0]
     scale = np.append(fit.law.scale[others], [fit.law.scale[friction]] * 2)
     shape = fit.law.sensor[:, friction] - loss
     columns = np.column_stack([fit.law.sensor[:, others], loss, shape]) * scale
@@ -80,23 +80,6 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     )
     agree = bool(abs(mean[-2] - mean[-1]) < settings.SETTINGS.unseen * apart)
     return Witnesses(by_loss, by_shape, agree=agree)
-
-
-def _at_nodes(fit: ForceFit, friction: int) -> Array:
-    """Friction of unit size at the nodes of the path, shape (m,)."""
-    column, path = fit.law.columns[friction], fit.path
-    if not column.effect:
-        return -path.direction
-    ratio = fit.w0 / fit.system.natural_frequency
-    evaluator = ForceEvaluator(
-        path,
-        fit.w0,
-        fit.law.unit_force / fit.w0**2,
-        fit.system.stiffness * ratio**fit.segment.order,
-        fit.law.friction,
-        fit.duration,
-    )
-    return next(nodes for c, nodes, _ in force_columns(column.effect, fit.scales, evaluator) if c == column)
 
 
 def _losing_part(path: MeasuredPath, force: Array) -> tuple[Array, Array]:

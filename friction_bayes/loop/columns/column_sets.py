@@ -78,11 +78,9 @@ def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
 
 def _log_shares(law: LawColumns, shapes: Sequence[tuple[int, ...]]) -> list[float]:
     """Logarithm of the share of an effect's probability that each of its shapes has."""
-    weights = np.array(
-        [math.prod(shape.weight for shape in law.columns[columns[0]].shape) for columns in shapes]
-    )
-    shares: list[float] = np.log(weights / weights.sum()).tolist()
-    return shares
+    taken = [law.columns[columns[0]].shape for columns in shapes]
+    # the extents of a series in one shape share alike
+    return [math.log(math.prod(each.weight for each in shape) / taken.count(shape)) for shape in taken]
 
 
 def _named_sets(effects: tuple[str, ...]) -> Iterator[tuple[str, ...]]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
+from scipy.special import ndtr
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means
@@ -17,10 +19,12 @@ from friction_bayes.loop.columns.lines import Line
 from friction_bayes.loop.data.parameters import Coordinate, effect_coordinates
 from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect, force_vector
 from friction_bayes.mechanics.integrate import force_along
-from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.measured_path import MeasuredPath, Points
 
 __all__ = [
+    "PRIOR_SCORES",
     "Column",
+    "ForceColumn",
     "ForceEvaluator",
     "Sampled",
     "Shape",
@@ -30,8 +34,9 @@ __all__ = [
     "sensor_columns",
 ]
 
-_SCORES = (-1.6, -0.8, 0.0, 0.8, 1.6)
-"""Where a parameter that shapes a term is taken, as normal scores of its prior."""
+PRIOR_SCORES = (-1.6, -0.8, 0.0, 0.8, 1.6)
+"""Where a parameter that shapes a term is taken before anything is known of it, as normal scores of its
+prior."""
 _SMALL_SCORES = tuple(0.6 * k for k in range(-4, 5))
 """The same of one whose prior begins at zero; at twice as many friction comes out the same."""
 
@@ -45,14 +50,17 @@ class Shape(NamedTuple):
     value : float
     low, high : float
         Ends of its part of the prior, halfway to its neighbours.
+    score : float
+        The value as a normal score of the prior.
     weight : float
-        Of that part, over what the others of the parameter weigh.
+        Probability of that part.
     """
 
     name: str
     value: float
     low: float
     high: float
+    score: float = 0.0
     weight: float = 1.0
 
 
@@ -92,6 +100,11 @@ class Column:
     line: Line | None = None
 
     @property
+    def score(self) -> float:
+        """Where what shapes it is taken, as a normal score of its prior; zero where nothing does."""
+        return self.shape[0].score if self.shape else 0.0
+
+    @property
     def own(self) -> bool:
         """Whether each record has a coefficient of its own: of its start, and of effects that begin anew.
 
@@ -109,29 +122,38 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class ForceEvaluator:
-    """Forces of the catalogue along a path, as natural units want them."""
+    """Forces of the catalogue in natural units.
 
-    path: MeasuredPath
+    Attributes
+    ----------
+    w0 : float
+        Frequency of the natural units [rad/s].
+    mass, stiffness : float
+        Of the oscillator.
+    friction : float
+        Friction [N or N m] that forces refer to.
+    duration : float
+        Of the record [s], to which friction drift refers.
+    origin : float
+        Phase at which its time begins.
+    """
+
     w0: float
     mass: float
     stiffness: float
     friction: float
     duration: float
+    origin: float
 
     def at(
-        self, values: Mapping[str, tuple[float, ...]], *, samples: bool, friction: float | None = None
+        self, values: Mapping[str, tuple[float, ...]], points: Points, *, friction: float | None = None
     ) -> Array:
-        """Forces, on the side of the motion's own acceleration, at the nodes or at the samples."""
-        path = self.path
-        if samples:
-            phase, x, v, direction = path.phase, path.x, path.v, path.expected_direction
-        else:
-            phase, x, v, direction = path.node_phase, path.node_x, path.node_v, path.direction
+        """Forces, on the side of the motion's own acceleration, shape (m,)."""
         force = force_along(tuple(values))(
-            (phase - path.phase[0]) / self.w0,
-            np.ascontiguousarray(x),
-            np.ascontiguousarray(v) * self.w0,
-            np.ascontiguousarray(direction, dtype=np.float64),
+            (points.phase - self.origin) / self.w0,
+            np.ascontiguousarray(points.x),
+            np.ascontiguousarray(points.v) * self.w0,
+            np.ascontiguousarray(points.direction, dtype=np.float64),
             self.friction if friction is None else friction,
             self.duration,
             self.mass,
@@ -145,35 +167,60 @@ class ForceEvaluator:
         return self.mass * self.w0**2
 
 
-def force_columns(
-    name: str, scales: Scales, evaluator: ForceEvaluator
-) -> Iterator[tuple[Column, Array, Array]]:
-    """Columns of a force effect at nodes and samples: one for each coefficient, in each of its shapes.
+class ForceColumn(NamedTuple):
+    """A column of the law and the force behind it.
 
-    The first parameter is a coefficient, or bends friction; another is one if it makes a force by itself.
+    Attributes
+    ----------
+    column : Column
+    shaped : callable
+        Force of the unit coefficient at points, shape (m,), natural units, where what shapes it is at a
+        normal score of its prior.
+    """
+
+    column: Column
+    shaped: Callable[[Points, float], Array]
+
+    def force(self, points: Points) -> Array:
+        """Force of the unit coefficient at points, shape (m,), natural units."""
+        return self.shaped(points, self.column.score)
+
+
+def force_columns(
+    name: str,
+    scales: Scales,
+    evaluator: ForceEvaluator,
+    path: MeasuredPath,
+    scores: Sequence[float] | None = None,
+) -> Iterator[ForceColumn]:
+    """Columns of a force effect: one for each coefficient, in each of its shapes.
+
+    The first parameter is a coefficient, or bends friction; another is one if it makes a force by itself
+    along the ``path``. What shapes a term is taken at some normal ``scores`` of its prior, evenly spaced, and
+    where left out all over the prior.
     """
     coordinates = effect_coordinates(name, scales, 1)
     first, *others = coordinates
 
-    def along(
-        which: Coordinate, value: float, score: float = 0.0, *, samples: bool = False, friction: float = 1.0
+    def acting(
+        points: Points, score: float = 0.0, *, which: Coordinate, value: float, friction: float = 1.0
     ) -> Array:
         values = tuple(
             value if c is which else 0.0 if c in coefficients else float(c.value(c.at_score(score)))
             for c in coordinates
         )
-        return evaluator.at({name: values}, samples=samples, friction=friction * evaluator.friction)
+        return evaluator.at({name: values}, points, friction=friction * evaluator.friction)
 
-    coefficients = [first]
-    coefficients += [c for c in others if along(c, c.prior.scale).any()]
+    nodes, coefficients = path.nodes, [first]
+    coefficients += [c for c in others if acting(nodes, which=c, value=c.prior.scale).any()]
     size = first.prior.scale
-    base = along(first, size)
-    if not _same_force(along(first, 2.0 * size), 2.0 * base):
-        yield from _bent_friction(name, first, scales, evaluator)
+    base = acting(nodes, which=first, value=size)
+    if not _same_force(acting(nodes, which=first, value=2.0 * size), 2.0 * base):
+        yield from _bent_friction(name, first, scales, evaluator, scores)
         return
-    of_friction = not _same_force(along(first, size, friction=2.0), base)
+    of_friction = not _same_force(acting(nodes, which=first, value=size, friction=2.0), base)
     shaping = [c for c in others if c not in coefficients]
-    for score in _SCORES if shaping else (0.0,):
+    for shape in _shapes(shaping, PRIOR_SCORES, scores) if shaping else ((),):
         for coefficient in coefficients:
             column = Column(
                 "effect",
@@ -181,12 +228,11 @@ def force_columns(
                 positive=coefficient.prior.low == 0.0,
                 effect=name,
                 parameter=coefficient.name,
-                shape=tuple(_shape(c, score, _SCORES) for c in shaping),
+                shape=shape,
                 of_friction=of_friction,
             )
-            at_nodes, at_samples = (along(coefficient, 1.0, score, samples=s) for s in (False, True))
             for widened in column.in_widths():
-                yield widened, at_nodes, at_samples
+                yield ForceColumn(widened, partial(acting, which=coefficient, value=1.0))
 
 
 def _same_force(one: Array, other: Array) -> bool:
@@ -194,35 +240,56 @@ def _same_force(one: Array, other: Array) -> bool:
     return bool(np.max(np.abs(one - other)) <= 1e-6 * np.max(np.abs(other)))
 
 
-def _shape(coordinate: Coordinate, score: float, scores: Sequence[float]) -> Shape:
-    """A parameter at a normal score of its prior, one of several equally far apart."""
-    half = 0.5 * (scores[1] - scores[0])
-    low, value, high = (
-        float(coordinate.value(coordinate.at_score(each))) for each in (score - half, score, score + half)
-    )
-    return Shape(coordinate.name, value, low, high, math.exp(-0.5 * score**2))
+def _shapes(
+    coordinates: Sequence[Coordinate], prior: Sequence[float], scores: Sequence[float] | None
+) -> Iterator[tuple[Shape, ...]]:
+    """What shapes a term at each of some normal scores, those of the ``prior`` where no others are given.
+
+    Parameters that shape the same term are at the same score.
+    """
+    taken = np.array(prior if scores is None else scores)
+    half = 0.5 * (taken[1] - taken[0])
+    edges = np.append(taken - half, taken[-1] + half)
+    mass = np.diff(ndtr(edges))
+    if scores is None:
+        mass /= mass.sum()
+    for k, score in enumerate(taken.tolist()):
+        yield tuple(
+            Shape(
+                c.name,
+                *(float(c.value(c.at_score(each))) for each in (score, edges[k], edges[k + 1])),
+                score,
+                float(mass[k]) ** (j == 0),
+            )
+            for j, c in enumerate(coordinates)
+        )
 
 
 def _bent_friction(
-    name: str, first: Coordinate, scales: Scales, evaluator: ForceEvaluator
-) -> Iterator[tuple[Column, Array, Array]]:
+    name: str,
+    first: Coordinate,
+    scales: Scales,
+    evaluator: ForceEvaluator,
+    scores: Sequence[float] | None,
+) -> Iterator[ForceColumn]:
     """Coulomb friction and a term of fixed size in one column, whose coefficient is the friction."""
-    path, unit = evaluator.path, evaluator.unit_force / evaluator.friction
     amplitude = scales.amplitude * (scales.system.natural_frequency / evaluator.w0) ** scales.quantity.order
-    for score in _SMALL_SCORES:
-        taken = _shape(first, score, _SMALL_SCORES)
-        value = taken.value
+    unit = evaluator.unit_force / evaluator.friction
+
+    def bent(points: Points, score: float) -> Array:
+        value = float(first.value(first.at_score(score)))
+        return unit * evaluator.at({name: (value,)}, points) - points.direction
+
+    for shape in _shapes((first,), _SMALL_SCORES, scores):
         column = Column(
             "friction",
             settings.SETTINGS.friction_share * amplitude,
             positive=True,
             effect=name,
             parameter=first.name,
-            shape=(taken,),
+            shape=shape,
         )
-        at_nodes = unit * evaluator.at({name: (value,)}, samples=False) - path.direction
-        at_samples = unit * evaluator.at({name: (value,)}, samples=True) - path.expected_direction
-        yield column, at_nodes, at_samples
+        yield ForceColumn(column, bent)
 
 
 class Sampled(NamedTuple):
@@ -271,8 +338,8 @@ def sensor_columns(
     sizes = coordinates[: len(coordinates) - len(shapes[0])]
     for taken in shapes:
         shape = tuple(
-            Shape(c.name, value, value, value)
-            for c, value in zip(coordinates[len(sizes) :], taken, strict=True)
+            Shape(c.name, value, value, value, weight=1.0 / len(shapes) if j == 0 else 1.0)
+            for j, (c, value) in enumerate(zip(coordinates[len(sizes) :], taken, strict=True))
         )
         for j, c in enumerate(sizes):
             values = [0.0] * len(sizes)

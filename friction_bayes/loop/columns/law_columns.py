@@ -18,6 +18,7 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import (
     Column,
+    ForceColumn,
     ForceEvaluator,
     Shape,
     force_columns,
@@ -25,13 +26,17 @@ from friction_bayes.loop.columns.effect_columns import (
     sampled,
     sensor_columns,
 )
+from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import OF_LINES, Line
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
-from friction_bayes.statespace.measured_path import MeasuredPath
-from friction_bayes.statespace.response import at_sensor, force_response
-from friction_bayes.statespace.transition import initial_response
+from friction_bayes.statespace.measured_path import MeasuredPath, Points
+from friction_bayes.statespace.response import Feedback, response_at_sensor
+from friction_bayes.statespace.smoother import Motion
 
 __all__ = ["Circumstances", "LawColumns", "law_columns"]
+
+_OF_START = 2
+"""Columns before those of the forces."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +55,10 @@ class LawColumns:
     known : ndarray, shape (n,)
         What the sensor shows of the terms without a coefficient.
     known_states : ndarray, shape (n, 2)
+    acting : tuple of ForceColumn
+        The forces behind the columns, which come after the start.
+    feedback : Feedback
+        How the forces of the law about which it is linear change with the motion.
     friction : float
         Friction [N or N m] that columns ``of_friction`` assume.
     unit_force : float
@@ -62,8 +71,31 @@ class LawColumns:
     forces: Array
     known: Array
     known_states: Array
+    acting: tuple[ForceColumn, ...]
+    feedback: Feedback
     friction: float
     unit_force: float
+
+    def force(self, j: int, points: Points) -> Array:
+        """Force of the unit coefficient of a column behind which there is one, shape (m,), natural units."""
+        return self.acting[j - _OF_START].force(points)
+
+    def with_sizes(self, coefficients: Array) -> list[tuple[float, ForceColumn]]:
+        """The forces of a law of some coefficients, shape (p,), that act, with these."""
+        sizes = coefficients[_OF_START : _OF_START + len(self.acting)].tolist()
+        return [pair for pair in zip(sizes, self.acting, strict=True) if pair[0] != 0.0]
+
+    def before(self, coefficients: Array, motion: Motion) -> LawBefore:
+        """The law of some coefficients, shape (p,), in units of the frequency that it found.
+
+        Parameters
+        ----------
+        coefficients : ndarray, shape (p,)
+        motion : Motion
+            Under that law and in those units.
+        """
+        forces = tuple(pair for pair in self.with_sizes(coefficients) if pair[1].column.kind != "stiffness")
+        return LawBefore(forces, motion.states[:, 2])
 
     @property
     def scale(self) -> Array:
@@ -146,6 +178,8 @@ class Circumstances:
         Length of the record [s], to which friction drift refers.
     sizes : mapping
         About how large the faults of the sensor are whose size shapes them, by effect.
+    scores : mapping
+        Where the shapes of forces are taken, as normal scores of their priors, by effect.
     block : int
         Samples of the record that each value is the mean of.
     """
@@ -156,6 +190,7 @@ class Circumstances:
     order: int
     duration: float
     sizes: Mapping[str, float] = field(default_factory=dict)
+    scores: Mapping[str, Sequence[float]] = field(default_factory=dict)
     block: int = 1
 
 
@@ -167,6 +202,7 @@ def law_columns(
     w0: float,
     friction: float,
     lines: Sequence[Line] = (),
+    about: LawBefore | None = None,
 ) -> LawColumns:
     """Evaluate the law along a path.
 
@@ -183,6 +219,9 @@ def law_columns(
         Rough friction in natural units.
     lines : sequence of Line
         Those of each effect, the strongest first.
+    about : LawBefore, optional
+        The law under which the path was smoothed: the columns are the derivatives of its motion. The forces
+        are taken as given along the path where left out.
     """
     system, order = given.system, given.order
     ratio = w0 / system.natural_frequency
@@ -190,28 +229,30 @@ def law_columns(
     mass = system.moving * ratio ** (order - 2)
     stiffness = system.stiffness * ratio**order
     unit = mass * w0**2
-    evaluator = ForceEvaluator(path, w0, mass, stiffness, friction * unit, given.duration)
+    evaluator = ForceEvaluator(w0, mass, stiffness, friction * unit, given.duration, path.phase[0])
+    acting = _acting(path, given, evaluator)
+    # what the restoring force lacks of the oscillator that answers
+    lacking = path.stiffness[path.interval] * path.node_x - path.restoring(path.node_x)
+    at_nodes = np.column_stack([*(each.force(path.nodes) for each in acting), lacking])
+    lacking = path.slope * path.x - path.restoring(path.x)
+    at_samples = np.column_stack([*(each.force(path.samples) for each in acting), lacking])
+    feedback = Feedback.none(path) if about is None else about.feedback(path)
+    # a force that is linear about the path is known as far as the path is
+    felt = [np.array(forces) for forces in (at_nodes, at_samples)]
+    for forces, slope, points in zip(felt, feedback[:2], (path.nodes, path.samples), strict=True):
+        forces[:, -1] -= slope[:, 0] * points.x + slope[:, 1] * points.v
+    p = len(acting) + 3
+    start = np.eye(2, p)
+    at_nodes, forces = (np.hstack([np.zeros((len(each), 2)), each]) for each in felt)
+    states, sensor = response_at_sensor(path, row, at_nodes, forces, start, feedback)
     amplitude = given.scales.amplitude * (system.natural_frequency / w0) ** order
     columns = [
         Column("displacement", settings.SETTINGS.state_share * amplitude),
         Column("velocity", settings.SETTINGS.state_share * amplitude),
-        Column("stiffness", settings.SETTINGS.stiffness_sd),
-        Column("friction", settings.SETTINGS.friction_share * amplitude, positive=True),
+        *(each.column for each in acting),
     ]
-    acting = _forces(given, evaluator)
-    columns += [column for column, _, _ in acting]
-    # what the restoring force lacks of the oscillator that answers
-    lacking = path.stiffness[path.interval] * path.node_x - path.restoring(path.node_x)
-    at_nodes = [-path.restoring(path.node_x), -path.direction, *(each for _, each, _ in acting), lacking]
-    lacking = path.slope * path.x - path.restoring(path.x)
-    direct = np.column_stack(
-        [-path.restoring(path.x), -path.expected_direction, *(each for _, _, each in acting), lacking]
-    )
-    answered = force_response(path, np.column_stack(at_nodes))
-    start = initial_response(path.phase, path.stiffness)
-    states = np.concatenate([start, answered[:, :, :-1]], axis=2)
-    forces = np.column_stack([np.zeros((path.phase.size, 2)), direct[:, :-1]])
-    sensor = at_sensor(states, row, forces)
+    known, known_states = sensor[:, -1], states[:, :, -1]
+    sensor, states, forces = sensor[:, :-1], states[:, :, :-1], forces[:, :-1]
     faults = _faults(path, given, w0, lines)
     if faults:
         columns += [column for column, _ in faults]
@@ -223,17 +264,33 @@ def law_columns(
         sensor=sensor,
         states=states,
         forces=forces,
-        known=at_sensor(answered[:, :, -1:], row, direct[:, -1:])[:, 0],
-        known_states=answered[:, :, -1],
+        known=known,
+        known_states=known_states,
+        acting=tuple(acting),
+        feedback=feedback,
         friction=friction * unit,
         unit_force=unit,
     )
 
 
-def _forces(given: Circumstances, evaluator: ForceEvaluator) -> list[tuple[Column, Array, Array]]:
-    """Columns of the forces that may act, with their values at the nodes and at the samples."""
+def _acting(path: MeasuredPath, given: Circumstances, evaluator: ForceEvaluator) -> list[ForceColumn]:
+    """Columns of the stiffness, of dry friction and of the forces that may act."""
+    amplitude = given.scales.amplitude * (given.system.natural_frequency / evaluator.w0) ** given.order
     names = [name for name in given.effects if isinstance(EFFECTS[name], ForceEffect)]
-    return [found for name in names for found in force_columns(name, given.scales, evaluator)]
+    return [
+        ForceColumn(
+            Column("stiffness", settings.SETTINGS.stiffness_sd), lambda points, _: -path.restoring(points.x)
+        ),
+        ForceColumn(
+            Column("friction", settings.SETTINGS.friction_share * amplitude, positive=True),
+            lambda points, _: -points.direction,
+        ),
+        *(
+            found
+            for name in names
+            for found in force_columns(name, given.scales, evaluator, path, given.scores.get(name))
+        ),
+    ]
 
 
 def _faults(

@@ -17,6 +17,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop import settings
+from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import OF_LINES, Line
 from friction_bayes.loop.data.friction import friction_of_loss
 from friction_bayes.loop.data.parameters import scales_of
@@ -176,7 +177,13 @@ def fit_together(
     )
     one = first.fits[0]
     change = frequency_change(one.coefficients[one.regression.stiffness])
-    along = _along(alone, records, [fit.motion.at_frequency(change) for fit in first.fits], w0 * change)
+    motions = [fit.motion.at_frequency(change) for fit in first.fits]
+    still = [fit.posterior.best.ratio == 0.0 and not fit.knocks for fit in first.fits]
+    about = [
+        fit.law.before(fit.coefficients, motion) if still[r] else None
+        for r, (fit, motion) in enumerate(zip(first.fits, motions, strict=True))
+    ]
+    along = _along(alone, records, motions, w0 * change, about)
     if along is None:
         return None
     fit = _weighed(alone, records, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
@@ -184,13 +191,18 @@ def fit_together(
 
 
 def _along(
-    alone: Sequence[ForceFit], records: Sequence[MovingRecord], motions: Sequence[Motion], w0: float
+    alone: Sequence[ForceFit],
+    records: Sequence[MovingRecord],
+    motions: Sequence[Motion],
+    w0: float,
+    about: Sequence[LawBefore | None] | None = None,
 ) -> tuple[LawAlongMotion, ...] | None:
     """The law along motions in natural units of ``w0``; None where one has too few turning points."""
+    laws = [None] * len(records) if about is None else about
     friction = _friction_of_loss(alone)
     found = [
-        record.along(motion, w0, lines, friction)
-        for record, motion, lines in zip(records, motions, _lines(alone), strict=True)
+        record.along(motion, w0, lines, friction=friction, about=law)
+        for record, motion, lines, law in zip(records, motions, _lines(alone), laws, strict=True)
     ]
     along = tuple(one for one in found if one is not None)
     return along if len(along) == len(found) else None

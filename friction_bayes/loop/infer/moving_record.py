@@ -15,6 +15,7 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.column_sets import ColumnSets, column_sets
+from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.law_columns import Circumstances, LawColumns, law_columns
 from friction_bayes.loop.columns.lines import Line
 from friction_bayes.loop.data.friction import friction_of_loss
@@ -29,6 +30,11 @@ from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import LEAST_NOISE, Motion, first_motion
 
 __all__ = ["LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "why_not_weighed"]
+
+
+_LEFT_OUT = 1.5
+"""Half cycles before a motion stops that are left out: it ends between two turning points then, neither of
+which is in doubt."""
 
 
 def along_motion(effect: Effect) -> bool:
@@ -48,6 +54,8 @@ class LawAlongMotion(NamedTuple):
     sets : ColumnSets
     regression : LawRegression
     prior : ForcePrior
+    about : LawBefore or None
+        The law about which the columns are linear.
     """
 
     w0: float
@@ -56,14 +64,19 @@ class LawAlongMotion(NamedTuple):
     sets: ColumnSets
     regression: LawRegression
     prior: ForcePrior
+    about: LawBefore | None = None
 
-    def faults(self, coefficients: Array) -> Array:
-        """What faults of the sensor add to the samples, natural units, shape (n,).
+    @property
+    def of_sensor(self) -> Mask:
+        """Columns of faults of the sensor, shape (p,)."""
+        return np.array([isinstance(EFFECTS.get(c.effect), SensorEffect) for c in self.law.columns])
+
+    def faults(self, sizes: Array) -> Array:
+        """What faults of the sensor of some sizes add to the samples, natural units, shape (n,).
 
         They follow the motion: one that jumps where the motion turns moves with the turning points.
         """
-        of_sensor = [isinstance(EFFECTS.get(c.effect), SensorEffect) for c in self.law.columns]
-        return np.asarray(self.law.sensor[:, of_sensor] @ coefficients[of_sensor])
+        return np.asarray(self.law.sensor[:, self.of_sensor] @ sizes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +98,9 @@ class MovingRecord:
         What neighbouring samples share of the noise.
     sizes : dict
         About how large the faults of the sensor are whose size shapes them, by effect.
+    scores : dict
+        Where the shapes of forces are taken, as normal scores of their priors, by effect; all over the prior
+        where it has none.
     jump : ndarray or None, shape (samples - 1,)
         How far the random force may jump in each interval besides what it does of itself, over the noise;
         None where it may nowhere.
@@ -98,6 +114,7 @@ class MovingRecord:
     variance: Array
     error: SensorError = NO_ERROR
     sizes: dict[str, float] = field(default_factory=dict)
+    scores: dict[str, tuple[float, ...]] = field(default_factory=dict)
     jump: Array | None = None
 
     @classmethod
@@ -160,7 +177,13 @@ class MovingRecord:
         return w0 * change, motion.at_frequency(change)
 
     def along(
-        self, motion: Motion, w0: float, lines: Sequence[Line], friction: float | None = None
+        self,
+        motion: Motion,
+        w0: float,
+        lines: Sequence[Line],
+        *,
+        friction: float | None = None,
+        about: LawBefore | None = None,
     ) -> LawAlongMotion | None:
         """The law along a motion; None where that holds too few turning points.
 
@@ -173,6 +196,8 @@ class MovingRecord:
             Those of each effect, the strongest first.
         friction : float, optional
             Rough friction, natural units; what explains the loss of amplitude where left out.
+        about : LawBefore, optional
+            The law about which the columns are linear; forces along the motion alone where left out.
         """
         order = self.segment.order
         x, v = motion.states[:, :2].T.copy()
@@ -189,9 +214,10 @@ class MovingRecord:
             order=order,
             duration=self.segment.duration,
             sizes=self.sizes,
+            scores=self.scores,
             block=self.segment.block,
         )
-        law = law_columns(path, row, given, w0=w0, friction=rough, lines=lines)
+        law = law_columns(path, row, given, w0=w0, friction=rough, lines=lines, about=about)
         sets = column_sets(law, self.effects)
         regression = LawRegression(
             clock=clock,
@@ -209,7 +235,7 @@ class MovingRecord:
             motion=motion,
             least_noise=self._least_noise / w0**order,
         )
-        return LawAlongMotion(w0, path, law, sets, regression, force_prior(rough))
+        return LawAlongMotion(w0, path, law, sets, regression, force_prior(rough), about)
 
 
 def force_prior(friction: float) -> ForcePrior:
@@ -233,4 +259,4 @@ def _moving(segment: Segment) -> int:
     if not segment.decay.stops:
         return segment.moving
     half_cycle = math.pi / (segment.decay.frequency * segment.decay.step)
-    return max(segment.moving - int(half_cycle), 2)
+    return max(segment.moving - int(_LEFT_OUT * half_cycle), 2)

@@ -8,6 +8,7 @@ points. When they have settled, and at the latest after a few, the force is sear
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -18,6 +19,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.columns.lines import Line, lines_beside_motion
 from friction_bayes.loop.data.friction import friction_of_loss
 from friction_bayes.loop.infer.finer_lines import finer_lines, lines_that_show
+from friction_bayes.loop.infer.finer_shapes import finer_shapes
 from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.noise.correlated_error import find_sensor_error
@@ -58,6 +60,8 @@ class Round:
     found : LawAlongMotion
     near : GridPoint or None
         The most probable random force of the round before; None in the first.
+    alone : bool
+        Whether the next round goes along the motion of the best law without a random force, however probable.
     """
 
     whole: MovingRecord
@@ -68,6 +72,7 @@ class Round:
     other_lines: bool
     found: LawAlongMotion
     near: GridPoint | None
+    alone: bool = False
 
     @classmethod
     def first(cls, whole: MovingRecord) -> Round | None:
@@ -95,13 +100,43 @@ class Round:
         problem, prior = self.found.regression.problem, self.found.prior
         return integrate(problem, prior, self.motion.noise, near=self.near, only_mode=True)
 
+    @property
+    def log_evidence(self) -> float:
+        """Of the record, in units of the signal; about a law's own motion without a random force alone.
+
+        What a force would add there counts for nothing: it is exact beside the motion that it goes with.
+        """
+        used = int(np.isfinite(self.found.regression.clock.variance).sum())
+        still = self._posterior.ratio == 0.0
+        found = self._posterior.log_evidence + math.log(
+            max(float(self._posterior.weight[still].sum()), 1e-300) if self.alone else 1.0
+        )
+        return found - used * self.whole.segment.order * math.log(self.found.w0)
+
+    @property
+    def wanders(self) -> bool:
+        """Whether a force that fluctuates, or a knock, goes with the motion."""
+        return self._best.ratio > 0.0 or self.knocked
+
+    @property
+    def knocked(self) -> bool:
+        """Whether the force may jump."""
+        return self.whole.jump is not None and bool(self.whole.jump.any())
+
+    @cached_property
+    def _best(self) -> GridPoint:
+        """The point with the law that the next round goes along."""
+        points = self._posterior.points
+        still = [point for point in points if point.ratio == 0.0]
+        return still[0] if self.alone and still else self._posterior.best
+
     @cached_property
     def _law(self) -> Array:
-        return self._posterior.best_law()
+        return self._posterior.mean_law(self._best, int(np.argmax(self._best.found.log_weight)))
 
     def following(self, allowed: Sequence[str]) -> Round | None:
-        """The next; None where its motion holds too few turning points."""
-        found, law, best = self.found, self._law, self._posterior.best
+        """The next; None where its motion holds too few turning points or samples that are fitted."""
+        found, law, best = self.found, self._law, self._best
         regression, segment, whole = found.regression, self.whole.segment, self.whole
         white = regression.innovations(law, best.ratio, best.tau) / best.noise
         smoothed = regression.smoothed(law, best)
@@ -111,15 +146,24 @@ class Round:
         error = find_sensor_error(regression, self._posterior, found.prior, found.w0)
         if error is not None:
             whole = replace(whole, error=error)
-        whole = replace(whole, sizes=whole.sizes | found.law.fault_sizes(law))
+        whole = replace(
+            whole,
+            sizes=whole.sizes | found.law.fault_sizes(law),
+            scores=finer_shapes(found, law, best),
+        )
         ceiling, outliers = self._set_aside(smoothed, allowed)
         change = frequency_change(law[regression.stiffness])
         motion = smoothed.at_frequency(change)
-        along = whole.setting_aside(ceiling | outliers).along(motion, found.w0 * change, lines)
+        if np.count_nonzero(np.isfinite(whole.variance) & ~(ceiling | outliers)) <= law.size:
+            return None
+        # forces are taken as given along a motion that wanders: its own part of that is no perturbation
+        about = None if self.wanders else found.law.before(law, motion)
+        along = whole.setting_aside(ceiling | outliers).along(motion, found.w0 * change, lines, about=about)
         if along is None:
             return None
         other_lines = bool(more) or len(showing) < len(self.lines)
-        return Round(whole, ceiling, outliers, motion, lines, other_lines, along, self._posterior.best_force)
+        near = self._posterior.best_force
+        return Round(whole, ceiling, outliers, motion, lines, other_lines, along, near, self.alone)
 
     def _set_aside(self, smoothed: Motion, allowed: Sequence[str]) -> tuple[Mask, Mask]:
         """Samples near an end of the range, and outliers, shape (n,) both."""
@@ -129,7 +173,7 @@ class Round:
             self.found.regression,
             self.found.w0,
             self._law,
-            self._posterior.best,
+            self._best,
         )
         ceiling, shown = self.ceiling, np.isfinite(self.whole.variance) & ~self.ceiling
         noise = left.noise(outliers=OUTLIERS.name in allowed and left.heavy_tails(shown))
@@ -145,20 +189,24 @@ class Round:
         if after.other_lines or other_noise:
             return False
         change = after.found.w0 / self.found.w0 - 1.0
-        moved = np.max(np.abs(after.found.faults(self._law) - self.found.faults(self._law)))
+        faults = self._law[self.found.of_sensor]
+        moved = np.max(np.abs(after.found.faults(faults) - self.found.faults(faults)))
         straight = self.found.path.serves(after.found.path.x, after.found.prior.centre)
-        return straight and abs(change) < _SETTLED and bool(moved < _MOVED * self._posterior.best.noise)
+        moved = max(moved, np.max(np.abs(after.found.path.x - self.found.path.x)))
+        return straight and abs(change) < _SETTLED and bool(moved < _MOVED * self._best.noise)
 
     def next_knock(self) -> Array | None:
         """How far the force may jump in each interval, see :func:`.knocks.next_knock`."""
         friction = friction_of_loss(self.found.path.turning_x)
-        return next_knock(self.found.regression, self._law, self._posterior.best, friction)
+        return next_knock(self.found.regression, self._posterior.best_law(), self._posterior.best, friction)
 
     def jumping(self, jump: Array) -> Round | None:
         """The same with a force that may jump, shape (n - 1,)."""
         whole = replace(self.whole, jump=jump)
-        found = whole.setting_aside(self.aside).along(self.motion, self.found.w0, self.lines)
-        return None if found is None else replace(self, whole=whole, found=found)
+        record = whole.setting_aside(self.aside)
+        about = None if jump.any() else self.found.about
+        found = record.along(self.motion, self.found.w0, self.lines, about=about)
+        return None if found is None else replace(self, whole=whole, found=found, alone=False)
 
 
 def settle(whole: MovingRecord, allowed: Sequence[str]) -> Round | None:
@@ -175,18 +223,28 @@ def settle(whole: MovingRecord, allowed: Sequence[str]) -> Round | None:
     Round or None
         The last; None where one holds too few turning points.
     """
-    latest = Round.first(whole)
+    latest = _settled(Round.first(whole), allowed)
+    if latest is not None and latest.found.about is None:
+        # about its own motion, which is exact, a law may not call for the force that made up for what was not
+        alone = _settled(replace(latest, alone=True), allowed)
+        if alone is not None and alone.log_evidence > latest.log_evidence:
+            latest = alone
     looks = _MOST_LOOKS
-    while latest is not None:
-        for _ in range(_MOST_ROUNDS):
-            before, latest = latest, latest.following(allowed)
-            if latest is None:
-                return None
-            if before.stays(latest):
-                break
-        jump = before.next_knock() if looks > 0 else None
+    while latest is not None and looks > 0:
+        jump = latest.next_knock()
         if jump is None:
             break
         looks = looks - 1 if jump.any() else 0
-        latest = latest.jumping(jump if looks > 0 else np.zeros_like(jump))
+        latest = _settled(latest.jumping(jump if looks > 0 else np.zeros_like(jump)), allowed)
+    return latest
+
+
+def _settled(latest: Round | None, allowed: Sequence[str]) -> Round | None:
+    """Go on from a round until the next says the same."""
+    for _ in range(_MOST_ROUNDS):
+        if latest is None:
+            break
+        before, latest = latest, latest.following(allowed)
+        if latest is not None and before.stays(latest):
+            break
     return latest

@@ -84,12 +84,6 @@ class SensorNoise:
         return float(logsumexp([h.log_odds for h in self.hypotheses]))
 
     @property
-    def log_scale(self) -> float:
-        """Logarithm of the factor from weights of the posterior to evidences under white noise alone."""
-        best = self.hypotheses[self.chosen]
-        return best.log_factor - best.log_odds
-
-    @property
     def probabilities(self) -> dict[frozenset[str], float]:
         """Probability of each hypothesis by its effects."""
         total = self.log_total

@@ -15,24 +15,16 @@ import numpy as np
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
-from friction_bayes.loop.mixture.force_family import ForceFamily, log_share_of_search
 from friction_bayes.loop.mixture.joint_family import JointFamily, joint_family
 from friction_bayes.loop.mixture.mixture import Family
+from friction_bayes.loop.mixture.record_family import record_family
 from friction_bayes.loop.mixture.search_family import SearchFamily
-from friction_bayes.loop.search.candidate import SearchResult
 from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.loop.search.run_search import search_records
-from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
-from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
-__all__ = ["Candidates", "candidates_of", "families_of_one"]
-
-_BEYOND = 50.0
-"""Log evidence by which noise of the sensor alone has to fall behind for the search to be spared: far below
-rounding, half and twice as much give the same reports."""
+__all__ = ["Candidates", "candidates_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,12 +78,10 @@ def candidates_of(
     """
     rng_search, rng_force, rng_joint = rngs
     allowed = options.allowed
-    if options.seeks_force and len(segments) == 1:
-        searched, forced = families_of_one(
-            system, segments[0], allowed, tried, options.tolerance, (rng_search, rng_force), progress
-        )
-        families = (searched,) if forced is None else (searched, forced)
-        return Candidates(searched.found.before, families)
+    if options.seeks_force and len(segments) == 1 and _knows_the_range(segments, allowed):
+        alone = record_family(segments[0], system, allowed, options.tolerance, rng_force)
+        if alone is not None:
+            return Candidates(alone.before, (alone,))
     joint = _joint(segments, system, options, rng_joint, progress)
     if joint is not None and (options.varying_friction or joint.knows_the_noise):
         return Candidates(joint.before, (joint,))
@@ -126,66 +116,9 @@ def _joint(
     )
 
 
-def families_of_one(
-    system: Oscillator,
-    segment: Segment,
-    allowed: tuple[str, ...],
-    tried: tuple[str, ...],
-    tolerance: float,
-    rngs: Sequence[np.random.Generator],
-    progress: Callable[[str], None] | None,
-) -> tuple[SearchFamily, ForceFamily | None]:
-    """Weigh candidates with noise of the sensor alone and, where that can be done, beside a random force.
-
-    Parameters
-    ----------
-    system : Oscillator
-        The declared system.
-    segment : Segment
-    allowed : tuple of str
-        Effects that any family may have.
-    tried : tuple of str
-        Those of them that the search tries.
-    tolerance : float
-        Share of friction below which a force that depends on the motion does not matter.
-    rngs : sequence of numpy.random.Generator, length 2
-        Of the search's draws and of the others'.
-    progress : callable, optional
-        Called with the name of each set of effects that is fitted.
-
-    Raises
-    ------
-    InputError
-        If no Coulomb decay can be fitted.
-    """
-    rng_search, rng_force = rngs
-    fit = fit_random_force(segment, system, allowed) if _knows_the_range((segment,), tried) else None
-
-    def search(*only: frozenset[str]) -> SearchResult:
-        return search_records(system, (segment,), tried, "auto", progress, only)
-
-    if fit is not None and log_share_of_search(fit, tried) < -_BEYOND:
-        narrow = SearchFamily(search(*_sets_to_check(fit, tried)), allowed, rng_search, search)
-        force = None if narrow.is_silent else ForceFamily(narrow, fit, allowed, tolerance, rng_force)
-        if force is not None and force.lead > _BEYOND:
-            return narrow, force
-    whole = SearchFamily(search(), allowed, rng_search)
-    if fit is None or whole.is_silent:
-        return whole, None
-    return whole, ForceFamily(whole, fit, allowed, tolerance, rng_force)
-
-
 def _knows_the_range(segments: Sequence[Segment], allowed: Sequence[str]) -> bool:
     """Whether samples at an end of the range, if there are any, are known to lie beyond it.
 
     They are where the sensor may clip.
     """
     return SENSOR_CLIPPING.name in allowed or not any(segment.clipped for segment in segments)
-
-
-def _sets_to_check(fit: ForceFit, tried: tuple[str, ...]) -> tuple[frozenset[str], ...]:
-    """Coulomb friction alone, its rest position fixed and free, and the law found, without its force."""
-    outliers = {OUTLIERS.name} if fit.sensor_noise.contaminated else set()
-    law = (fit.sets.effects[fit.chosen] | outliers).intersection(tried)
-    zero = frozenset({SENSOR_OFFSET.name}).intersection(tried)
-    return frozenset(), zero, law

@@ -16,34 +16,28 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.checks.contradictions import contradictions
 from friction_bayes.loop.checks.joint_check import check_together
 from friction_bayes.loop.data.friction import friction_scale, scale_draws
-from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.cells import Cells
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
 from friction_bayes.loop.infer.joint_draws import joint_draws
 from friction_bayes.loop.infer.joint_fit import JointFit, fit_together
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.mixture.motion_family import MotionFamily
+from friction_bayes.loop.mixture.motion_family import NO_NOISE, MotionFamily
 from friction_bayes.loop.mixture.slight_beside_law import beside_joint_set
 from friction_bayes.loop.mixture.slight_effects import SlightEffect
 from friction_bayes.loop.mixture.unknowable import unknowable
 from friction_bayes.loop.noise.autoregression import is_coloured
-from friction_bayes.loop.noise.likelihood import NoiseModel, has_heavy_tails
+from friction_bayes.loop.noise.likelihood import has_heavy_tails
 from friction_bayes.loop.report.between_records import friction_between_records
-from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.report.friction_range import Reading
 from friction_bayes.loop.search.draws import DRAWS
-from friction_bayes.loop.search.fit import LoopFit, fit_model
+from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.loop.search.run_search import coulomb_model
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
-from friction_bayes.statespace.smoother import LEAST_NOISE
 
 __all__ = ["JointFamily", "joint_family"]
-
-_NO_NOISE = 1.01 * LEAST_NOISE
-"""Noise over the largest signal below which columns along a motion are no measure of it."""
 
 
 def joint_family(
@@ -208,14 +202,6 @@ class JointFamily(MotionFamily):
             own[f"velocity[{r}]"] = one.coefficients[best, 1] * one.fit.w0
         return super().variables() | own
 
-    def simulated(self) -> tuple[LoopModel, Array]:
-        """The most probable law, fitted to the first record as far as it follows that."""
-        law = drawn_contender(DrawnLaws.of_one(self.laws.first), self._of_best)
-        if law is None:
-            return self.before.model, self.before.z
-        fit = fit_model(law.model, [NoiseModel(law.ar)], law.z)
-        return law.model, law.z if fit is None else fit.z
-
     def check(self, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
         factor, unit = friction_scale(self.before.model)
         mine = self._of_candidate[:, self.fit.problem.number] & (self._weight > 0.0)
@@ -245,7 +231,7 @@ class JointFamily(MotionFamily):
         A search knows coloured noise too, and none at all.
         """
         return not any(
-            fit.noise_sd <= _NO_NOISE * fit.scales.signal
+            fit.noise_sd <= NO_NOISE * fit.scales.signal
             or is_coloured(_beside_motion(fit), fit.segment.decay.step, fit.segment.decay.frequency)
             or has_heavy_tails(fit.innovations[np.isfinite(fit.clock.variance)])
             for fit in self.best

@@ -15,6 +15,7 @@ from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left, worst
 from friction_bayes.loop.checks.forecast import forecast
 from friction_bayes.loop.checks.search_forecast import Forecast
 from friction_bayes.loop.data.friction import friction_scale
+from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
 from friction_bayes.loop.infer.record_fit import ForceFit
@@ -23,6 +24,7 @@ from friction_bayes.loop.mixture.slight_beside_law import friction_with_slight_e
 from friction_bayes.loop.mixture.slight_effects import SlightEffect
 from friction_bayes.loop.mixture.slight_force import SlightForce
 from friction_bayes.loop.noise.correlated_error import NO_ERROR
+from friction_bayes.loop.noise.likelihood import NoiseModel
 from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.report.effect_summaries import (
     clipping_parameters,
@@ -38,13 +40,17 @@ from friction_bayes.loop.report.next_experiment import Contender
 from friction_bayes.loop.report.reference_force import ResistingForce
 from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.loop.search.draws import DRAWS
-from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.loop.search.fit import LoopFit, fit_model
 from friction_bayes.loop.search.residual_tests import ResidualTests
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
+from friction_bayes.statespace.smoother import LEAST_NOISE
 
-__all__ = ["MotionFamily"]
+__all__ = ["NO_NOISE", "MotionFamily"]
+
+NO_NOISE = 1.01 * LEAST_NOISE
+"""Noise over the largest signal below which columns along a motion are no measure of it."""
 
 
 class MotionFamily(ABC):
@@ -252,6 +258,14 @@ class MotionFamily(ABC):
             motion_trace(fit, self.before, r, draws, fluctuates=self._fluctuates)
             for r, (fit, draws) in enumerate(zip(self.best, self.laws.records, strict=True))
         )
+
+    def simulated(self) -> tuple[LoopModel, Array]:
+        """The most probable law, fitted to the first record as far as it follows that."""
+        law = drawn_contender(DrawnLaws.of_one(self.laws.first), self._of_best)
+        if law is None:
+            return self.before.model, self.before.z
+        fit = fit_model(law.model, [NoiseModel(law.ar)], law.z)
+        return law.model, law.z if fit is None else fit.z
 
     def resisting_force(self) -> ResistingForce:
         fit, law = self.best[0], self.best[0].law

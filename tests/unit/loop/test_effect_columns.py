@@ -21,8 +21,8 @@ def test_a_force_is_linear_in_its_size_however_fast_the_motion(swing: float) -> 
     )
     phase = np.linspace(0.0, 40.0, 2000)
     path = MeasuredPath.through(phase, swing * 0.01 * np.cos(phase), -swing * 0.01 * np.sin(phase))
-    evaluator = ForceEvaluator(path, 10.0, 10.0, 1000.0, friction=1e-3, duration=4.0)
-    columns = [column for column, _, _ in force_columns("stribeck_friction", scales, evaluator)]
+    evaluator = ForceEvaluator(10.0, 10.0, 1000.0, friction=1e-3, duration=4.0, origin=0.0)
+    columns = [column for column, _ in force_columns("stribeck_friction", scales, evaluator, path)]
     assert {column.kind for column in columns} == {"effect"}
     assert {column.parameter for column in columns} == {"static_excess"}
     assert all(column.of_friction for column in columns)

@@ -11,10 +11,9 @@ import pytest
 from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.cells import Cells
-from friction_bayes.loop.infer.record_fit import fit_random_force
-from friction_bayes.loop.mixture.force_family import ForceFamily
 from friction_bayes.loop.mixture.joint_family import JointFamily, joint_family
 from friction_bayes.loop.mixture.mixture import Family, FamilyDraws, Mixture, mixture_of
+from friction_bayes.loop.mixture.record_family import RecordFamily, record_family
 from friction_bayes.loop.mixture.search_family import SearchFamily
 from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.search.draws import DRAWS
@@ -54,10 +53,10 @@ def searched() -> SearchFamily:
     return SearchFamily(found, ALLOWED, np.random.default_rng(1))
 
 
-def forced() -> ForceFamily:
-    fit = fit_random_force(releases(1)[0], SYSTEM, ALLOWED)
-    assert fit is not None
-    return ForceFamily(searched(), fit, ALLOWED, 0.2, np.random.default_rng(2))
+def alone() -> RecordFamily:
+    family = record_family(releases(1)[0], SYSTEM, ALLOWED, 0.2, np.random.default_rng(2))
+    assert family is not None
+    return family
 
 
 def together(share: float = 0.3) -> JointFamily:
@@ -67,7 +66,7 @@ def together(share: float = 0.3) -> JointFamily:
     return family
 
 
-@pytest.fixture(scope="module", params=[searched, forced, together])
+@pytest.fixture(scope="module", params=[searched, alone, together])
 def family(request: pytest.FixtureRequest) -> Family:
     return request.param()  # type: ignore[no-any-return]
 

@@ -12,9 +12,7 @@ from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.pushing import pushing
 from friction_bayes.loop.infer.record_fit import fit_random_force
-from friction_bayes.loop.mixture.force_family import ForceFamily
-from friction_bayes.loop.mixture.search_family import SearchFamily
-from friction_bayes.loop.search.run_search import search_records
+from friction_bayes.loop.mixture.record_family import record_family
 
 RELEASE = 0.02
 
@@ -49,11 +47,8 @@ def test_the_best_law_is_none_that_is_left_out() -> None:
     record = slow_decay(duration=10.0, sampling_rate=50.0, noise_sd=1e-5, seed=3, effects=fluctuating)
     names = ("viscous_damping", "random_force")
     segments = cut_records([record], SYSTEM)
-    searched = search_records(SYSTEM, segments, names[:1], "auto", None)
-    fit = fit_random_force(segments[0], SYSTEM, names)
-    assert fit is not None
-    search = SearchFamily(searched, names, np.random.default_rng(1))
-    family = ForceFamily(search, fit, names, 0.2, np.random.default_rng(2))
+    family = record_family(segments[0], SYSTEM, names, 0.2, np.random.default_rng(2))
+    assert family is not None
     effects, likely = family.fit.sets.effects, family.fit.among(family.cells.total > 0.0).chosen
     same = np.array([each == effects[likely] for each in effects])
     same[likely] = False

@@ -9,9 +9,9 @@ import pytest
 
 import decays
 import friction_bayes as fb
+from evidence_without_force import log_evidence_without_force
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_random_force
-from friction_bayes.loop.infer.search_scale import log_evidence_without_force
 from friction_bayes.loop.noise.robust_samples import come_anywhere
 from friction_bayes.loop.search.laplace_evidence import log_evidence
 from friction_bayes.loop.search.search import Search

@@ -1,0 +1,69 @@
+"""The law of the round before, about which the columns of the next one are linear."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.loop.columns.effect_columns import ForceColumn
+from friction_bayes.statespace.measured_path import MeasuredPath, Points
+from friction_bayes.statespace.response import Feedback
+
+__all__ = ["LawBefore"]
+
+_NUDGE = 1e-4
+"""Share of the swing over which a force is differenced."""
+
+
+@dataclass(frozen=True, eq=False)
+class LawBefore:
+    """A law and the random force beside it.
+
+    Attributes
+    ----------
+    forces : tuple of (float, ForceColumn)
+        Those that act, and their coefficients.
+    fluctuation : ndarray, shape (n,)
+        The random force at the samples, natural units.
+    """
+
+    forces: tuple[tuple[float, ForceColumn], ...]
+    fluctuation: Array
+
+    def force(self, points: Points) -> Array:
+        """Its force, shape (m,)."""
+        return sum((size * each.force(points) for size, each in self.forces), np.zeros(points.x.size))
+
+    def feedback(self, path: MeasuredPath) -> Feedback:
+        """How its force changes with the motion along a path."""
+        nudge = _NUDGE * float(np.max(np.abs(path.x)))
+
+        def slopes(points: Points, straight: Array) -> Array:
+            by_x, by_v = (
+                self.force(points._replace(**{name: getattr(points, name) + nudge}))
+                - self.force(points._replace(**{name: getattr(points, name) - nudge}))
+                for name in ("x", "v")
+            )
+            # of the restoring force, what the oscillator that answers lacks
+            bent = straight - (np.cos(points.x) if path.pendulum else 1.0)
+            return np.column_stack([bent + by_x / (2.0 * nudge), by_v / (2.0 * nudge)])
+
+        return Feedback(
+            slopes(path.nodes, path.stiffness[path.interval]),
+            slopes(path.samples, path.slope),
+            self._passed(path),
+        )
+
+    def _passed(self, path: MeasuredPath) -> Array:
+        """Acceleration after each turning point over the one before it; none where the mass would stick."""
+        turning, x = path.turning, path.turning_x
+        sample = np.searchsorted(path.phase, turning) - 1
+        towards = np.where(path.v[sample] > 0.0, 1.0, -1.0)
+        rest = self.fluctuation[sample] - path.restoring(x)
+        still = np.zeros(turning.size)
+        before, after = (rest + self.force(Points(turning, x, still, side)) for side in (towards, -towards))
+        # it is against the motion before; friction, which resists, makes it smaller after
+        share = np.divide(after, before, out=np.zeros(turning.size), where=before * towards < 0.0)
+        return np.clip(share, 0.0, 1.0)

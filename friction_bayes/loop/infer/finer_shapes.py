@@ -1,0 +1,91 @@
+"""Parameters that shape a term, taken more finely once the record tells of them.
+
+The first round takes such a parameter at a few values of its prior. About the best of these its term is
+linear: one more column, the derivative of the force with the parameter, says where the next round takes it
+and how closely.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from friction_bayes.core.arrays import Array
+from friction_bayes.loop.columns.effect_columns import PRIOR_SCORES, ForceColumn
+from friction_bayes.loop.infer.moving_record import LawAlongMotion
+from friction_bayes.statespace.force_grid import GridPoint
+from friction_bayes.statespace.kalman import whiten
+from friction_bayes.statespace.measured_path import Points
+from friction_bayes.statespace.response import response_at_sensor
+
+__all__ = ["finer_shapes"]
+
+_WIDEST = 0.5
+"""Standard deviation, as a normal score of the prior, from which on the values of the prior serve."""
+_LONGEST_STEP = 0.8
+"""As a normal score, of one round: as far as two values of the prior lie apart."""
+_NUDGE = 1e-3
+"""Normal scores over which a force is differenced."""
+
+
+def finer_shapes(found: LawAlongMotion, law: Array, point: GridPoint) -> dict[str, tuple[float, ...]]:
+    """Where the shape of each effect of a law is taken next.
+
+    Parameters
+    ----------
+    found : LawAlongMotion
+    law : ndarray, shape (p,)
+        Its coefficients.
+    point : GridPoint
+        The random force beside it.
+
+    Returns
+    -------
+    dict
+        Normal scores of the prior by effect; without those that are taken all over it.
+    """
+    regression = found.regression
+    bent: dict[str, list[tuple[float, ForceColumn]]] = {}
+    for size, each in found.law.with_sizes(law):
+        if each.column.shape:
+            bent.setdefault(each.column.effect, []).append((size, each))
+    if not bent:
+        return {}
+
+    def change(points: Points) -> Array:
+        return np.column_stack([_change(acting, points) for acting in bent.values()])
+
+    path = found.path
+    forces = change(path.nodes), change(path.samples)
+    _, shown = response_at_sensor(path, regression.row, *forces, feedback=found.law.feedback)
+    own = law != 0.0
+    columns = regression.columns[:, own] * regression.scale[own]
+    block = np.column_stack([columns, shown, regression.residual(law)])
+    gram = whiten(block, regression.clock, regression.row, point.ratio, point.tau).gram / point.noise**2
+    score = np.array([acting[0][1].column.score for acting in bent.values()])
+    # the record enters as what the law leaves; each coefficient and score has a standard normal prior
+    factor = cho_factor(gram[:-1, :-1] + np.eye(len(gram) - 1))
+    k = len(score)
+    present = np.append(law[own] / regression.scale[own], score)
+    move = cho_solve(factor, gram[:-1, -1] - present)[-k:]
+    sd = np.sqrt(np.diag(cho_solve(factor, np.eye(len(gram) - 1)))[-k:])
+    centre = score + np.clip(move, -_LONGEST_STEP, _LONGEST_STEP)
+    return {
+        name: tuple((centre[j] + sd[j] * np.array(PRIOR_SCORES)).tolist())
+        for j, name in enumerate(bent)
+        if sd[j] < _WIDEST
+    }
+
+
+def _change(acting: list[tuple[float, ForceColumn]], points: Points) -> Array:
+    """Derivative of a force with the normal score of what shapes it, shape (m,)."""
+    return sum(
+        (
+            size
+            / (2.0 * _NUDGE)
+            * (each.shaped(points, score + _NUDGE) - each.shaped(points, score - _NUDGE))
+            for size, each in acting
+            for score in (each.column.score,)
+        ),
+        np.zeros(points.x.size),
+    )

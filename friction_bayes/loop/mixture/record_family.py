@@ -1,0 +1,184 @@
+"""Sets of effects weighed on one record, with and without a random force."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from friction_bayes.core.arrays import Integers, Mask
+from friction_bayes.core.system import Oscillator
+from friction_bayes.core.text import percent
+from friction_bayes.loop.checks.sampler_check import check_random_force
+from friction_bayes.loop.checks.witnesses import Witnesses, two_witnesses
+from friction_bayes.loop.data.friction import friction_scale
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.infer.cells import Cells
+from friction_bayes.loop.infer.drawn_laws import DrawnLaws
+from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, law_draws
+from friction_bayes.loop.infer.pushing import pushing
+from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
+from friction_bayes.loop.mixture.motion_family import NO_NOISE, MotionFamily
+from friction_bayes.loop.mixture.slight_beside_law import beside_set
+from friction_bayes.loop.mixture.slight_effects import SlightEffect
+from friction_bayes.loop.mixture.slight_force import slight_force
+from friction_bayes.loop.mixture.unknowable import unknowable
+from friction_bayes.loop.report.friction_range import Reading
+from friction_bayes.loop.search.draws import DRAWS
+from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.loop.search.run_search import coulomb_model
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
+from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
+
+__all__ = ["RecordFamily", "record_family"]
+
+
+class RecordFamily(MotionFamily):
+    """All candidates of one record (see :class:`friction_bayes.loop.mixture.motion_family.MotionFamily`).
+
+    Parameters
+    ----------
+    before : LoopFit
+        The Coulomb model alone.
+    fit : ForceFit
+    tolerance : float
+        Share of friction below which a force that depends on the motion does not matter.
+    rng : numpy.random.Generator
+        Of the draws.
+    """
+
+    def __init__(self, before: LoopFit, fit: ForceFit, tolerance: float, rng: np.random.Generator) -> None:
+        super().__init__(before, tolerance, rng)
+        self.fit = fit
+        self.slight_force = slight_force(fit)
+        pushes = pushing(fit)
+        self.cells = _cells(fit, pushes)
+        # all mixtures have the empty set
+        by_set = {frozenset[str](): 0.0} | self.cells.probabilities
+        ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
+        self.sets = tuple(names for names, _ in ranked)
+        with np.errstate(divide="ignore"):
+            self.log_weights = np.log([p for _, p in ranked])
+        lines = ", ".join(map(str, fit.lines))
+        share = float(fit.posterior.weight[:, pushes].sum())
+        left_out = f"sets whose dry friction would drive the motion, {percent(share)} likely, are left out"
+        self.trail = (
+            f"along the measured motion: {len(fit.sets.effects)} sets of effects weighed with and without "
+            f"a random force, log evidence {fit.log_gain:+.1f} with it"
+            + (f"; lines that may be there: {lines}" if lines else ""),
+            *((left_out,) if share >= LEAST_PROBABILITY else ()),
+        )
+
+    @cached_property
+    def laws(self) -> DrawnLaws:
+        return DrawnLaws.of_one(law_draws(self.fit, self._rng_draws, DRAWS, self.cells.total))
+
+    @cached_property
+    def candidate(self) -> Integers:
+        drawn = self.laws.first
+        upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
+        kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
+        return self.cells.places(self.sets)[kind, drawn.point, drawn.chosen]
+
+    def _slight_beside(self, g: int, row: int) -> Iterator[SlightEffect]:
+        return beside_set(self.fit, g, row)
+
+    @cached_property
+    def best(self) -> tuple[ForceFit, ...]:
+        # a candidate has sets of columns that are left out too, where another shape of it pushes
+        own = (self.cells.places(self.sets[:1]) == 0) & (self.cells.weight > 0.0)
+        return (self.fit.among(own.any(axis=0)),)
+
+    @cached_property
+    def reading(self) -> Reading:
+        laws = DrawnLaws.of_one(law_draws(self.fit, self._rng_reading, DRAWS))
+        return self._reading("the sets weighed along the measured motion", (self.fit,), laws)
+
+    def check(self, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
+        factor, unit = friction_scale(self.before.model)
+        return check_random_force(self.best[0], factor, unit, seed, forced=self._fluctuates)
+
+    @cached_property
+    def _witnesses(self) -> Witnesses:
+        """In the best law, friction in the unit of the report."""
+        factor, unit = friction_scale(self.before.model)
+        return two_witnesses(self.best[0], factor * self.fit.law.unit_force, unit)
+
+    def witnesses(self) -> dict[str, Any]:
+        """Friction by the loss of amplitude and by the shape within a cycle, in the best law."""
+        return {
+            "loss": self._witnesses.loss.to_dict(),
+            "shape": self._witnesses.shape.to_dict(),
+            "agree": self._witnesses.agree,
+        }
+
+    def left(self) -> dict[str, Any]:
+        """What the best law leaves; where the witnesses disagree friction may be that of the loss.
+
+        The shape within a cycle is at the mercy of errors of the sensor that follow the direction, and of a
+        law that is not quite the contact's.
+        """
+        found = super().left()
+        if not self._witnesses.agree:
+            factor, _ = friction_scale(self.before.model)
+            gap = abs(self._witnesses.loss.mean / factor - float(self._friction[self._of_best].mean()))
+            found["friction_could_shift_by"] = max(found["friction_could_shift_by"], gap)
+        return found
+
+    def between_records(self) -> None:
+        """It has one."""
+
+
+def record_family(
+    segment: Segment,
+    system: Oscillator,
+    allowed: tuple[str, ...],
+    tolerance: float,
+    rng: np.random.Generator,
+) -> RecordFamily | None:
+    """Weigh sets of effects on one record.
+
+    Parameters
+    ----------
+    segment : Segment
+    system : Oscillator
+        The declared system.
+    allowed : tuple of str
+        Effects that may act.
+    tolerance : float
+        Share of friction below which a force that depends on the motion does not matter.
+    rng : numpy.random.Generator
+        Of the draws.
+
+    Returns
+    -------
+    RecordFamily or None
+        None where the record holds too few turning points, has neither noise nor a random
+        force, or is read as faults of its sensor.
+    """
+    fit = fit_random_force(segment, system, allowed)
+    if fit is None:
+        return None
+    still = fit.posterior.best.ratio == 0.0 and not fit.knocks
+    if still and fit.noise_sd <= NO_NOISE * fit.scales.signal:
+        return None
+    before = coulomb_model(system, (segment,), (np.zeros(0),), SENSOR_OFFSET.name)
+    return RecordFamily(before, fit, tolerance, rng)
+
+
+def _cells(fit: ForceFit, pushes: Mask) -> Cells:
+    """All sets of which the samples say something and whose friction resists, under each kind of noise."""
+    nothing = unknowable(fit)
+    known = np.array([not names & nothing for names in fit.sets.effects]) & ~pushes
+    noises = fit.sensor_noise.probabilities
+    certain = frozenset({SENSOR_CLIPPING.name} if fit.segment.clipped else ())
+    weights = [probability * known * fit.posterior.weight for probability in noises.values()]
+    return Cells(
+        np.array(weights),
+        fit.posterior.ratio > 0.0,
+        fit.sets.effects,
+        [noise | certain for noise in noises],
+    )

@@ -1,0 +1,50 @@
+"""Evidence along a motion in the conventions of a fit by simulation, to compare both."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.special import logsumexp
+
+from friction_bayes.loop import settings
+from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
+from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.loop.infer.sensor_noise import log_convention
+from friction_bayes.loop.noise.likelihood import log_densities
+from friction_bayes.loop.noise.robust_samples import LeftOut
+from friction_bayes.loop.search.fit import LoopFit
+
+__all__ = ["log_evidence_without_force"]
+
+
+def log_evidence_without_force(fit: ForceFit, white: LoopFit, effects: frozenset[str]) -> float:
+    """Log evidence of a set of effects alone, by the regression in the conventions of a fit.
+
+    With dry friction, which a fit always has, and with outliers where these are most probable. The fit takes
+    the noise at its best instead of integrating it, has its prior of the frequency about the declared one,
+    and has the samples at rest besides, which say nothing about the law: they are worth the same to both.
+    """
+    mine = fit.rubs & np.array([names == effects for names in fit.sets.effects])
+    alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & mine)
+    if not np.all(np.isfinite(alone.coefficients)):
+        # beside other sets without a force it cannot matter, so that its law was not looked at
+        return -math.inf
+    (point,) = alone.posterior.points
+    # shapes taken about the best stand for a part of their prior, which an evidence has whole
+    masses = {c.shape: math.prod(s.weight for s in c.shape) for c in fit.law.columns if c.effect in effects}
+    part = sum(mass for shape, mass in masses.items() if shape and shape[0].score != 0.0) or 1.0
+    weight, prior = logsumexp(point.found.log_weight), logsumexp(fit.sets.log_prior[mine]) - math.log(part)
+    noise, n = fit.sensor_noise, int(np.count_nonzero(np.isfinite(fit.clock.variance)))
+    # the stiffness is corrected about what the record shows, in units of half as much frequency
+    unit = 0.5 * settings.SETTINGS.stiffness_sd / settings.SETTINGS.frequency_sd
+    score = float(white.z[white.model.index(LOG_FREQUENCY_RATIO)])
+    value = log_convention(n, fit.unit) + math.log(unit) - 0.5 * score**2
+    densities = log_densities(white.residuals[0], fit.segment.sides, white.noise_models[0], white.noises[0])
+    value += float(densities[fit.samples :].sum())
+    used = np.isfinite(fit.clock.variance)
+    left = LeftOut.under(fit.segment, fit.scales, fit.regression, fit.w0, alone.coefficients, point)
+    value += left.log_factor(used, outliers=noise.contaminated)
+    if noise.growth is not None and noise.growth.found:
+        value += noise.growth.log_scale
+    return float(weight - prior) + value
