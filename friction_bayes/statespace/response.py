@@ -12,8 +12,8 @@ each interval. A sensor of displacement or velocity reads the state; an accelero
 A force that depends on the motion changes with the answer. To first order that is a :class:`Feedback`: its
 slopes in displacement and velocity, and at each turning point, where dry friction changes sign, the
 acceleration after it over the one before it, by which a perturbation of the velocity is multiplied: the
-saltation matrix of a hybrid system (Kong, Council and Johnson 2021). With it the answers to the forces of a
-law are the exact derivatives of its motion.
+saltation matrix of a hybrid system (Kong, Council and Johnson 2021). With it the answers to the forces
+of a law are the exact derivatives of its motion.
 """
 
 from __future__ import annotations

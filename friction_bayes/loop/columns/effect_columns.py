@@ -253,13 +253,20 @@ def _shapes(
     mass = np.diff(ndtr(edges))
     if scores is None:
         mass /= mass.sum()
+
+    def at(c: Coordinate, score: float) -> float:
+        return float(c.value(c.at_score(score)))
+
     for k, score in enumerate(taken.tolist()):
         yield tuple(
+            # the parameters share the probability of the score, which the first of them has
             Shape(
                 c.name,
-                *(float(c.value(c.at_score(each))) for each in (score, edges[k], edges[k + 1])),
-                score,
-                float(mass[k]) ** (j == 0),
+                at(c, score),
+                at(c, edges[k]),
+                at(c, edges[k + 1]),
+                score=score,
+                weight=float(mass[k]) if j == 0 else 1.0,
             )
             for j, c in enumerate(coordinates)
         )
