@@ -102,18 +102,19 @@ class RecordFamily(MotionFamily):
         return check_random_force(self.best[0], factor, unit, seed, forced=self._fluctuates)
 
     @cached_property
-    def _witnesses(self) -> Witnesses:
-        """In the best law, friction in the unit of the report."""
+    def _witnesses(self) -> Witnesses | None:
+        """In the best law, friction in the unit of the report; of one without a random force its tests tell."""
+        if not self._fluctuates:
+            return None
         factor, unit = friction_scale(self.before.model)
         return two_witnesses(self.best[0], factor * self.fit.law.unit_force, unit)
 
-    def witnesses(self) -> dict[str, Any]:
+    def witnesses(self) -> dict[str, Any] | None:
         """Friction by the loss of amplitude and by the shape within a cycle, in the best law."""
-        return {
-            "loss": self._witnesses.loss.to_dict(),
-            "shape": self._witnesses.shape.to_dict(),
-            "agree": self._witnesses.agree,
-        }
+        found = self._witnesses
+        if found is None:
+            return None
+        return {"loss": found.loss.to_dict(), "shape": found.shape.to_dict(), "agree": found.agree}
 
     def left(self) -> dict[str, Any]:
         """What the best law leaves; where the witnesses disagree friction may be that of the loss.
@@ -121,10 +122,10 @@ class RecordFamily(MotionFamily):
         The shape within a cycle is at the mercy of errors of the sensor that follow the direction, and of a
         law that is not quite the contact's.
         """
-        found = super().left()
-        if not self._witnesses.agree:
+        found, witnesses = super().left(), self._witnesses
+        if witnesses is not None and not witnesses.agree:
             factor, _ = friction_scale(self.before.model)
-            gap = abs(self._witnesses.loss.mean / factor - float(self._friction[self._of_best].mean()))
+            gap = abs(witnesses.loss.mean / factor - float(self._friction[self._of_best].mean()))
             found["friction_could_shift_by"] = max(found["friction_could_shift_by"], gap)
         return found
 
