@@ -103,7 +103,7 @@ class RecordFamily(MotionFamily):
 
     @cached_property
     def _witnesses(self) -> Witnesses | None:
-        """In the best law, friction in the unit of the report; of one without a random force its tests tell."""
+        """In the best law, friction in the unit of the report; None where it has no random force."""
         if not self._fluctuates:
             return None
         factor, unit = friction_scale(self.before.model)
