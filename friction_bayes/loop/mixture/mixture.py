@@ -253,9 +253,17 @@ class Mixture:
         if any(each.size == 0 for each in own):
             return False
         means = np.array([each.mean() for each in own])
-        low, high = np.quantile(own[0], TAILS)
         alike = np.ptp(means) <= settings.SETTINGS.same_friction * np.abs(means).max()
-        return bool(alike or np.all((low <= means) & (means <= high)))
+        return bool(alike or not self.say_otherwise(count).any())
+
+    def say_otherwise(self, count: int) -> Mask:
+        """Which of the ``count`` most probable have a mean beyond the first's 90 %, shape (count,).
+
+        One of which nothing is drawn has not.
+        """
+        own = [self.draws.friction[self.draws.candidate == c] for c in range(count)]
+        low, high = np.quantile(own[0], TAILS) if own[0].size else (-np.inf, np.inf)
+        return np.array([bool(each.size) and not low <= each.mean() <= high for each in own])
 
     def with_friction(self, friction: Array) -> Mixture:
         """The same with other draws of friction, shape (k,), which belong to none of the candidates."""
