@@ -151,11 +151,15 @@ def _reference_check(
 
 
 def _deciding_experiment(families: Sequence[Family], mixture: Mixture) -> str | None:
-    """The record that would decide between the most probable candidates: those that say another friction."""
-    count = credible_count(mixture.probabilities)
-    rivals = np.flatnonzero(mixture.say_otherwise(count))
-    chosen = [0, *rivals.tolist()] if rivals.size else range(count)
-    credible = [mixture.sets[c] for c in chosen][: settings.SETTINGS.most_at_once + 1]
+    """The record that would decide between the most probable candidates.
+
+    Between those that say another friction, if there are any, and do not hold the first as the case of a
+    vanishing size: no record tells that from it.
+    """
+    count, first = credible_count(mixture.probabilities), mixture.sets[0]
+    others = [mixture.sets[c] for c in np.flatnonzero(mixture.say_otherwise(count))]
+    rivals = [names for names in others if not names > first] or list(mixture.sets[1:count])
+    credible = [first, *rivals][: settings.SETTINGS.most_at_once + 1]
     # of several that have a set the one where it is most probable
     weighed = [pair for f in families for pair in zip(f.log_weights, f.sets, [f] * len(f.sets), strict=True)]
     owners = {names: family for _, names, family in sorted(weighed, key=lambda one: float(one[0]))}
