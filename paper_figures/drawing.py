@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 
 from experiments.sources import why_not_usable
 from friction_bayes.core.files import write_json
-from friction_bayes.plotting.paper import draw_region
+from friction_bayes.plotting.credible_region import draw_region
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, TRUTH, new_figure, save_figure, styled
 
 __all__ = [

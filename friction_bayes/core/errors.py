@@ -59,7 +59,8 @@ def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> I
     """Return the error of a name that is none of those known: all of them, and the one that is meant."""
     known = list(known)
     problem = f"unknown {kind} {name!r}{did_you_mean(str(name), known)}"
-    return InputError(place, problem, f"give one of {', '.join(known)}")
+    remedy = f"give {known[0]}" if len(known) == 1 else f"give one of {', '.join(known)}"
+    return InputError(place, problem, remedy)
 
 
 class RecordWarning(UserWarning):

@@ -18,18 +18,17 @@ from numpy.typing import ArrayLike
 
 from friction_bayes.conjugate.gamma_exponential import GammaExponential
 from friction_bayes.conjugate.normal_gamma import NormalGamma
-from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.text import words
 from friction_bayes.estimators.result import Estimate
 from friction_bayes.monitor.report import MonitorReport
+from friction_bayes.plotting.credible_region import draw_region
 from friction_bayes.plotting.monitor import draw_detection_points
 from friction_bayes.plotting.samples_used import samples_used
 from friction_bayes.plotting.style import ACCENT, DATA, MODEL, TRUTH, Panels, panels_of, styled
 
 __all__ = [
     "detection_points",
-    "draw_region",
     "force",
     "part",
     "prior_and_posterior",
@@ -134,39 +133,6 @@ def _draw_joint(
     axes.plot([], [], color=colour, ls=style, lw=1.6, label=f"{label}: 90 % region")
     axes.set_xlabel(f"friction r [{estimate.friction_unit}]")
     axes.set_ylabel(f"precision s [{estimate.precision_unit}]")
-
-
-def draw_region(
-    axes: Axes,
-    friction: Array,
-    precision: Array,
-    density: Array,
-    level: float,
-    *,
-    shade: bool,
-    style: str,
-    colour: str,
-) -> None:
-    """Draw a joint density of friction and precision with the border of the region that holds 90 %.
-
-    Parameters
-    ----------
-    axes : Axes
-    friction, precision : ndarray, shapes (n,), (m,)
-    density : ndarray, shape (m, n)
-    level : float
-        Density on the border.
-    shade : bool
-        Whether to shade the density.
-    style, colour : str
-        Of the border.
-    """
-    if shade:
-        levels = np.linspace(0.03, 1.0, 12) * density.max()
-        axes.contourf(friction, precision, density, levels=levels, cmap="Greys", alpha=0.8)
-    axes.contour(
-        friction, precision, density, levels=[level], colors=[colour], linestyles=[style], linewidths=1.6
-    )
 
 
 def _draw_rate(

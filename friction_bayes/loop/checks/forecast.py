@@ -12,7 +12,7 @@ from friction_bayes.loop.checks.search_forecast import Forecast
 from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.data.model import LoopModel, changes_signal
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
-from friction_bayes.loop.infer.law_draws import LawDraws, law_draws
+from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, LawDraws, law_draws
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.statespace.kalman import sensor_row, smooth
@@ -29,8 +29,9 @@ _DRAWS = 40
 def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     """Fit the first part of the record anew and forecast the rest; None where that fails.
 
-    The forecast is the posterior predictive mean: draws over all sets of effects and sizes of the random
-    force, each from the state at which its own law and force leave the first part.
+    The forecast is the posterior predictive mean of the best law: draws over its coefficients and, where it
+    has one, sizes of the random force, each from the state at which its own law and force leave the first
+    part. It is over all sets of effects where the first part rules that law out.
     """
     segment = fit.segment
     head = int(settings.SETTINGS.fitted_share * segment.moving)
@@ -40,7 +41,10 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     if first is None:
         return None
     time = segment.time[head - 1 : segment.moving]
-    draws = law_draws(first, rng, _DRAWS)
+    effects, forced = fit.sets.effects[fit.chosen], fit.posterior.best.ratio > 0.0
+    same = np.array([names == effects for names in first.sets.effects])
+    weight = first.posterior.weight * ((first.posterior.ratio > 0.0) == forced)[:, None] * same
+    draws = law_draws(first, rng, _DRAWS, weight if weight.max() > LEAST_PROBABILITY else None)
     points, which = np.unique(draws.point, return_inverse=True)
     states, spreads = _last_states(draws, points, which)
     simulated = [_simulated(draws, k, states[k, :2], time) for k in range(_DRAWS)]

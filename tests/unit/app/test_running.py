@@ -55,7 +55,7 @@ def test_without_the_extra_it_is_said(
 ) -> None:
     monkeypatch.setitem(__import__("sys").modules, "panel", None)
     assert main(["app"]) == 2
-    remedy = 'panel, which is not installed; install it with pip install "friction-bayes[app]"'
+    remedy = 'panel, which is not installed; install it with pip install ".[app]" in the checkout'
     assert remedy in capsys.readouterr().err
     assert main(["app", "--port", "70000"]) == 2
     assert "'70000' is not a port" in capsys.readouterr().err

@@ -110,5 +110,5 @@ def test_draws_of_a_closed_loop(arviz: Any) -> None:
 
 def test_says_which_extra_is_missing(monkeypatch: pytest.MonkeyPatch, tree: xr.DataTree) -> None:
     monkeypatch.setitem(sys.modules, "arviz", None)
-    with pytest.raises(fb.InputError, match=r"package arviz, which is .* \"friction-bayes\[arviz\]\""):
+    with pytest.raises(fb.InputError, match=r"package arviz, which is .* \"\.\[arviz\]\" in the checkout"):
         fb.to_inference_data(tree)
