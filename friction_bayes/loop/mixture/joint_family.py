@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop import settings
@@ -126,13 +126,7 @@ class JointFamily(MotionFamily):
         noises = {certain: 1.0 - spoilt, certain | {OUTLIERS.name}: spoilt}
         weights = [share * known * self.fit.weight for share in noises.values() if share > 0.0]
         kinds = [noise for noise, share in noises.items() if share > 0.0]
-        self.cells = Cells(np.array(weights), fit.posterior.ratio > 0.0, effects, kinds)
-        # all mixtures have the empty set
-        by_set = {frozenset[str](): 0.0} | self.cells.probabilities
-        ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
-        self.sets = tuple(names for names, _ in ranked)
-        with np.errstate(divide="ignore"):
-            self.log_weights = np.log([p for _, p in ranked])
+        self._rank(Cells(np.array(weights), fit.posterior.ratio > 0.0, effects, kinds))
         self.trail = (
             f"along the measured motions: {len(effects)} sets of effects weighed on {len(fit.alone)} records "
             "together",
@@ -150,13 +144,6 @@ class JointFamily(MotionFamily):
 
     def _slight_beside(self, g: int, row: int) -> Iterator[SlightEffect]:
         return beside_joint_set(self.fit, g, row)
-
-    @cached_property
-    def candidate(self) -> Integers:
-        drawn = self.laws.first
-        upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
-        kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
-        return self.cells.places(self.sets)[kind, drawn.point, drawn.chosen]
 
     @property
     def _of_candidate(self) -> Mask:

@@ -17,6 +17,7 @@ from friction_bayes.loop.checks.search_forecast import Forecast
 from friction_bayes.loop.data.friction import friction_scale
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
+from friction_bayes.loop.infer.cells import Cells
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.mixture import FamilyDraws
@@ -68,6 +69,7 @@ class MotionFamily(ABC):
 
     holds_what_is_left = True
     slight_force: SlightForce | None = None
+    cells: Cells
     sets: tuple[frozenset[str], ...]
     log_weights: Array
     trail: tuple[str, ...]
@@ -89,13 +91,25 @@ class MotionFamily(ABC):
 
     @property
     @abstractmethod
-    def candidate(self) -> Integers:
-        """Which of the sets each draw has, shape (k,)."""
-
-    @property
-    @abstractmethod
     def reading(self) -> Reading:
         """Friction by all that it weighs."""
+
+    def _rank(self, cells: Cells) -> None:
+        """Take these cells as the candidates, the most probable first; all mixtures have the empty set."""
+        self.cells = cells
+        by_set = {frozenset[str](): 0.0} | cells.probabilities
+        ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
+        self.sets = tuple(names for names, _ in ranked)
+        with np.errstate(divide="ignore"):
+            self.log_weights = np.log([p for _, p in ranked])
+
+    @cached_property
+    def candidate(self) -> Integers:
+        """Which of the sets each draw has, shape (k,)."""
+        drawn = self.laws.first
+        upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
+        kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
+        return self.cells.places(self.sets)[kind, drawn.point, drawn.chosen]
 
     @cached_property
     def _of_best(self) -> Mask:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from friction_bayes.core.arrays import Integers, Mask
+from friction_bayes.core.arrays import Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import percent
 from friction_bayes.loop.checks.sampler_check import check_random_force
@@ -55,13 +55,7 @@ class RecordFamily(MotionFamily):
         self.fit = fit
         self.slight_force = slight_force(fit)
         pushes = pushing(fit)
-        self.cells = _cells(fit, pushes)
-        # all mixtures have the empty set
-        by_set = {frozenset[str](): 0.0} | self.cells.probabilities
-        ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
-        self.sets = tuple(names for names, _ in ranked)
-        with np.errstate(divide="ignore"):
-            self.log_weights = np.log([p for _, p in ranked])
+        self._rank(_cells(fit, pushes))
         lines = ", ".join(map(str, fit.lines))
         share = float(fit.posterior.weight[:, pushes].sum())
         left_out = f"sets whose dry friction would drive the motion, {percent(share)} likely, are left out"
@@ -75,13 +69,6 @@ class RecordFamily(MotionFamily):
     @cached_property
     def laws(self) -> DrawnLaws:
         return DrawnLaws.of_one(law_draws(self.fit, self._rng_draws, DRAWS, self.cells.total))
-
-    @cached_property
-    def candidate(self) -> Integers:
-        drawn = self.laws.first
-        upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
-        kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
-        return self.cells.places(self.sets)[kind, drawn.point, drawn.chosen]
 
     def _slight_beside(self, g: int, row: int) -> Iterator[SlightEffect]:
         return beside_set(self.fit, g, row)

@@ -182,7 +182,7 @@ def test_an_estimator_from_outside_is_one_of_them(outsider: str) -> None:
     error = float(sampled.attrs["mcse_mean"])
     assert sampled.attrs["ess_bulk"] > 1000.0
     assert float(sampled.mean()) == pytest.approx(one.friction.mean(), abs=5.0 * error)
-    with pytest.raises(fb.InputError, match="unknown key 'mu'; give one of guess"):
+    with pytest.raises(fb.InputError, match="unknown key 'mu'; give guess"):
         fb.estimate(RECORD, SYSTEM, method=outsider, prior={"mu": 0.1})
 
 

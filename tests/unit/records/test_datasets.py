@@ -187,7 +187,7 @@ def test_a_wrong_digest_is_refused(swing) -> None:
 
 
 def test_unknown_names_list_the_known(swing) -> None:
-    with pytest.raises(InputError, match="dataset:sway: unknown data set 'sway'; give one of swing"):
+    with pytest.raises(InputError, match="dataset:sway: unknown data set 'sway'; give swing"):
         dataset_record("sway")
     with pytest.raises(InputError, match="unknown part 'early'; give one of all, late"):
         dataset_record("swing/early")
