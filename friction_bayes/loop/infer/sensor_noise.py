@@ -37,14 +37,10 @@ class NoiseHypothesis(NamedTuple):
     effects : frozenset of str
     log_odds : float
         Against white noise alone, prior odds included.
-    log_factor : float
-        Logarithm of the factor from weights of a posterior under this noise to evidences of the whole record,
-        prior odds included.
     """
 
     effects: frozenset[str]
     log_odds: float
-    log_factor: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +134,7 @@ def weigh_sensor_noise(
     if best.growth is not None and best.growth.found:
         posterior = integrate(best.regression.problem, along.prior, posterior.best.noise)
     noise = SensorNoise(
-        hypotheses=tuple(NoiseHypothesis(w.effects, w.log_weight - white, w.log_factor) for w in weighed),
+        hypotheses=tuple(NoiseHypothesis(w.effects, w.log_weight - white) for w in weighed),
         chosen=chosen,
         growth=best.growth,
         outliers=weighed[-1].noise if OUTLIERS.name in weighed[-1].effects else None,
@@ -151,7 +147,6 @@ class _Weighed(NamedTuple):
 
     effects: frozenset[str]
     log_weight: float
-    log_factor: float
     regression: LawRegression
     posterior: Posterior
     growth: NoiseGrowth | None
@@ -177,7 +172,6 @@ def _given_samples(
     one_size = _Weighed(
         effects=frozenset({OUTLIERS.name} if contaminated else ()),
         log_weight=posterior.log_evidence + convention + log_factor,
-        log_factor=log_factor,
         regression=regression,
         posterior=posterior,
         growth=growth,
@@ -188,7 +182,6 @@ def _given_samples(
     grown = one_size._replace(
         effects=one_size.effects | {growth.effect.name},
         log_weight=one_size.log_weight + growth.log_odds,
-        log_factor=log_factor + growth.log_odds + growth.log_scale,
         regression=replace(regression, clock=growth.clock),
     )
     return [one_size, grown]

@@ -1,9 +1,4 @@
-"""The families of candidates of some records, and how far the search of them has to go.
-
-What a force that fluctuates explains, noise of the sensor alone seldom can: where the samples rule that out,
-both along the measured motion and against the fits of the law that was found there, nothing that the search
-could still come upon would be weighed.
-"""
+"""The candidates of some records: along their motions, or by a search where that cannot be done."""
 
 from __future__ import annotations
 
@@ -85,9 +80,7 @@ def candidates_of(
     joint = _joint(segments, system, options, rng_joint, progress)
     if joint is not None and (options.varying_friction or joint.knows_the_noise):
         return Candidates(joint.before, (joint,))
-    searched = SearchFamily(
-        search_records(system, segments, tried, options.noise, progress), allowed, rng_search
-    )
+    searched = SearchFamily(search_records(system, segments, tried, options.noise, progress), rng_search)
     if joint is not None and not searched.holds_more:
         return Candidates(joint.before, (joint,))
     return Candidates(searched.found.before, (searched,))

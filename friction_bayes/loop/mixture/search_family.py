@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -34,7 +33,6 @@ from friction_bayes.loop.search.candidate import SearchResult
 from friction_bayes.loop.search.draws import candidate_draws
 from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.loop.search.residual_tests import ResidualTests, residual_tests
-from friction_bayes.mechanics.effects.inclusion import INCLUSION
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
@@ -49,13 +47,8 @@ class SearchFamily:
     Parameters
     ----------
     found : SearchResult
-    allowed : tuple of str
-        All effects that any family may have: those that the search does not try are absent from its sets.
     rng : numpy.random.Generator
         Of the draws.
-    search : callable, optional
-        Searches on where ``found`` is not all that a search would find, for what the reading of an
-        unexplained record needs.
     """
 
     holds_what_is_left = False
@@ -63,18 +56,9 @@ class SearchFamily:
     contradicted = False
     slight_force = None
 
-    def __init__(
-        self,
-        found: SearchResult,
-        allowed: tuple[str, ...],
-        rng: np.random.Generator,
-        search: Callable[[], SearchResult] | None = None,
-    ) -> None:
-        self.found = found
-        self.sets, self.trail = found.sets, found.trail
-        absent = len(allowed) - len(found.allowed)
-        self.log_weights = found.log_weights + absent * math.log1p(-INCLUSION) + _of_autoregression(found)
-        self._allowed, self._rng, self._search = allowed, rng, search
+    def __init__(self, found: SearchResult, rng: np.random.Generator) -> None:
+        self.found, self._rng = found, rng
+        self.sets, self.log_weights, self.trail = found.sets, found.log_weights, found.trail
 
     @property
     def best(self) -> LoopFit:
@@ -136,8 +120,7 @@ class SearchFamily:
 
     @property
     def reading(self) -> Reading:
-        whole = self if self._search is None else SearchFamily(self._search(), self._allowed, self._rng)
-        return Reading("the closest candidates under noise of the sensor alone", whole.draws.friction)
+        return Reading("the closest candidates under noise of the sensor alone", self.draws.friction)
 
     def parameters(self, name: str) -> dict[str, dict[str, Any]]:
         model = self.best.model
@@ -242,21 +225,6 @@ class SearchFamily:
 def _normal_coefficients(fit: LoopFit) -> Mask:
     """Coordinates that are coefficients of effects with a normal prior, shape (p,)."""
     return np.array([bool(c.effect) and c.prior.family == "normal" for c in fit.model.coordinates])
-
-
-def _of_autoregression(found: SearchResult) -> float:
-    """What the evidence of coloured noise lacks beside that of other noise.
-
-    Its coefficients were fitted, at Schwarz's price; the first samples, of which it has no density, are taken
-    to be as probable as the others.
-    """
-    best, value = found.fits[0], 0.0
-    for ar, noise in zip(found.ar, best.noises, strict=True):
-        if ar.size:
-            counted = int(np.count_nonzero(noise.weight > 0.0))
-            value -= 0.5 * noise.deviance * (noise.weight.size - counted) / counted
-            value -= 0.5 * ar.size * math.log(counted)
-    return value
 
 
 def _trace(before: LoopFit, after: LoopFit, r: int) -> RecordTrace:

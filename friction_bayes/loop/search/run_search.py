@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -31,7 +31,6 @@ def search_records(
     allowed: tuple[str, ...],
     noise: str,
     progress: Callable[[str], None] | None,
-    only: Collection[frozenset[str]] = (),
 ) -> SearchResult:
     """Search with white noise, and again with autoregressive noise where that is chosen.
 
@@ -44,8 +43,6 @@ def search_records(
     noise : {"auto", "white", "ar"}
     progress : callable, optional
         Called with the name of each set of effects that is fitted.
-    only : collection of frozenset of str
-        The sets to fit; left out, those that promise to matter are looked for.
 
     Raises
     ------
@@ -54,7 +51,7 @@ def search_records(
     """
     ar = tuple(np.zeros(0) for _ in segments)
     search = Search(system, segments, allowed, ar, progress)
-    _run(search, only)
+    _run(search)
     trail = search.trail
     first = search.ranked()[0].fit
     residuals = first.residuals
@@ -67,16 +64,13 @@ def search_records(
         kept = tuple(name for name in allowed if name != OUTLIERS.name)
         white, search = search, Search(system, segments, kept, ar, progress)
         search.start_from(white)
-        _run(search, [names & set(kept) for names in only])
+        _run(search)
         trail = [*trail, f"noise is autoregressive of order {order}: searched again", *search.trail]
     return _result(search, tuple(trail), first)
 
 
-def _run(search: Search, only: Collection[frozenset[str]]) -> None:
-    if only:
-        search.fit_only(only)
-    else:
-        search.run()
+def _run(search: Search) -> None:
+    search.run()
     if not search.candidates:
         names = ", ".join(s.decay.name for s in search.segments)
         raise no_decay_fits(names, search.system)

@@ -9,7 +9,7 @@ promised, and single forces also from the first periods on, so that no wrong sta
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -113,15 +113,6 @@ class Search:
             self._expand(centre)
             expanded[centre.effects] = self.candidates[centre.effects].fit.objective
         self._settle()
-
-    def fit_only(self, sets: Iterable[Names]) -> None:
-        """Fit these sets and look for no others."""
-        for names in dict.fromkeys(names | self.sets.certain for names in sets):
-            if names not in self.candidates:
-                self._fit_from_first_periods(names)
-        self._settle()
-        fitted = ", ".join(set_name(candidate.effects) for candidate in self.ranked())
-        self.trail.append(f"no sets looked for besides {fitted}")
 
     def _settle(self) -> None:
         """Weigh what counts at its mode."""

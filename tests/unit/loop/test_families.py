@@ -50,7 +50,7 @@ def releases(count: int, share: float = 0.3):  # type: ignore[no-untyped-def]
 
 def searched() -> SearchFamily:
     found = search_records(SYSTEM, releases(1), SEARCHED, "auto", None)
-    return SearchFamily(found, ALLOWED, np.random.default_rng(1))
+    return SearchFamily(found, np.random.default_rng(1))
 
 
 def alone() -> RecordFamily:
