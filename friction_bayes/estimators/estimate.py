@@ -23,7 +23,7 @@ from friction_bayes.decay.pendulum_likeness import pendulum_notes
 from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.acceptance import Acceptance, accept_by_set_up, accept_by_threshold
 from friction_bayes.estimators.base import Fit
-from friction_bayes.estimators.envelope.loss_of_amplitude import FasterLoss, faster_loss
+from friction_bayes.estimators.envelope.loss_of_amplitude import SURELY_FASTER, FasterLoss, faster_loss
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import Estimate, force_notes
@@ -46,8 +46,6 @@ __all__ = [
 RANDOM_FORCE = ("auto", "none")
 """Whether a random force may be there."""
 
-_SURELY = 0.95
-"""Probability of a loss that is not of dry friction alone, from which on it is said first."""
 _MAY_BE_NONE = 0.01
 """Probability of no dry friction beside damping, from which on no number is given for it."""
 _SPLINE = (
@@ -236,7 +234,7 @@ def _accept_by_set_up(decay: FreeDecay, fit: Fit, reference: Estimate) -> Accept
 def surely_faster_loss(decay: FreeDecay) -> FasterLoss | None:
     """The loss of amplitude where it is surely not that of dry friction alone; None otherwise."""
     faster = faster_loss(decay)
-    return None if faster is None or faster.probability < _SURELY else faster
+    return None if faster is None or faster.probability < SURELY_FASTER else faster
 
 
 def _faster_loss_note(decay: FreeDecay) -> list[str]:

@@ -31,7 +31,10 @@ from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.envelope.half_cycle_rows import half_cycle_rows
 from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
 
-__all__ = ["EXACT_TO", "FasterLoss", "faster_loss", "loss_of_amplitude"]
+__all__ = ["EXACT_TO", "SURELY_FASTER", "FasterLoss", "faster_loss", "loss_of_amplitude"]
+
+SURELY_FASTER = 0.95
+"""Probability of a loss that is not of dry friction alone, from which on it is said first."""
 
 _AMPLITUDE, _FRICTION = 0, 1
 """Columns of the rows."""

@@ -18,6 +18,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 from friction_bayes.decay.located import Located
 from friction_bayes.estimators.base import Glance
+from friction_bayes.estimators.envelope.loss_of_amplitude import SURELY_FASTER
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
 from friction_bayes.estimators.noise.force_screen import (
     ForcesBeside,
@@ -54,7 +55,7 @@ _SAME_CLOCK = 0.02
 """Rad by which the phase of a record may run away from the table's."""
 _FEWEST = 12
 """Half cycles below which amplitudes scatter too little or too much by chance for a short form."""
-_ODDS_OF_FASTER_LOSS = math.log(0.95 / 0.05) - PRIOR_LOG_ODDS
+_ODDS_OF_FASTER_LOSS = math.log(SURELY_FASTER / (1.0 - SURELY_FASTER)) - PRIOR_LOG_ODDS
 """Log Bayes factor of a loss that is surely not of dry friction alone."""
 
 
