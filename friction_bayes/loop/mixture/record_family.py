@@ -144,8 +144,8 @@ def record_family(
     Returns
     -------
     RecordFamily or None
-        None where the record holds too few turning points, has neither noise nor a random
-        force, or is read as faults of its sensor.
+        None where the record holds too few turning points, has neither noise nor a random force, or is read
+        as faults of its sensor, and where friction drives the motion in most of what the regression believes.
     """
     fit = fit_random_force(segment, system, allowed)
     if fit is None:
@@ -154,7 +154,8 @@ def record_family(
     if still and fit.noise_sd <= NO_NOISE * fit.scales.signal:
         return None
     before = coulomb_model(system, (segment,), (np.zeros(0),), SENSOR_OFFSET.name)
-    return RecordFamily(before, fit, tolerance, rng)
+    family = RecordFamily(before, fit, tolerance, rng)
+    return family if float(family.cells.total.sum()) >= 0.5 else None
 
 
 def _cells(fit: ForceFit, pushes: Mask) -> Cells:
