@@ -36,7 +36,7 @@ from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.transition import initial_response
 
-__all__ = ["NEAR_TURN", "MeasuredPath", "Points", "stiffness_along"]
+__all__ = ["LEEWAY", "NEAR_TURN", "MeasuredPath", "Points", "stiffness_along"]
 
 NEAR_TURN = 0.02
 """Phase from a turning point within which an accelerometer, which jumps there, tells nothing: its sample may
@@ -47,7 +47,7 @@ _STIFFNESS_STEP = 0.005
 """To which the slope of a pendulum's restoring force is rounded."""
 _LEFT_OUT = 0.01
 """Share of a force that its straight restoring force may leave out of a pendulum's."""
-_LEEWAY = 4.0
+LEEWAY = 4.0
 """How many times as far as the swing alone would carry it an error may go."""
 _LONGEST_PIECE = 0.15
 """Phase over which three Gauss nodes integrate a force to rounding in practice."""
@@ -201,7 +201,7 @@ def stiffness_along(phase: Array, x: Array, v: Array) -> tuple[Array, Array]:
     )
     # the frequency falls by an eighth of the square of the swing, relative to the change of the swing
     grown = 1.0 + 0.125 * float(np.max(x * x)) * float(phase[-1] - phase[0])
-    if np.max(np.abs(initial_response(phase, stiffness))) < _LEEWAY * grown:
+    if np.max(np.abs(initial_response(phase, stiffness))) < LEEWAY * grown:
         return stiffness, slope
     return np.ones_like(stiffness), np.ones_like(slope)
 

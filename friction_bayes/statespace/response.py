@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Indices
-from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.measured_path import LEEWAY, MeasuredPath
 from friction_bayes.statespace.transition import free_motion
 
 __all__ = ["Feedback", "at_sensor", "force_response", "response_at_sensor"]
@@ -46,6 +46,16 @@ class Feedback(NamedTuple):
     nodes: Array
     samples: Array
     passed: Array
+
+    def bears(self, path: MeasuredPath, start: Array) -> bool:
+        """Whether the path is a motion of the law, by what follows from a unit start, shape (n, 2, 2).
+
+        A frequency that changes with the swing makes an error of the start grow with time, by no more than
+        the slopes do; about a motion that is not the law's it grows exponentially.
+        """
+        span = float(path.phase[-1] - path.phase[0])
+        grown = 1.0 + 0.5 * float(np.max(np.abs(self.nodes))) * span
+        return bool(np.max(np.abs(start)) < LEEWAY * grown)
 
     @classmethod
     def none(cls, path: MeasuredPath) -> Feedback:

@@ -57,8 +57,10 @@ class LawColumns:
     known_states : ndarray, shape (n, 2)
     acting : tuple of ForceColumn
         The forces behind the columns, which come after the start.
+    about : LawBefore or None
+        The law about which the columns are linear; None where forces are taken as given along the path.
     feedback : Feedback
-        How the forces of the law about which it is linear change with the motion.
+        How the forces of that law change with the motion.
     friction : float
         Friction [N or N m] that columns ``of_friction`` assume.
     unit_force : float
@@ -72,6 +74,7 @@ class LawColumns:
     known: Array
     known_states: Array
     acting: tuple[ForceColumn, ...]
+    about: LawBefore | None
     feedback: Feedback
     friction: float
     unit_force: float
@@ -245,6 +248,8 @@ def law_columns(
     start = np.eye(2, p)
     at_nodes, forces = (np.hstack([np.zeros((len(each), 2)), each]) for each in felt)
     states, sensor = response_at_sensor(path, row, at_nodes, forces, start, feedback)
+    if about is not None and not feedback.bears(path, states[:, :, :2]):
+        return law_columns(path, row, given, w0=w0, friction=friction, lines=lines)
     amplitude = given.scales.amplitude * (system.natural_frequency / w0) ** order
     columns = [
         Column("displacement", settings.SETTINGS.state_share * amplitude),
@@ -267,6 +272,7 @@ def law_columns(
         known=known,
         known_states=known_states,
         acting=tuple(acting),
+        about=about,
         feedback=feedback,
         friction=friction * unit,
         unit_force=unit,

@@ -54,8 +54,6 @@ class LawAlongMotion(NamedTuple):
     sets : ColumnSets
     regression : LawRegression
     prior : ForcePrior
-    about : LawBefore or None
-        The law about which the columns are linear.
     """
 
     w0: float
@@ -64,7 +62,6 @@ class LawAlongMotion(NamedTuple):
     sets: ColumnSets
     regression: LawRegression
     prior: ForcePrior
-    about: LawBefore | None = None
 
     @property
     def of_sensor(self) -> Mask:
@@ -235,7 +232,7 @@ class MovingRecord:
             motion=motion,
             least_noise=self._least_noise / w0**order,
         )
-        return LawAlongMotion(w0, path, law, sets, regression, force_prior(rough), about)
+        return LawAlongMotion(w0, path, law, sets, regression, force_prior(rough))
 
 
 def force_prior(friction: float) -> ForcePrior:

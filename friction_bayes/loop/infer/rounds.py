@@ -204,7 +204,7 @@ class Round:
         """The same with a force that may jump, shape (n - 1,)."""
         whole = replace(self.whole, jump=jump)
         record = whole.setting_aside(self.aside)
-        about = None if jump.any() else self.found.about
+        about = None if jump.any() else self.found.law.about
         found = record.along(self.motion, self.found.w0, self.lines, about=about)
         return None if found is None else replace(self, whole=whole, found=found, alone=False)
 
@@ -224,7 +224,7 @@ def settle(whole: MovingRecord, allowed: Sequence[str]) -> Round | None:
         The last; None where one holds too few turning points.
     """
     latest = _settled(Round.first(whole), allowed)
-    if latest is not None and latest.found.about is None:
+    if latest is not None and latest.found.law.about is None:
         # about its own motion, which is exact, a law may not call for the force that made up for what was not
         alone = _settled(replace(latest, alone=True), allowed)
         if alone is not None and alone.log_evidence > latest.log_evidence:

@@ -12,7 +12,7 @@ from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.mixture.joint_family import JointFamily, joint_family
 from friction_bayes.loop.mixture.mixture import Family
-from friction_bayes.loop.mixture.record_family import record_family
+from friction_bayes.loop.mixture.record_family import RecordFamily, record_family
 from friction_bayes.loop.mixture.search_family import SearchFamily
 from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.loop.search.run_search import search_records
@@ -71,31 +71,31 @@ def candidates_of(
     InputError
         If no Coulomb decay can be fitted.
     """
-    rng_search, rng_force, rng_joint = rngs
-    allowed = options.allowed
-    if options.seeks_force and len(segments) == 1 and _knows_the_range(segments, allowed):
-        alone = record_family(segments[0], system, allowed, options.tolerance, rng_force)
-        if alone is not None:
-            return Candidates(alone.before, (alone,))
-    joint = _joint(segments, system, options, rng_joint, progress)
-    if joint is not None and (options.varying_friction or joint.knows_the_noise):
-        return Candidates(joint.before, (joint,))
+    rng_search, rng_one, rng_several = rngs
+    rng = rng_one if len(segments) == 1 else rng_several
+    along = _along_motions(segments, system, options, rng, progress)
+    if along is not None and (options.varying_friction or along.knows_the_noise):
+        return Candidates(along.before, (along,))
     searched = SearchFamily(search_records(system, segments, tried, options.noise, progress), rng_search)
-    if joint is not None and not searched.holds_more:
-        return Candidates(joint.before, (joint,))
+    if along is not None and not searched.holds_more:
+        return Candidates(along.before, (along,))
     return Candidates(searched.found.before, (searched,))
 
 
-def _joint(
+def _along_motions(
     segments: tuple[Segment, ...],
     system: Oscillator,
     options: LoopOptions,
     rng: np.random.Generator,
     progress: Callable[[str], None] | None,
-) -> JointFamily | None:
-    """Several records along their motions; None where that is not asked for or cannot be done."""
-    several = len(segments) > 1 and _knows_the_range(segments, options.allowed)
-    if not options.varying_friction and not (options.seeks_force and several):
+) -> JointFamily | RecordFamily | None:
+    """The records along their motions; None where that is not asked for or cannot be done."""
+    seeks = options.seeks_force and _knows_the_range(segments, options.allowed)
+    if len(segments) == 1:
+        if not seeks:
+            return None
+        return record_family(segments[0], system, options.allowed, options.tolerance, rng)
+    if not options.varying_friction and not seeks:
         return None
     unwanted = () if options.random_force == "auto" else (RANDOM_FORCE.name,)
     return joint_family(

@@ -22,12 +22,10 @@ from friction_bayes.loop.infer.drawn_laws import DrawnLaws
 from friction_bayes.loop.infer.joint_draws import joint_draws
 from friction_bayes.loop.infer.joint_fit import JointFit, fit_together
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.mixture.motion_family import NO_NOISE, MotionFamily
+from friction_bayes.loop.mixture.motion_family import MotionFamily
 from friction_bayes.loop.mixture.slight_beside_law import beside_joint_set
 from friction_bayes.loop.mixture.slight_effects import SlightEffect
 from friction_bayes.loop.mixture.unknowable import unknowable
-from friction_bayes.loop.noise.autoregression import is_coloured
-from friction_bayes.loop.noise.likelihood import has_heavy_tails
 from friction_bayes.loop.report.between_records import friction_between_records
 from friction_bayes.loop.report.friction_range import Reading
 from friction_bayes.loop.search.draws import DRAWS
@@ -211,19 +209,6 @@ class JointFamily(MotionFamily):
             rng=rng_alone,
         )
 
-    @property
-    def knows_the_noise(self) -> bool:
-        """Whether the sensors have the noise that columns along the motion know: white but for outliers.
-
-        A search knows coloured noise too, and none at all.
-        """
-        return not any(
-            fit.noise_sd <= NO_NOISE * fit.scales.signal
-            or is_coloured(_beside_motion(fit), fit.segment.decay.step, fit.segment.decay.frequency)
-            or has_heavy_tails(fit.innovations[np.isfinite(fit.clock.variance)])
-            for fit in self.best
-        )
-
 
 def _outliers_somewhere(alone: Sequence[ForceFit]) -> float:
     """Probability that at least one record has outliers."""
@@ -232,8 +217,3 @@ def _outliers_somewhere(alone: Sequence[ForceFit]) -> float:
         noises = fit.sensor_noise.probabilities
         none *= sum(p for names, p in noises.items() if OUTLIERS.name not in names)
     return 1.0 - min(none, 1.0)
-
-
-def _beside_motion(fit: ForceFit) -> Array:
-    """What the law leaves, shape (n,); of a record with a knock without what the motion keeps of that."""
-    return fit.innovations if fit.knocks else fit.residual

@@ -24,8 +24,9 @@ from friction_bayes.loop.mixture.mixture import FamilyDraws
 from friction_bayes.loop.mixture.slight_beside_law import friction_with_slight_effects
 from friction_bayes.loop.mixture.slight_effects import SlightEffect
 from friction_bayes.loop.mixture.slight_force import SlightForce
+from friction_bayes.loop.noise.autoregression import is_coloured
 from friction_bayes.loop.noise.correlated_error import NO_ERROR
-from friction_bayes.loop.noise.likelihood import NoiseModel
+from friction_bayes.loop.noise.likelihood import NoiseModel, has_heavy_tails
 from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.report.effect_summaries import (
     clipping_parameters,
@@ -48,9 +49,9 @@ from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.statespace.smoother import LEAST_NOISE
 
-__all__ = ["NO_NOISE", "MotionFamily"]
+__all__ = ["MotionFamily"]
 
-NO_NOISE = 1.01 * LEAST_NOISE
+_NO_NOISE = 1.01 * LEAST_NOISE
 """Noise over the largest signal below which columns along a motion are no measure of it."""
 
 
@@ -273,6 +274,19 @@ class MotionFamily(ABC):
             for r, (fit, draws) in enumerate(zip(self.best, self.laws.records, strict=True))
         )
 
+    @property
+    def knows_the_noise(self) -> bool:
+        """Whether the sensors have the noise that columns along the motion know: white but for outliers.
+
+        A search knows coloured noise too, and none at all.
+        """
+        return not any(
+            (fit.noise_sd <= _NO_NOISE * fit.scales.signal and not self._fluctuates)
+            or is_coloured(_beside_motion(fit), fit.segment.decay.step, fit.segment.decay.frequency)
+            or has_heavy_tails(fit.innovations[np.isfinite(fit.clock.variance)])
+            for fit in self.best
+        )
+
     def simulated(self) -> tuple[LoopModel, Array]:
         """The most probable law, fitted to the first record as far as it follows that."""
         law = drawn_contender(DrawnLaws.of_one(self.laws.first), self._of_best)
@@ -292,6 +306,11 @@ class MotionFamily(ABC):
 
     def contender(self, names: frozenset[str]) -> Contender | None:
         return drawn_contender(self.laws, self.candidate == self.sets.index(names))
+
+
+def _beside_motion(fit: ForceFit) -> Array:
+    """What the law leaves, shape (n,); of a record with a knock without what the motion keeps of that."""
+    return fit.innovations if fit.knocks else fit.residual
 
 
 def _parameters_of_sensor(name: str, fit: ForceFit, units: dict[str, str]) -> dict[str, dict[str, Any]]:

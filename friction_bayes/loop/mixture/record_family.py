@@ -21,7 +21,7 @@ from friction_bayes.loop.infer.drawn_laws import DrawnLaws
 from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, law_draws
 from friction_bayes.loop.infer.pushing import pushing
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
-from friction_bayes.loop.mixture.motion_family import NO_NOISE, MotionFamily
+from friction_bayes.loop.mixture.motion_family import MotionFamily
 from friction_bayes.loop.mixture.slight_beside_law import beside_set
 from friction_bayes.loop.mixture.slight_effects import SlightEffect
 from friction_bayes.loop.mixture.slight_force import slight_force
@@ -144,14 +144,11 @@ def record_family(
     Returns
     -------
     RecordFamily or None
-        None where the record holds too few turning points, has neither noise nor a random force, or is read
-        as faults of its sensor, and where friction drives the motion in most of what the regression believes.
+        None where the record holds too few turning points or is read as faults of its sensor, and where
+        friction drives the motion in most of what the regression believes.
     """
     fit = fit_random_force(segment, system, allowed)
     if fit is None:
-        return None
-    still = fit.posterior.best.ratio == 0.0 and not fit.knocks
-    if still and fit.noise_sd <= NO_NOISE * fit.scales.signal:
         return None
     before = coulomb_model(system, (segment,), (np.zeros(0),), SENSOR_OFFSET.name)
     family = RecordFamily(before, fit, tolerance, rng)
