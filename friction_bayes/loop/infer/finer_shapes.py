@@ -79,13 +79,8 @@ def finer_shapes(found: LawAlongMotion, law: Array, point: GridPoint) -> dict[st
 
 def _change(acting: list[tuple[float, ForceColumn]], points: Points) -> Array:
     """Derivative of a force with the normal score of what shapes it, shape (m,)."""
-    return sum(
-        (
-            size
-            / (2.0 * _NUDGE)
-            * (each.shaped(points, score + _NUDGE) - each.shaped(points, score - _NUDGE))
-            for size, each in acting
-            for score in (each.column.score,)
-        ),
-        np.zeros(points.x.size),
-    )
+    change = np.zeros(points.x.size)
+    for size, each in acting:
+        score = each.column.score
+        change += size * (each.shaped(points, score + _NUDGE) - each.shaped(points, score - _NUDGE))
+    return change / (2.0 * _NUDGE)
