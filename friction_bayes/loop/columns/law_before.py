@@ -19,18 +19,15 @@ _NUDGE = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class LawBefore:
-    """A law and the random force beside it.
+    """A law without a random force.
 
     Attributes
     ----------
     forces : tuple of (float, ForceColumn)
         Those that act, and their coefficients.
-    fluctuation : ndarray, shape (n,)
-        The random force at the samples, natural units.
     """
 
     forces: tuple[tuple[float, ForceColumn], ...]
-    fluctuation: Array
 
     def force(self, points: Points) -> Array:
         """Its force, shape (m,)."""
@@ -61,7 +58,7 @@ class LawBefore:
         turning, x = path.turning, path.turning_x
         sample = np.searchsorted(path.phase, turning) - 1
         towards = np.where(path.v[sample] > 0.0, 1.0, -1.0)
-        rest = self.fluctuation[sample] - path.restoring(x)
+        rest = -path.restoring(x)
         still = np.zeros(turning.size)
         before, after = (rest + self.force(Points(turning, x, still, side)) for side in (towards, -towards))
         # it is against the motion before; friction, which resists, makes it smaller after

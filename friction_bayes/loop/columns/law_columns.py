@@ -31,7 +31,6 @@ from friction_bayes.loop.columns.lines import OF_LINES, Line
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import Feedback, response_at_sensor
-from friction_bayes.statespace.smoother import Motion
 
 __all__ = ["Circumstances", "LawColumns", "law_columns"]
 
@@ -88,17 +87,10 @@ class LawColumns:
         sizes = coefficients[_OF_START : _OF_START + len(self.acting)].tolist()
         return [pair for pair in zip(sizes, self.acting, strict=True) if pair[0] != 0.0]
 
-    def before(self, coefficients: Array, motion: Motion) -> LawBefore:
-        """The law of some coefficients, shape (p,), in units of the frequency that it found.
-
-        Parameters
-        ----------
-        coefficients : ndarray, shape (p,)
-        motion : Motion
-            Under that law and in those units.
-        """
-        forces = tuple(pair for pair in self.with_sizes(coefficients) if pair[1].column.kind != "stiffness")
-        return LawBefore(forces, motion.states[:, 2])
+    def before(self, coefficients: Array) -> LawBefore:
+        """The law of some coefficients, shape (p,), in units of the frequency that it found."""
+        forces = self.with_sizes(coefficients)
+        return LawBefore(tuple(pair for pair in forces if pair[1].column.kind != "stiffness"))
 
     @property
     def scale(self) -> Array:

@@ -178,10 +178,9 @@ def fit_together(
     one = first.fits[0]
     change = frequency_change(one.coefficients[one.regression.stiffness])
     motions = [fit.motion.at_frequency(change) for fit in first.fits]
-    still = [fit.posterior.best.ratio == 0.0 and not fit.knocks for fit in first.fits]
     about = [
-        fit.law.before(fit.coefficients, motion) if still[r] else None
-        for r, (fit, motion) in enumerate(zip(first.fits, motions, strict=True))
+        fit.law.before(fit.coefficients) if fit.posterior.best.ratio == 0.0 and not fit.knocks else None
+        for fit in first.fits
     ]
     along = _along(alone, records, motions, w0 * change, about)
     if along is None:

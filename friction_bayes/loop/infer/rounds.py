@@ -157,7 +157,7 @@ class Round:
         if np.count_nonzero(np.isfinite(whole.variance) & ~(ceiling | outliers)) <= law.size:
             return None
         # forces are taken as given along a motion that wanders: its own part of that is no perturbation
-        about = None if self.wanders else found.law.before(law, motion)
+        about = None if self.wanders else found.law.before(law)
         along = whole.setting_aside(ceiling | outliers).along(motion, found.w0 * change, lines, about=about)
         if along is None:
             return None
