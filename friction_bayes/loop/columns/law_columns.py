@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 
@@ -226,30 +227,14 @@ def law_columns(
     unit = mass * w0**2
     evaluator = ForceEvaluator(w0, mass, stiffness, friction * unit, given.duration, path.phase[0])
     acting = _acting(path, given, evaluator)
-    # what the restoring force lacks of the oscillator that answers
-    lacking = path.stiffness[path.interval] * path.node_x - path.restoring(path.node_x)
-    at_nodes = np.column_stack([*(each.force(path.nodes) for each in acting), lacking])
-    lacking = path.slope * path.x - path.restoring(path.x)
-    at_samples = np.column_stack([*(each.force(path.samples) for each in acting), lacking])
-    feedback = Feedback.none(path) if about is None else about.feedback(path)
-    # a force that is linear about the path is known as far as the path is
-    felt = [np.array(forces) for forces in (at_nodes, at_samples)]
-    for forces, slope, points in zip(felt, feedback[:2], (path.nodes, path.samples), strict=True):
-        forces[:, -1] -= slope[:, 0] * points.x + slope[:, 1] * points.v
-    p = len(acting) + 3
-    start = np.eye(2, p)
-    at_nodes, forces = (np.hstack([np.zeros((len(each), 2)), each]) for each in felt)
-    states, sensor = response_at_sensor(path, row, at_nodes, forces, start, feedback)
-    if about is not None and not feedback.bears(path, states[:, :, :2]):
-        return law_columns(path, row, given, w0=w0, friction=friction, lines=lines)
+    answers = _answers(path, row, acting, about)
     amplitude = given.scales.amplitude * (system.natural_frequency / w0) ** order
     columns = [
         Column("displacement", settings.SETTINGS.state_share * amplitude),
         Column("velocity", settings.SETTINGS.state_share * amplitude),
         *(each.column for each in acting),
     ]
-    known, known_states = sensor[:, -1], states[:, :, -1]
-    sensor, states, forces = sensor[:, :-1], states[:, :, :-1], forces[:, :-1]
+    sensor, states, forces = answers.sensor[:, :-1], answers.states[:, :, :-1], answers.forces[:, :-1]
     faults = _faults(path, given, w0, lines)
     if faults:
         columns += [column for column, _ in faults]
@@ -261,14 +246,49 @@ def law_columns(
         sensor=sensor,
         states=states,
         forces=forces,
-        known=known,
-        known_states=known_states,
+        known=answers.sensor[:, -1],
+        known_states=answers.states[:, :, -1],
         acting=tuple(acting),
-        about=about,
-        feedback=feedback,
+        about=answers.about,
+        feedback=answers.feedback,
         friction=friction * unit,
         unit_force=unit,
     )
+
+
+class _Answers(NamedTuple):
+    """What follows from a unit start, from each force and, last, from what is known; as of LawColumns."""
+
+    about: LawBefore | None
+    feedback: Feedback
+    forces: Array
+    states: Array
+    sensor: Array
+
+
+def _answers(
+    path: MeasuredPath, row: Array, acting: Sequence[ForceColumn], about: LawBefore | None
+) -> _Answers:
+    """The motions of the forces along a path, about a law if the path is a motion of that."""
+    feedback = Feedback.none(path) if about is None else about.feedback(path)
+    felt = []
+    for points, slope, stiffness in (
+        (path.nodes, feedback.nodes, path.stiffness[path.interval]),
+        (path.samples, feedback.samples, path.slope),
+    ):
+        # what the restoring force lacks of the oscillator that answers; and a force that is linear about the
+        # path is known as far as the path is
+        known = (
+            stiffness * points.x - path.restoring(points.x) - slope[:, 0] * points.x - slope[:, 1] * points.v
+        )
+        none = np.zeros((points.x.size, _OF_START))
+        felt.append(np.column_stack([none, *(each.force(points) for each in acting), known]))
+    at_nodes, forces = felt
+    start = np.eye(2, forces.shape[1])
+    states, sensor = response_at_sensor(path, row, at_nodes, forces, start, feedback)
+    if about is not None and not feedback.bears(path, states[:, :, :_OF_START]):
+        return _answers(path, row, acting, None)
+    return _Answers(about, feedback, forces, states, sensor)
 
 
 def _acting(path: MeasuredPath, given: Circumstances, evaluator: ForceEvaluator) -> list[ForceColumn]:
