@@ -107,7 +107,8 @@ class Mixture(FrozenDistribution):
             return self
         student = stdtrit(np.where(self._normal, 1.0, self.degrees), 0.95) / ndtri(0.95)
         scale = self.scale * np.where(self._normal, 1.0, student)
-        log_weight = np.log(self.weight) + log_ndtr(self.location / scale)
+        with np.errstate(divide="ignore"):  # of a part that has no weight
+            log_weight = np.log(self.weight) + log_ndtr(self.location / scale)
         total = logsumexp(np.append(log_weight, math.log(self.atom) if self.atom > 0.0 else -np.inf))
         return Mixture.of_normals(
             np.exp(log_weight - total),
