@@ -297,6 +297,11 @@ def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -
     covariance : ndarray, shape (n, 4, 4)
         Of the states given ``beta``, in units of ``sigma**2``.
     """
+    if clock.autoregression is not None:
+        if ratio > 0.0:
+            raise ValueError("a random force beside coloured noise is whitened, not smoothed")
+        # nothing but the law moves
+        return np.zeros((len(columns), 4, columns.shape[1])), np.zeros((len(columns), 4, 4))
     return _smoothed(columns, clock, row, ratio, tau)[:2]
 
 

@@ -14,7 +14,9 @@ from friction_bayes.loop.data.model import LoopModel, changes_signal
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, LawDraws, law_draws
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
+from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.statespace.kalman import sensor_row, smooth
 from friction_bayes.statespace.measured_path import stiffness_along
 from friction_bayes.statespace.regression import frequency_change
@@ -36,8 +38,9 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     segment = fit.segment
     head = int(settings.SETTINGS.fitted_share * segment.moving)
     of_law = dict.fromkeys(column.effect for column in fit.law.columns if column.effect)
-    allowed = (*of_law, *sorted(fit.sensor_noise.effects))
-    first = fit_random_force(segment, fit.system, allowed, samples=head)
+    allowed = (*of_law, *sorted(fit.sensor_noise.effects), *((RANDOM_FORCE.name,) if fit.forced else ()))
+    noise = "ar" if isinstance(fit.error, Colour) else "auto"
+    first = fit_random_force(segment, fit.system, allowed, samples=head, noise=noise)
     if first is None:
         return None
     time = segment.time[head - 1 : segment.moving]

@@ -15,7 +15,7 @@ from scipy.special import ndtr
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.block_means import block_means
 from friction_bayes.loop import settings
-from friction_bayes.loop.columns.lines import Line
+from friction_bayes.loop.columns.lines import LOG_DECAY_TIME, Line
 from friction_bayes.loop.data.parameters import Coordinate, effect_coordinates
 from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect, force_vector
 from friction_bayes.mechanics.integrate import force_along
@@ -383,7 +383,7 @@ def _shape_of_line(line: Line, duration: float) -> tuple[Shape, ...]:
         # a line further off by a quarter of a turn over the record would be another one
         return (Shape("frequency", f, f - 0.25 / duration, f + 0.25 / duration),)
     # uniform of the same standard deviation; that of the frequency is the same share of its half width
-    reach = math.sqrt(3.0) * line.scatter
+    reach = min(math.sqrt(3.0) * line.scatter, LOG_DECAY_TIME)
     apart = reach * line.half_width
     return (
         Shape("frequency", f, f - apart, f + apart),

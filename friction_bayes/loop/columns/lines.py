@@ -22,11 +22,13 @@ from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.second_mode import SECOND_MODE
 
-__all__ = ["OF_LINES", "Line", "decaying_lines", "lines_beside_motion", "steady_lines"]
+__all__ = ["LOG_DECAY_TIME", "OF_LINES", "Line", "decaying_lines", "lines_beside_motion", "steady_lines"]
 
 OF_LINES = (PERIODIC_INTERFERENCE.name, SECOND_MODE.name)
 """Effects that are lines."""
 
+LOG_DECAY_TIME = math.log(9.0)
+"""By how much the logarithm of a decay time may be off where a line is first seen."""
 _MOST_LINES = 8
 """Lines of each effect in one record: a second mode, its products, the mains."""
 _NEIGHBOURS = 61
@@ -273,7 +275,7 @@ def _decaying_top(innovations: Array, step: float, near: Line) -> Line:
         np.zeros(2),
         method="Nelder-Mead",
         # a spectrum that rises towards the motion would lead further away
-        bounds=[(-0.5, 0.5), (-math.log(9.0), math.log(9.0))],
+        bounds=[(-0.5, 0.5), (-LOG_DECAY_TIME, LOG_DECAY_TIME)],
         options={
             "initial_simplex": [[0.0, 0.0], [0.3, 0.0], [0.0, 0.5]],
             "xatol": _CLOSE,

@@ -68,10 +68,5 @@ class LoopOptions:
     def allowed(self) -> tuple[str, ...]:
         """Effects that may be tried, in the catalogue's order."""
         wanted = EFFECTS if self.effects is None else self.effects
-        return tuple(name for name in EFFECTS if name in wanted and name not in self.exclude)
-
-    @property
-    def seeks_force(self) -> bool:
-        """Whether candidates with a random force are evaluated with those without."""
-        free = self.random_force == "auto" and self.noise == "auto"
-        return free and RANDOM_FORCE.name in self.allowed
+        without = self.exclude if self.random_force == "auto" else (*self.exclude, RANDOM_FORCE.name)
+        return tuple(name for name in EFFECTS if name in wanted and name not in without)

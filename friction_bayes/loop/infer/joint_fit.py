@@ -25,7 +25,6 @@ from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.joint_problem import JointProblem, Member, Spread
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord, force_prior
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force, force_fit, is_read_as_fault
-from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.statespace.force_grid import ForcePrior, GridPoint, Posterior, integrate
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import Motion
@@ -121,6 +120,7 @@ def fit_together(
     allowed: Sequence[str],
     *,
     varying: bool,
+    noise: str,
     progress: Callable[[str], None] | None = None,
 ) -> JointFit | None:
     """Analyse several records of one quantity.
@@ -134,6 +134,8 @@ def fit_together(
         Effects that may act.
     varying : bool
         Whether friction is known to differ between the records; else that is as probable as a slight effect.
+    noise : {"auto", "white", "ar"}
+        What the noise of the sensors may be.
     progress : callable, optional
         Called with the name of each record.
 
@@ -148,7 +150,7 @@ def fit_together(
     for segment in segments:
         if progress is not None:
             progress(segment.decay.name)
-        fits.append(fit_random_force(segment, system, allowed))
+        fits.append(fit_random_force(segment, system, allowed, noise=noise))
     alone = tuple(fit for fit in fits if fit is not None)
     if len(alone) < len(fits):
         return None
@@ -167,7 +169,7 @@ def fit_together(
         )
         for fit in alone
     )
-    forced = RANDOM_FORCE.name in allowed
+    forced = all(fit.forced for fit in alone)
     along = _along(alone, records, motions, w0)
     if along is None:
         return None
@@ -237,7 +239,7 @@ def _weighed(
     noise = math.exp(float(np.mean([math.log(one.regression.motion.noise) for one in along])))
     prior = force_prior(friction)
     if not forced:
-        prior = replace(prior, none=1.0)
+        prior = prior.without_force
     posterior = integrate(problem, prior, noise, only_mode=only_mode)
     return JointFit(
         alone=alone,
@@ -276,7 +278,8 @@ def _lines(alone: Sequence[ForceFit]) -> list[tuple[Line, ...]]:
 def _members(alone: Sequence[ForceFit], along: Sequence[LawAlongMotion]) -> list[Member]:
     """The records with the sizes of noise and force, beside each other, that each has by itself."""
     noises = np.array([math.log(fit.posterior.noise_sd) for fit in alone])
-    forces = np.array([math.log(fit.posterior.force_sd.median()) for fit in alone])
+    # where none may act all are alike
+    forces = np.array([math.log(fit.posterior.force_sd.median()) if fit.forced else 0.0 for fit in alone])
     noises, forces = np.exp(noises - noises.mean()), np.exp(forces - forces.mean())
     return [
         Member(regression=found.regression, noise=float(noise), force=float(force))

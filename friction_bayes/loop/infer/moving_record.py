@@ -20,8 +20,10 @@ from friction_bayes.loop.columns.law_columns import Circumstances, LawColumns, l
 from friction_bayes.loop.columns.lines import Line
 from friction_bayes.loop.data.friction import friction_of_loss
 from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError
 from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales, SensorEffect
+from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.pendulum import frequency_ratio
 from friction_bayes.statespace.force_grid import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
@@ -91,7 +93,9 @@ class MovingRecord:
         Of the priors.
     variance : ndarray, shape (samples,)
         Noise variances of the samples beside each other, infinite for those that are not fitted.
-    error : SensorError
+    forced : bool
+        Whether a random force may act.
+    error : SensorError or Colour
         What neighbouring samples share of the noise.
     sizes : dict
         About how large the faults of the sensor are whose size shapes them, by effect.
@@ -109,7 +113,8 @@ class MovingRecord:
     effects: tuple[str, ...]
     scales: Scales
     variance: Array
-    error: SensorError = NO_ERROR
+    forced: bool = True
+    error: SensorError | Colour = NO_ERROR
     sizes: dict[str, float] = field(default_factory=dict)
     scores: dict[str, tuple[float, ...]] = field(default_factory=dict)
     jump: Array | None = None
@@ -131,7 +136,7 @@ class MovingRecord:
         )
         n = _moving(segment) if samples is None else samples
         variance = np.where(segment.free[:n], 1.0, np.inf)
-        return cls(segment, n, system, effects, scales, variance)
+        return cls(segment, n, system, effects, scales, variance, RANDOM_FORCE.name in allowed)
 
     def setting_aside(self, samples: Mask) -> MovingRecord:
         """The same without some more samples, shape (n,)."""
@@ -230,9 +235,12 @@ class MovingRecord:
             log_prior=sets.log_prior,
             stiffness=law.always[2],
             motion=motion,
-            least_noise=self._least_noise / w0**order,
+            least_noise=max(self._least_noise / w0**order, self.error.least_noise),
         )
-        return LawAlongMotion(w0, path, law, sets, regression, force_prior(rough))
+        prior = force_prior(rough)
+        # a random force beside coloured noise would be told twice: both are what is left of white noise
+        may_act = self.forced and clock.autoregression is None
+        return LawAlongMotion(w0, path, law, sets, regression, prior if may_act else prior.without_force)
 
 
 def force_prior(friction: float) -> ForcePrior:

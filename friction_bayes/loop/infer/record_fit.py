@@ -27,6 +27,7 @@ from friction_bayes.loop.infer.knocks import spans_of
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.infer.rounds import settle
 from friction_bayes.loop.infer.sensor_noise import SensorNoise, weigh_sensor_noise
+from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import SensorError
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth
 from friction_bayes.mechanics.effects import Scales
@@ -70,7 +71,7 @@ class ForceFit:
         Smoothed with that law.
     sensor_noise : SensorNoise
         What it is besides white.
-    error : SensorError
+    error : SensorError or Colour
         What neighbouring samples share of it.
     """
 
@@ -89,7 +90,12 @@ class ForceFit:
     coefficients: Array
     motion: Motion
     sensor_noise: SensorNoise
-    error: SensorError
+    error: SensorError | Colour
+
+    @property
+    def forced(self) -> bool:
+        """Whether a random force may act."""
+        return self.prior.none < 1.0
 
     @property
     def growth(self) -> NoiseGrowth | None:
@@ -180,7 +186,7 @@ class ForceFit:
     @property
     def noise_sd(self) -> float:
         """Posterior mean of the sd of a value's noise, what neighbours share included, unit of the signal."""
-        return self.posterior.noise_sd * math.hypot(1.0, self.error.ratio) * self.unit
+        return self.posterior.noise_sd * self.error.share * self.unit
 
     @property
     def innovations(self) -> Array:
@@ -195,6 +201,7 @@ def fit_random_force(
     allowed: Sequence[str],
     *,
     samples: int | None = None,
+    noise: str = "auto",
 ) -> ForceFit | None:
     """Analyse one record.
 
@@ -207,6 +214,8 @@ def fit_random_force(
         Effects that may act.
     samples : int, optional
         Use the first so many alone.
+    noise : {"auto", "white", "ar"}
+        Noise of the sensor: white or what it shows, white, or coloured where it can be.
 
     Returns
     -------
@@ -214,7 +223,7 @@ def fit_random_force(
         None where the record holds too few turning points, or faults of its sensor stand for its motion.
     """
     whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
-    last = settle(whole, allowed)
+    last = settle(whole, allowed, noise)
     if last is None:
         return None
     regression, posterior, sensor_noise = weigh_sensor_noise(

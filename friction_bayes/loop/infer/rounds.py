@@ -22,7 +22,8 @@ from friction_bayes.loop.infer.finer_lines import finer_lines, lines_that_show
 from friction_bayes.loop.infer.finer_shapes import finer_shapes
 from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
-from friction_bayes.loop.noise.correlated_error import find_sensor_error
+from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_of, is_coloured
+from friction_bayes.loop.noise.correlated_error import SensorError, find_sensor_error
 from friction_bayes.loop.noise.robust_samples import LeftOut, come_anywhere, outlying
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import GridPoint, Posterior, integrate
@@ -33,6 +34,8 @@ __all__ = ["Round", "settle"]
 
 _MOST_ROUNDS = 5
 """Until a law has settled; as many again with every knock that is let off."""
+_AUDIBLE = 1.01
+"""Noise over the least that there can be from which on it is noise, and no rounding."""
 _MOST_LOOKS = 12
 """For a knock, each of which may take a few: what still calls for one then is no accident."""
 _SETTLED = 2e-3
@@ -60,6 +63,8 @@ class Round:
     found : LawAlongMotion
     near : GridPoint or None
         The most probable random force of the round before; None in the first.
+    noise : {"auto", "white", "ar"}
+        What the noise of the sensor may be.
     alone : bool
         Whether the next round goes along the motion of the best law without a random force, however probable.
     """
@@ -72,17 +77,18 @@ class Round:
     other_lines: bool
     found: LawAlongMotion
     near: GridPoint | None
+    noise: str
     alone: bool = False
 
     @classmethod
-    def first(cls, whole: MovingRecord) -> Round | None:
+    def first(cls, whole: MovingRecord, noise: str) -> Round | None:
         """Along the motion before any law is known; None where that holds too few turning points."""
         w0, motion = whole.first_motion()
         found = whole.along(motion, w0, ())
         if found is None:
             return None
         ceiling = whole.segment.sides[: whole.samples] != 0.0
-        return cls(whole, ceiling, np.zeros(whole.samples, np.bool_), motion, (), False, found, None)
+        return cls(whole, ceiling, np.zeros(whole.samples, np.bool_), motion, (), False, found, None, noise)
 
     @property
     def aside(self) -> Mask:
@@ -111,6 +117,7 @@ class Round:
         found = self._posterior.log_evidence + math.log(
             max(float(self._posterior.weight[still].sum()), 1e-300) if self.alone else 1.0
         )
+        found += self.whole.error.log_volume
         return found - used * self.whole.segment.order * math.log(self.found.w0)
 
     @property
@@ -143,7 +150,7 @@ class Round:
         more = lines_beside_motion(white, smoothed.states[:, 2], segment, self.lines, whole.effects)
         showing = lines_that_show(self.lines, found, law, best)
         lines = (*finer_lines(showing, found, law, best), *more)
-        error = find_sensor_error(regression, self._posterior, found.prior, found.w0)
+        error = self._next_error
         if error is not None:
             whole = replace(whole, error=error)
         whole = replace(
@@ -162,8 +169,64 @@ class Round:
         if along is None:
             return None
         other_lines = bool(more) or len(showing) < len(self.lines)
-        near = self._posterior.best_force
-        return Round(whole, ceiling, outliers, motion, lines, other_lines, along, near, self.alone)
+        return replace(
+            self,
+            whole=whole,
+            ceiling=ceiling,
+            outliers=outliers,
+            motion=motion,
+            lines=lines,
+            other_lines=other_lines,
+            found=along,
+            near=self._posterior.best_force,
+        )
+
+    @property
+    def _next_error(self) -> SensorError | Colour | None:
+        """What neighbouring samples share of the noise; None where that stays as it is."""
+        if isinstance(self.whole.error, Colour):
+            return self._colour_near_motion
+        if self.noise == "white":
+            return None
+        return find_sensor_error(self.found.regression, self._posterior, self.found.prior, self.found.w0)
+
+    @property
+    def _left(self) -> Array:
+        """What the law leaves of the samples that are used, natural units."""
+        regression = self.found.regression
+        return regression.residual(self._law)[np.isfinite(regression.clock.variance)]
+
+    @property
+    def _colour_near_motion(self) -> Colour:
+        clock = self.found.regression.clock
+        phase = clock.phase[np.isfinite(clock.variance)]
+        return colour_near_motion(self._left, phase, self.whole.segment.order, np.count_nonzero(self._law))
+
+    def coloured(self, than: Round) -> Round | None:
+        """The same under coloured noise; None where that is less probable ``than`` another, or there is none.
+
+        Where it is asked for it need only be there.
+        """
+        regression, decay = self.found.regression, self.whole.segment.decay
+        audible = self._best.noise > _AUDIBLE * regression.least_noise
+        colour = colour_of(self._left, np.count_nonzero(self._law))
+        if colour is None or not audible or not regression.clock.even:
+            return None
+        if self.noise == "auto":
+            if not is_coloured(self._left, decay.step, decay.frequency):
+                return None
+            as_it_is = self._under(colour)
+            if as_it_is is None or as_it_is.log_evidence <= than.log_evidence:
+                return None
+        return self._under(self._colour_near_motion)
+
+    def _under(self, error: Colour) -> Round | None:
+        """The same round with noise of a colour."""
+        whole = replace(self.whole, error=error, jump=None)
+        along = whole.setting_aside(self.aside).along(
+            self.motion, self.found.w0, self.lines, about=self.found.law.about
+        )
+        return None if along is None else replace(self, whole=whole, found=along, near=None)
 
     def _set_aside(self, smoothed: Motion, allowed: Sequence[str]) -> tuple[Mask, Mask]:
         """Samples near an end of the range, and outliers, shape (n,) both."""
@@ -176,7 +239,9 @@ class Round:
             self._best,
         )
         ceiling, shown = self.ceiling, np.isfinite(self.whole.variance) & ~self.ceiling
-        noise = left.noise(outliers=OUTLIERS.name in allowed and left.heavy_tails(shown))
+        white = not isinstance(self.whole.error, Colour)
+        # one outlier spoils as many innovations of coloured noise as that has coefficients
+        noise = left.noise(outliers=white and OUTLIERS.name in allowed and left.heavy_tails(shown))
         if ceiling.any():
             ceiling = left.near_ceiling(noise)
             shown = shown & ~ceiling
@@ -185,7 +250,8 @@ class Round:
 
     def stays(self, after: Round) -> bool:
         """Whether the round that follows says the same."""
-        other_noise = after.whole.error != self.whole.error or not np.array_equal(after.aside, self.aside)
+        other_noise = not self.whole.error.alike(after.whole.error)
+        other_noise |= not np.array_equal(after.aside, self.aside)
         if after.other_lines or other_noise:
             return False
         change = after.found.w0 / self.found.w0 - 1.0
@@ -209,7 +275,7 @@ class Round:
         return None if found is None else replace(self, whole=whole, found=found, alone=False)
 
 
-def settle(whole: MovingRecord, allowed: Sequence[str]) -> Round | None:
+def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | None:
     """Go on until the law of a record has settled and the force calls for no other knock.
 
     Parameters
@@ -217,19 +283,23 @@ def settle(whole: MovingRecord, allowed: Sequence[str]) -> Round | None:
     whole : MovingRecord
     allowed : sequence of str
         Effects that may act.
+    noise : {"auto", "white", "ar"}
+        What the noise of the sensor may be.
 
     Returns
     -------
     Round or None
         The last; None where one holds too few turning points.
     """
-    latest = _settled(Round.first(whole), allowed)
+    latest = still = _settled(Round.first(whole, noise), allowed)
     if latest is not None and latest.found.law.about is None:
         # about its own motion, which is exact, a law may not call for the force that made up for what was not
-        alone = _settled(replace(latest, alone=True), allowed)
-        if alone is not None and alone.log_evidence > latest.log_evidence:
-            latest = alone
-    looks = _MOST_LOOKS
+        still = _settled(replace(latest, alone=True), allowed)
+        if still is not None and still.log_evidence > latest.log_evidence:
+            latest = still
+    if latest is not None and still is not None and noise != "white":
+        latest = _settled(still.coloured(latest), allowed) or latest
+    looks = _MOST_LOOKS if latest is not None and latest.found.prior.none < 1.0 else 0
     while latest is not None and looks > 0:
         jump = latest.next_knock()
         if jump is None:

@@ -17,6 +17,7 @@ from scipy.special import logsumexp
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.infer.knocks import log_odds_of_knocks
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth, find_noise_growth
 from friction_bayes.loop.noise.likelihood import NoiseFit
 from friction_bayes.loop.noise.robust_samples import LeftOut
@@ -192,7 +193,7 @@ def _noise_growth(
 ) -> NoiseGrowth | None:
     """The most probable growth of the noise; None where none may act."""
     growths = []
-    for effect in (EFFECTS[name] for name in allowed):
+    for effect in (EFFECTS[name] for name in allowed if not isinstance(record.error, Colour)):
         if isinstance(effect, GrowingNoiseEffect):
             # the prior is one of the noise of a sample: in a mean of a block it counts less
             prior = effect.priors(record.scales)[0]

@@ -74,12 +74,9 @@ def candidates_of(
     rng_search, rng_one, rng_several = rngs
     rng = rng_one if len(segments) == 1 else rng_several
     along = _along_motions(segments, system, options, rng, progress)
-    if along is not None and (options.varying_friction or along.knows_the_noise):
-        return Candidates(along.before, (along,))
-    searched = SearchFamily(search_records(system, segments, tried, options.noise, progress), rng_search)
-    if along is not None and not searched.holds_more:
-        return Candidates(along.before, (along,))
-    return Candidates(searched.found.before, (searched,))
+    if along is None:
+        raise RuntimeError("along none")
+    return Candidates(along.before, (along,))
 
 
 def _along_motions(
@@ -90,23 +87,9 @@ def _along_motions(
     progress: Callable[[str], None] | None,
 ) -> JointFamily | RecordFamily | None:
     """The records along their motions; None where that is not asked for or cannot be done."""
-    seeks = options.seeks_force and _knows_the_range(segments, options.allowed)
     if len(segments) == 1:
-        if not seeks:
-            return None
-        return record_family(segments[0], system, options.allowed, options.tolerance, rng)
-    if not options.varying_friction and not seeks:
-        return None
-    unwanted = () if options.random_force == "auto" else (RANDOM_FORCE.name,)
-    return joint_family(
-        segments,
-        system,
-        tuple(name for name in options.allowed if name not in unwanted),
-        options.tolerance,
-        rng,
-        varying=options.varying_friction,
-        progress=progress,
-    )
+        return record_family(segments[0], system, options, rng)
+    return joint_family(segments, system, options, rng, progress)
 
 
 def _knows_the_range(segments: Sequence[Segment], allowed: Sequence[str]) -> bool:

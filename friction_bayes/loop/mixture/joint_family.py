@@ -16,6 +16,7 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.checks.contradictions import contradictions
 from friction_bayes.loop.checks.joint_check import check_together
 from friction_bayes.loop.data.friction import friction_scale, scale_draws
+from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.cells import Cells
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
@@ -41,11 +42,8 @@ __all__ = ["JointFamily", "joint_family"]
 def joint_family(
     segments: tuple[Segment, ...],
     system: Oscillator,
-    allowed: tuple[str, ...],
-    tolerance: float,
+    options: LoopOptions,
     rng: np.random.Generator,
-    *,
-    varying: bool,
     progress: Callable[[str], None] | None = None,
 ) -> JointFamily | None:
     """Weigh sets of effects on several records together.
@@ -75,7 +73,8 @@ def joint_family(
     InputError
         If that is so and friction is known to differ, or no Coulomb decay can be fitted.
     """
-    fit = fit_together(segments, system, allowed, varying=varying, progress=progress)
+    varying, noise = options.varying_friction, options.noise
+    fit = fit_together(segments, system, options.allowed, varying=varying, noise=noise, progress=progress)
     if fit is None:
         if varying:
             name = segments[0].decay.name
@@ -83,7 +82,7 @@ def joint_family(
         return None
     white = tuple(np.zeros(0) for _ in segments)
     before = coulomb_model(system, segments, white, SENSOR_OFFSET.name)
-    return JointFamily(before, fit, allowed, tolerance, rng)
+    return JointFamily(before, fit, options.allowed, options.tolerance, rng)
 
 
 class JointFamily(MotionFamily):

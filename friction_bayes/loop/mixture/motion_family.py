@@ -25,7 +25,6 @@ from friction_bayes.loop.mixture.slight_beside_law import friction_with_slight_e
 from friction_bayes.loop.mixture.slight_effects import SlightEffect
 from friction_bayes.loop.mixture.slight_force import SlightForce
 from friction_bayes.loop.noise.autoregression import is_coloured
-from friction_bayes.loop.noise.correlated_error import NO_ERROR
 from friction_bayes.loop.noise.likelihood import NoiseModel, has_heavy_tails
 from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.report.effect_summaries import (
@@ -229,11 +228,9 @@ class MotionFamily(ABC):
         """
         fit = self.best[0]
         white = fit.posterior.noise_sd * fit.unit
-        sd = white * math.hypot(math.sqrt(fit.segment.block), fit.error.ratio)
-        found = {"sd": sd, "step": fit.segment.resolution}
-        if fit.error == NO_ERROR:
-            return {"model": "white", "order": 0, "correlation_length_s": 0.0} | found
-        return {"model": "ar", "order": 1, "correlation_length_s": fit.error.correlation_time} | found
+        of_a_sample = math.sqrt(fit.segment.block - 1.0 + fit.error.share**2)
+        found = {"sd": white * of_a_sample, "step": fit.segment.resolution}
+        return fit.error.described(fit.segment.decay.step) | found
 
     def forecasts(self) -> tuple[Forecast, ...]:
         found = []
@@ -246,7 +243,9 @@ class MotionFamily(ABC):
 
     def noise_floor(self) -> float:
         pairs = zip(self.best, self._left, strict=True)
-        each = [float(fit.sensor_noise.sd_of_samples(np.asarray(left.rms))) for fit, left in pairs]
+        # less than the noise that every record is taken to have is none
+        sizes = [np.asarray(max(left.rms, fit.noise_sd)) for fit, left in pairs]
+        each = [float(fit.sensor_noise.sd_of_samples(sd)) for fit, sd in zip(self.best, sizes, strict=True)]
         return math.sqrt(float(np.mean(np.square(each))))
 
     @property

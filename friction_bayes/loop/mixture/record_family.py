@@ -15,6 +15,7 @@ from friction_bayes.core.text import percent
 from friction_bayes.loop.checks.sampler_check import check_random_force
 from friction_bayes.loop.checks.witnesses import Witnesses, two_witnesses
 from friction_bayes.loop.data.friction import friction_scale
+from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.cells import Cells
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
@@ -123,8 +124,7 @@ class RecordFamily(MotionFamily):
 def record_family(
     segment: Segment,
     system: Oscillator,
-    allowed: tuple[str, ...],
-    tolerance: float,
+    options: LoopOptions,
     rng: np.random.Generator,
 ) -> RecordFamily | None:
     """Weigh sets of effects on one record.
@@ -147,12 +147,12 @@ def record_family(
         None where the record holds too few turning points or is read as faults of its sensor, and where
         friction drives the motion in most of what the regression believes.
     """
-    fit = fit_random_force(segment, system, allowed)
+    fit = fit_random_force(segment, system, options.allowed, noise=options.noise)
     if fit is None:
         return None
     before = coulomb_model(system, (segment,), (np.zeros(0),), SENSOR_OFFSET.name)
-    family = RecordFamily(before, fit, tolerance, rng)
-    return family if float(family.cells.total.sum()) >= 0.5 else None
+    family = RecordFamily(before, fit, options.tolerance, rng)
+    return family
 
 
 def _cells(fit: ForceFit, pushes: Mask) -> Cells:

@@ -65,10 +65,27 @@ class SensorError:
     ratio: float = 0.0
     correlation_time: float = 1.0
     log_volume: float = 0.0
+    least_noise = 0.0
+    """It says nothing of the white noise."""
+
+    @property
+    def share(self) -> float:
+        """Sd of the whole noise over that of the part that a posterior knows, which is white."""
+        return math.hypot(1.0, self.ratio)
 
     def of(self, clock: Clock, w0: float) -> Clock:
         """A clock in natural units of a frequency [rad/s] with these errors."""
         return replace(clock, error=CorrelatedError(self.ratio, w0 * self.correlation_time))
+
+    def alike(self, other: object) -> bool:
+        """Whether another is the same."""
+        return self == other
+
+    def described(self, step: float) -> dict[str, float | int | str]:
+        """Fields of the report."""
+        if self.ratio == 0.0:
+            return {"model": "white", "order": 0, "correlation_length_s": 0.0}
+        return {"model": "ar", "order": 1, "correlation_length_s": self.correlation_time}
 
 
 NO_ERROR = SensorError()

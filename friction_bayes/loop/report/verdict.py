@@ -73,11 +73,12 @@ class Consequences:
     def against(self) -> tuple[str, ...]:
         """Name what forbids to use the number, if anything does; a figure that is not known is no fault."""
         held_out, as_bad = self.held_out, 1.0 + settings.SETTINGS.worse_forecast
+        before = max(held_out["before"], held_out["noise_floor"])
         faults = {
             "left_over": not self.is_noise,
             "shift": self.shift > settings.SETTINGS.most_shift * self.loss > 0.0,
             "band": held_out["inside90"] < settings.SETTINGS.least_inside,
-            "forecast": held_out["after"] > as_bad * held_out["before"] > 0.0,
+            "forecast": held_out["after"] > as_bad * before > 0.0,
             "witnesses": not self._spans_witnesses,
             "filter": self.filtered is not None and not _overlap(self.friction, self.filtered),
             "records": self.contradicted,
