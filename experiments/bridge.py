@@ -14,8 +14,8 @@ from scipy import stats
 
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array
-from friction_bayes.loop.checks.search_target import target_of
-from friction_bayes.loop.search.fit import LoopFit
+from experiments.simulated_target import target_of
+from friction_bayes.loop.simulation.fit import LoopFit
 from friction_bayes.reference.ensembles import Ensembles
 
 __all__ = ["BridgedEvidence", "bridged_log_evidence"]
@@ -57,7 +57,7 @@ def _bridge(target: Target, draws: Array, rng: np.random.Generator) -> float:
 
 def bridged_log_evidence(fit: LoopFit, seed: int, *, steps: int = 400) -> BridgedEvidence:
     """Log-evidence of the model of a fit, for
-    :func:`friction_bayes.loop.search.laplace_evidence.log_evidence` to meet.
+    :func:`experiments.laplace_evidence.log_evidence` to meet.
 
     Parameters
     ----------

@@ -19,8 +19,8 @@ from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.data.starting_point import starting_point
 from friction_bayes.loop.noise.likelihood import NoiseModel
 from friction_bayes.loop.search.expansion import Expansion
-from friction_bayes.loop.search.fit import LoopFit, fit_growing_record, fit_model
-from friction_bayes.loop.search.laplace_evidence import log_evidence
+from friction_bayes.loop.simulation.fit import LoopFit, fit_growing_record, fit_model
+from experiments.laplace_evidence import log_evidence
 from friction_bayes.mechanics.effects import EFFECTS
 
 __all__ = ["CASES", "EXPERIMENT", "fit_of_case"]

@@ -19,7 +19,8 @@ from friction_bayes.core.summary import TAILS, Summary
 from friction_bayes.core.text import set_words
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.search_forecast import with_forecasts
+from friction_bayes.loop.checks.held_out import with_forecasts
+from friction_bayes.loop.checks.residual_tests import residual_tests
 from friction_bayes.loop.data.effect_sets import in_catalogue_order
 from friction_bayes.loop.data.friction import (
     Distribution,
@@ -28,7 +29,8 @@ from friction_bayes.loop.data.friction import (
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.judgement import Judgement, judge
-from friction_bayes.loop.mixture.mixture import Family, FamilyDraws, Mixture
+from friction_bayes.loop.mixture.candidates import Candidates
+from friction_bayes.loop.mixture.mixture import Mixture
 from friction_bayes.loop.report.next_experiment import next_experiment
 from friction_bayes.loop.report.paper_procedure import paper_procedure
 from friction_bayes.loop.report.reference_force import compare_forces
@@ -39,8 +41,6 @@ from friction_bayes.loop.report.verdict import (
     UNEXPLAINED,
     credible_count,
 )
-from friction_bayes.loop.search.fit import LoopFit
-from friction_bayes.loop.search.residual_tests import residual_tests
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["build_report"]
@@ -50,8 +50,7 @@ _ROUNDING = 0.05
 
 
 def build_report(
-    before: LoopFit,
-    families: Sequence[Family],
+    candidates: Candidates,
     rng: np.random.Generator,
     *,
     options: LoopOptions,
@@ -62,10 +61,7 @@ def build_report(
 
     Parameters
     ----------
-    before : LoopFit
-        The Coulomb model alone.
-    families : sequence of Family
-        All candidates. One that is left without any has nothing but its trail.
+    candidates : Candidates
     rng : numpy.random.Generator
     options : LoopOptions
     started : float
@@ -73,8 +69,9 @@ def build_report(
     reference_force : ndarray or None
         Measured force, as from :func:`friction_bayes.loop.report.reference_force.validate_force`.
     """
-    judged = judge(before, families, rng, options.tolerance)
-    mixture, best, model = judged.mixture, judged.mixture.best, before.model
+    judged = judge(candidates, rng, options.tolerance)
+    mixture, best, before = judged.mixture, candidates, candidates.before
+    model = before.model
     segment, unit, traces = model.segments[0], friction_scale(model)[1], judged.traces
     effects = in_catalogue_order(mixture.sets[0])
     residual: dict[str, Any] = {"before": residual_tests(before).to_dict(), "after": best.tests.to_dict()}
@@ -110,15 +107,15 @@ def build_report(
         noise=best.noise(),
         paper_procedure=paper_procedure(*best.simulated(), judged.friction, effects),
         frequency=_frequency(mixture.draws.frequency, model, mixture.draws.friction),
-        random_force=_random_force(mixture, families, friction_scale(model)[0], unit),
+        random_force=_random_force(mixture, friction_scale(model)[0], unit),
         witnesses=judged.witnesses,
         left=judged.left | {"unit": segment.decay.unit, "friction_could_shift_by": judged.shift},
         fitted=fitted,
-        next_experiment=_next_experiment(judged, families, len(model.segments)),
+        next_experiment=_next_experiment(judged, len(model.segments)),
         reference_check=reference or None,
         elapsed_s=time.perf_counter() - started,
         seed=options.seed,
-        trail=[step for family in families for step in family.trail],
+        trail=list(candidates.trail),
         traces=with_forecasts(traces, *judged.forecasts),
         posterior=_posterior(mixture, judged.friction, options.seed, sampled, rng),
         friction_between_records=best.between_records(),
@@ -126,12 +123,12 @@ def build_report(
     )
 
 
-def _next_experiment(judged: Judgement, families: Sequence[Family], records: int) -> str | None:
+def _next_experiment(judged: Judgement, records: int) -> str | None:
     """What to measure next, where the verdict leaves something open."""
     if judged.word == AMBIGUOUS:
-        return _deciding_experiment([family for family in families if family.sets], judged.mixture)
+        return _deciding_experiment(judged.mixture)
     if judged.word == UNEXPLAINED:
-        failed = judged.mixture.best.tests.to_dict()["failed"]
+        failed = judged.mixture.of.tests.to_dict()["failed"]
         return experiment_on_unexplained(judged.left["depends_on"], failed, judged.against, records)
     return None
 
@@ -144,13 +141,13 @@ def _reference_check(
     reference = _compare_with_reference(judged.friction, judged.friction_before, known) or {}
     sampled = None
     if options.check:
-        found, sampled = judged.mixture.best.check(options.seed)
-        share = judged.mixture.share_of_best * found.pop("share")
+        found, sampled = judged.mixture.of.check(options.seed)
+        share = float(judged.mixture.probabilities[0]) * found.pop("share")
         reference["sampler"] = found | {"sampled": {"effects": list(effects), "probability": share}}
     return reference, sampled
 
 
-def _deciding_experiment(families: Sequence[Family], mixture: Mixture) -> str | None:
+def _deciding_experiment(mixture: Mixture) -> str | None:
     """The record that would decide between the most probable candidates.
 
     Between those that say another friction, if there are any, and do not hold the first as the case of a
@@ -160,30 +157,24 @@ def _deciding_experiment(families: Sequence[Family], mixture: Mixture) -> str | 
     others = [mixture.sets[c] for c in np.flatnonzero(mixture.say_otherwise(count))]
     rivals = [names for names in others if not names > first] or list(mixture.sets[1:count])
     credible = [first, *rivals][: settings.SETTINGS.most_at_once + 1]
-    # of several that have a set the one where it is most probable
-    weighed = [pair for f in families for pair in zip(f.log_weights, f.sets, [f] * len(f.sets), strict=True)]
-    owners = {names: family for _, names, family in sorted(weighed, key=lambda one: float(one[0]))}
-    contenders = [(names, owners[names].contender(names)) for names in credible]
+    contenders = [(names, mixture.of.contender(names)) for names in credible]
     known = {names: contender for names, contender in contenders if contender is not None}
     if len(known) < 2:
         return None
     return next_experiment([*known.values()], [set_words(in_catalogue_order(names)) for names in known])
 
 
-def _random_force(
-    mixture: Mixture, families: Sequence[Family], factor: float, unit: str
-) -> dict[str, Any] | None:
+def _random_force(mixture: Mixture, factor: float, unit: str) -> dict[str, Any] | None:
     """Size and correlation time of the random force, given that there is one; None where none was weighed."""
-    # what a family holds may all be left out
-    draws = [family.draws.at(family.draws.random_force > 0.0) for family in families if family.sets]
-    forced = FamilyDraws(**{name: np.concatenate([vars(d)[name] for d in draws]) for name in vars(draws[0])})
-    if forced.random_force.size < 2:
+    draws = mixture.of.draws
+    forced = draws.random_force > 0.0
+    if np.count_nonzero(forced) < 2:
         return None
-    friction = float(np.median(forced.friction))
+    sd, friction = draws.random_force[forced], float(np.median(draws.friction[forced]))
     return {
-        "sd": Summary.of_draws(factor * forced.random_force, unit).to_dict(),
-        "share_of_friction": float(np.median(forced.random_force)) / friction if friction else None,
-        "correlation_time_s": Summary.of_draws(forced.correlation_time, "s").to_dict(),
+        "sd": Summary.of_draws(factor * sd, unit).to_dict(),
+        "share_of_friction": float(np.median(sd)) / friction if friction else None,
+        "correlation_time_s": Summary.of_draws(draws.correlation_time[forced], "s").to_dict(),
         "probability": mixture.probability(RANDOM_FORCE.name),
     }
 
@@ -212,7 +203,7 @@ def _frequency(frequencies: Array, model: LoopModel, friction: Array) -> dict[st
     }
 
 
-def _fitted(best: Family, trace: RecordTrace, model: LoopModel, frequency: float) -> dict[str, Any]:
+def _fitted(best: Candidates, trace: RecordTrace, model: LoopModel, frequency: float) -> dict[str, Any]:
     """Which part of the first record was fitted.
 
     Raises
@@ -281,7 +272,7 @@ def _posterior(
             },
         )
 
-    best = one_chain(mixture.best.variables())
+    best = one_chain(mixture.of.variables())
     friction = one_chain({"friction": after.draws, "candidate": mixture.draws.candidate})
     friction["friction"].attrs["units"] = after.unit
     tree = xr.DataTree.from_dict(

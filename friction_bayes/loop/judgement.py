@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +11,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import TAILS
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.search_forecast import Forecast, forecast_records, held_out_error
+from friction_bayes.loop.checks.held_out import Forecast, forecast_records, held_out_error
 from friction_bayes.loop.checks.whole_signal import filtered_signal
 from friction_bayes.loop.data.friction import (
     Distribution,
@@ -22,7 +21,8 @@ from friction_bayes.loop.data.friction import (
     reported_friction,
 )
 from friction_bayes.loop.data.model import LoopModel
-from friction_bayes.loop.mixture.mixture import Family, Mixture, mixture_of
+from friction_bayes.loop.mixture.candidates import Candidates
+from friction_bayes.loop.mixture.mixture import Mixture, mixture_of
 from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
 from friction_bayes.loop.report.friction_range import Reading, coulomb_alone, friction_range, pooled
 from friction_bayes.loop.report.result import RecordTrace
@@ -32,7 +32,6 @@ from friction_bayes.loop.report.verdict import (
     credible_count,
     verdict,
 )
-from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
@@ -85,25 +84,20 @@ class Judgement:
     traces: tuple[RecordTrace, ...]
 
 
-def judge(
-    before: LoopFit, families: Sequence[Family], rng: np.random.Generator, tolerance: float
-) -> Judgement:
+def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) -> Judgement:
     """Mix the candidates and judge the most probable by its consequences.
 
     Parameters
     ----------
-    before : LoopFit
-        The Coulomb model alone.
-    families : sequence of Family
+    candidates : Candidates
     rng : numpy.random.Generator
     tolerance : float
         Share of the loss of amplitude from which on dry friction matters.
     """
     rng_mixture, rng_before, rng_after, rng_pool, rng_dry, rng_filtered = rng.spawn(6)
-    # a family whose own sets do not count knows it all the same
-    slight_force = next((f.slight_force for f in families if f.slight_force is not None), None)
-    mixture = mixture_of([family for family in families if family.sets], rng_mixture, slight_force)
-    best, model, frequency = mixture.best, before.model, mixture.draws.frequency
+    mixture = mixture_of(candidates, rng_mixture)
+    best, before, frequency = candidates, candidates.before, mixture.draws.frequency
+    model = before.model
     left, traces = best.left(), best.traces()
     loss = _loss(traces[0], mixture, model)
 
@@ -135,7 +129,7 @@ def judge(
     agreed = dry["probability"] >= settings.SETTINGS.credible_mass and mixture.same_friction(count)
     alone, readings = coulomb_alone(before, rng_before), None
     if word == UNEXPLAINED:
-        readings, mixture = _unexplained(alone, families, mixture, filtered, rng_pool)
+        readings, mixture = _unexplained(alone, mixture, filtered, rng_pool)
         dry = whether_it_rubs(mixture.draws.friction)
         after = reported_friction(mixture.draws.friction, frequency, model, rng_after)
     return Judgement(
@@ -160,7 +154,7 @@ def judge(
 def _filtered(mixture: Mixture, model: LoopModel, rng: np.random.Generator) -> Reading | None:
     """Friction behind a filter, of one record in which forces were found that a filter could stand for."""
     forces = any(isinstance(EFFECTS[name], ForceEffect) for name in mixture.sets[0])
-    left_over = RANDOM_FORCE.name in mixture.sets[0] or not mixture.best.explains
+    left_over = RANDOM_FORCE.name in mixture.sets[0] or not mixture.of.explains
     if len(model.segments) > 1 or not (forces or left_over):
         return None
     return filtered_signal(model.segments[0].decay, rng)
@@ -173,20 +167,15 @@ def _interval(draws: Array) -> tuple[float, float]:
 
 def _unexplained(
     alone: Reading,
-    families: Sequence[Family],
     mixture: Mixture,
     filtered: Reading | None,
     rng: np.random.Generator,
 ) -> tuple[list[Reading], Mixture]:
     """Readings of a record that no candidate explains, and friction pooled over those in question."""
-    read = [family.reading for family in families]
     beyond = [] if filtered is None else [filtered]
-    readings = in_question = [alone, *read, *beyond]
-    if mixture.best.holds_what_is_left:
-        # Coulomb friction alone is out of the question then; what the other family says is not
-        others = [r for family, r in zip(families, read, strict=True) if family is not mixture.best]
-        in_question = [Reading("the candidates", mixture.draws.friction), *others, *beyond]
-    return readings, mixture.with_friction(pooled(in_question, rng))
+    # the candidates' draws hold how far friction could shift for what is left: Coulomb friction alone is out
+    in_question = [Reading("the candidates", mixture.draws.friction), *beyond]
+    return [alone, mixture.of.reading, *beyond], mixture.with_friction(pooled(in_question, rng))
 
 
 def _loss(trace: RecordTrace, mixture: Mixture, model: LoopModel) -> float:

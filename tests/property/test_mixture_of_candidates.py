@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from friction_bayes.core.summary import Summary
-from friction_bayes.loop.mixture.mixture import FamilyDraws, mixture_of
-from friction_bayes.loop.search.draws import DRAWS, shared_out
+from friction_bayes.loop.mixture.mixture import CandidateDraws, mixture_of
+from friction_bayes.loop.infer.draws import DRAWS, shared_out
 
 NAMES = ("viscous_damping", "quadratic_drag", "friction_drift", "sensor_offset")
 
@@ -25,7 +25,7 @@ class Made:
         shares = np.exp(self.log_weights - self.log_weights.max())
         chosen = rng.choice(len(sets), size=DRAWS, p=shares / shares.sum())
         force = np.array([float("random_force" in names) for names in self.sets])[chosen]
-        self.draws = FamilyDraws(
+        self.draws = CandidateDraws(
             candidate=chosen,
             friction=np.exp(self.levels[chosen] * rng.standard_normal(DRAWS)),
             frequency=np.ones(DRAWS),

@@ -8,7 +8,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.search_forecast import Forecast
+from friction_bayes.loop.checks.held_out import Forecast
 from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.data.model import LoopModel, changes_signal
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
@@ -39,8 +39,8 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     head = int(settings.SETTINGS.fitted_share * segment.moving)
     of_law = dict.fromkeys(column.effect for column in fit.law.columns if column.effect)
     allowed = (*of_law, *sorted(fit.sensor_noise.effects), *((RANDOM_FORCE.name,) if fit.forced else ()))
-    noise = "ar" if isinstance(fit.error, Colour) else "auto"
-    first = fit_random_force(segment, fit.system, allowed, samples=head, noise=noise)
+    coloured = "ar" if isinstance(fit.error, Colour) else "auto"
+    first = fit_random_force(segment, fit.system, allowed, samples=head, noise=coloured)
     if first is None:
         return None
     time = segment.time[head - 1 : segment.moving]

@@ -14,8 +14,8 @@ from friction_bayes.estimators.envelope.loss_of_amplitude import faster_loss
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
+from friction_bayes.loop.infer.draws import DRAWS
 from friction_bayes.loop.report.friction_range import Reading
-from friction_bayes.loop.search.draws import DRAWS
 
 __all__ = ["filtered_signal"]
 

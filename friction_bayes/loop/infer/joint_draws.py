@@ -6,10 +6,10 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
+from friction_bayes.loop.infer.draws import shared_out
 from friction_bayes.loop.infer.joint_fit import JointFit, spreads_weighed
 from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, laws_drawn, unit_force
-from friction_bayes.loop.search.draws import shared_out
-from friction_bayes.loop.search.truncated_normal import truncated_draws
+from friction_bayes.loop.infer.truncated_normal import truncated_draws
 
 __all__ = ["joint_draws"]
 

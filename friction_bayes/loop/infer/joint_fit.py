@@ -24,7 +24,14 @@ from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.joint_problem import JointProblem, Member, Spread
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord, force_prior
-from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force, force_fit, is_read_as_fault
+from friction_bayes.loop.infer.record_fit import (
+    ForceFit,
+    fit_random_force,
+    force_fit,
+    is_read_as_fault,
+    too_few_turning_points,
+)
+from friction_bayes.mechanics.effects import EFFECTS, SensorEffect
 from friction_bayes.statespace.force_grid import ForcePrior, GridPoint, Posterior, integrate
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import Motion
@@ -122,7 +129,7 @@ def fit_together(
     varying: bool,
     noise: str,
     progress: Callable[[str], None] | None = None,
-) -> JointFit | None:
+) -> JointFit:
     """Analyse several records of one quantity.
 
     Parameters
@@ -141,19 +148,22 @@ def fit_together(
 
     Returns
     -------
-    JointFit or None
-        None where a record by itself cannot be analysed (see
-        :func:`friction_bayes.loop.infer.record_fit.fit_random_force`), or where faults of the sensor take the
-        place of a motion.
+    JointFit
+
+    Raises
+    ------
+    InputError
+        If a record holds too few turning points.
     """
     fits = []
     for segment in segments:
         if progress is not None:
             progress(segment.decay.name)
-        fits.append(fit_random_force(segment, system, allowed, noise=noise))
-    alone = tuple(fit for fit in fits if fit is not None)
-    if len(alone) < len(fits):
-        return None
+        fit = fit_random_force(segment, system, allowed, noise=noise)
+        if fit is None:
+            raise too_few_turning_points(segment)
+        fits.append(fit)
+    alone = tuple(fits)
     corrections = [frequency_change(fit.coefficients[fit.regression.stiffness]) for fit in alone]
     w0 = float(np.median([fit.w0 * change for fit, change in zip(alone, corrections, strict=True)]))
     motions = [fit.motion.at_frequency(w0 / fit.w0) for fit in alone]
@@ -171,8 +181,6 @@ def fit_together(
     )
     forced = all(fit.forced for fit in alone)
     along = _along(alone, records, motions, w0)
-    if along is None:
-        return None
     spreads = spreads_weighed()
     first = _weighed(
         alone, records, along, spreads[::_COARSE], varying=varying, forced=forced, only_mode=True
@@ -185,10 +193,11 @@ def fit_together(
         for fit in first.fits
     ]
     along = _along(alone, records, motions, w0 * change, about)
-    if along is None:
-        return None
-    fit = _weighed(alone, records, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
-    return None if any(is_read_as_fault(one) for one in fit.fits) else fit
+    together = _weighed(alone, records, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
+    if not any(is_read_as_fault(one) for one in together.fits):
+        return together
+    of_motion = [name for name in allowed if not isinstance(EFFECTS[name], SensorEffect)]
+    return fit_together(segments, system, of_motion, varying=varying, noise=noise, progress=progress)
 
 
 def _along(
@@ -197,16 +206,17 @@ def _along(
     motions: Sequence[Motion],
     w0: float,
     about: Sequence[LawBefore | None] | None = None,
-) -> tuple[LawAlongMotion, ...] | None:
-    """The law along motions in natural units of ``w0``; None where one has too few turning points."""
+) -> tuple[LawAlongMotion, ...]:
+    """The law along motions in natural units of ``w0``."""
     laws = [None] * len(records) if about is None else about
     friction = _friction_of_loss(alone)
-    found = [
-        record.along(motion, w0, lines, friction=friction, about=law)
-        for record, motion, lines, law in zip(records, motions, _lines(alone), laws, strict=True)
-    ]
-    along = tuple(one for one in found if one is not None)
-    return along if len(along) == len(found) else None
+    found = []
+    for record, motion, lines, law in zip(records, motions, _lines(alone), laws, strict=True):
+        along = record.along(motion, w0, lines, friction=friction, about=law)
+        if along is None:
+            raise too_few_turning_points(record.segment)
+        found.append(along)
+    return tuple(found)
 
 
 def _weighed(

@@ -12,9 +12,9 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.columns.lines import Line
+from friction_bayes.loop.infer.draws import shared_out
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.search.draws import shared_out
-from friction_bayes.loop.search.truncated_normal import truncated_draws
+from friction_bayes.loop.infer.truncated_normal import truncated_draws
 from friction_bayes.statespace.subset_evidence import set_posterior
 
 __all__ = ["LEAST_PROBABILITY", "LawDraws", "law_draws", "laws_drawn", "unit_force"]

@@ -206,7 +206,7 @@ class MovingRecord:
         path = MeasuredPath.through(self.phase(w0), x, v, motion.velocity_sd, pendulum=self.system.pendulum)
         row = sensor_row(order, path.slope)
         clock = self.clock_along(path, w0)
-        if path.turning.size <= LEAST_HALF_CYCLES:
+        if path.turning.size < LEAST_HALF_CYCLES:
             return None
         rough = friction_of_loss(path.turning_x) if friction is None else friction
         given = Circumstances(

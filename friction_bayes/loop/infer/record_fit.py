@@ -15,7 +15,9 @@ import numpy as np
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.column_sets import ColumnSets
 from friction_bayes.loop.columns.law_columns import LawColumns
@@ -30,14 +32,14 @@ from friction_bayes.loop.infer.sensor_noise import SensorNoise, weigh_sensor_noi
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import SensorError
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth
-from friction_bayes.mechanics.effects import Scales
+from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect
 from friction_bayes.statespace.force_grid import ForcePrior, Posterior
 from friction_bayes.statespace.kalman import Clock, shown
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import Motion
 
-__all__ = ["ForceFit", "fit_random_force", "force_fit", "is_read_as_fault"]
+__all__ = ["ForceFit", "fit_random_force", "force_fit", "is_read_as_fault", "too_few_turning_points"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,7 +222,7 @@ def fit_random_force(
     Returns
     -------
     ForceFit or None
-        None where the record holds too few turning points, or faults of its sensor stand for its motion.
+        None where the record holds too few turning points.
     """
     whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
     last = settle(whole, allowed, noise)
@@ -231,7 +233,19 @@ def fit_random_force(
     )
     found = last.found._replace(regression=regression)
     fit = force_fit(last.record, found, posterior, posterior.best_law(), sensor_noise)
-    return None if is_read_as_fault(fit) else fit
+    if not is_read_as_fault(fit):
+        return fit
+    of_motion = [name for name in allowed if not isinstance(EFFECTS[name], SensorEffect)]
+    return fit_random_force(segment, system, of_motion, samples=samples, noise=noise)
+
+
+def too_few_turning_points(segment: Segment) -> InputError:
+    """Say that a record, as far as it moves, does not turn as often as a law along its motion needs."""
+    return InputError(
+        segment.decay.name,
+        f"turns fewer than {LEAST_HALF_CYCLES:.0f} times while it moves freely",
+        "give a longer free decay, or one released from farther away",
+    )
 
 
 def is_read_as_fault(fit: ForceFit) -> bool:

@@ -200,7 +200,9 @@ class Round:
     def _colour_near_motion(self) -> Colour:
         clock = self.found.regression.clock
         phase = clock.phase[np.isfinite(clock.variance)]
-        return colour_near_motion(self._left, phase, self.whole.segment.order, np.count_nonzero(self._law))
+        return colour_near_motion(
+            self._left, phase, self.whole.segment.order, int(np.count_nonzero(self._law))
+        )
 
     def coloured(self, than: Round) -> Round | None:
         """The same under coloured noise; None where that is less probable ``than`` another, or there is none.
@@ -209,7 +211,7 @@ class Round:
         """
         regression, decay = self.found.regression, self.whole.segment.decay
         audible = self._best.noise > _AUDIBLE * regression.least_noise
-        colour = colour_of(self._left, np.count_nonzero(self._law))
+        colour = colour_of(self._left, int(np.count_nonzero(self._law)))
         if colour is None or not audible or not regression.clock.even:
             return None
         if self.noise == "auto":

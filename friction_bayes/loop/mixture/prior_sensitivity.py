@@ -19,7 +19,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import special
 
-from friction_bayes.loop.mixture.mixture import FamilyDraws
+from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
 from friction_bayes.mechanics.effects.inclusion import INCLUSION, PRIOR_LOG_ODDS
 
 __all__ = ["prior_sensitivity"]
@@ -32,7 +32,7 @@ _LARGEST_ERROR = 0.1
 """Monte Carlo error of a shift, in standard deviations of friction, above which nothing is said."""
 
 
-def prior_sensitivity(draws: FamilyDraws, sets: Sequence[frozenset[str]]) -> dict[str, float | None]:
+def prior_sensitivity(draws: CandidateDraws, sets: Sequence[frozenset[str]]) -> dict[str, float | None]:
     """Shift of friction's mean in its own standard deviations.
 
     By the factor on the scale of the priors, and with half and twice the probability that each effect has
@@ -44,7 +44,7 @@ def prior_sensitivity(draws: FamilyDraws, sets: Sequence[frozenset[str]]) -> dic
 
     Parameters
     ----------
-    draws : FamilyDraws
+    draws : CandidateDraws
     sets : sequence of frozenset of str
         In which ``draws.candidate`` counts.
     """

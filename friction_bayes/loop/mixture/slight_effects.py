@@ -20,25 +20,21 @@ candidate changes, nor how probable it is: an effect that a record shows makes a
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import chain
 
 import numpy as np
 from scipy.special import expit, logit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop import settings
-from friction_bayes.loop.data.parameters import FRICTION
-from friction_bayes.loop.search.fit import LoopFit
-from friction_bayes.loop.search.linear_columns import LinearColumns
-from friction_bayes.loop.search.truncated_normal import log_interval_probability, truncated_draws
+from friction_bayes.loop.infer.truncated_normal import log_interval_probability, truncated_draws
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.inclusion import INCLUSION
 from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
 
-__all__ = ["SlightEffect", "slight_beside", "slight_effects", "with_slight_effects"]
+__all__ = ["SlightEffect", "slight_beside", "with_slight_effects"]
 
 _SLIGHT_EFFECTS = (VISCOUS_DAMPING.name, FRICTION_DRIFT.name)
 
@@ -105,36 +101,6 @@ def slight_beside(effects: Iterable[str]) -> list[str]:
     """Names of the nuisances beside a candidate with these effects."""
     present = set(effects)
     return [name for name in _SLIGHT_EFFECTS if not present & {name, *EFFECTS[name].excludes}]
-
-
-def slight_effects(fit: LoopFit, allowed: Sequence[str]) -> tuple[SlightEffect, ...]:
-    """Find the nuisances beside a fit; those with a parameter for each of several records are left out.
-
-    Parameters
-    ----------
-    fit : LoopFit
-    allowed : sequence of str
-        Effects that may act.
-    """
-    present = fit.model.effects
-    problem = LinearColumns(fit, [name for name in slight_beside(present) if name in allowed])
-    gram, gradient = problem.grams.sum(axis=0), problem.gradients.sum(axis=0)
-    mine = slice(0, fit.z.size)
-    found = []
-    for one in chain(*problem.linearised.values()):
-        if len(one.coordinates) > 1:
-            continue
-        j = one.columns.start
-        follow = -np.linalg.solve(fit.precision, gram[mine, j])
-        information = float(gram[j, j] + gram[mine, j] @ follow)
-        if information > 0.0:
-            estimate = float(gradient[j] + follow @ fit.gradient) / information
-            friction = fit.model.index(FRICTION)
-            change = float(follow[friction]) * fit.model.coordinates[friction].prior.scale
-            found.append(
-                SlightEffect.of_likelihood(estimate, information, one.coordinates[0].support, change, present)
-            )
-    return tuple(found)
 
 
 def with_slight_effects(friction: Array, slight: Iterable[SlightEffect], rng: np.random.Generator) -> Array:

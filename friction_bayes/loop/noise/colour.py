@@ -54,11 +54,11 @@ class Colour:
         return 0.0 if self.autoregression is None else -self.autoregression.penalty
 
     def of(self, clock: Clock, w0: float) -> Clock:
-        """A clock with this noise; ``w0`` [rad/s] does not matter to noise that goes from sample to sample."""
+        """A clock with this noise, which goes from sample to sample whatever the frequency ``w0`` [rad/s]."""
         return replace(clock, autoregression=self.autoregression)
 
     def alike(self, other: object) -> bool:
-        """Whether another is as good: it follows what the law leaves, which tells whether that has settled."""
+        """Whether another is as good: it follows what the law leaves, and settles with that."""
         return isinstance(other, Colour)
 
     def described(self, step: float) -> dict[str, float | int | str]:

@@ -1,4 +1,4 @@
-"""Likelihood of residuals: white or autoregressive noise, normal or with outliers, censored where flat.
+"""Likelihood of residuals: white noise, normal or with outliers, censored where flat.
 
 Every likelihood here has one form: a deviance ``-2 log L`` at the best noise scale, and for each sample a
 weight and a pseudo-residual, such that ``J' w J`` and ``J' w e`` are its curvature and half its gradient.
@@ -16,7 +16,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop import settings
 from friction_bayes.mechanics.effects import EFFECTS, Scales
 
-__all__ = ["NoiseFit", "NoiseModel", "fit_noise", "has_heavy_tails", "log_densities", "whiten"]
+__all__ = ["NoiseFit", "NoiseModel", "fit_noise", "has_heavy_tails", "log_densities"]
 
 
 LEAST_NOISE = 1e-6
@@ -31,15 +31,12 @@ class NoiseModel:
 
     Attributes
     ----------
-    ar : ndarray, shape (order,)
-        Coefficients of the autoregression; empty for white noise.
     outliers : bool
         Whether a fraction of the samples has a larger scale.
     censored : bool
         Whether flat samples are only known to lie beyond the level.
     """
 
-    ar: Array
     outliers: bool = False
     censored: bool = False
 
@@ -53,9 +50,9 @@ class NoiseFit:
     deviance : float
         ``-2 log L``.
     weight, residual : ndarray, shape (n,)
-        Weights and pseudo-residuals, whitened.
+        Weights and pseudo-residuals.
     sd : float
-        Standard deviation of the (whitened) core.
+        Standard deviation of the core.
     log_volume : float
         Logarithm of the posterior volume and the prior density of the noise parameters, relative to the
         logarithm of ``sd`` alone.
@@ -70,19 +67,6 @@ class NoiseFit:
     log_volume: float
     fraction: float = 0.0
     scale: float = 0.0
-
-
-def whiten(columns: Array, ar: Array) -> Array:
-    """Filter residuals or derivatives, time along the first axis, by an autoregression."""
-    if ar.size == 0:
-        return columns
-    return _moving_sum(np.concatenate([[1.0], -ar]), columns)
-
-
-def _moving_sum(weights: Array, columns: Array) -> Array:
-    """Weighted sums of each sample and those before it, the latest first, time along the first axis."""
-    # scipy.signal, which does the same, takes longer to load than some records to fit
-    return np.asarray(np.apply_along_axis(np.convolve, 0, columns, weights)[: len(columns)])
 
 
 def fit_noise(
@@ -102,15 +86,11 @@ def fit_noise(
     ignored : ndarray of bool, shape (n,), optional
         Samples that do not count.
     """
-    white = whiten(residual, noise_model.ar)
     flat = (sides != 0.0) if noise_model.censored else np.zeros(sides.size, dtype=bool)
     unknown = flat if ignored is None else flat | ignored
-    # a sample that is not known spoils the innovations of all that follow within the order
-    usable = _moving_sum(np.ones(noise_model.ar.size + 1), unknown.astype(float)) < 0.5
-    usable[: noise_model.ar.size] = False
-    flat &= noise_model.ar.size == 0
-    x = white[usable]
-    weight = np.zeros(white.size)
+    usable = ~unknown
+    x = residual[usable]
+    weight = np.zeros(residual.size)
     if noise_model.outliers:
         deviance, sd, fraction, scale, core, volume = _contaminated(x, scales)
         weight[usable] = core / sd**2 + (1.0 - core) / scale**2
@@ -126,23 +106,18 @@ def fit_noise(
         log_p, hazard, curve = _beyond(-side * residual[flat], sd, fraction, scale)
         deviance -= 2.0 * float(log_p.sum())
         weight[flat] = curve
-        white = white.copy()
-        white[flat] = side * hazard / curve
-    return NoiseFit(deviance, weight, white, sd, volume, fraction, scale)
+        residual = residual.copy()
+        residual[flat] = side * hazard / curve
+    return NoiseFit(deviance, weight, residual, sd, volume, fraction, scale)
 
 
 def log_densities(residual: Array, sides: Array, noise_model: NoiseModel, noise: NoiseFit) -> Array:
-    """Log-likelihood of each sample at the noise scale found, shape (n,); zero where it does not count.
-
-    Under an autoregression a sample's density is that given the samples before it.
-    """
+    """Log-likelihood of each sample at the noise scale found, shape (n,); zero where it does not count."""
     counted = noise.weight > 0.0
     flat = counted & (sides != 0.0) if noise_model.censored else np.zeros(sides.size, dtype=bool)
-    # the whitened residual, where it was not replaced by a pseudo-residual
-    x = whiten(residual, noise_model.ar)
-    out = -0.5 * (x / noise.sd) ** 2 - math.log(noise.sd) - 0.5 * math.log(2.0 * math.pi)
+    out = -0.5 * (residual / noise.sd) ** 2 - math.log(noise.sd) - 0.5 * math.log(2.0 * math.pi)
     if noise.fraction > 0.0:
-        wide = -0.5 * (x / noise.scale) ** 2 - math.log(noise.scale) - 0.5 * math.log(2.0 * math.pi)
+        wide = -0.5 * (residual / noise.scale) ** 2 - math.log(noise.scale) - 0.5 * math.log(2.0 * math.pi)
         out = np.logaddexp(math.log1p(-noise.fraction) + out, math.log(noise.fraction) + wide)
     if flat.any():
         out[flat] = _beyond(-sides[flat] * residual[flat], noise.sd, noise.fraction, noise.scale)[0]

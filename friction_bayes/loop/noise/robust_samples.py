@@ -89,7 +89,7 @@ class LeftOut:
 
     def noise_model(self, *, outliers: bool) -> NoiseModel:
         """The noise that is assumed."""
-        return NoiseModel(np.zeros(0), outliers=outliers, censored=bool(self.sides.any()))
+        return NoiseModel(outliers=outliers, censored=bool(self.sides.any()))
 
     def noise(self, *, outliers: bool) -> NoiseFit:
         """Scale of the noise, and the weight of each sample under it."""
@@ -116,7 +116,7 @@ class LeftOut:
         error, sides, model = self.standardised, self.sides, self.noise_model(outliers=outliers)
         noise = self.noise(outliers=outliers)
         density = log_densities(error, sides, model, noise)
-        normal = log_densities(error, sides, NoiseModel(model.ar), replace(noise, fraction=0.0))
+        normal = log_densities(error, sides, NoiseModel(), replace(noise, fraction=0.0))
         # the density of an error, where that of the standardised one is known
         stretched = ~used & self.segment.free[: error.size]
         density[stretched] -= 0.5 * np.log(self.variance[stretched])

@@ -10,9 +10,9 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
+from friction_bayes.loop.infer.draws import DRAWS
 from friction_bayes.loop.infer.law_draws import law_draws
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.search.draws import DRAWS
 
 __all__ = ["friction_between_records"]
 

@@ -59,7 +59,6 @@ def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
         z=z.mean(axis=0),
         covariance=covariance,
         noise_sd=fit.noise_sd,
-        ar=np.zeros(0),
         random_force=float(np.median(draws.random_force[mine])),
         correlation_time=float(np.median(draws.correlation_time[mine])),
     )

@@ -17,10 +17,10 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
-from friction_bayes.loop.data.parameters import FRICTION
-from friction_bayes.loop.search.draws import DRAWS, candidate_draws
-from friction_bayes.loop.search.fit import LoopFit
-from friction_bayes.loop.search.residual_tests import residual_tests
+from friction_bayes.loop.checks.residual_tests import residual_tests
+from friction_bayes.loop.infer.draws import DRAWS
+from friction_bayes.loop.simulation.coulomb import coulomb_friction
+from friction_bayes.loop.simulation.fit import LoopFit
 
 __all__ = ["Reading", "coulomb_alone", "friction_range", "pooled"]
 
@@ -43,8 +43,8 @@ class Reading:
 
 def coulomb_alone(fit: LoopFit, rng: np.random.Generator) -> Reading:
     """Friction by the Coulomb model alone."""
-    (draws,) = candidate_draws([fit], np.ones(1), rng, robust=bool(residual_tests(fit).failed))
-    return Reading("Coulomb friction alone", np.asarray(fit.model.value(draws, FRICTION)))
+    friction = coulomb_friction(fit, rng, robust=bool(residual_tests(fit).failed))
+    return Reading("Coulomb friction alone", friction)
 
 
 def pooled(readings: Sequence[Reading], rng: np.random.Generator) -> Array:

@@ -9,7 +9,7 @@ from friction_bayes.loop.infer.law_draws import LawDraws
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.report.knock_notes import knock_times
 from friction_bayes.loop.report.result import FluctuationTrace, RecordTrace
-from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.loop.simulation.fit import LoopFit
 from friction_bayes.statespace.measured_path import MeasuredPath
 
 __all__ = ["motion_trace"]

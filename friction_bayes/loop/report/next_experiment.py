@@ -23,9 +23,6 @@ from friction_bayes.core.text import listed
 from friction_bayes.loop import settings
 from friction_bayes.loop.data.model import LoopModel, Prediction
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
-from friction_bayes.loop.noise.autoregression import variance_gain
-from friction_bayes.loop.noise.likelihood import whiten
-from friction_bayes.loop.search.fit import LoopFit
 from friction_bayes.statespace import kalman
 from friction_bayes.statespace.kalman import Clock, sensor_row
 
@@ -58,9 +55,7 @@ class Contender:
     covariance : ndarray, shape (p, p)
         Of these, from the records so far.
     noise_sd : float
-        Sd of the sensor's noise, of its innovations where it is autoregressive, unit of the signal.
-    ar : ndarray
-        Its autoregression; empty for white noise.
+        Sd of the sensor's noise, taken as white, unit of the signal.
     random_force : float
         Sd of the random force [N or N m]; zero for none.
     correlation_time : float
@@ -71,20 +66,8 @@ class Contender:
     z: Array
     covariance: Array
     noise_sd: float
-    ar: Array
     random_force: float = 0.0
     correlation_time: float = 0.0
-
-    @classmethod
-    def of_fit(cls, fit: LoopFit) -> Contender:
-        """A candidate of the search, which has no random force."""
-        return cls(
-            model=fit.model,
-            z=fit.z,
-            covariance=fit.covariance,
-            noise_sd=fit.noises[0].sd,
-            ar=fit.noise_models[0].ar,
-        )
 
     @property
     def friction(self) -> float:
@@ -189,19 +172,15 @@ def _score(truth: Contender, rival: Contender, option: Proposal) -> float:
     difference = target.signal - base.signal
     # the other sensor is taken to have the same noise relative to the signal
     ratio = truth.model.system.natural_frequency ** (option.order - truth.model.segments[0].order)
+    sd = truth.noise_sd * ratio
     if not truth.random_force and not rival.random_force:
-        sd = truth.noise_sd * ratio
-        return expected_log_bayes_factor(
-            whiten(difference, truth.ar) / sd, whiten(jacobian, truth.ar) / sd, covariance
-        )
+        return expected_log_bayes_factor(difference / sd, jacobian / sd, covariance)
     # a random force moves what moves: a contact at rest has another law
     half_cycle = math.pi / truth.frequency
     moving = int(np.searchsorted(time, min(target.stop_time, base.stop_time) - half_cycle))
     if moving < 2:
         return 0.0
     time, difference, jacobian = time[:moving], difference[:moving], jacobian[:moving]
-    # beside that force the noise of a sensor counts as white
-    sd = truth.noise_sd * ratio * math.sqrt(variance_gain(truth.ar))
     clock, row = Clock.of(truth.frequency * time), sensor_row(option.order)
     forces = [c.force_beside(sd / truth.frequency**option.order) for c in (truth, rival)]
     block = np.column_stack([difference, jacobian]) / sd

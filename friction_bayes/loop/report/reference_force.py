@@ -13,7 +13,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite_array
 from friction_bayes.core.errors import InputError
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.loop.simulation.fit import LoopFit
 from friction_bayes.mechanics.effects.cubic_stiffness import CUBIC_STIFFNESS
 from friction_bayes.mechanics.effects.stiffness_drift import STIFFNESS_DRIFT
 

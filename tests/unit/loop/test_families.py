@@ -11,12 +11,12 @@ import pytest
 from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.cells import Cells
-from friction_bayes.loop.mixture.joint_family import JointFamily, joint_family
-from friction_bayes.loop.mixture.mixture import Family, FamilyDraws, Mixture, mixture_of
-from friction_bayes.loop.mixture.record_family import RecordFamily, record_family
+from friction_bayes.loop.mixture.joint_candidates import JointCandidates, candidates_together
+from friction_bayes.loop.mixture.mixture import Family, CandidateDraws, Mixture, mixture_of
+from friction_bayes.loop.mixture.record_candidates import RecordCandidates, candidates_of_record
 from friction_bayes.loop.mixture.search_family import SearchFamily
 from friction_bayes.loop.report.contender import drawn_contender
-from friction_bayes.loop.search.draws import DRAWS
+from friction_bayes.loop.infer.draws import DRAWS
 from friction_bayes.loop.search.run_search import search_records
 
 SEARCHED = ("viscous_damping", "quadratic_drag", "sensor_offset")
@@ -53,15 +53,15 @@ def searched() -> SearchFamily:
     return SearchFamily(found, np.random.default_rng(1))
 
 
-def alone() -> RecordFamily:
-    family = record_family(releases(1)[0], SYSTEM, ALLOWED, 0.2, np.random.default_rng(2))
+def alone() -> RecordCandidates:
+    family = candidates_of_record(releases(1)[0], SYSTEM, ALLOWED, 0.2, np.random.default_rng(2))
     assert family is not None
     return family
 
 
-def together(share: float = 0.3) -> JointFamily:
+def together(share: float = 0.3) -> JointCandidates:
     rng = np.random.default_rng(3)
-    family = joint_family(releases(2, share), SYSTEM, ALLOWED, 0.2, rng, varying=False)
+    family = candidates_together(releases(2, share), SYSTEM, ALLOWED, 0.2, rng, varying=False)
     assert family is not None
     return family
 
@@ -72,12 +72,12 @@ def family(request: pytest.FixtureRequest) -> Family:
 
 
 @pytest.fixture(scope="module")
-def joint() -> JointFamily:
+def joint() -> JointCandidates:
     return together()
 
 
 def records(family: Family) -> int:
-    return 2 if isinstance(family, JointFamily) else 1
+    return 2 if isinstance(family, JointCandidates) else 1
 
 
 def test_candidates_are_ranked_and_drawn_by_their_evidence(family: Family) -> None:
@@ -189,7 +189,7 @@ def test_candidates_agree_on_friction_each_by_itself(
         sets=tuple(frozenset({f"effect_{c}"}) for c in range(len(means))),
         probabilities=np.full(len(means), 1.0 / len(means)),
         best=None,  # type: ignore[arg-type]
-        draws=FamilyDraws(
+        draws=CandidateDraws(
             candidate=candidate,
             friction=friction,
             frequency=none,
@@ -203,14 +203,14 @@ def test_candidates_agree_on_friction_each_by_itself(
     assert mixture.same_friction(len(means)) == agree
 
 
-def test_between_records_each_has_a_friction(joint: JointFamily) -> None:
+def test_between_records_each_has_a_friction(joint: JointCandidates) -> None:
     between = joint.between_records()
     assert 0.0 < between["probability"] < 1.0
     for record in between["records"]:
         assert record["friction"]["mean"] == pytest.approx(0.07, abs=5.0 * record["friction"]["sd"])
 
 
-def test_a_further_record_would_have_a_friction_of_its_own(joint: JointFamily) -> None:
+def test_a_further_record_would_have_a_friction_of_its_own(joint: JointCandidates) -> None:
     every, spread = np.ones(DRAWS, np.bool_), np.full(DRAWS, 0.01)
     one, other = (drawn_contender(replace(joint.laws, spread=sd), every) for sd in (np.zeros(DRAWS), spread))
     assert one is not None

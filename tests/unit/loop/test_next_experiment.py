@@ -22,7 +22,7 @@ from friction_bayes.loop.report.next_experiment import (
     proposals,
     rival_prediction,
 )
-from friction_bayes.loop.search.fit import fit_growing_record
+from friction_bayes.loop.simulation.fit import fit_growing_record
 from friction_bayes.statespace.kalman import Clock, sensor_row
 
 

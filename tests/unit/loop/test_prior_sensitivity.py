@@ -7,20 +7,20 @@ import pytest
 
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
-from friction_bayes.loop.mixture.mixture import FamilyDraws
+from friction_bayes.loop.mixture.mixture import CandidateDraws
 from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
 
 ONE = (frozenset({"viscous_damping"}),)
 TWO = (frozenset[str](), frozenset({"viscous_damping"}))
 
 
-def draws(likelihood_mean: float, likelihood_sd: float, size: int = 200_000) -> FamilyDraws:
+def draws(likelihood_mean: float, likelihood_sd: float, size: int = 200_000) -> CandidateDraws:
     """Friction equal to one coefficient with a standard normal prior and a normal likelihood."""
     rng = np.random.default_rng(7)
     variance = 1.0 / (1.0 + likelihood_sd**-2)
     value = rng.normal(variance * likelihood_mean / likelihood_sd**2, np.sqrt(variance), size)
     nothing = np.zeros(size)
-    return FamilyDraws(
+    return CandidateDraws(
         candidate=np.zeros(size, dtype=int),
         friction=value,
         frequency=nothing + 1.0,
@@ -50,7 +50,7 @@ def test_occam_factors_count() -> None:
     size = 40_000
     with_one = np.arange(size) % 2
     nothing = np.zeros(size)
-    some = FamilyDraws(
+    some = CandidateDraws(
         candidate=with_one,
         friction=with_one.astype(float),
         frequency=nothing + 1.0,
@@ -81,7 +81,7 @@ def test_what_a_few_far_draws_decide_is_not_told() -> None:
     rng = np.random.default_rng(3)
     friction, far = rng.standard_normal(4000), np.arange(4000) < 2
     nothing = np.zeros(4000)
-    some = FamilyDraws(
+    some = CandidateDraws(
         candidate=far.astype(int),
         friction=np.where(far, 100.0, friction),
         frequency=nothing + 1.0,

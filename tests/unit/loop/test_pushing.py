@@ -12,7 +12,7 @@ from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.pushing import pushing
 from friction_bayes.loop.infer.record_fit import fit_random_force
-from friction_bayes.loop.mixture.record_family import record_family
+from friction_bayes.loop.mixture.record_candidates import record_family
 
 RELEASE = 0.02
 
@@ -47,7 +47,7 @@ def test_the_best_law_is_none_that_is_left_out() -> None:
     record = slow_decay(duration=10.0, sampling_rate=50.0, noise_sd=1e-5, seed=3, effects=fluctuating)
     names = ("viscous_damping", "random_force")
     segments = cut_records([record], SYSTEM)
-    family = record_family(segments[0], SYSTEM, names, 0.2, np.random.default_rng(2))
+    family = candidates_of_record(segments[0], SYSTEM, names, 0.2, np.random.default_rng(2))
     assert family is not None
     effects, likely = family.fit.sets.effects, family.fit.among(family.cells.total > 0.0).chosen
     same = np.array([each == effects[likely] for each in effects])

@@ -20,7 +20,7 @@ from friction_bayes.loop.columns.law_columns import Circumstances, law_columns
 from friction_bayes.loop.columns.lines import steady_lines
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_random_force
-from friction_bayes.loop.search.laplace_evidence import log_evidence
+from experiments.laplace_evidence import log_evidence
 from friction_bayes.loop.search.search import Search
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.integrate import integrate

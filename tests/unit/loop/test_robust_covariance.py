@@ -10,8 +10,8 @@ from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.data.starting_point import starting_point
 from friction_bayes.loop.noise.likelihood import NoiseModel
-from friction_bayes.loop.search.fit import fit_growing_record
-from friction_bayes.loop.search.robust_covariance import robust_covariance
+from friction_bayes.loop.simulation.fit import fit_growing_record
+from friction_bayes.loop.simulation.robust_covariance import robust_covariance
 
 SYSTEM = fb.Oscillator(mass=1.0, stiffness=100.0)
 

@@ -13,7 +13,7 @@ from evidence_without_force import log_evidence_without_force
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.loop.noise.robust_samples import come_anywhere
-from friction_bayes.loop.search.laplace_evidence import log_evidence
+from experiments.laplace_evidence import log_evidence
 from friction_bayes.loop.search.search import Search
 from friction_bayes.statespace.smoother import Motion
 from unsteady_decays import FRICTION, RELEASE, STEP, SYSTEM, faulty_record, fitted

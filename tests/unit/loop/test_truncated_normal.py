@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.loop.search.truncated_normal import (
+from friction_bayes.loop.infer.truncated_normal import (
     log_box_probability,
     log_interval_probability,
     truncated_draws,

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.loop.simulation.fit import LoopFit
 
 __all__ = ["robust_covariance"]
 

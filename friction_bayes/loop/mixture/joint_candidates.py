@@ -10,7 +10,6 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.contradictions import contradictions
@@ -20,76 +19,58 @@ from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.cells import Cells
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
+from friction_bayes.loop.infer.draws import DRAWS
 from friction_bayes.loop.infer.joint_draws import joint_draws
 from friction_bayes.loop.infer.joint_fit import JointFit, fit_together
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.mixture.motion_family import MotionFamily
+from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.slight_beside_law import beside_joint_set
 from friction_bayes.loop.mixture.slight_effects import SlightEffect
 from friction_bayes.loop.mixture.unknowable import unknowable
 from friction_bayes.loop.report.between_records import friction_between_records
 from friction_bayes.loop.report.friction_range import Reading
-from friction_bayes.loop.search.draws import DRAWS
-from friction_bayes.loop.search.fit import LoopFit
-from friction_bayes.loop.search.run_search import coulomb_model
+from friction_bayes.loop.simulation.coulomb import coulomb_model
+from friction_bayes.loop.simulation.fit import LoopFit
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
-from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
-__all__ = ["JointFamily", "joint_family"]
+__all__ = ["JointCandidates", "candidates_together"]
 
 
-def joint_family(
+def candidates_together(
     segments: tuple[Segment, ...],
     system: Oscillator,
     options: LoopOptions,
     rng: np.random.Generator,
-    progress: Callable[[str], None] | None = None,
-) -> JointFamily | None:
+    progress: Callable[[str], None] | None,
+) -> JointCandidates:
     """Weigh sets of effects on several records together.
 
     Parameters
     ----------
     segments : tuple of Segment, length r
     system : Oscillator
-    allowed : tuple of str
-        Effects that may act.
-    tolerance : float
-        Share of friction below which a force that depends on the motion does not matter.
+        The declared system.
+    options : LoopOptions
     rng : numpy.random.Generator
         Of the draws.
-    varying : bool
-        Whether friction is known to differ between the records.
-    progress : callable, optional
+    progress : callable or None
         Called with the name of each record.
-
-    Returns
-    -------
-    JointFamily or None
-        None where a record holds too few turning points.
 
     Raises
     ------
     InputError
-        If that is so and friction is known to differ, or no Coulomb decay can be fitted.
+        If a record holds too few turning points, or no Coulomb decay can be fitted.
     """
     varying, noise = options.varying_friction, options.noise
     fit = fit_together(segments, system, options.allowed, varying=varying, noise=noise, progress=progress)
-    if fit is None:
-        if varying:
-            name = segments[0].decay.name
-            raise InputError(name, "too few turning points for a friction of its own", "leave the record out")
-        return None
-    white = tuple(np.zeros(0) for _ in segments)
-    before = coulomb_model(system, segments, white, SENSOR_OFFSET.name)
-    return JointFamily(before, fit, options.allowed, options.tolerance, rng)
+    return JointCandidates(coulomb_model(system, segments), fit, options.allowed, options.tolerance, rng)
 
 
-class JointFamily(MotionFamily):
+class JointCandidates(Candidates):
     """All candidates of several records: with a random force or none, one friction or one of each record.
 
-    Every set that a search of the records could name is among them, weighed along the motions
-    (see :class:`friction_bayes.loop.mixture.motion_family.MotionFamily`).
+    They are weighed along the motions (see :class:`friction_bayes.loop.mixture.candidates.Candidates`).
 
     Parameters
     ----------

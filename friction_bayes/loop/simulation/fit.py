@@ -13,7 +13,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.loop.data.model import LoopModel, Prediction
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.likelihood import NoiseFit, NoiseModel
-from friction_bayes.loop.search.objective import Curvature, Objective, Point
+from friction_bayes.loop.simulation.objective import Curvature, Objective, Point
 
 __all__ = ["LoopFit", "fit_growing_record", "fit_model", "settle"]
 

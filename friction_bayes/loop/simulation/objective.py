@@ -13,8 +13,8 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.data.model import LoopModel, Prediction
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.noise.likelihood import NoiseFit, NoiseModel, fit_noise, whiten
-from friction_bayes.loop.search.derivatives import signal_derivatives
+from friction_bayes.loop.noise.likelihood import NoiseFit, NoiseModel, fit_noise
+from friction_bayes.loop.simulation.derivatives import signal_derivatives
 
 __all__ = ["Curvature", "Objective", "Point"]
 
@@ -97,10 +97,9 @@ class Objective:
         jacobians = []
         for r, segment in enumerate(self.segments):
             if known is None:
-                raw = signal_derivatives(
+                jacobian = signal_derivatives(
                     self.model, point.z, r, point.predictions[r], steps=steps, segment=segment
                 )
-                jacobian = whiten(raw, self.noise_models[r].ar)
             else:
                 jacobian = known[r]
             noise = point.noises[r]

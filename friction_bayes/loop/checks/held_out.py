@@ -12,8 +12,8 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop import settings
 from friction_bayes.loop.report.result import ForecastTrace, RecordTrace
-from friction_bayes.loop.search.derivatives import signal_derivatives
-from friction_bayes.loop.search.fit import LoopFit, fit_growing_record
+from friction_bayes.loop.simulation.derivatives import signal_derivatives
+from friction_bayes.loop.simulation.fit import LoopFit, fit_growing_record
 
 __all__ = [
     "Forecast",

@@ -19,8 +19,8 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.errors import InputError
-from friction_bayes.loop.search.fit import LoopFit
-from friction_bayes.loop.search.truncated_normal import log_box_probability
+from friction_bayes.loop.simulation.fit import LoopFit
+from friction_bayes.loop.infer.truncated_normal import log_box_probability
 
 __all__ = ["log_evidence", "posterior_probabilities"]
 

@@ -13,8 +13,8 @@ from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.data.parameters import FRICTION, SHARED, Coordinate
 from friction_bayes.loop.noise.likelihood import fit_noise, log_densities
-from friction_bayes.loop.search.draws import posterior_draws
-from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.loop.infer.draws import posterior_draws
+from friction_bayes.loop.simulation.fit import LoopFit
 
 __all__ = ["block_log_likelihoods", "target_of"]
 

@@ -9,23 +9,25 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left, worst_of
 from friction_bayes.loop.checks.forecast import forecast
-from friction_bayes.loop.checks.search_forecast import Forecast
+from friction_bayes.loop.checks.held_out import Forecast
+from friction_bayes.loop.checks.residual_tests import ResidualTests
 from friction_bayes.loop.data.friction import friction_scale
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.infer.cells import Cells
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
+from friction_bayes.loop.infer.draws import DRAWS
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.mixture.mixture import FamilyDraws
+from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
 from friction_bayes.loop.mixture.slight_beside_law import friction_with_slight_effects
 from friction_bayes.loop.mixture.slight_effects import SlightEffect
 from friction_bayes.loop.mixture.slight_force import SlightForce
-from friction_bayes.loop.noise.autoregression import is_coloured
-from friction_bayes.loop.noise.likelihood import NoiseModel, has_heavy_tails
+from friction_bayes.loop.noise.likelihood import NoiseModel
 from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.report.effect_summaries import (
     clipping_parameters,
@@ -40,22 +42,16 @@ from friction_bayes.loop.report.motion_trace import motion_trace
 from friction_bayes.loop.report.next_experiment import Contender
 from friction_bayes.loop.report.reference_force import ResistingForce
 from friction_bayes.loop.report.result import RecordTrace
-from friction_bayes.loop.search.draws import DRAWS
-from friction_bayes.loop.search.fit import LoopFit, fit_model
-from friction_bayes.loop.search.residual_tests import ResidualTests
+from friction_bayes.loop.simulation.fit import LoopFit, fit_model
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
-from friction_bayes.statespace.smoother import LEAST_NOISE
 
-__all__ = ["MotionFamily"]
-
-_NO_NOISE = 1.01 * LEAST_NOISE
-"""Noise over the largest signal below which columns along a motion are no measure of it."""
+__all__ = ["Candidates"]
 
 
-class MotionFamily(ABC):
-    """Candidates weighed along measured motions (see :class:`friction_bayes.loop.mixture.mixture.Family`).
+class Candidates(ABC):
+    """Candidates weighed along measured motions, of one record or of several.
 
     Parameters
     ----------
@@ -65,13 +61,22 @@ class MotionFamily(ABC):
         Share of friction below which a force that depends on the motion does not matter.
     rng : numpy.random.Generator
         Of the draws.
+
+    Attributes
+    ----------
+    sets : tuple of frozenset of str, length c
+        Effects of each candidate, the most probable first; the empty set is among them.
+    probabilities : ndarray, shape (c,)
+    slight_force : SlightForce or None
+        A random force too slight to show, for draws without one.
+    trail : tuple of str
+        The steps that led to them.
     """
 
-    holds_what_is_left = True
     slight_force: SlightForce | None = None
     cells: Cells
     sets: tuple[frozenset[str], ...]
-    log_weights: Array
+    probabilities: Array
     trail: tuple[str, ...]
 
     def __init__(self, before: LoopFit, tolerance: float, rng: np.random.Generator) -> None:
@@ -94,14 +99,30 @@ class MotionFamily(ABC):
     def reading(self) -> Reading:
         """Friction by all that it weighs."""
 
+    @abstractmethod
+    def check(self, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
+        """Compare the posterior of the most probable candidate with a sampler's.
+
+        The ``share`` of the candidate says how much of it was sampled; the tree is what was sampled, if
+        anything.
+        """
+
+    @abstractmethod
+    def witnesses(self) -> dict[str, Any] | None:
+        """Friction by the loss of amplitude and by the shape within a cycle; None where not compared."""
+
+    @abstractmethod
+    def between_records(self) -> dict[str, Any] | None:
+        """Friction of each record and its spread between them; None where it is one friction."""
+
     def _rank(self, cells: Cells) -> None:
         """Take these cells as the candidates, the most probable first; all mixtures have the empty set."""
         self.cells = cells
         by_set = {frozenset[str](): 0.0} | cells.probabilities
         ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
         self.sets = tuple(names for names, _ in ranked)
-        with np.errstate(divide="ignore"):
-            self.log_weights = np.log([p for _, p in ranked])
+        self.probabilities = np.array([p for _, p in ranked])
+        self.probabilities /= self.probabilities.sum()
 
     @cached_property
     def candidate(self) -> Integers:
@@ -148,9 +169,9 @@ class MotionFamily(ABC):
         )
 
     @cached_property
-    def draws(self) -> FamilyDraws:
+    def draws(self) -> CandidateDraws:
         laws, candidate = self.laws, self.candidate
-        return FamilyDraws(
+        return CandidateDraws(
             candidate=candidate,
             friction=_moved(self._friction, self.left()["friction_could_shift_by"], self._rng_draws),
             frequency=laws.frequency,
@@ -273,25 +294,12 @@ class MotionFamily(ABC):
             for r, (fit, draws) in enumerate(zip(self.best, self.laws.records, strict=True))
         )
 
-    @property
-    def knows_the_noise(self) -> bool:
-        """Whether the sensors have the noise that columns along the motion know: white but for outliers.
-
-        A search knows coloured noise too, and none at all.
-        """
-        return not any(
-            (fit.noise_sd <= _NO_NOISE * fit.scales.signal and not self._fluctuates)
-            or is_coloured(_beside_motion(fit), fit.segment.decay.step, fit.segment.decay.frequency)
-            or has_heavy_tails(fit.innovations[np.isfinite(fit.clock.variance)])
-            for fit in self.best
-        )
-
     def simulated(self) -> tuple[LoopModel, Array]:
         """The most probable law, fitted to the first record as far as it follows that."""
         law = drawn_contender(DrawnLaws.of_one(self.laws.first), self._of_best)
         if law is None:
             return self.before.model, self.before.z
-        fit = fit_model(law.model, [NoiseModel(law.ar)], law.z)
+        fit = fit_model(law.model, [NoiseModel()], law.z)
         return law.model, law.z if fit is None else fit.z
 
     def resisting_force(self) -> ResistingForce:
@@ -305,11 +313,6 @@ class MotionFamily(ABC):
 
     def contender(self, names: frozenset[str]) -> Contender | None:
         return drawn_contender(self.laws, self.candidate == self.sets.index(names))
-
-
-def _beside_motion(fit: ForceFit) -> Array:
-    """What the law leaves, shape (n,); of a record with a knock without what the motion keeps of that."""
-    return fit.innovations if fit.knocks else fit.residual
 
 
 def _parameters_of_sensor(name: str, fit: ForceFit, units: dict[str, str]) -> dict[str, dict[str, Any]]:

@@ -20,8 +20,7 @@ from scipy.linalg import cho_factor, cho_solve
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop import settings
-from friction_bayes.loop.noise.likelihood import whiten
-from friction_bayes.loop.search.fit import LoopFit
+from friction_bayes.loop.simulation.fit import LoopFit
 
 __all__ = [
     "Channel",
@@ -179,7 +178,7 @@ def _template_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> lis
     for r, (e, _) in enumerate(residuals):
         root = np.sqrt(fit.noises[r].weight)
         for name, columns in _templates(fit, r).items():
-            scaled = whiten(columns, fit.noise_models[r].ar) * root[:, None]
+            scaled = columns * root[:, None]
             norm = np.sqrt((scaled**2).sum(axis=0))
             scaled = scaled[:, norm > 1e-9 * max(float(norm.max(initial=0.0)), 1e-300)]
             if scaled.shape[1] == 0:

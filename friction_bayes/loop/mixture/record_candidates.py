@@ -19,26 +19,25 @@ from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.cells import Cells
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
+from friction_bayes.loop.infer.draws import DRAWS
 from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, law_draws
 from friction_bayes.loop.infer.pushing import pushing
-from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
-from friction_bayes.loop.mixture.motion_family import MotionFamily
+from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force, too_few_turning_points
+from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.slight_beside_law import beside_set
 from friction_bayes.loop.mixture.slight_effects import SlightEffect
 from friction_bayes.loop.mixture.slight_force import slight_force
 from friction_bayes.loop.mixture.unknowable import unknowable
 from friction_bayes.loop.report.friction_range import Reading
-from friction_bayes.loop.search.draws import DRAWS
-from friction_bayes.loop.search.fit import LoopFit
-from friction_bayes.loop.search.run_search import coulomb_model
+from friction_bayes.loop.simulation.coulomb import coulomb_model
+from friction_bayes.loop.simulation.fit import LoopFit
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
-from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
-__all__ = ["RecordFamily", "record_family"]
+__all__ = ["RecordCandidates", "candidates_of_record"]
 
 
-class RecordFamily(MotionFamily):
-    """All candidates of one record (see :class:`friction_bayes.loop.mixture.motion_family.MotionFamily`).
+class RecordCandidates(Candidates):
+    """All candidates of one record (see :class:`friction_bayes.loop.mixture.candidates.Candidates`).
 
     Parameters
     ----------
@@ -118,15 +117,15 @@ class RecordFamily(MotionFamily):
         return found
 
     def between_records(self) -> None:
-        """It has one."""
+        """There is one."""
 
 
-def record_family(
+def candidates_of_record(
     segment: Segment,
     system: Oscillator,
     options: LoopOptions,
     rng: np.random.Generator,
-) -> RecordFamily | None:
+) -> RecordCandidates:
     """Weigh sets of effects on one record.
 
     Parameters
@@ -134,25 +133,19 @@ def record_family(
     segment : Segment
     system : Oscillator
         The declared system.
-    allowed : tuple of str
-        Effects that may act.
-    tolerance : float
-        Share of friction below which a force that depends on the motion does not matter.
+    options : LoopOptions
     rng : numpy.random.Generator
         Of the draws.
 
-    Returns
-    -------
-    RecordFamily or None
-        None where the record holds too few turning points or is read as faults of its sensor, and where
-        friction drives the motion in most of what the regression believes.
+    Raises
+    ------
+    InputError
+        If the record holds too few turning points, or no Coulomb decay can be fitted.
     """
     fit = fit_random_force(segment, system, options.allowed, noise=options.noise)
     if fit is None:
-        return None
-    before = coulomb_model(system, (segment,), (np.zeros(0),), SENSOR_OFFSET.name)
-    family = RecordFamily(before, fit, options.tolerance, rng)
-    return family
+        raise too_few_turning_points(segment)
+    return RecordCandidates(coulomb_model(system, (segment,)), fit, options.tolerance, rng)
 
 
 def _cells(fit: ForceFit, pushes: Mask) -> Cells:

@@ -1,0 +1,30 @@
+"""How many draws a posterior has, and how they are shared out among its parts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Integers
+
+__all__ = ["DRAWS", "shared_out"]
+
+DRAWS = 4000
+
+
+def shared_out(draws: int, weight: Array, rng: np.random.Generator) -> Integers:
+    """How many of some draws each part of a mixture has, shape (parts,): as many as its share, within one.
+
+    Systematic sampling (Kitagawa, J. Comput. Graph. Stat. 5, 1996). Each part has its share on the average,
+    as with multinomial numbers; but those scatter, and an sd that a few far draws make scatters with them.
+
+    Parameters
+    ----------
+    draws : int
+    weight : ndarray, shape (parts,)
+        Not negative; need not add up to one.
+    rng : numpy.random.Generator
+    """
+    upto = np.cumsum(weight)
+    # the last is one without rounding
+    whole = np.floor(draws * (upto / upto[-1]) + rng.random()).astype(np.intp)
+    return np.diff(whole, prepend=0)

@@ -1,1 +1,0 @@
-"""Candidates under noise of the sensor alone: every set is simulated and fitted, led by the residual."""
