@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import chain, combinations, product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,6 +16,7 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.data.effect_sets import SENSOR_ZERO
+from friction_bayes.loop.settings import LoopSettings
 from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.mechanics.effects.inclusion import INCLUSION
 
@@ -38,20 +41,65 @@ class ColumnSets:
     log_prior: Array
 
 
+class _Structure(NamedTuple):
+    """What the sets follow from: which columns each effect may have, and how probable its shapes are.
+
+    Attributes
+    ----------
+    effects : tuple of str
+        Those that have a column.
+    shapes : tuple of tuple of tuple of int
+        The columns of each of their shapes.
+    log_shares : tuple of tuple of float
+        Logarithm of the share of an effect's probability that each shape has.
+    always, frictions, of_friction : tuple of int
+        Columns that all sets have, those that are a friction, and those that change one.
+    dry_friction, columns : int
+        The column of dry friction alone, and how many there are.
+    """
+
+    effects: tuple[str, ...]
+    shapes: tuple[tuple[tuple[int, ...], ...], ...]
+    log_shares: tuple[tuple[float, ...], ...]
+    always: tuple[int, ...]
+    frictions: tuple[int, ...]
+    of_friction: tuple[int, ...]
+    dry_friction: int
+    columns: int
+
+
 def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
-    """Every set of effects as the search forms them, in each of its shapes, with dry friction and without."""
-    shapes = {name: law.alternatives(name) for name in effects}
+    """Every set of some effects, in each of its shapes, with dry friction and without."""
+    shapes = {name: tuple(law.alternatives(name)) for name in effects}
     effects = tuple(name for name in effects if shapes[name])
-    log_shares = {name: _log_shares(law, shapes[name]) for name in effects}
-    always, frictions, dry_friction = law.always, set(law.frictions), law.dry_friction
-    bends = {name for name in effects if not frictions.isdisjoint(shapes[name][0])}
-    of_friction = {j for j, column in enumerate(law.columns) if column.of_friction}
-    rubs, idles = math.log1p(-settings.SETTINGS.no_dry_friction), math.log(settings.SETTINGS.no_dry_friction)
-    # thousands of sets, and anew in every round: lists are filled, and all masks at once
+    return _sets_of(
+        _Structure(
+            effects=effects,
+            shapes=tuple(shapes[name] for name in effects),
+            log_shares=tuple(tuple(_log_shares(law, shapes[name])) for name in effects),
+            always=tuple(law.always),
+            frictions=tuple(law.frictions),
+            of_friction=tuple(j for j, column in enumerate(law.columns) if column.of_friction),
+            dry_friction=law.dry_friction,
+            columns=len(law.columns),
+        ),
+        settings.SETTINGS,
+    )
+
+
+@lru_cache(maxsize=32)
+def _sets_of(given: _Structure, known: LoopSettings) -> ColumnSets:
+    """The sets of a structure, which most rounds and most records share."""
+    effects, shapes = given.effects, dict(zip(given.effects, given.shapes, strict=True))
+    log_shares = dict(zip(effects, given.log_shares, strict=True))
+    always, dry_friction, of_friction = given.always, given.dry_friction, set(given.of_friction)
+    bends = {name for name in effects if set(given.frictions) & set(shapes[name][0])}
+    rubs, idles = math.log1p(-known.no_dry_friction), math.log(known.no_dry_friction)
+    # thousands of sets: lists are filled, and all masks at once
     found: list[frozenset[str]] = []
     places: list[list[int]] = []
     log_prior: list[float] = []
-    for names in _named_sets(effects):
+    for names in _named_sets(effects, known.most_at_once):
         bent = bends.intersection(names)
         if len(bent) > 1:
             continue
@@ -70,10 +118,12 @@ def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
                 found.append(together)
                 places.append(used)
                 log_prior.append(log_probability)
-    masks = np.zeros((len(found), len(law.columns)), np.bool_)
+    masks = np.zeros((len(found), given.columns), np.bool_)
     masks[np.repeat(np.arange(len(found)), [len(used) for used in places]), list(chain(*places))] = True
     logs = np.array(log_prior)
-    return ColumnSets(tuple(found), masks, logs - float(np.log(np.sum(np.exp(logs)))))
+    logs -= float(np.log(np.sum(np.exp(logs))))
+    masks.flags.writeable = logs.flags.writeable = False
+    return ColumnSets(tuple(found), masks, logs)
 
 
 def _log_shares(law: LawColumns, shapes: Sequence[tuple[int, ...]]) -> list[float]:
@@ -83,14 +133,14 @@ def _log_shares(law: LawColumns, shapes: Sequence[tuple[int, ...]]) -> list[floa
     return [math.log(math.prod(each.weight for each in shape) / taken.count(shape)) for shape in taken]
 
 
-def _named_sets(effects: tuple[str, ...]) -> Iterator[tuple[str, ...]]:
-    """Those of as many effects as may act at once, lines of a spectrum and the sensor's zero not counted."""
+def _named_sets(effects: tuple[str, ...], most: int) -> Iterator[tuple[str, ...]]:
+    """Those of at most so many effects, lines of a spectrum and the sensor's zero not counted."""
     of_lines = tuple(name for name in effects if name in OF_LINES)
     others = [name for name in effects if name not in SENSOR_ZERO and name not in OF_LINES]
     zeros = [(), *((name,) for name in effects if name in SENSOR_ZERO)]
     spectra = [some for size in range(len(of_lines) + 1) for some in combinations(of_lines, size)]
     for lines, zero in product(spectra, zeros):
-        for size in range(min(settings.SETTINGS.most_at_once, len(others)) + 1):
+        for size in range(min(most, len(others)) + 1):
             for names in combinations(others, size):
                 together = (*names, *lines, *zero)
                 if not any(other in together for name in together for other in EFFECTS[name].excludes):
