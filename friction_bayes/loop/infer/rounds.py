@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop.columns.lines import Line, lines_beside_motion
 from friction_bayes.loop.data.friction import friction_of_loss
 from friction_bayes.loop.infer.finer_lines import finer_lines, lines_that_show
@@ -66,7 +67,8 @@ class Round:
     noise : {"auto", "white", "ar"}
         What the noise of the sensor may be.
     alone : bool
-        Whether the next round goes along the motion of the best law without a random force, however probable.
+        Whether the next round goes along the motion of the best law without a random force, however probable
+        one is. What neighbouring samples share of the noise then stays as it is: that may be the force.
     """
 
     whole: MovingRecord
@@ -81,14 +83,16 @@ class Round:
     alone: bool = False
 
     @classmethod
-    def first(cls, whole: MovingRecord, noise: str) -> Round | None:
+    def first(cls, whole: MovingRecord, noise: str, *, alone: bool) -> Round | None:
         """Along the motion before any law is known; None where that holds too few turning points."""
         w0, motion = whole.first_motion()
         found = whole.along(motion, w0, ())
         if found is None:
             return None
         ceiling = whole.segment.sides[: whole.samples] != 0.0
-        return cls(whole, ceiling, np.zeros(whole.samples, np.bool_), motion, (), False, found, None, noise)
+        return cls(
+            whole, ceiling, np.zeros(whole.samples, np.bool_), motion, (), False, found, None, noise, alone
+        )
 
     @property
     def aside(self) -> Mask:
@@ -103,7 +107,8 @@ class Round:
     @cached_property
     def _posterior(self) -> Posterior:
         """At its mode."""
-        problem, prior = self.found.regression.problem, self.found.prior
+        problem = self.found.regression.problem
+        prior = self.found.prior.without_force if self.alone else self.found.prior
         return integrate(problem, prior, self.motion.noise, near=self.near, only_mode=True)
 
     @property
@@ -113,11 +118,9 @@ class Round:
         What a force would add there counts for nothing: it is exact beside the motion that it goes with.
         """
         used = int(np.isfinite(self.found.regression.clock.variance).sum())
-        still = self._posterior.ratio == 0.0
-        found = self._posterior.log_evidence + math.log(
-            max(float(self._posterior.weight[still].sum()), 1e-300) if self.alone else 1.0
-        )
-        found += self.whole.error.log_volume
+        found = self._posterior.log_evidence + self.whole.error.log_volume
+        if self.alone:
+            found += math.log(self.found.prior.none)
         return found - used * self.whole.segment.order * math.log(self.found.w0)
 
     @property
@@ -130,16 +133,21 @@ class Round:
         """Whether the force may jump."""
         return self.whole.jump is not None and bool(self.whole.jump.any())
 
-    @cached_property
+    @property
     def _best(self) -> GridPoint:
         """The point with the law that the next round goes along."""
-        points = self._posterior.points
-        still = [point for point in points if point.ratio == 0.0]
-        return still[0] if self.alone and still else self._posterior.best
+        return self._posterior.best
 
     @cached_property
     def _law(self) -> Array:
-        return self._posterior.mean_law(self._best, int(np.argmax(self._best.found.log_weight)))
+        return self._posterior.best_law()
+
+    @property
+    def is_all(self) -> bool:
+        """Whether white noise is all that the law leaves, and no random force is more probable than none."""
+        best, regression = self._best, self.found.regression
+        left = regression.innovations(self._law, best.ratio, best.tau)[np.isfinite(regression.clock.variance)]
+        return not self.wanders and whiteness(left).white
 
     def following(self, allowed: Sequence[str]) -> Round | None:
         """The next; None where its motion holds too few turning points or samples that are fitted."""
@@ -186,7 +194,7 @@ class Round:
         """What neighbouring samples share of the noise; None where that stays as it is."""
         if isinstance(self.whole.error, Colour):
             return self._colour_near_motion
-        if self.noise == "white":
+        if self.noise == "white" or self.alone:
             return None
         return find_sensor_error(self.found.regression, self._posterior, self.found.prior, self.found.w0)
 
@@ -293,12 +301,15 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
     Round or None
         The last; None where one holds too few turning points.
     """
-    latest = still = _settled(Round.first(whole, noise), allowed)
-    if latest is not None and latest.found.law.about is None:
-        # about its own motion, which is exact, a law may not call for the force that made up for what was not
-        still = _settled(replace(latest, alone=True), allowed)
-        if still is not None and still.log_evidence > latest.log_evidence:
-            latest = still
+    still = _settled(Round.first(whole, noise, alone=True), allowed)
+    latest = None if still is None else replace(still, alone=False)
+    if latest is None or not latest.is_all:
+        latest = _settled(Round.first(whole, noise, alone=False), allowed)
+        if latest is not None and latest.found.law.about is None:
+            # about its own motion, which is exact, a law may not call for what made up for an inexact one
+            still = _settled(replace(latest, alone=True), allowed)
+            if still is not None and still.log_evidence > latest.log_evidence:
+                latest = replace(still, alone=False)
     if latest is not None and still is not None and noise != "white":
         latest = _settled(still.coloured(latest), allowed) or latest
     looks = _MOST_LOOKS if latest is not None and latest.found.prior.none < 1.0 else 0
