@@ -102,6 +102,8 @@ class MovingRecord:
     scores : dict
         Where the shapes of forces are taken, as normal scores of their priors, by effect; all over the prior
         where it has none.
+    refused : frozenset of frozenset of str
+        Sets of effects that are no law, as friction would push.
     jump : ndarray or None, shape (samples - 1,)
         How far the random force may jump in each interval besides what it does of itself, over the noise;
         None where it may nowhere.
@@ -117,6 +119,7 @@ class MovingRecord:
     error: SensorError | Colour = NO_ERROR
     sizes: dict[str, float] = field(default_factory=dict)
     scores: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    refused: frozenset[frozenset[str]] = frozenset()
     jump: Array | None = None
 
     @classmethod
@@ -221,6 +224,8 @@ class MovingRecord:
         )
         law = law_columns(path, row, given, w0=w0, friction=rough, lines=lines, about=about)
         sets = column_sets(law, self.effects)
+        if self.refused:
+            sets = sets.without(self.refused)
         regression = LawRegression(
             clock=clock,
             row=row,

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop import settings
-from friction_bayes.loop.infer.record_fit import ForceFit
+
+if TYPE_CHECKING:
+    from friction_bayes.loop.infer.record_fit import ForceFit
 
 __all__ = ["pushing"]
 

@@ -27,6 +27,7 @@ from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.knocks import spans_of
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.infer.pushing import pushing
 from friction_bayes.loop.infer.rounds import settle
 from friction_bayes.loop.infer.sensor_noise import SensorNoise, weigh_sensor_noise
 from friction_bayes.loop.noise.colour import Colour
@@ -225,6 +226,19 @@ def fit_random_force(
         None where the record holds too few turning points.
     """
     whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
+    fit = _settled(whole, allowed, noise)
+    while fit is not None and (pushes := pushing(fit))[fit.chosen]:
+        # the motion goes along a law that is none: once more without it
+        whole = replace(whole, refused=whole.refused | {fit.sets.effects[m] for m in np.flatnonzero(pushes)})
+        fit = _settled(whole, allowed, noise)
+    if fit is None or not is_read_as_fault(fit):
+        return fit
+    of_motion = [name for name in allowed if not isinstance(EFFECTS[name], SensorEffect)]
+    return fit_random_force(segment, system, of_motion, samples=samples, noise=noise)
+
+
+def _settled(whole: MovingRecord, allowed: Sequence[str], noise: str) -> ForceFit | None:
+    """The analysis of a record about the motion at which its law has settled."""
     last = settle(whole, allowed, noise)
     if last is None:
         return None
@@ -232,11 +246,7 @@ def fit_random_force(
         last.whole.setting_aside(last.ceiling), last.found, last.outliers, allowed
     )
     found = last.found._replace(regression=regression)
-    fit = force_fit(last.record, found, posterior, posterior.best_law(), sensor_noise)
-    if not is_read_as_fault(fit):
-        return fit
-    of_motion = [name for name in allowed if not isinstance(EFFECTS[name], SensorEffect)]
-    return fit_random_force(segment, system, of_motion, samples=samples, noise=noise)
+    return force_fit(last.record, found, posterior, posterior.best_law(), sensor_noise)
 
 
 def too_few_turning_points(segment: Segment) -> InputError:
