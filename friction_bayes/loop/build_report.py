@@ -38,7 +38,6 @@ from friction_bayes.loop.report.result import LoopReport, RecordTrace
 from friction_bayes.loop.report.unexplained import experiment_on_unexplained
 from friction_bayes.loop.report.verdict import (
     AMBIGUOUS,
-    UNEXPLAINED,
     credible_count,
 )
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
@@ -125,9 +124,9 @@ def build_report(
 
 def _next_experiment(judged: Judgement, records: int) -> str | None:
     """What to measure next, where the verdict leaves something open."""
-    if judged.word == AMBIGUOUS:
-        return _deciding_experiment(judged.mixture)
-    if judged.word == UNEXPLAINED:
+    if judged.word == AMBIGUOUS and (deciding := _deciding_experiment(judged.mixture)):
+        return deciding
+    if judged.against:
         failed = judged.mixture.of.tests.to_dict()["failed"]
         return experiment_on_unexplained(judged.left["depends_on"], failed, judged.against, records)
     return None

@@ -144,7 +144,7 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
         held_out=held_out,
         left=left,
         sensitivity=sensitivity,
-        friction_agreed=agreed and word != UNEXPLAINED,
+        friction_agreed=agreed and not against,
         shift=shift,
         forecasts=forecasts,
         traces=traces,

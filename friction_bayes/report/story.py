@@ -104,8 +104,12 @@ def _verdict(report: Report, records: int) -> str:
     if report["verdict"] == AMBIGUOUS:
         credible = credible_candidates(report["candidates"])
         known = f" {known_within(report['friction_after'])}" if friction_agreed(report) else ""
+        if report["because"]:
+            known = f" Its forecast is a doubt: {_doubts(report, what)}."
         if len(credible) == 1:
             beside = f" with {name}" if best["effects"] else ""
+            if report["because"]:
+                return f"Coulomb friction{beside} explains {what} ({share}), but {_doubts(report, what)}."
             matters = percent(report["dry_friction"]["probability"])
             return (
                 f"Coulomb friction{beside} explains {what} ({share}), but the probability that dry friction "
@@ -118,10 +122,15 @@ def _verdict(report: Report, records: int) -> str:
         if len(tied) > _MOST_NAMED:
             tied = [*tied[:_MOST_NAMED], f"{len(tied) - _MOST_NAMED} more"]
         return f"{what.capitalize()} cannot tell {listed(tied)} apart; friction is averaged over them.{known}"
-    against = "; ".join(_AGAINST[fault](report, what) for fault in report["because"])
+    against = _doubts(report, what)
     # a sentence begins with it
     against = against[0].upper() + against[1:]
     return f"{against}; the closest candidate is {name}, which is not an explanation."
+
+
+def _doubts(report: Report, what: str) -> str:
+    """Say what speaks against the number."""
+    return "; ".join(_AGAINST[fault](report, what) for fault in report["because"])
 
 
 def _left_over(report: Report, what: str) -> str:

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -49,6 +50,8 @@ __all__ = [
 _VARIANCES = ((0, 0), (0, 4), (0, 7), (0, 9), (4, 4), (4, 7), (4, 9), (7, 7), (7, 9), (9, 9))
 """Places of the two variances that belong to each entry of a covariance's upper triangle, row by row."""
 _ROUNDING = 4e-15
+_NO_CHANGE = 1e-9
+"""Of a perturbation over an interval, which is rounding."""
 _EVEN = 0.5
 """Of the mean step, by which steps may differ: stamps with jitter, but no sample missing."""
 _TELLING = 0.02
@@ -133,6 +136,9 @@ class Clock:
         Noise variances relative to each other; infinite for samples that are not to be used.
     error : CorrelatedError
         Of the sensor.
+    beside : ndarray or None, shape (n - 1, 2, 2)
+        What the forces of a law, which depend on the motion, make of a perturbation over each interval beside
+        the oscillator (:func:`friction_bayes.statespace.response.beside_oscillator`); nothing where left out.
     autoregression : Autoregression or None
         Coloured noise in place of the white noise and the correlated error, from sample to sample.
     """
@@ -144,6 +150,7 @@ class Clock:
     index: Indices
     variance: Array
     error: CorrelatedError = CorrelatedError()
+    beside: Array | None = None
     autoregression: Autoregression | None = None
 
     @classmethod
@@ -153,6 +160,7 @@ class Clock:
         variance: Array | None = None,
         stiffness: Array | None = None,
         jump: Array | None = None,
+        beside: Array | None = None,
     ) -> Clock:
         """Prepare ``phase``, shape (n,), with relative variances, shape (n,), one where not given.
 
@@ -171,7 +179,7 @@ class Clock:
                 f"shape {variance.shape}, least {np.min(variance, initial=np.inf):g}",
                 "give a positive number for every sample",
             )
-        return cls(phase, *distinct_steps(phase, stiffness, jump), variance)
+        return cls(phase, *distinct_steps(phase, stiffness, jump), variance, beside=beside)
 
     @property
     def even(self) -> bool:
@@ -180,12 +188,13 @@ class Clock:
 
     @property
     def error_steps(self) -> ErrorSteps:
-        """The sensor's error over the distinct steps."""
-        decays, square = np.exp(-self.steps / self.error.tau), self.error.ratio**2
+        """The sensor's error over the steps of :meth:`forced_steps`."""
+        steps, square = np.concatenate([self.steps, self.steps[self.index[self._acts]]]), self.error.ratio**2
+        decays = np.exp(-steps / self.error.tau)
         return ErrorSteps(decays, square * (1.0 - decays * decays), square)
 
     def forced_steps(self, ratio: float, tau: float) -> ForcedSteps:
-        """Oscillator and force over the steps.
+        """Oscillator and force over the distinct steps, and over each interval in which a law's forces act.
 
         For a force of sd ``ratio`` times that of the noise, correlated over a phase ``tau``; a jump comes at
         any time within its step, as the force itself does.
@@ -196,7 +205,24 @@ class Clock:
         if jumping.any():
             of_jump = self.jump[jumping] ** 2 / covariances[jumping, 2, 2]
             added[jumping] += of_jump[:, None, None] * covariances[jumping]
-        return ForcedSteps(self.index, transitions, added, ratio * ratio)
+        acts = self._acts
+        if acts.size == 0:
+            return ForcedSteps(self.index, transitions, added, ratio * ratio)
+        assert self.beside is not None
+        factor, index = np.zeros((acts.size, 3, 3)), self.index.copy()
+        factor[:, :2, :2], factor[:, 2, 2] = self.beside[acts], 1.0
+        own = self.index[acts]
+        index[acts] = self.steps.size + np.arange(acts.size)
+        transitions = np.concatenate([transitions, factor @ transitions[own]])
+        added = np.concatenate([added, factor @ added[own] @ factor.transpose(0, 2, 1)])
+        return ForcedSteps(index, transitions, added, ratio * ratio)
+
+    @cached_property
+    def _acts(self) -> Indices:
+        """Intervals in which the forces of a law make something of a perturbation."""
+        if self.beside is None:
+            return np.zeros(0, np.intp)
+        return np.flatnonzero(np.max(np.abs(self.beside - np.eye(2)), axis=(1, 2)) > _NO_CHANGE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,12 +272,12 @@ def whiten(
     """
     columns, rows = np.ascontiguousarray(columns, dtype=np.float64), row.reshape(-1, 3)
     if clock.autoregression is None:
-        transitions, gains = _filter(clock, row, ratio, tau, np.empty((0, 4, 4)))
-        white = whitened_innovations(columns, clock.index, transitions, clock.error_steps.decays, rows, gains)
+        steps, transitions, decays, gains = _filter(clock, row, ratio, tau, np.empty((0, 4, 4)))
+        white = whitened_innovations(columns, steps, transitions, decays, rows, gains)
     else:
         force, noise = clock.forced_steps(ratio, tau), clock.autoregression
         gains = coloured_gains(force, noise.lagged, rows, clock.variance)
-        white = coloured_innovations(columns, clock.index, force.transitions, rows, noise.coefficients, gains)
+        white = coloured_innovations(columns, force.step, force.transitions, rows, noise.coefficients, gains)
     scale = gains[:, -1]
     used = scale > 0.0
     log_determinant = -2.0 * float(np.sum(np.log(scale[used])))
@@ -273,9 +299,8 @@ def colour(white: Array, clock: Clock, row: Array, ratio: float, tau: float) -> 
     clock, row, ratio, tau
         As in :func:`whiten`; samples that are not used are what the others predict of them.
     """
-    transitions, gains = _filter(clock, row, ratio, tau, np.empty((0, 4, 4)))
-    decays = clock.error_steps.decays
-    return _coloured(white, clock.index, transitions, decays, row.reshape(-1, 3), gains)
+    steps, transitions, decays, gains = _filter(clock, row, ratio, tau, np.empty((0, 4, 4)))
+    return _coloured(white, steps, transitions, decays, row.reshape(-1, 3), gains)
 
 
 def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -> tuple[Array, Array]:
@@ -324,11 +349,13 @@ def jump_scores(column: Array, clock: Clock, row: Array, ratio: float, tau: floa
     return np.asarray(np.where(telling, score / np.sqrt(np.where(telling, information, 1.0)), 0.0))
 
 
-def _filter(clock: Clock, row: Array, ratio: float, tau: float, predicted: Array) -> tuple[Array, Array]:
-    """Transitions of the distinct steps and :func:`filter_gains`, ``predicted`` as there."""
-    force = clock.forced_steps(ratio, tau)
-    gains = filter_gains(force, clock.error_steps, row.reshape(-1, 3), clock.variance, predicted)
-    return force.transitions, gains
+def _filter(
+    clock: Clock, row: Array, ratio: float, tau: float, predicted: Array
+) -> tuple[Indices, Array, Array, Array]:
+    """Step of each interval, transitions, the error's decays and the gains of :func:`filter_gains`."""
+    force, error = clock.forced_steps(ratio, tau), clock.error_steps
+    gains = filter_gains(force, error, row.reshape(-1, 3), clock.variance, predicted)
+    return force.step, force.transitions, error.decays, gains
 
 
 def _smoothed(
@@ -337,8 +364,7 @@ def _smoothed(
     """Smoothed states and their covariance as of :func:`smooth`, and of jumps as :func:`_looked_back`."""
     columns, rows = np.ascontiguousarray(columns, dtype=np.float64), row.reshape(-1, 3)
     predicted = np.empty((len(columns), 4, 4))
-    transitions, gains = _filter(clock, row, ratio, tau, predicted)
-    index, decays = clock.index, clock.error_steps.decays
+    index, transitions, decays, gains = _filter(clock, row, ratio, tau, predicted)
     states, innovations = _looked_ahead(columns, index, transitions, decays, rows, gains)
     return _looked_back(states, innovations, index, transitions, decays, rows, gains, predicted)
 

@@ -27,7 +27,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.statespace.measured_path import LEEWAY, MeasuredPath
 from friction_bayes.statespace.transition import free_motion
 
-__all__ = ["Feedback", "at_sensor", "force_response", "response_at_sensor"]
+__all__ = ["Feedback", "at_sensor", "beside_oscillator", "force_response", "response_at_sensor"]
 
 
 class Feedback(NamedTuple):
@@ -100,10 +100,7 @@ def force_response(
     if start is not None:
         states[0] = start
     slope, _, passed = Feedback.none(path) if feedback is None else feedback
-    course = _Course(
-        path.phase, path.stiffness, path.interval, path.node_phase, path.node_weight, path.turning
-    )
-    _drive(course, forces, slope, passed, states)
+    _drive(_course(path), forces, slope, passed, states)
     return states
 
 
@@ -150,38 +147,78 @@ def at_sensor(states: Array, row: Array, forces: Array | None = None) -> Array:
     return out if forces is None else out + row[..., 2:] * forces
 
 
+def beside_oscillator(path: MeasuredPath, feedback: Feedback) -> Array:
+    """What a force that depends on the motion makes of a perturbation, beside the oscillator.
+
+    Over each interval, from the state that the oscillator alone would lead to, shape (n - 1, 2, 2).
+    """
+    course = _course(path)
+    none, moved = np.zeros((path.node_phase.size, 2)), np.empty((path.phase.size - 1, 2, 2))
+    _perturb(course, none, feedback.nodes, feedback.passed, moved)
+    return moved
+
+
+def _course(path: MeasuredPath) -> _Course:
+    return _Course(path.phase, path.stiffness, path.interval, path.node_phase, path.node_weight, path.turning)
+
+
 @njit(cache=True, nogil=True)
 def _drive(course: _Course, forces: Array, slope: Array, passed: Array, states: Array) -> None:
     """Fill the states, shape (n, 2, p), from the first on: forces act as impulses at the nodes."""
+    k, turn = 0, 0
+    for i in range(course.phase.size - 1):
+        states[i + 1] = states[i]
+        k, turn = _over(course, i, k, turn, forces, slope, passed, states[i + 1])
+
+
+@njit(cache=True, nogil=True)
+def _perturb(course: _Course, forces: Array, slope: Array, passed: Array, moved: Array) -> None:
+    """Fill what each interval makes of a unit displacement and velocity, less what the oscillator does."""
+    k, turn = 0, 0
+    state = np.empty((2, 2))
+    for i in range(course.phase.size - 1):
+        state[0, 0] = state[1, 1] = 1.0
+        state[0, 1] = state[1, 0] = 0.0
+        k, turn = _over(course, i, k, turn, forces, slope, passed, state)
+        stiffness = course.stiffness[i]
+        cosine, sine = free_motion(course.phase[i + 1] - course.phase[i], stiffness)
+        for row in range(2):
+            # the free motion backward
+            moved[i, row, 0] = state[row, 0] * cosine + state[row, 1] * stiffness * sine
+            moved[i, row, 1] = state[row, 1] * cosine - state[row, 0] * sine
+
+
+@njit(cache=True, nogil=True)
+def _over(  # type: ignore[no-untyped-def]
+    course: _Course, i: int, k: int, turn: int, forces: Array, slope: Array, passed: Array, state: Array
+):
+    """Take a state, shape (2, p), over interval ``i``, and count nodes and turning points on."""
     phase, stiffness, interval, node_phase, weight, turning = course
     m, p = forces.shape
-    k, turn = 0, 0
-    for i in range(phase.size - 1):
-        state = states[i + 1]
-        state[:] = states[i]
-        at, sample = phase[i], False
-        while not sample:
-            to, node = phase[i + 1], k < m and interval[k] == i
-            if node:
-                to = node_phase[k]
-            turns = turn < turning.size and turning[turn] < to
-            if turns:
-                to = turning[turn]
-            cosine, sine = free_motion(to - at, stiffness[i])
-            back = -stiffness[i] * sine
+    at, sample = phase[i], False
+    while not sample:
+        to, node = phase[i + 1], k < m and interval[k] == i
+        if node:
+            to = node_phase[k]
+        turns = turn < turning.size and turning[turn] < to
+        if turns:
+            to = turning[turn]
+        cosine, sine = free_motion(to - at, stiffness[i])
+        back = -stiffness[i] * sine
+        for j in range(p):
+            x, v = state[0, j], state[1, j]
+            state[0, j] = cosine * x + sine * v
+            state[1, j] = back * x + cosine * v
+        at, sample = to, not (node or turns)
+        if turns:
             for j in range(p):
-                x, v = state[0, j], state[1, j]
-                state[0, j] = cosine * x + sine * v
-                state[1, j] = back * x + cosine * v
-            at, sample = to, not (node or turns)
-            if turns:
-                for j in range(p):
-                    state[1, j] *= passed[turn]
-                turn += 1
-            elif node:
-                # the velocity in the middle of the impulse, which changes it
-                w = weight[k] / (1.0 - 0.5 * weight[k] * slope[k, 1])
-                for j in range(p):
-                    answer = slope[k, 0] * state[0, j] + slope[k, 1] * state[1, j]
-                    state[1, j] += w * (forces[k, j] + answer)
-                k += 1
+                state[1, j] *= passed[turn]
+            turn += 1
+        elif node:
+            # the velocity in the middle of the impulse, which changes it
+            w = weight[k] / (1.0 - 0.5 * weight[k] * slope[k, 1])
+            for j in range(p):
+                answer = slope[k, 0] * state[0, j] + slope[k, 1] * state[1, j]
+                state[1, j] += w * (forces[k, j] + answer)
+            k += 1
+    return k, turn

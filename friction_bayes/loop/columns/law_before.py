@@ -19,18 +19,21 @@ _NUDGE = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class LawBefore:
-    """A law without a random force.
+    """A law about which others are linear.
 
     Attributes
     ----------
     forces : tuple of (float, ForceColumn)
         Those that act, and their coefficients.
+    fluctuation : ndarray, shape (n,)
+        The random force beside them at the samples; it does not depend on the motion.
     """
 
     forces: tuple[tuple[float, ForceColumn], ...]
+    fluctuation: Array
 
     def force(self, points: Points) -> Array:
-        """Its force, shape (m,)."""
+        """Its force that depends on the motion, shape (m,)."""
         return sum((size * each.force(points) for size, each in self.forces), np.zeros(points.x.size))
 
     def feedback(self, path: MeasuredPath) -> Feedback:
@@ -58,7 +61,7 @@ class LawBefore:
         turning, x = path.turning, path.turning_x
         sample = np.searchsorted(path.phase, turning) - 1
         towards = np.where(path.v[sample] > 0.0, 1.0, -1.0)
-        rest = -path.restoring(x)
+        rest = np.interp(turning, path.phase, self.fluctuation) - path.restoring(x)
         still = np.zeros(turning.size)
         before, after = (rest + self.force(Points(turning, x, still, side)) for side in (towards, -towards))
         # it is against the motion before; friction, which resists, makes it smaller after

@@ -88,10 +88,14 @@ class LawColumns:
         sizes = coefficients[_OF_START : _OF_START + len(self.acting)].tolist()
         return [pair for pair in zip(sizes, self.acting, strict=True) if pair[0] != 0.0]
 
-    def before(self, coefficients: Array) -> LawBefore:
-        """The law of some coefficients, shape (p,), in units of the frequency that it found."""
+    def before(self, coefficients: Array, fluctuation: Array) -> LawBefore:
+        """The law of some coefficients, shape (p,), in units of the frequency that it found.
+
+        With the random force beside it, shape (n,).
+        """
         forces = self.with_sizes(coefficients)
-        return LawBefore(tuple(pair for pair in forces if pair[1].column.kind != "stiffness"))
+        kept = tuple(pair for pair in forces if pair[1].column.kind != "stiffness")
+        return LawBefore(kept, fluctuation)
 
     @property
     def scale(self) -> Array:

@@ -188,10 +188,7 @@ def fit_together(
     one = first.fits[0]
     change = frequency_change(one.coefficients[one.regression.stiffness])
     motions = [fit.motion.at_frequency(change) for fit in first.fits]
-    about = [
-        fit.law.before(fit.coefficients) if fit.posterior.best.ratio == 0.0 and not fit.knocks else None
-        for fit in first.fits
-    ]
+    about = [fit.law.before(fit.coefficients, fit.fluctuation) for fit in first.fits]
     along = _along(alone, records, motions, w0 * change, about)
     together = _weighed(alone, records, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
     if not any(is_read_as_fault(one) for one in together.fits):

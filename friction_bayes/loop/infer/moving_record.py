@@ -29,6 +29,7 @@ from friction_bayes.statespace.force_grid import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import LawRegression
+from friction_bayes.statespace.response import Feedback, beside_oscillator
 from friction_bayes.statespace.smoother import LEAST_NOISE, Motion, first_motion
 
 __all__ = ["LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "why_not_weighed"]
@@ -159,9 +160,10 @@ class MovingRecord:
         time = self.segment.time[: self.samples]
         return np.asarray(w0 * (time - time[0]))
 
-    def clock_along(self, path: MeasuredPath, w0: float) -> Clock:
-        """Their time stamps and noise, and the oscillator's stiffness along a motion."""
-        return self.error.of(Clock.of(path.phase, self.variance, path.stiffness, self.jump), w0)
+    def clock_along(self, path: MeasuredPath, feedback: Feedback, w0: float) -> Clock:
+        """Their time stamps and noise, and what oscillator and law make of a perturbation along a motion."""
+        beside = beside_oscillator(path, feedback) if self.forced else None
+        return self.error.of(Clock.of(path.phase, self.variance, path.stiffness, self.jump, beside), w0)
 
     def first_motion(self) -> tuple[float, Motion]:
         """The frequency of small swings [rad/s] and the motion, in its units, before any law is known.
@@ -208,7 +210,6 @@ class MovingRecord:
         x, v = motion.states[:, :2].T.copy()
         path = MeasuredPath.through(self.phase(w0), x, v, motion.velocity_sd, pendulum=self.system.pendulum)
         row = sensor_row(order, path.slope)
-        clock = self.clock_along(path, w0)
         if path.turning.size < LEAST_HALF_CYCLES:
             return None
         rough = friction_of_loss(path.turning_x) if friction is None else friction
@@ -223,6 +224,7 @@ class MovingRecord:
             block=self.segment.block,
         )
         law = law_columns(path, row, given, w0=w0, friction=rough, lines=lines, about=about)
+        clock = self.clock_along(path, law.feedback, w0)
         sets = column_sets(law, self.effects)
         if self.refused:
             sets = sets.without(self.refused)

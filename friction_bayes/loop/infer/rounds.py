@@ -171,8 +171,7 @@ class Round:
         motion = smoothed.at_frequency(change)
         if np.count_nonzero(np.isfinite(whole.variance) & ~(ceiling | outliers)) <= law.size:
             return None
-        # forces are taken as given along a motion that wanders: its own part of that is no perturbation
-        about = None if self.wanders else found.law.before(law)
+        about = found.law.before(law, motion.states[:, 2])
         along = whole.setting_aside(ceiling | outliers).along(motion, found.w0 * change, lines, about=about)
         if along is None:
             return None
@@ -280,8 +279,7 @@ class Round:
         """The same with a force that may jump, shape (n - 1,)."""
         whole = replace(self.whole, jump=jump)
         record = whole.setting_aside(self.aside)
-        about = None if jump.any() else self.found.law.about
-        found = record.along(self.motion, self.found.w0, self.lines, about=about)
+        found = record.along(self.motion, self.found.w0, self.lines, about=self.found.law.about)
         return None if found is None else replace(self, whole=whole, found=found, alone=False)
 
 
@@ -304,12 +302,9 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
     still = _settled(Round.first(whole, noise, alone=True), allowed)
     latest = None if still is None else replace(still, alone=False)
     if latest is None or not latest.is_all:
-        latest = _settled(Round.first(whole, noise, alone=False), allowed)
-        if latest is not None and latest.found.law.about is None:
-            # about its own motion, which is exact, a law may not call for what made up for an inexact one
-            still = _settled(replace(latest, alone=True), allowed)
-            if still is not None and still.log_evidence > latest.log_evidence:
-                latest = replace(still, alone=False)
+        free = _settled(Round.first(whole, noise, alone=False), allowed)
+        if latest is None or (free is not None and free.log_evidence > latest.log_evidence):
+            latest = free
     if latest is not None and still is not None and noise != "white":
         latest = _settled(still.coloured(latest), allowed) or latest
     looks = _MOST_LOOKS if latest is not None and latest.found.prior.none < 1.0 else 0

@@ -158,7 +158,7 @@ def _given_samples(
     record: MovingRecord, along: LawAlongMotion, allowed: Sequence[str], *, contaminated: bool
 ) -> list[_Weighed]:
     """Noise of one size and noise that grows on the samples that a record uses."""
-    clock = record.clock_along(along.path, along.w0)
+    clock = record.clock_along(along.path, along.law.feedback, along.w0)
     along = along._replace(regression=replace(along.regression, clock=clock))
     regression = along.regression
     posterior = integrate(regression.problem, along.prior, regression.motion.noise)

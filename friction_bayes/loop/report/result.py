@@ -122,8 +122,9 @@ class LoopReport(Shown):
     verdict : str
         ``adequate``, ``explained``, ``ambiguous`` or ``unexplained``.
     because : tuple of str
-        What forbids to use the number: see :class:`friction_bayes.loop.report.verdict.Consequences`; empty
-        unless the record is unexplained.
+        What speaks against the number: see :class:`friction_bayes.loop.report.verdict.Consequences`. With
+        a forecast alone that is worse than Coulomb friction's the record is ambiguous, with any other
+        unexplained.
     effects : list of dict
         Of the most probable candidate: ``name``, ``probability``, ``parameters``, and ``lines``: of what is
         lines in the spectrum each with the number of its ``record``, ``frequency``, ``decay_time`` (None of

@@ -24,6 +24,8 @@ __all__ = [
 
 AMBIGUOUS = "ambiguous"
 UNEXPLAINED = "unexplained"
+FORECAST = "forecast"
+"""A forecast may be worse than another by chance: that is a doubt, and no proof that the law is wrong."""
 
 
 def credible_count(probabilities: ArrayLike) -> int:
@@ -71,14 +73,14 @@ class Consequences:
     contradicted: bool
 
     def against(self) -> tuple[str, ...]:
-        """Name what forbids to use the number, if anything does; a figure that is not known is no fault."""
+        """Name what speaks against the number, if anything does; a figure that is not known is no fault."""
         held_out, as_bad = self.held_out, 1.0 + settings.SETTINGS.worse_forecast
         before = max(held_out["before"], held_out["noise_floor"])
         faults = {
             "left_over": not self.is_noise,
             "shift": self.shift > settings.SETTINGS.most_shift * self.loss > 0.0,
             "band": held_out["inside90"] < settings.SETTINGS.least_inside,
-            "forecast": held_out["after"] > as_bad * before > 0.0,
+            FORECAST: held_out["after"] > as_bad * before > 0.0,
             "witnesses": not self._spans_witnesses,
             "filter": self.filtered is not None and not _overlap(self.friction, self.filtered),
             "records": self.contradicted,
@@ -105,7 +107,8 @@ def verdict(
 
     Coulomb friction alone, be it under a random force, is adequate where what holds 95 % agrees on friction:
     another effect may then act or not. Nor is it where that friction itself is as uncertain: with so wide an
-    interval all agree. An effect explains a record where it holds as much by itself.
+    interval all agree. An effect explains a record where it holds as much by itself. No law is said to
+    explain what it forecasts worse than Coulomb friction alone.
 
     Parameters
     ----------
@@ -119,8 +122,10 @@ def verdict(
     rubs : float
         Probability that dry friction matters.
     """
-    if against:
+    if set(against) - {FORECAST}:
         return UNEXPLAINED
+    if against:
+        return AMBIGUOUS
     if sets[0] <= {RANDOM_FORCE.name}:
         known = min(float(probabilities[agrees].sum()), rubs) >= settings.SETTINGS.credible_mass
         return "adequate" if known else AMBIGUOUS
