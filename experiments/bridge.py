@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from experiments.simulated_target import target_of
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array
-from experiments.simulated_target import target_of
 from friction_bayes.loop.simulation.fit import LoopFit
 from friction_bayes.reference.ensembles import Ensembles
 
@@ -62,7 +62,7 @@ def bridged_log_evidence(fit: LoopFit, seed: int, *, steps: int = 400) -> Bridge
     Parameters
     ----------
     fit : LoopFit
-        Of white or autoregressive noise: fraction and scale of outliers are not sampled here.
+        Of white noise: fraction and scale of outliers are not sampled here.
     seed : int
     steps : int
         Of each of four ensembles; the first third is thrown away.

@@ -13,16 +13,13 @@ prior of the noise scale is improper but the same, on the same samples, for ever
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array
-from friction_bayes.core.errors import InputError
-from friction_bayes.loop.simulation.fit import LoopFit
 from friction_bayes.loop.infer.truncated_normal import log_box_probability
+from friction_bayes.loop.simulation.fit import LoopFit
 
-__all__ = ["log_evidence", "posterior_probabilities"]
+__all__ = ["log_evidence"]
 
 
 def log_evidence(fit: LoopFit) -> float:
@@ -37,31 +34,3 @@ def log_evidence(fit: LoopFit) -> float:
     bounded = np.flatnonzero(np.isfinite(low) | np.isfinite(high))
     block = fit.covariance[np.ix_(bounded, bounded)]
     return value + log_box_probability(centre[bounded], block, low[bounded], high[bounded])
-
-
-def posterior_probabilities(fits: Sequence[LoopFit], log_weights: Array) -> Array:
-    """Posterior probabilities of models.
-
-    Parameters
-    ----------
-    fits : sequence of LoopFit
-    log_weights : ndarray, shape (models,)
-        Log-evidence with the log-prior of each.
-
-    Raises
-    ------
-    InputError
-        If the models were not fitted to the same samples.
-    """
-    first = fits[0].model.segments
-    for fit in fits[1:]:
-        same = len(fit.model.segments) == len(first) and all(
-            a.values is b.values or np.array_equal(a.values, b.values)
-            for a, b in zip(fit.model.segments, first, strict=True)
-        )
-        if not same:
-            raise InputError(
-                "candidates", "were fitted to different samples", "compare evidences on the same data alone"
-            )
-    weight = np.exp(log_weights - log_weights.max())
-    return np.asarray(weight / weight.sum())

@@ -11,17 +11,12 @@ import xarray as xr
 
 import friction_bayes as fb
 from experiments.bridge import bridged_log_evidence
-from experiments.runner import Cell, Experiment, main
-from experiments.tables import Row
-from friction_bayes.loop.data.effect_sets import searched
-from friction_bayes.loop.data.model import LoopModel
-from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.data.starting_point import starting_point
-from friction_bayes.loop.noise.likelihood import NoiseModel
-from friction_bayes.loop.search.expansion import Expansion
-from friction_bayes.loop.simulation.fit import LoopFit, fit_growing_record, fit_model
 from experiments.laplace_evidence import log_evidence
-from friction_bayes.mechanics.effects import EFFECTS
+from experiments.runner import Cell, Experiment, main
+from experiments.simulated_fit import simulated_fit
+from experiments.tables import Row
+from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.simulation.fit import LoopFit
 
 __all__ = ["CASES", "EXPERIMENT", "fit_of_case"]
 
@@ -89,20 +84,8 @@ def fit_of_case(name: str, config: Config, seed: int) -> LoopFit:
         "noise_sd": config.noise_sd,
     } | changed
     record = fb.simulate(SYSTEM, seed=seed, effects=effects, **settings)
-    segments = cut_records([record], SYSTEM)
-    noise_model = NoiseModel(np.zeros(0), censored="sensor_clipping" in fitted)
-    plain = LoopModel(SYSTEM, segments, ())
-    base = fit_growing_record(plain, [noise_model], starting_point(plain))
-    moving = frozenset(fitted) - {"sensor_clipping"}
-    if base is None:
-        raise RuntimeError(f"{name}: no fit of the Coulomb model")
-    for approximation in Expansion(base, searched(EFFECTS, named=False)).approximations(len(moving)):
-        if approximation.effects == moving:
-            model = plain.with_effects(tuple(moving))
-            fit = fit_model(model, [noise_model], approximation.coordinates(model))
-            if fit is not None:
-                return fit
-    raise RuntimeError(f"{name}: no fit")
+    (segment,) = cut_records([record], SYSTEM)
+    return simulated_fit(segment, SYSTEM, fitted, effects)
 
 
 def cells(config: Config, full: bool) -> list[Cell]:

@@ -22,7 +22,6 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import number, set_words
 from friction_bayes.decay.free_decay import find_free_decay
-from friction_bayes.loop.data.effect_sets import searched
 from friction_bayes.mechanics.effects import EFFECTS, force_effects
 from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
@@ -101,9 +100,6 @@ ALLOWED: dict[str, tuple[str, ...]] = {
         PRESLIDING.name,
     ),
     "the catalogue": (),
-    "the catalogue and pre-sliding": tuple(
-        name for name in (*searched(EFFECTS, named=False), PRESLIDING.name) if name not in BOUND_TO_A_RECORD
-    ),
 }
 """Effects that each law may have; empty for all that do not belong to a record."""
 

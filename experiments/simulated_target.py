@@ -12,8 +12,8 @@ from scipy.special import ndtr, ndtri
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.data.parameters import FRICTION, SHARED, Coordinate
+from friction_bayes.loop.infer.truncated_normal import truncated_draws
 from friction_bayes.loop.noise.likelihood import fit_noise, log_densities
-from friction_bayes.loop.infer.draws import posterior_draws
 from friction_bayes.loop.simulation.fit import LoopFit
 
 __all__ = ["block_log_likelihoods", "target_of"]
@@ -25,7 +25,7 @@ _DRAWS = 4000
 def target_of(fit: LoopFit, seed: int) -> Target:
     """Posterior of a fit's coordinates, cut to the support of the priors.
 
-    The noise scale is integrated out (white or autoregressive noise) or at its best (with outliers or
+    The noise scale is integrated out (white noise) or at its best (with outliers or
     clipped samples), as in the fit itself.
 
     Parameters
@@ -34,7 +34,8 @@ def target_of(fit: LoopFit, seed: int) -> Target:
     seed : int
         Of the draws from the normal approximation that give centre and covariance.
     """
-    draws = posterior_draws(fit, np.random.default_rng(seed), _DRAWS)
+    rng = np.random.default_rng(seed)
+    draws = truncated_draws(fit.centre[0], fit.covariance, *fit.model.support, rng, _DRAWS)
     sampled = _SampledModel(fit)
     return Target(
         names=tuple(_name(c) for c in fit.model.coordinates),

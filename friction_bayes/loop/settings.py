@@ -97,9 +97,6 @@ class LoopSettings:
         "further record has to decide between",
         "more are no accident; cost",
     )
-    promising: float = _setting(
-        300.0, "factor", "below the best within which the search fits or settles a set", "cost"
-    )
     least_information: float = _setting(
         0.3, "over that of the prior", "of the samples on an effect that is evaluated", "judgement"
     )

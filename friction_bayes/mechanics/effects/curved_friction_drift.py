@@ -56,5 +56,4 @@ CURVED_FRICTION_DRIFT = ForceEffect(
     per_record=True,
     force=_force,
     later=_later,
-    search="never",
 )

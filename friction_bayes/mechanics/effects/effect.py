@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -111,9 +111,6 @@ class Effect:
         Amplitude of the motion below which it cannot be told from another effect [m or rad].
     series : tuple of Extent
         Of a series, how far it may reach, each as probable; empty where all of its parameters act.
-    search : {"always", "if named", "never"}
-        Whether the search, which simulates every set that it tries, tries it; else it is weighed along the
-        measured motion alone.
     """
 
     kind: ClassVar[str]
@@ -125,7 +122,6 @@ class Effect:
     per_record: bool = False
     least_swing: float = 0.0
     series: tuple[Extent, ...] = ()
-    search: Literal["always", "if named", "never"] = "always"
 
     def why_not(self, scales: Scales) -> str:
         """Say why a set-up cannot have it or show it apart from others; empty where it may act."""

@@ -37,7 +37,6 @@ ENCODER_ECCENTRICITY = SensorEffect(
     parameters=turn_parameters(_prior, "signal"),
     distort=_distort,
     linear=True,
-    search="never",
     quantities=("angle",),
     # of the encoder, whatever the release
     per_record=False,

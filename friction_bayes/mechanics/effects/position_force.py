@@ -51,7 +51,6 @@ POSITION_FORCE = ForceEffect(
     parameters=turn_parameters(lambda n: _prior, "N", "N m"),
     force=_force,
     resists=False,
-    search="never",
     rotational=True,
     # within less than half a turn it is a spring that hardens or softens
     least_swing=0.5 * math.pi,

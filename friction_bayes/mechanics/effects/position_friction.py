@@ -55,6 +55,5 @@ POSITION_FRICTION = ForceEffect(
         ),
     ),
     force=_force,
-    search="never",
     largest_swing=0.5 * math.pi,
 )

@@ -52,5 +52,4 @@ PRESLIDING = ForceEffect(
         ),
     ),
     force=_force,
-    search="if named",
 )

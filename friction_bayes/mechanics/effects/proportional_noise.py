@@ -24,5 +24,4 @@ PROPORTIONAL_NOISE = GrowingNoiseEffect(
         ),
     ),
     grows_with=lambda signal, rate: signal,
-    search="never",
 )

@@ -32,5 +32,4 @@ RANDOM_FORCE = ProcessEffect(
             prior=lambda scales: log_normal(1.0 / scales.system.natural_frequency, 1.4),
         ),
     ),
-    search="never",
 )

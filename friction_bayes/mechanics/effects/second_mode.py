@@ -54,5 +54,4 @@ SECOND_MODE = SensorEffect(
     ),
     distort=_distort,
     linear=True,
-    search="never",
 )

@@ -50,5 +50,4 @@ STIFFNESS_DRIFT = ForceEffect(
     force=_force,
     later=drift_later,
     resists=False,
-    search="if named",
 )

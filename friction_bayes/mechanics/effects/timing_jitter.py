@@ -25,5 +25,4 @@ TIMING_JITTER = GrowingNoiseEffect(
         ),
     ),
     grows_with=lambda signal, rate: rate,
-    search="never",
 )

@@ -1,0 +1,50 @@
+"""A law fitted by simulating its motion, effects and all, for what is weighed along a motion to meet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from friction_bayes.core.system import Oscillator
+from friction_bayes.loop.data.model import LoopModel, changes_signal
+from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.data.starting_point import starting_point
+from friction_bayes.loop.noise.likelihood import NoiseModel
+from friction_bayes.loop.simulation.fit import LoopFit, fit_growing_record, fit_model, settle
+from friction_bayes.mechanics.effects.outliers import OUTLIERS
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
+
+__all__ = ["simulated_fit"]
+
+
+def simulated_fit(
+    segment: Segment, system: Oscillator, names: Sequence[str], planted: Mapping[str, float]
+) -> LoopFit:
+    """Fit Coulomb friction with some effects to a record.
+
+    The fit starts from that without them: their parameters at the null, and at the sizes that were
+    ``planted``, by ``effect.parameter``, angles at each quarter turn. A line has no slope at the null, nor
+    has the shape of a force; and angles are those at the first sample that is fitted.
+
+    Raises
+    ------
+    RuntimeError
+        If none of them ends at a motion that stays finite.
+    """
+    noise = [NoiseModel(outliers=OUTLIERS.name in names, censored=SENSOR_CLIPPING.name in names)]
+    plain = LoopModel(system, (segment,))
+    base = fit_growing_record(plain, noise, starting_point(plain))
+    if base is None:
+        raise RuntimeError("no fit of the Coulomb model")
+    model = plain.with_effects([name for name in names if changes_signal(name)])
+    more = model.coordinates[base.z.size :]
+    sizes = [c.coordinate(planted.get(c.label, float(c.value(c.start)))) for c in more]
+    turns = (0.0, 0.25, 0.5, 0.75) if any(c.circular for c in more) else (0.0,)
+    starts = [[c.start for c in more]]
+    starts += [[turn if c.circular else z for c, z in zip(more, sizes, strict=True)] for turn in turns]
+    begun = (model.within_bounds(np.append(base.z, start)) for start in starts)
+    fits = [fit for z in begun if (fit := fit_model(model, noise, z)) is not None]
+    if not fits:
+        raise RuntimeError(f"no fit with {', '.join(names)}")
+    return settle(min(fits, key=lambda fit: fit.objective))
