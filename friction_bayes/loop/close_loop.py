@@ -49,10 +49,10 @@ def close_loop(
     exclude : sequence of str
         Effects that may not.
     noise : {"auto", "white", "ar"}
-        White, autoregressive, or decided by the spectrum of the residual above the motion's harmonics.
+        Whether the noise of the sensor is white, coloured wherever what the law leaves has a colour, or as the
+        record shows.
     random_force : {"auto", "none"}
-        Whether candidates with a force that fluctuates are weighed beside those without. They are with
-        ``noise="auto"``.
+        Whether candidates with a force that fluctuates are evaluated too.
     varying_friction : bool
         Take it that friction differs between the records: each one's is drawn from one normal distribution,
         whose mean is the friction reported. Left out, records that are weighed along their motions together

@@ -151,7 +151,7 @@ def loop_page(
 
 
 def _in_words(step: str) -> str:
-    """Write the names of effects in a step of the search as people read them."""
+    """Write the names of effects in a step of the loop as people read them."""
     named = rf"\b({'|'.join(EFFECTS)})\b(\+(?=[a-z]))?"
     return re.sub(named, lambda found: words(found[1]) + (" + " if found[2] else ""), step)
 

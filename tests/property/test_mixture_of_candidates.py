@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from friction_bayes.core.summary import Summary
-from friction_bayes.loop.mixture.mixture import CandidateDraws, mixture_of
 from friction_bayes.loop.infer.draws import DRAWS, shared_out
+from friction_bayes.loop.mixture.mixture import CandidateDraws, mixture_of
 
 NAMES = ("viscous_damping", "quadratic_drag", "friction_drift", "sensor_offset")
 

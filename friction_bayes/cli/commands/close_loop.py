@@ -77,14 +77,13 @@ def add_parser(commands: Any) -> None:
         "--noise",
         default="auto",
         metavar="auto|white|ar",
-        help="white, autoregressive, or as the residual shows (default: auto)",
+        help="white, coloured, or as the record shows (default: auto)",
     )
     model.add_argument(
         "--random-force",
         default="auto",
         metavar="auto|none",
-        help="look for a force that fluctuates where effects and noise do not explain the record, "
-        "or do not (default: auto)",
+        help="evaluate a force that fluctuates in addition to the effects, or leave it out (default: auto)",
     )
     model.add_argument(
         "--varying-friction",

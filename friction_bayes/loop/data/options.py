@@ -51,18 +51,12 @@ class LoopOptions:
         positive("tolerance", self.tolerance)
         if self.reference_friction is not None:
             positive("reference_friction", self.reference_friction)
-        if self.varying_friction:
-            self._validate_varying(len(records))
+        if self.varying_friction and len(records) < 2:
+            raise InputError(
+                "varying_friction", "one record", "give the records between which friction differs"
+            )
         for name in (*(self.effects or ()), *self.exclude):
             effect_named(name)
-
-    def _validate_varying(self, records: int) -> None:
-        """Friction that varies is estimated along the measured motions, which not everything goes with."""
-        place = "varying_friction"
-        if records < 2:
-            raise InputError(place, "one record", "give the records between which friction differs")
-        if self.noise == "ar":
-            raise InputError(place, "with noise 'ar'", "leave the noise at auto or white")
 
     @property
     def allowed(self) -> tuple[str, ...]:

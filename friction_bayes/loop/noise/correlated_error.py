@@ -8,7 +8,7 @@ period: what is slower is at the motion's own frequency, where nothing but a for
 
 It is found at the mode, together with the random force, and stays there; the two are one question, since what
 the one takes up the other leaves. The density has several modes: ratios and times of all sizes, beside forces
-of several correlation times, are looked at coarsely, and the best is climbed from. As in the search, noise
+of several correlation times, are looked at coarsely, and the best is climbed from. Noise
 that is correlated is as probable beforehand as noise that is not, and pays for its two numbers alone.
 """
 

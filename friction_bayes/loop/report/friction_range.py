@@ -1,10 +1,9 @@
 """Friction where no candidate explains the record: readings that differ, and one interval that holds them.
 
 A posterior over candidates none of which is true says how well the record tells them apart, not how far each
-is from the truth. What the Coulomb model alone, the search and the sets along the measured motion say of
-friction are then readings of their own, pooled with equal weights: a linear opinion pool (Stone 1961), whose
-90 % interval reaches into every reading that stands apart. Where a random force takes up what is left, the
-Coulomb model alone is not among them.
+is from the truth. What the candidates say of friction, and what a fit behind a filter says where one may have
+acted, are readings of their own, pooled with equal weights: a linear opinion pool (Stone 1961), whose 90 %
+interval reaches into every reading that stands apart. Coulomb friction alone is reported beside them.
 """
 
 from __future__ import annotations

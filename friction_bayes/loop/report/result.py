@@ -178,7 +178,7 @@ class LoopReport(Shown):
     elapsed_s : float
     seed : int
     trail : list of str
-        The steps of the search.
+        The steps that led to the candidates.
     traces : tuple of RecordTrace
         The records.
     posterior : xarray.DataTree

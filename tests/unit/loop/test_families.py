@@ -7,17 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from friction_bayes.loop.mixture.search_family import SearchFamily
+from friction_bayes.loop.search.run_search import search_records
 
 from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.cells import Cells
-from friction_bayes.loop.mixture.joint_candidates import JointCandidates, candidates_together
-from friction_bayes.loop.mixture.mixture import Family, CandidateDraws, Mixture, mixture_of
-from friction_bayes.loop.mixture.record_candidates import RecordCandidates, candidates_of_record
-from friction_bayes.loop.mixture.search_family import SearchFamily
-from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.infer.draws import DRAWS
-from friction_bayes.loop.search.run_search import search_records
+from friction_bayes.loop.mixture.joint_candidates import JointCandidates, candidates_together
+from friction_bayes.loop.mixture.mixture import CandidateDraws, Family, Mixture, mixture_of
+from friction_bayes.loop.mixture.record_candidates import RecordCandidates, candidates_of_record
+from friction_bayes.loop.report.contender import drawn_contender
 
 SEARCHED = ("viscous_damping", "quadratic_drag", "sensor_offset")
 ALLOWED = ("viscous_damping", "quadratic_drag", "sensor_offset", "random_force")

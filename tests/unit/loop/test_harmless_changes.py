@@ -9,6 +9,7 @@ from itertools import product
 import numpy as np
 import pytest
 import xarray as xr
+from friction_bayes.loop.search.search import Search
 
 import friction_bayes as fb
 from decays import SYSTEM, slow_decay
@@ -16,7 +17,6 @@ from friction_bayes.loop.columns.lines import steady_lines
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.noise.correlated_error import SensorError
-from friction_bayes.loop.search.search import Search
 from friction_bayes.statespace.force_grid import integrate
 from unsteady_decays import ERROR, correlated_record, fitted
 

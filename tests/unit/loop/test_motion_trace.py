@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from friction_bayes.loop.search.search import Search
 
 from friction_bayes.loop.infer.law_draws import law_draws
 from friction_bayes.loop.report.motion_trace import motion_trace
-from friction_bayes.loop.search.search import Search
 from unsteady_decays import SYSTEM, fitted, sensed, unsteady_motion
 
 

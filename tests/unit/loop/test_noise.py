@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from friction_bayes.loop.noise.autoregression import correlation_length, fit_autoregression, is_coloured
 from scipy import stats
 from scipy.signal import lfilter
 
@@ -13,7 +14,6 @@ import friction_bayes as fb
 from decays import SYSTEM, written_decay
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.noise.autoregression import correlation_length, fit_autoregression, is_coloured
 from friction_bayes.loop.noise.likelihood import NoiseModel, fit_noise, log_densities, whiten
 from friction_bayes.mechanics.effects import Scales
 

@@ -12,7 +12,6 @@ from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.pushing import pushing
 from friction_bayes.loop.infer.record_fit import fit_random_force
-from friction_bayes.loop.mixture.record_candidates import record_family
 
 RELEASE = 0.02
 

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from friction_bayes.loop.search.search import Search
 
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, short_decay, slow_decay
 from evidence_without_force import log_evidence_without_force
+from experiments.laplace_evidence import log_evidence
 from fluctuating_force import fluctuating_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
@@ -20,8 +22,6 @@ from friction_bayes.loop.columns.law_columns import Circumstances, law_columns
 from friction_bayes.loop.columns.lines import steady_lines
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_random_force
-from experiments.laplace_evidence import log_evidence
-from friction_bayes.loop.search.search import Search
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.integrate import integrate
 from friction_bayes.statespace.kalman import sensor_row

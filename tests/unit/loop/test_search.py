@@ -5,18 +5,18 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from friction_bayes.loop.search.expansion import Expansion
+from friction_bayes.loop.search.search import Search
 
 import friction_bayes as fb
 from decays import SYSTEM, long_decay
+from experiments.laplace_evidence import log_evidence, posterior_probabilities
 from friction_bayes.loop.data.effect_sets import searched
 from friction_bayes.loop.data.model import LoopModel, changes_signal
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.data.starting_point import starting_point
 from friction_bayes.loop.noise.likelihood import NoiseModel
-from friction_bayes.loop.search.expansion import Expansion
 from friction_bayes.loop.simulation.fit import LoopFit, fit_growing_record, fit_model
-from experiments.laplace_evidence import log_evidence, posterior_probabilities
-from friction_bayes.loop.search.search import Search
 from friction_bayes.mechanics.effects import EFFECTS
 
 WHITE = (np.zeros(0),)

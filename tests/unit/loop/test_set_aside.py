@@ -6,15 +6,15 @@ from functools import partial
 
 import numpy as np
 import pytest
+from friction_bayes.loop.search.search import Search
 
 import decays
 import friction_bayes as fb
 from evidence_without_force import log_evidence_without_force
+from experiments.laplace_evidence import log_evidence
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.loop.noise.robust_samples import come_anywhere
-from experiments.laplace_evidence import log_evidence
-from friction_bayes.loop.search.search import Search
 from friction_bayes.statespace.smoother import Motion
 from unsteady_decays import FRICTION, RELEASE, STEP, SYSTEM, faulty_record, fitted
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from friction_bayes.loop.search.spectral_lines import SpectralLine, follows_motion
 from scipy import special
 
 import friction_bayes as fb
@@ -13,7 +14,6 @@ from decays import SYSTEM, short_decay
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.loop.data.parameters import effect_coordinates
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.search.spectral_lines import SpectralLine, follows_motion
 from friction_bayes.mechanics.effects import Scales
 
 N, STEP, NOISE = 400, 0.01, 0.02
