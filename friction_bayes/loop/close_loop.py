@@ -49,7 +49,7 @@ def close_loop(
     exclude : sequence of str
         Effects that may not.
     noise : {"auto", "white", "ar"}
-        Whether the noise of the sensor is white, coloured wherever what the law leaves has a colour, or as the
+        Whether the noise of the sensor is white, coloured where what the law leaves has a colour, or as the
         record shows.
     random_force : {"auto", "none"}
         Whether candidates with a force that fluctuates are evaluated too.
