@@ -58,8 +58,6 @@ class Segment:
         Samples of the record that do not repeat a reading that was held.
     block : int
         Samples of the record that each value is the mean of.
-    spread : ndarray, shape (n,)
-        Mean square distance of those samples from it.
     resolution : float or None
         Step of the digitiser or encoder, unit of the signal; None where none shows.
     held : int
@@ -75,7 +73,6 @@ class Segment:
     first: int
     kept: Mask
     block: int
-    spread: Array
     resolution: float | None = None
     held: int = 0
 
@@ -99,15 +96,6 @@ class Segment:
             )
         return notes
 
-    def noise_of_a_sample(self, predicted: Array) -> float:
-        """Root mean square distance of the record's samples from what is predicted of the values, shape (n,).
-
-        That of the values themselves, and of the samples about their block's mean, but for the slope of the
-        signal within the block. Nothing is assumed of how the noise of neighbouring samples goes together.
-        """
-        slope = np.gradient(predicted, self.time) * float(np.median(np.diff(self.time))) / self.block
-        within = self.spread - slope**2 * (self.block**2 - 1) / 12.0
-        return math.sqrt(float(np.mean(((self.values - predicted) ** 2 + within)[self.free])))
 
     @property
     def least_noise(self) -> float:
@@ -147,7 +135,6 @@ class Segment:
             time=self.time[:n],
             sides=self.sides[:n],
             ignored=self.ignored[:n],
-            spread=self.spread[:n],
             moving=min(self.moving, n),
         )
 
@@ -183,7 +170,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     record, stray = set_excursions_aside(record, system)
     resolution = quantisation_step(record.values)
     recorded = np.asarray(record["time"].values, dtype=np.float64)
-    record, block, spread = _averaged(record, system)
+    record, block = _averaged(record, system)
     values = np.ascontiguousarray(record.values, dtype=np.float64)
     smooth, spikes = _spikes(values, system.natural_frequency * sampling_interval(record))
     tame = np.where(spikes, smooth, values)
@@ -231,7 +218,6 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
         first=first * block,
         kept=kept,
         block=block,
-        spread=spread[first : first + n],
         resolution=resolution,
         held=before_release,
     )
@@ -251,8 +237,8 @@ def _spikes(values: Array, angle: float) -> tuple[Array, Mask]:
     return smooth, (away > settings.SETTINGS.spike * spread + turns) & (spread > ROUNDING * np.ptp(values))
 
 
-def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int, Array]:
-    """Means of blocks of samples, how many each is of, and their mean square distances from it.
+def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int]:
+    """Means of blocks of samples, and how many each is of.
 
     Flat samples and outliers are seen sample by sample alone.
     """
@@ -262,12 +248,11 @@ def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, i
     block = samples_in_block(samples)
     # less than a period is refused for what it is, not for what is left of it
     if block == 1 or samples > values.size or clipped_fraction(values)[1] is not None:
-        return record, 1, np.zeros(values.size)
+        return record, 1
     spikes = _spikes(values, 2.0 * math.pi / samples)[1]
     if np.count_nonzero(spikes) > settings.SETTINGS.noise_alarm_rate * values.size:
-        return record, 1, np.zeros(values.size)
+        return record, 1
     means = block_means(values, block)
-    spread = block_means((values[: means.size * block] - np.repeat(means, block)) ** 2, block)
     stamps = {"time": ("time", block_means(clock, block), record["time"].attrs)}
     means = means / amplitude_kept(samples, block)
-    return xr.DataArray(means, coords=stamps, attrs=record.attrs), block, spread
+    return xr.DataArray(means, coords=stamps, attrs=record.attrs), block
