@@ -209,12 +209,9 @@ class Clock:
         if acts.size == 0:
             return ForcedSteps(self.index, transitions, added, ratio * ratio)
         assert self.beside is not None
-        factor, index = np.zeros((acts.size, 3, 3)), self.index.copy()
-        factor[:, :2, :2], factor[:, 2, 2] = self.beside[acts], 1.0
-        own = self.index[acts]
+        index = self.index.copy()
         index[acts] = self.steps.size + np.arange(acts.size)
-        transitions = np.concatenate([transitions, factor @ transitions[own]])
-        added = np.concatenate([added, factor @ added[own] @ factor.transpose(0, 2, 1)])
+        transitions, added = _with_law(self.beside[acts], self.index[acts], transitions, added)
         return ForcedSteps(index, transitions, added, ratio * ratio)
 
     @cached_property
@@ -367,6 +364,31 @@ def _smoothed(
     index, transitions, decays, gains = _filter(clock, row, ratio, tau, predicted)
     states, innovations = _looked_ahead(columns, index, transitions, decays, rows, gains)
     return _looked_back(states, innovations, index, transitions, decays, rows, gains, predicted)
+
+
+@njit(cache=True, nogil=True)
+def _with_law(beside: Array, step: Indices, transitions: Array, added: Array) -> tuple[Array, Array]:
+    """Transitions and covariances of steps, and after them of those that a law takes part in."""
+    m = len(transitions)
+    all_transitions = np.empty((m + step.size, 3, 3))
+    all_added = np.empty((m + step.size, 3, 3))
+    all_transitions[:m], all_added[:m] = transitions, added
+    for i in range(step.size):
+        a, b, c, e = beside[i, 0, 0], beside[i, 0, 1], beside[i, 1, 0], beside[i, 1, 1]
+        f, q = transitions[step[i]], added[step[i]]
+        g, s = all_transitions[m + i], all_added[m + i]
+        for j in range(3):
+            g[0, j] = a * f[0, j] + b * f[1, j]
+            g[1, j] = c * f[0, j] + e * f[1, j]
+            g[2, j] = f[2, j]
+        s[0, 0] = a * a * q[0, 0] + 2.0 * a * b * q[0, 1] + b * b * q[1, 1]
+        s[0, 1] = a * c * q[0, 0] + (a * e + b * c) * q[0, 1] + b * e * q[1, 1]
+        s[1, 1] = c * c * q[0, 0] + 2.0 * c * e * q[0, 1] + e * e * q[1, 1]
+        s[0, 2] = a * q[0, 2] + b * q[1, 2]
+        s[1, 2] = c * q[0, 2] + e * q[1, 2]
+        s[2, 2] = q[2, 2]
+        s[1, 0], s[2, 0], s[2, 1] = s[0, 1], s[0, 2], s[1, 2]
+    return all_transitions, all_added
 
 
 @njit(cache=True, nogil=True)

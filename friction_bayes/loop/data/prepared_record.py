@@ -96,7 +96,6 @@ class Segment:
             )
         return notes
 
-
     @property
     def least_noise(self) -> float:
         """Sd of the rounding to whole steps, a value, unit of the signal; zero where no step shows."""
