@@ -78,7 +78,7 @@ _BIT = {name: 1 << i for i, name in enumerate(WARNINGS)}
 
 _COEFFICIENTS = 5
 """Fitted to each record."""
-_NO_FIT, _CLIPPED, _LEAPS = (STATUS.index(word) for word in ("no_fit", "clipped", "leaps"))
+_OK, _NO_FIT, _CLIPPED, _LEAPS = (STATUS.index(word) for word in ("ok", "no_fit", "clipped", "leaps"))
 _SHARE_OF_MEMORY = 1.0 / 16.0
 """Of that of the records, in which samples are worked on at a time as floats."""
 _LEAST_PART, _LARGEST_PART = 500_000, 4_000_000
@@ -211,8 +211,13 @@ def estimate_batch(
         output_dtypes=[np.float64],
     )
     result = _as_dataset(table, columns, system, kind, unit).assign_attrs(method=method, peaks=peaks)
-    if judge and table.chunks is None:
-        said = _counted(result["warnings"].values)
+    if table.chunks is None:
+        said = _counted(result["warnings"].values) if judge else ""
+        if stack.sizes["record"] and not (result["status"].values == _OK).any():
+            said = (
+                f"none of {stack.sizes['record']} records of {stack.sizes['time']} samples holds a decay "
+                "(`status` says why): give (records, samples), and mass and stiffness of these records"
+            )
         if said:
             warnings.warn(said, RecordWarning, stacklevel=2)
     return result

@@ -138,7 +138,7 @@ def estimate(
     # no decorator, whose frame would stand where warnings name the caller's line
     with single_threaded_blas():
         validate_record(record)
-        record, _ = readings_alone(record)
+        record, _ = readings_alone(record, system.natural_frequency)
         record, _ = set_excursions_aside(record, system)
         refuse_clipped(record)
         decay = find_free_decay(record, system, start=start, rest_position=rest_position)

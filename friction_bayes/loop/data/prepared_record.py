@@ -165,7 +165,7 @@ def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Se
 
 def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
     validate_record(record)
-    record, kept = readings_alone(record)
+    record, kept = readings_alone(record, system.natural_frequency)
     record, stray = set_excursions_aside(record, system)
     resolution = quantisation_step(record.values)
     recorded = np.asarray(record["time"].values, dtype=np.float64)

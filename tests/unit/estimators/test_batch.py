@@ -376,3 +376,12 @@ def test_records_begin_anywhere_with_their_own_offset_and_as_any_number(rng: np.
             one = plain(make_record(np.arange(1000) / 100.0, np.float64(row), "displacement"), SYSTEM)
             assert unit * many["friction_mean"][k] == pytest.approx(unit * one.friction.mean(), rel=1e-10)
             assert many["rest_position"][k] == pytest.approx(one.rest_position, rel=1e-10)
+
+
+def test_records_and_samples_the_wrong_way_round_are_not_nan_in_silence() -> None:
+    values = records("displacement", 3).T
+    with pytest.warns(RecordWarning, match=r"none of 1800 records of 3 samples .* give \(records, samples\)"):
+        result = plain_batch(values, SYSTEM, sampling_rate=RATE)
+    assert not (result["status"] == STATUS.index("ok")).any()
+    named = xr.DataArray(values, dims=("time", "machine"))
+    assert (plain_batch(named, SYSTEM, sampling_rate=RATE)["status"] == STATUS.index("ok")).all()

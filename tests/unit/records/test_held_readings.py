@@ -79,7 +79,7 @@ def test_a_sensor_at_an_end_of_its_range_holds_nothing() -> None:
 
 def test_a_record_without_steps_or_repeats_is_left_alone() -> None:
     record = fb.make_record(np.arange(500) / 100.0, decay(100.0), "displacement")
-    same, kept = readings_alone(record)
+    same, kept = readings_alone(record, SYSTEM.natural_frequency)
     assert same is record
     assert kept.all()
 
@@ -104,3 +104,13 @@ def test_a_measured_force_is_compared_at_the_samples_that_are_kept() -> None:
     with pytest.warns(RecordWarning, match="repeat the one before"):
         report = fb.close_loop([record], SYSTEM, seed=1, reference_force=force)
     assert "force" in report.residual
+
+
+def test_one_reading_that_stands_for_periods_is_no_gap() -> None:
+    """No sample is missing from an even file: the sensor hung."""
+    values, _ = held(100.0, 25.0)
+    values[200:294] = values[200]
+    record = fb.make_record(np.arange(values.size) / 100.0, values, "displacement")
+    for ask in (lambda: fb.estimate(record, SYSTEM), lambda: fb.close_loop([record], SYSTEM)):
+        with pytest.raises(fb.InputError, match=r"one reading stands for 0\.9\d s.*no sample is missing"):
+            ask()

@@ -61,7 +61,7 @@ def test_readings_alone_are_said_and_kept_at_their_times() -> None:
     values = with_lines(decay(1000.0), 10)
     record = fb.make_record(np.arange(values.size) / 1000.0, values, "displacement")
     with pytest.warns(RecordWarning, match="straight lines between the others, 100 a second"):
-        readings, kept = readings_alone(record)
+        readings, kept = readings_alone(record, SYSTEM.natural_frequency)
     np.testing.assert_allclose(readings["time"], 0.01 * np.arange(readings.size))
     assert np.count_nonzero(kept) == readings.size
 
