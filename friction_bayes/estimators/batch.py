@@ -213,10 +213,11 @@ def estimate_batch(
     result = _as_dataset(table, columns, system, kind, unit).assign_attrs(method=method, peaks=peaks)
     if table.chunks is None:
         said = _counted(result["warnings"].values) if judge else ""
-        if stack.sizes["record"] and not (result["status"].values == _OK).any():
+        turned = not isinstance(records, xr.DataArray) and stack.sizes["record"] > stack.sizes["time"]
+        if turned and not (result["status"].values == _OK).any():
             said = (
                 f"none of {stack.sizes['record']} records of {stack.sizes['time']} samples holds a decay "
-                "(`status` says why): give (records, samples), and mass and stiffness of these records"
+                "(`status` says why): give (records, samples), time last"
             )
         if said:
             warnings.warn(said, RecordWarning, stacklevel=2)
