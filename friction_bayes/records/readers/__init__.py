@@ -17,6 +17,7 @@ from friction_bayes.records.readers.netcdf import read_netcdf, read_zarr
 from friction_bayes.records.readers.table import Column, Table, record_from_table
 from friction_bayes.records.readers.tdms import read_tdms
 from friction_bayes.records.readers.text import read_text
+from friction_bayes.records.readers.tracker import read_tracker
 from friction_bayes.records.readers.uff import read_uff
 from friction_bayes.records.readers.wav import read_wav
 
@@ -36,6 +37,7 @@ READERS: dict[str, Callable[[Path], Table]] = {
     ".zarr": read_zarr,
     ".wav": read_wav,
     ".tdms": read_tdms,
+    ".trk": read_tracker,
     ".uff": read_uff,
     ".mf4": read_mf4,
 }
