@@ -212,16 +212,22 @@ def estimate_batch(
     )
     result = _as_dataset(table, columns, system, kind, unit).assign_attrs(method=method, peaks=peaks)
     if table.chunks is None:
-        said = _counted(result["warnings"].values) if judge else ""
         turned = not isinstance(records, xr.DataArray) and stack.sizes["record"] > stack.sizes["time"]
-        if turned and not (result["status"].values == _OK).any():
-            said = (
-                f"none of {stack.sizes['record']} records of {stack.sizes['time']} samples holds a decay "
-                "(`status` says why): give (records, samples), time last"
-            )
+        said = _said(result, judge=judge, turned=turned)
         if said:
             warnings.warn(said, RecordWarning, stacklevel=2)
     return result
+
+
+def _said(result: xr.Dataset, *, judge: bool, turned: bool) -> str:
+    """What a reader must know of a batch, ``turned`` where its array has more rows than columns."""
+    status = result["status"].values
+    if turned and not (status == _OK).any():
+        return (
+            f"none of {status.size} records with fewer samples than that holds a decay (`status` says why): "
+            "give (records, samples), time last"
+        )
+    return _counted(result["warnings"].values) if judge else ""
 
 
 def _counted(found: Integers) -> str:

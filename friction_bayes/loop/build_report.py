@@ -20,7 +20,6 @@ from friction_bayes.core.text import set_words
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.held_out import with_forecasts
-from friction_bayes.loop.checks.residual_tests import residual_tests
 from friction_bayes.loop.data.effect_sets import in_catalogue_order
 from friction_bayes.loop.data.friction import (
     Distribution,
@@ -40,6 +39,7 @@ from friction_bayes.loop.report.verdict import (
     AMBIGUOUS,
     credible_count,
 )
+from friction_bayes.loop.simulation.residual_tests import residual_tests
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["build_report"]

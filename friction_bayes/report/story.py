@@ -608,10 +608,4 @@ def sampler_lines(sampler: Mapping[str, Any]) -> list[str]:
         lines.append(sampler["because"])
     if "sampler_s" in sampler:
         lines.append(f"took {duration(sampler['sampler_s'])}")
-    loo = sampler.get("leave_one_out")
-    if loo:
-        lines.append(
-            f"leave-one-out over half cycles: log density higher by {number(loo['gain'], 3)} ± "
-            f"{number(loo['gain_se'], 2)} after"
-        )
     return lines

@@ -20,9 +20,9 @@ from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.beside_law import ScoreTest, beside_law
 from friction_bayes.loop.checks.force_shapes import Shape, best_shape, stops
-from friction_bayes.loop.checks.residual_tests import Channel, ResidualTests, far_residuals, largest_line
 from friction_bayes.loop.infer.knocks import jump_tails
 from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.loop.simulation.residual_tests import Channel, ResidualTests, far_residuals, largest_line
 
 __all__ = ["Dependence", "LeftOver", "what_is_left", "worst_of"]
 

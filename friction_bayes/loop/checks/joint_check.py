@@ -46,7 +46,7 @@ def check_together(
     -------
     dict
         As from :func:`friction_bayes.loop.checks.check_friction.check_friction`, with the ``share`` of the
-        candidate that was sampled; ``leave_one_out`` is null, as the Coulomb model is not sampled.
+        candidate that was sampled.
     xarray.DataTree or None
         What was sampled, if anything.
     """
@@ -70,7 +70,4 @@ def check_together(
         unit=fit.fits[0].unit,
     )
     check, tree = check_friction(target, drawn.friction, factor=factor, unit=unit, seed=seed)
-    check |= {"share": share}
-    if tree is not None:
-        check["leave_one_out"] = None
-    return check, tree
+    return check | {"share": share}, tree

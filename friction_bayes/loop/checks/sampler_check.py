@@ -80,8 +80,7 @@ def check_random_force(
     -------
     dict
         As from :func:`friction_bayes.loop.checks.check_friction.check_friction`, with the ``share`` of the
-        fit that was sampled; ``leave_one_out`` is null where it was: the Coulomb model is not sampled along
-        the measured motion, and under a random force half cycles are not independent given the parameters.
+        fit that was sampled.
     xarray.DataTree or None
         What was sampled, if anything.
     """
@@ -95,7 +94,4 @@ def check_random_force(
         unit=unit,
         seed=seed,
     )
-    check |= {"share": float(weight[:, chosen].sum() / weight.sum())}
-    if tree is not None:
-        check["leave_one_out"] = None
-    return check, tree
+    return check | {"share": float(weight[:, chosen].sum() / weight.sum())}, tree

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,10 +13,12 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.summary import Summary
 from friction_bayes.decay.sensor_calibration import force_factors
 from friction_bayes.loop.data.model import LoopModel
+from friction_bayes.statespace.measured_path import MeasuredPath
 
 __all__ = [
     "Distribution",
     "dry_friction",
+    "friction_along",
     "friction_of_loss",
     "friction_scale",
     "reported_friction",
@@ -101,6 +104,19 @@ def friction_of_loss(turning_points: Array) -> float:
     order = np.arange(amplitudes.size) - 0.5 * (amplitudes.size - 1)
     slope = -float(order @ amplitudes) / float(order @ order)
     return max(0.5 * slope, 1e-4 * float(amplitudes.max()) / amplitudes.size)
+
+
+def friction_along(path: MeasuredPath) -> float:
+    """Friction over stiffness that alone would explain the loss of amplitude along a motion.
+
+    Of fewer than three turning points it is told by how fast ``hypot(x, v)`` about their middle falls.
+    """
+    if path.turning.size > 2:
+        return friction_of_loss(path.turning_x)
+    amplitude = np.hypot(path.x - float(np.mean(path.turning_x)), path.v)
+    # in a half cycle two frictions are lost
+    slope = float(np.polyfit(path.phase, amplitude, 1)[0])
+    return max(-0.5 * math.pi * slope, 1e-4 * float(amplitude.max()))
 
 
 def dry_friction(friction: Distribution, loss: float, tolerance: float) -> dict[str, Any]:

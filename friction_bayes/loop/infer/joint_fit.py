@@ -19,7 +19,7 @@ from friction_bayes.core.system import Oscillator
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import OF_LINES, Line
-from friction_bayes.loop.data.friction import friction_of_loss
+from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.joint_problem import JointProblem, Member, Spread
@@ -269,7 +269,7 @@ def _shared_sizes(alone: Sequence[ForceFit]) -> dict[str, float]:
 
 def _friction_of_loss(records: Sequence[ForceFit | LawAlongMotion]) -> float:
     """Friction that alone would explain the loss of amplitude of the median record, natural units."""
-    return float(np.median([friction_of_loss(record.path.turning_x) for record in records]))
+    return float(np.median([friction_along(record.path) for record in records]))
 
 
 def _lines(alone: Sequence[ForceFit]) -> list[tuple[Line, ...]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
@@ -12,13 +13,12 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.column_sets import ColumnSets, column_sets
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.law_columns import Circumstances, LawColumns, law_columns
 from friction_bayes.loop.columns.lines import Line
-from friction_bayes.loop.data.friction import friction_of_loss
+from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError
@@ -32,9 +32,11 @@ from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.response import Feedback, beside_oscillator
 from friction_bayes.statespace.smoother import LEAST_NOISE, Motion, first_motion
 
-__all__ = ["LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "why_not_weighed"]
+__all__ = ["LEAST_TURNS", "LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "why_not_weighed"]
 
 
+LEAST_TURNS = 2
+"""Turning points of a motion between which a law has a whole half cycle."""
 _LEFT_OUT = 1.5
 """Half cycles before a motion stops that are left out: it ends between two turning points then, neither of
 which is in doubt."""
@@ -65,6 +67,11 @@ class LawAlongMotion(NamedTuple):
     sets: ColumnSets
     regression: LawRegression
     prior: ForcePrior
+
+    @property
+    def determined(self) -> bool:
+        """Whether more samples are fitted than there are columns."""
+        return int(np.count_nonzero(np.isfinite(self.regression.clock.variance))) > self.law.scale.size
 
     @property
     def of_sensor(self) -> Mask:
@@ -146,6 +153,11 @@ class MovingRecord:
         """The same without some more samples, shape (n,)."""
         return replace(self, variance=np.where(samples, np.inf, self.variance))
 
+    def of_one_column(self, law: LawColumns) -> MovingRecord:
+        """The same with those effects alone that have one column in a law."""
+        columns = Counter(column.effect for column in law.columns)
+        return replace(self, effects=tuple(name for name in self.effects if columns[name] == 1))
+
     def signal(self, w0: float) -> Array:
         """The samples in natural units of a frequency, shape (n,)."""
         return self.segment.values[: self.samples] / w0**self.segment.order
@@ -210,9 +222,9 @@ class MovingRecord:
         x, v = motion.states[:, :2].T.copy()
         path = MeasuredPath.through(self.phase(w0), x, v, motion.velocity_sd, pendulum=self.system.pendulum)
         row = sensor_row(order, path.slope)
-        if path.turning.size < LEAST_HALF_CYCLES:
+        if path.turning.size < LEAST_TURNS:
             return None
-        rough = friction_of_loss(path.turning_x) if friction is None else friction
+        rough = friction_along(path) if friction is None else friction
         given = Circumstances(
             system=self.system,
             scales=self.scales,

@@ -17,16 +17,15 @@ from scipy.special import logsumexp
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.column_sets import ColumnSets
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import Line
-from friction_bayes.loop.data.friction import friction_of_loss
+from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.knocks import spans_of
-from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.infer.moving_record import LEAST_TURNS, LawAlongMotion, MovingRecord
 from friction_bayes.loop.infer.pushing import pushing
 from friction_bayes.loop.infer.rounds import settle
 from friction_bayes.loop.infer.sensor_noise import SensorNoise, weigh_sensor_noise
@@ -76,6 +75,8 @@ class ForceFit:
         What it is besides white.
     error : SensorError or Colour
         What neighbouring samples share of it.
+    pushes : ndarray of bool, shape (m,)
+        Sets that are no law, as their dry friction would push.
     """
 
     segment: Segment
@@ -94,6 +95,7 @@ class ForceFit:
     motion: Motion
     sensor_noise: SensorNoise
     error: SensorError | Colour
+    pushes: Mask
 
     @property
     def forced(self) -> bool:
@@ -169,7 +171,7 @@ class ForceFit:
         Of a decay without dry friction it is what alone would explain the loss of amplitude.
         """
         median = float(np.median(friction)) / self.law.unit_force
-        return max(median, friction_of_loss(self.path.turning_x))
+        return max(median, friction_along(self.path))
 
     @property
     def log_gain(self) -> float:
@@ -227,9 +229,10 @@ def fit_random_force(
     """
     whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
     fit = _settled(whole, allowed, noise)
-    while fit is not None and (pushes := pushing(fit))[fit.chosen]:
+    while fit is not None and fit.pushes[fit.chosen]:
         # the motion goes along a law that is none: once more without it
-        whole = replace(whole, refused=whole.refused | {fit.sets.effects[m] for m in np.flatnonzero(pushes)})
+        refused = {fit.sets.effects[m] for m in np.flatnonzero(fit.pushes)}
+        whole = replace(whole, refused=whole.refused | refused)
         fit = _settled(whole, allowed, noise)
     if fit is None or not is_read_as_fault(fit):
         return fit
@@ -253,7 +256,7 @@ def too_few_turning_points(segment: Segment) -> InputError:
     """Say that a record, as far as it moves, does not turn as often as a law along its motion needs."""
     return InputError(
         segment.decay.name,
-        f"turns fewer than {LEAST_HALF_CYCLES:.0f} times while it moves freely",
+        f"turns fewer than {LEAST_TURNS} times while it moves freely",
         "give a longer free decay, or one released from farther away",
     )
 
@@ -293,4 +296,5 @@ def force_fit(
         motion=found.regression.smoothed(coefficients, posterior.best),
         sensor_noise=sensor_noise,
         error=record.error,
+        pushes=pushing(found, posterior),
     )

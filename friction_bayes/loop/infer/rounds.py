@@ -18,7 +18,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop.columns.lines import Line, lines_beside_motion
-from friction_bayes.loop.data.friction import friction_of_loss
+from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.finer_lines import finer_lines, lines_that_show
 from friction_bayes.loop.infer.finer_shapes import finer_shapes
 from friction_bayes.loop.infer.knocks import next_knock
@@ -87,6 +87,10 @@ class Round:
         """Along the motion before any law is known; None where that holds too few turning points."""
         w0, motion = whole.first_motion()
         found = whole.along(motion, w0, ())
+        if found is not None and not found.determined:
+            # fewer samples than columns say nothing of the shapes that effects may take
+            whole = whole.of_one_column(found.law)
+            found = whole.along(motion, w0, ())
         if found is None:
             return None
         ceiling = whole.segment.sides[: whole.samples] != 0.0
@@ -169,11 +173,9 @@ class Round:
         ceiling, outliers = self._set_aside(smoothed, allowed)
         change = frequency_change(law[regression.stiffness])
         motion = smoothed.at_frequency(change)
-        if np.count_nonzero(np.isfinite(whole.variance) & ~(ceiling | outliers)) <= law.size:
-            return None
         about = found.law.before(law, motion.states[:, 2])
         along = whole.setting_aside(ceiling | outliers).along(motion, found.w0 * change, lines, about=about)
-        if along is None:
+        if along is None or not along.determined:
             return None
         other_lines = bool(more) or len(showing) < len(self.lines)
         return replace(
@@ -272,7 +274,7 @@ class Round:
 
     def next_knock(self) -> Array | None:
         """How far the force may jump in each interval, see :func:`.knocks.next_knock`."""
-        friction = friction_of_loss(self.found.path.turning_x)
+        friction = friction_along(self.found.path)
         return next_knock(self.found.regression, self._posterior.best_law(), self._posterior.best, friction)
 
     def jumping(self, jump: Array) -> Round | None:

@@ -15,7 +15,6 @@ from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left, worst_of
 from friction_bayes.loop.checks.forecast import forecast
 from friction_bayes.loop.checks.held_out import Forecast
-from friction_bayes.loop.checks.residual_tests import ResidualTests
 from friction_bayes.loop.data.friction import friction_scale
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
@@ -43,6 +42,7 @@ from friction_bayes.loop.report.next_experiment import Contender
 from friction_bayes.loop.report.reference_force import ResistingForce
 from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.loop.simulation.fit import LoopFit, fit_model
+from friction_bayes.loop.simulation.residual_tests import ResidualTests
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from friction_bayes.core.arrays import Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import percent
 from friction_bayes.loop.checks.sampler_check import check_random_force
@@ -21,7 +20,6 @@ from friction_bayes.loop.infer.cells import Cells
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
 from friction_bayes.loop.infer.draws import DRAWS
 from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, law_draws
-from friction_bayes.loop.infer.pushing import pushing
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force, too_few_turning_points
 from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.slight_beside_law import beside_set
@@ -54,10 +52,9 @@ class RecordCandidates(Candidates):
         super().__init__(before, tolerance, rng)
         self.fit = fit
         self.slight_force = slight_force(fit)
-        pushes = pushing(fit)
-        self._rank(_cells(fit, pushes))
+        self._rank(_cells(fit))
         lines = ", ".join(map(str, fit.lines))
-        share = float(fit.posterior.weight[:, pushes].sum())
+        share = float(fit.posterior.weight[:, fit.pushes].sum())
         left_out = f"sets whose dry friction would drive the motion, {percent(share)} likely, are left out"
         self.trail = (
             f"along the measured motion: {len(fit.sets.effects)} sets of effects weighed with and without "
@@ -148,10 +145,10 @@ def candidates_of_record(
     return RecordCandidates(coulomb_model(system, (segment,)), fit, options.tolerance, rng)
 
 
-def _cells(fit: ForceFit, pushes: Mask) -> Cells:
+def _cells(fit: ForceFit) -> Cells:
     """All sets of which the samples say something and whose friction resists, under each kind of noise."""
     nothing = unknowable(fit)
-    known = np.array([not names & nothing for names in fit.sets.effects]) & ~pushes
+    known = np.array([not names & nothing for names in fit.sets.effects]) & ~fit.pushes
     noises = fit.sensor_noise.probabilities
     certain = frozenset({SENSOR_CLIPPING.name} if fit.segment.clipped else ())
     weights = [probability * known * fit.posterior.weight for probability in noises.values()]

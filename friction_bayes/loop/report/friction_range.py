@@ -16,10 +16,10 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
-from friction_bayes.loop.checks.residual_tests import residual_tests
 from friction_bayes.loop.infer.draws import DRAWS
 from friction_bayes.loop.simulation.coulomb import coulomb_friction
 from friction_bayes.loop.simulation.fit import LoopFit
+from friction_bayes.loop.simulation.residual_tests import residual_tests
 
 __all__ = ["Reading", "coulomb_alone", "friction_range", "pooled"]
 

@@ -86,7 +86,9 @@ def _panel(path: Path) -> Node:
     try:
         root = ElementTree.fromstring(content)
     except ElementTree.ParseError as error:
-        raise InputError(str(path), f"this is not an XML file ({error})", "give the suffix of its format") from None
+        raise InputError(
+            str(path), f"this is not an XML file ({error})", "give the suffix of its format"
+        ) from None
     if not root.get("class", "").endswith(_PANEL):
         kind = root.get("class") or root.tag
         raise InputError(

@@ -536,10 +536,9 @@ def test_story_of_the_sampler(loop_report: LoopReport) -> None:
         "because": "the means differ by 5 standard errors",
         "sampled": {"effects": ["viscous_damping"], "probability": 0.6},
         "sampler_s": 12.0,
-        "leave_one_out": {"gain": 120.0, "gain_se": 9.0},
     }
     lines = dict(loop_story(replace(loop_report, reference_check={"sampler": sampler}).to_dict()))["emcee"]
-    for words in ("took 12.0 s", "R-hat 1.001", "DOES NOT AGREE", "differ by 5", "120 ± 9"):
+    for words in ("took 12.0 s", "R-hat 1.001", "DOES NOT AGREE", "differ by 5"):
         assert words in lines
     refused = {"sampler": {"converged": False, "agrees": None, "because": "not sampled: too long"}}
     refused["sampler"]["sampled"] = sampler["sampled"]
