@@ -11,6 +11,7 @@ import xarray as xr
 from friction_bayes.core.arrays import Mask
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.records.clock import gaps, is_even
+from friction_bayes.records.counted_events import held_counts
 from friction_bayes.records.held_readings import held_readings
 from friction_bayes.records.joined_readings import joined_readings
 from friction_bayes.records.record import record_name
@@ -36,9 +37,18 @@ def readings_alone(record: xr.DataArray, natural_frequency: float) -> tuple[xr.D
     Warns
     -----
     RecordWarning
-        Where readings are held (see :func:`held_readings`) or joined by straight lines
-        (:func:`joined_readings`).
+        Where rows are the events of a count (:func:`held_counts`), and where readings are held
+        (:func:`held_readings`) or joined by straight lines (:func:`joined_readings`).
     """
+    counts = held_counts(record, natural_frequency)
+    if counts is not None:
+        warnings.warn(
+            f"{record_name(record)}: there is a row only where the count changes, one step each: the last count "
+            f"is taken at {counts.size} even times",
+            RecordWarning,
+            stacklevel=3,
+        )
+        return counts, np.ones(counts.size, np.bool_)
     between = held_readings(record.values)
     said = (
         "repeat the one before while the motion goes on, as where a sensor that measures {rate:.3g} times a "

@@ -13,7 +13,7 @@ from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.checks import finite
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named, to_si
-from friction_bayes.records.clock import LOST, check_clock, is_even, place_of_sample
+from friction_bayes.records.clock import LOST, check_clock, place_of_sample
 
 __all__ = [
     "DUPLICATES",
@@ -34,8 +34,6 @@ DUPLICATES = ("first", "mean")
 
 MOST_AT_ENDS = 0.9
 """Share of samples at the two ends of the range: a sine clipped at a sixth of its amplitude has as many."""
-_SAME_STEP = 0.01
-"""Share of a step by which the changes from row to row may differ where each is one count."""
 
 
 def make_record(
@@ -246,19 +244,7 @@ def validate_record(
             "give the motion itself: a square wave or a switch shows no amplitude",
         )
     check_clock(name, time, rows, time_unit)
-    if _goes_count_by_count(values) and not is_even(time):
-        raise InputError(
-            name,
-            "there is a row only where the count changes, one step each: each is late by half a step",
-            "write the last count at even times, a hundred or more a period, and give that",
-        )
     return record
-
-
-def _goes_count_by_count(values: Array) -> bool:
-    """Whether each value is one step from the one before, as where an encoder's pulses are stamped."""
-    changes = np.abs(np.diff(values))
-    return bool(np.all(np.abs(changes - np.median(changes)) < _SAME_STEP * np.median(changes)))
 
 
 def _numbers(name: str, what: str, array: ArrayLike) -> Array:

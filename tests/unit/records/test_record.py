@@ -141,15 +141,6 @@ def test_times_are_told_in_the_unit_of_the_file() -> None:
         validate_record(record_over(backwards), time_unit="ms")
 
 
-def test_rows_that_stamp_each_count_are_refused() -> None:
-    """At a turning point no count changes, and each is told half a step late."""
-    fine = np.linspace(0.0, 20.0, 40_001)
-    counts = np.round(20.0 * np.exp(-0.05 * fine) * np.cos(2.0 * np.pi * fine))
-    rows = np.flatnonzero(np.diff(counts)) + 1
-    with pytest.raises(InputError, match=r"only where the count changes, .* at even times"):
-        validate_record(record_over(fine[rows], 1e-3 * counts[rows]))
-
-
 @pytest.mark.parametrize("jitter", [0.0, 1e-3, 5e-3])
 def test_jitter_within_tolerance_is_even(jitter, rng) -> None:
     record = record_over(TIME + jitter * STEP * rng.uniform(-1.0, 1.0, N))
