@@ -43,8 +43,8 @@ def readings_alone(record: xr.DataArray, natural_frequency: float) -> tuple[xr.D
     counts = held_counts(record, natural_frequency)
     if counts is not None:
         warnings.warn(
-            f"{record_name(record)}: there is a row only where the count changes, one step each: the last count "
-            f"is taken at {counts.size} even times",
+            f"{record_name(record)}: there is a row only where the count changes, one step each: the last "
+            f"count is taken at {counts.size} even times",
             RecordWarning,
             stacklevel=3,
         )
