@@ -36,9 +36,9 @@ def coloured(rng: np.random.Generator, *coefficients: float) -> np.ndarray:
 
 def test_white_deviance_is_twice_the_negative_log_likelihood(rng: np.random.Generator) -> None:
     x = 0.3 * rng.standard_normal(N)
-    fit = fit_noise(x, np.zeros(N), NoiseModel(WHITE), SCALES)
+    fit = fit_noise(x, np.zeros(N), NoiseModel(), SCALES)
     assert fit.deviance == pytest.approx(-2.0 * stats.norm.logpdf(x, scale=x.std()).sum(), rel=1e-3)
-    each = log_densities(x, np.zeros(N), NoiseModel(WHITE), fit)
+    each = log_densities(x, np.zeros(N), NoiseModel(), fit)
     assert each.sum() == pytest.approx(-0.5 * fit.deviance, rel=1e-9)
 
 
@@ -55,8 +55,8 @@ def test_autoregressive_deviance_leaves_the_first_samples_out(rng: np.random.Gen
 def test_outliers_are_found_and_weigh_little(rng: np.random.Generator) -> None:
     far = rng.random(N) < 0.05
     x = np.where(far, 10.0, 1.0) * rng.standard_normal(N)
-    fit = fit_noise(x, np.zeros(N), NoiseModel(WHITE, outliers=True), SCALES)
-    plain = fit_noise(x, np.zeros(N), NoiseModel(WHITE), SCALES)
+    fit = fit_noise(x, np.zeros(N), NoiseModel(outliers=True), SCALES)
+    plain = fit_noise(x, np.zeros(N), NoiseModel(), SCALES)
     assert fit.deviance < plain.deviance - 500.0
     # standard errors: 0.4 % of the fraction, 6 % and 1.4 % of the scales
     assert fit.fraction == pytest.approx(0.05, abs=0.02)
@@ -76,7 +76,7 @@ def test_weights_and_pseudo_residuals_are_those_of_the_censored_likelihood(
         x += np.where(rng.random(N) < 0.02, 0.5, 0.0) * rng.standard_normal(N)
     sides = np.where(x > 0.8, 1.0, np.where(x < -0.8, -1.0, 0.0))
     values = np.clip(x, -0.8, 0.8)
-    noise_model = NoiseModel(WHITE, outliers=outliers, censored=True)
+    noise_model = NoiseModel(outliers=outliers, censored=True)
     column = np.cos(np.arange(N) / 7.0)
 
     def deviance(shift: float) -> float:
