@@ -22,7 +22,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import number, set_words
 from friction_bayes.decay.free_decay import find_free_decay
-from friction_bayes.mechanics.effects import EFFECTS, force_effects
+from friction_bayes.mechanics.effects import force_effects
 from friction_bayes.mechanics.effects.encoder_eccentricity import ENCODER_ECCENTRICITY
 from friction_bayes.mechanics.effects.presliding import PRESLIDING
 from friction_bayes.mechanics.integrate import integrate

@@ -10,13 +10,13 @@ import pytest
 from scipy import stats
 
 from decays import SYSTEM, long_decay
+from friction_bayes.loop.checks.residual_tests import residual_tests
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.data.starting_point import starting_point
 from friction_bayes.loop.noise.likelihood import NoiseModel
-from friction_bayes.loop.simulation.fit import LoopFit, fit_growing_record
-from friction_bayes.loop.checks.residual_tests import residual_tests
 from friction_bayes.loop.settings import SETTINGS
+from friction_bayes.loop.simulation.fit import LoopFit, fit_growing_record
 
 RECORDS = 120
 

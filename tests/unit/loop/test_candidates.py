@@ -40,7 +40,7 @@ def releases(count: int, share: float = 0.3):  # type: ignore[no-untyped-def]
             sampling_rate=50.0,
             noise_sd=1e-5,
             seed=3 + k,
-            effects=fluctuating_friction(share)
+            effects=(fluctuating_friction(share) if share else {})
             | {"viscous_damping.damping_ratio": 0.004, "sensor_offset.offset": 1e-3 * (k + 1)},
         )
         for k in range(count)

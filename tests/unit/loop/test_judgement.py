@@ -15,9 +15,9 @@ import friction_bayes as fb
 from decays import SYSTEM, long_decay, slow_decay
 from friction_bayes.core.summary import TAILS
 from friction_bayes.loop import LoopReport
+from friction_bayes.loop.infer.draws import DRAWS
 from friction_bayes.loop.report.friction_range import Reading, friction_range, pooled
 from friction_bayes.loop.report.verdict import Consequences, credible_count, verdict
-from friction_bayes.loop.infer.draws import DRAWS
 from friction_bayes.mechanics.integrate import integrate
 
 NONE: frozenset[str] = frozenset()

@@ -13,7 +13,9 @@ from unsteady_decays import SYSTEM, fitted, sensed, unsteady_motion
 def test_turning_points_of_a_law_without_a_force_do_not_fluctuate(rng: np.random.Generator) -> None:
     """The path that a law is weighed along was smoothed with a force beside it."""
     motion = unsteady_motion(rng)[0]
-    fit = fitted(sensed(motion + 2e-5 * rng.standard_normal(motion.size)), ("viscous_damping",))
+    fit = fitted(
+        sensed(motion + 2e-5 * rng.standard_normal(motion.size)), ("viscous_damping", "random_force")
+    )
     plain = np.array([not names for names in fit.sets.effects]) & fit.sets.columns[:, fit.law.dry_friction]
     alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & plain)
     before = coulomb_model(SYSTEM, (fit.segment,))

@@ -1,4 +1,4 @@
-"""The likelihood of residuals: white, autoregressive, with outliers, censored."""
+"""The likelihood of residuals: white, with outliers, censored; and the colour of noise."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import friction_bayes as fb
 from decays import SYSTEM, written_decay
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.noise.autoregression import correlation_length, fit_autoregression, is_coloured
-from friction_bayes.loop.noise.likelihood import NoiseModel, fit_noise, log_densities, whiten
+from friction_bayes.loop.noise.colour import colour_of, is_coloured
+from friction_bayes.loop.noise.likelihood import NoiseModel, fit_noise, log_densities
 from friction_bayes.mechanics.effects import Scales
 
 SCALES = Scales(
@@ -24,7 +24,6 @@ SCALES = Scales(
     duration=10.0,
     sampling_rate=100.0,
 )
-WHITE = np.zeros(0)
 N = 3000
 PERIOD = 50
 
@@ -40,16 +39,6 @@ def test_white_deviance_is_twice_the_negative_log_likelihood(rng: np.random.Gene
     assert fit.deviance == pytest.approx(-2.0 * stats.norm.logpdf(x, scale=x.std()).sum(), rel=1e-3)
     each = log_densities(x, np.zeros(N), NoiseModel(), fit)
     assert each.sum() == pytest.approx(-0.5 * fit.deviance, rel=1e-9)
-
-
-def test_autoregressive_deviance_leaves_the_first_samples_out(rng: np.random.Generator) -> None:
-    x = coloured(rng, 0.8)
-    ar = np.array([0.8])
-    fit = fit_noise(x, np.zeros(N), NoiseModel(ar), SCALES)
-    innovations = x[1:] - 0.8 * x[:-1]
-    assert fit.sd == pytest.approx(float(np.sqrt(np.mean(innovations**2))))
-    assert fit.weight[0] == 0.0
-    assert whiten(x, ar)[1:] == pytest.approx(innovations)
 
 
 def test_outliers_are_found_and_weigh_little(rng: np.random.Generator) -> None:
@@ -108,16 +97,21 @@ def test_colour_is_found_with_its_order_and_length(
 ) -> None:
     x = coloured(rng, *coefficients)
     assert is_coloured(x, 1.0, 2.0 * math.pi / PERIOD)
-    found = fit_autoregression(x)
-    assert len(coefficients) <= found.size <= len(coefficients) + 3
-    # standard error of a coefficient is 1/sqrt(N) = 0.018
-    assert found[: len(coefficients)] == pytest.approx(coefficients, abs=0.1)
+    colour = colour_of(x, 0)
+    assert colour is not None
+    assert colour.autoregression is not None
+    order, said = colour.autoregression.order, colour.described(0.01)
+    assert len(coefficients) <= order <= len(coefficients) + 3
+    assert said["order"] == order
+    # as far as the true correlation falls below 1/e
+    impulse = lfilter([1.0], [1.0, *(-c for c in coefficients)], np.eye(1, 400)[0])
+    correlation = np.correlate(impulse, impulse, mode="full")[399:]
+    length = 0.01 * np.flatnonzero(correlation < correlation[0] / math.e)[0]
+    assert said["correlation_length_s"] == pytest.approx(length, abs=0.011)
 
 
-def test_correlation_length_of_a_first_order_process() -> None:
-    """``a**k`` falls below 1/e after ``-1 / log a`` samples."""
-    assert correlation_length(np.array([0.9]), 0.01) == pytest.approx(0.01 * math.ceil(-1.0 / math.log(0.9)))
-    assert correlation_length(WHITE, 0.01) == 0.0
+def test_white_noise_has_no_colour(rng: np.random.Generator) -> None:
+    assert colour_of(rng.standard_normal(N), 0) is None
 
 
 def test_noise_of_a_sample_however_blocks_average_it(rng: np.random.Generator) -> None:
