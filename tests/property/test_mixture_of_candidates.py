@@ -8,7 +8,9 @@ from hypothesis import strategies as st
 
 from friction_bayes.core.summary import Summary
 from friction_bayes.loop.infer.draws import DRAWS, shared_out
-from friction_bayes.loop.mixture.mixture import CandidateDraws, mixture_of
+from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
+from friction_bayes.loop.mixture.mixture import mixture_of
+from friction_bayes.loop.mixture.slight_force import SlightForce
 
 NAMES = ("viscous_damping", "quadratic_drag", "friction_drift", "sensor_offset")
 
@@ -19,11 +21,12 @@ class Made:
     def __init__(self, sets: list[frozenset[str]], log_weights: list[float], level: float, seed: int) -> None:
         order = np.argsort(log_weights)[::-1]
         self.sets = tuple(sets[i] for i in order)
-        self.log_weights = np.array(log_weights)[order]
+        weight = np.exp(np.array(log_weights)[order] - max(log_weights))
+        self.probabilities = weight / weight.sum()
+        self.slight_force = None
         self.levels = level + np.arange(len(sets))
         rng = np.random.default_rng(seed)
-        shares = np.exp(self.log_weights - self.log_weights.max())
-        chosen = rng.choice(len(sets), size=DRAWS, p=shares / shares.sum())
+        chosen = rng.choice(len(sets), size=DRAWS, p=self.probabilities)
         force = np.array([float("random_force" in names) for names in self.sets])[chosen]
         self.draws = CandidateDraws(
             candidate=chosen,
@@ -47,16 +50,14 @@ def test_every_summary_is_of_one_posterior(
     plain: list[float], forced: list[float], level: float, seed: int
 ) -> None:
     sets = [frozenset(NAMES[:k]) for k in range(5)]
-    families = [Made(sets[: len(plain)], plain, level, seed)]
-    if forced:
-        beside = [names | {"random_force"} for names in sets[: len(forced)]]
-        families.append(Made(beside, forced, level + 0.5, seed + 1))
-    mixture = mixture_of(families, np.random.default_rng(seed))  # type: ignore[arg-type]
+    beside = [names | {"random_force"} for names in sets[: len(forced)]]
+    made = Made([*sets[: len(plain)], *beside], [*plain, *forced], level, seed)
+    mixture = mixture_of(made, np.random.default_rng(seed))  # type: ignore[arg-type]
     assert abs(mixture.probabilities.sum() - 1.0) < 1e-9
     assert np.all(np.diff(mixture.probabilities) <= 0.0)
     assert len(set(mixture.sets)) == len(mixture.sets)
     assert frozenset() in mixture.sets
-    assert mixture.best.sets[0] == mixture.sets[0]
+    assert mixture.of.sets[0] == mixture.sets[0]
     drawn = mixture.draws
     assert drawn.candidate.size == DRAWS
     # five standard errors of a share, of draws of draws
@@ -70,16 +71,14 @@ def test_every_summary_is_of_one_posterior(
     assert summary.interval90[0] <= summary.mean <= summary.interval90[1]
 
 
-def test_what_tells_of_the_best_set_has_it_first(seed: int) -> None:
-    none, damped, offset = frozenset[str](), frozenset(NAMES[:1]), frozenset(NAMES[-1:])
-    # damped is the most probable in both together, and first in one
-    families = [
-        Made([offset, damped, none], [np.log(0.35), np.log(0.30), np.log(0.01)], 1.0, seed),
-        Made([damped, none], [np.log(0.25), np.log(0.05)], 1.0, seed),
-    ]
-    mixture = mixture_of(families, np.random.default_rng(seed))  # type: ignore[arg-type]
-    assert mixture.sets[0] == damped
-    assert mixture.best is families[1]
+def test_a_slight_force_moves_draws_without_one_alone(seed: int) -> None:
+    made = Made([frozenset(), frozenset({"random_force"})], [0.0, 0.0], 0.1, seed)
+    plain = made.draws.friction.copy()
+    made.slight_force = SlightForce(probability=1.0, shift=5.0, sd=0.0)  # type: ignore[assignment]
+    drawn = mixture_of(made, np.random.default_rng(seed)).draws  # type: ignore[arg-type]
+    still = drawn.random_force == 0.0
+    np.testing.assert_allclose(drawn.friction[still], plain[still] + 5.0)
+    np.testing.assert_array_equal(drawn.friction[~still], plain[~still])
 
 
 @settings(max_examples=60, deadline=None)

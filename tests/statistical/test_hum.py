@@ -39,7 +39,7 @@ def test_nothing_beside_it(seed: int) -> None:
 
 
 def test_several_lines_are_one_effect(seed: int) -> None:
-    """The search fits one line; both are in the law along the motion, which then leaves noise."""
+    """Both are in the law along the motion, which then leaves noise."""
     record = fb.simulate(
         SYSTEM,
         friction=0.3,

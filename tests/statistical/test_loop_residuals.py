@@ -25,7 +25,7 @@ def fitted(seed: int, **settings: Any) -> LoopFit:
     """A Coulomb fit to a decay of twelve periods."""
     record = long_decay(initial_displacement=0.04, duration=7.5, seed=seed, **settings)
     model = LoopModel(SYSTEM, cut_records([record], SYSTEM))
-    fit = fit_growing_record(model, [NoiseModel(np.zeros(0))], starting_point(model))
+    fit = fit_growing_record(model, [NoiseModel()], starting_point(model))
     assert fit is not None
     return fit
 

@@ -108,8 +108,7 @@ def test_block_means_of_a_sinusoid_keep_the_amplitude_that_is_said(block: int) -
     assert kept < 1.0 - 1e-5
 
 
-@pytest.mark.parametrize("ar", [np.zeros(0), np.array([0.5, 0.2])])
-def test_ignored_samples_do_not_count(ar: np.ndarray, rng: np.random.Generator) -> None:
+def test_ignored_samples_do_not_count(rng: np.random.Generator) -> None:
     x = rng.standard_normal(400)
     ignored = np.zeros(400, dtype=bool)
     ignored[[40, 200]] = True
@@ -120,8 +119,8 @@ def test_ignored_samples_do_not_count(ar: np.ndarray, rng: np.random.Generator) 
         duration=10.0,
         sampling_rate=40.0,
     )
-    there = fit_noise(x, np.zeros(400), NoiseModel(ar), scales, ignored)
+    there = fit_noise(x, np.zeros(400), NoiseModel(), scales, ignored)
     x[ignored] = 1e3
-    far = fit_noise(x, np.zeros(400), NoiseModel(ar), scales, ignored)
+    far = fit_noise(x, np.zeros(400), NoiseModel(), scales, ignored)
     assert far.deviance == pytest.approx(there.deviance)
-    assert np.count_nonzero(far.weight) == 400 - ar.size - 2 * (1 + ar.size)
+    assert np.count_nonzero(far.weight) == 400 - 2

@@ -32,9 +32,7 @@ def fit() -> JointFit:
         )
         for k, (friction, noise) in enumerate([(0.07, 1e-4), (0.073, 2e-4)])
     ]
-    found = fit_together(cut_records(records, SYSTEM), SYSTEM, EFFECTS, varying=False)
-    assert found is not None
-    return found
+    return fit_together(cut_records(records, SYSTEM), SYSTEM, EFFECTS, varying=False, noise="auto")
 
 
 def of_set(fit: JointFit, *, varies: bool, forced: bool) -> JointTarget:

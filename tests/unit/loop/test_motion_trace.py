@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
-from friction_bayes.loop.search.search import Search
 
 from friction_bayes.loop.infer.law_draws import law_draws
 from friction_bayes.loop.report.motion_trace import motion_trace
+from friction_bayes.loop.simulation.coulomb import coulomb_model
 from unsteady_decays import SYSTEM, fitted, sensed, unsteady_motion
 
 
 def test_turning_points_of_a_law_without_a_force_do_not_fluctuate(rng: np.random.Generator) -> None:
     """The path that a law is weighed along was smoothed with a force beside it."""
     motion = unsteady_motion(rng)[0]
-    fit = fitted(sensed(motion + 2e-5 * rng.standard_normal(motion.size)), ("viscous_damping",))
+    fit = fitted(
+        sensed(motion + 2e-5 * rng.standard_normal(motion.size)), ("viscous_damping", "random_force")
+    )
     plain = np.array([not names for names in fit.sets.effects]) & fit.sets.columns[:, fit.law.dry_friction]
     alone = fit.among((fit.posterior.ratio == 0.0)[:, None] & plain)
-    search = Search(SYSTEM, (fit.segment,), (), (np.zeros(0),))
-    search.run()
-    before = search.candidates[frozenset()].fit
+    before = coulomb_model(SYSTEM, (fit.segment,))
     trace = motion_trace(alone, before, 0, law_draws(alone, rng, 100), fluctuates=False)
     lost = -np.diff(np.abs(trace.turning_points))
     assert np.std(lost) < 0.02 * np.mean(lost)

@@ -55,7 +55,7 @@ def test_expected_log_bayes_factor_is_the_integral(prior_sd: float) -> None:
 def fitted(*effects: str) -> Contender:
     record = long_decay(duration=6.0, seed=5, effects={"viscous_damping.damping_ratio": 0.002})
     model = LoopModel(SYSTEM, cut_records([record], SYSTEM), effects)
-    fit = fit_growing_record(model, [NoiseModel(np.zeros(0))], starting_point(model))
+    fit = fit_growing_record(model, [NoiseModel()], starting_point(model))
     assert fit is not None
     return Contender.of_fit(fit)
 

@@ -1,4 +1,4 @@
-"""The likelihood of residuals: white, autoregressive, with outliers, censored."""
+"""The likelihood of residuals: white, with outliers, censored; and the colour of noise."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from friction_bayes.loop.noise.autoregression import correlation_length, fit_autoregression, is_coloured
 from scipy import stats
 from scipy.signal import lfilter
 
 import friction_bayes as fb
-from decays import SYSTEM, written_decay
 from friction_bayes.core.quantities import QUANTITIES
-from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.noise.likelihood import NoiseModel, fit_noise, log_densities, whiten
+from friction_bayes.loop.noise.colour import colour_of, is_coloured
+from friction_bayes.loop.noise.likelihood import NoiseModel, fit_noise, log_densities
 from friction_bayes.mechanics.effects import Scales
 
 SCALES = Scales(
@@ -24,7 +22,6 @@ SCALES = Scales(
     duration=10.0,
     sampling_rate=100.0,
 )
-WHITE = np.zeros(0)
 N = 3000
 PERIOD = 50
 
@@ -36,27 +33,17 @@ def coloured(rng: np.random.Generator, *coefficients: float) -> np.ndarray:
 
 def test_white_deviance_is_twice_the_negative_log_likelihood(rng: np.random.Generator) -> None:
     x = 0.3 * rng.standard_normal(N)
-    fit = fit_noise(x, np.zeros(N), NoiseModel(WHITE), SCALES)
+    fit = fit_noise(x, np.zeros(N), NoiseModel(), SCALES)
     assert fit.deviance == pytest.approx(-2.0 * stats.norm.logpdf(x, scale=x.std()).sum(), rel=1e-3)
-    each = log_densities(x, np.zeros(N), NoiseModel(WHITE), fit)
+    each = log_densities(x, np.zeros(N), NoiseModel(), fit)
     assert each.sum() == pytest.approx(-0.5 * fit.deviance, rel=1e-9)
-
-
-def test_autoregressive_deviance_leaves_the_first_samples_out(rng: np.random.Generator) -> None:
-    x = coloured(rng, 0.8)
-    ar = np.array([0.8])
-    fit = fit_noise(x, np.zeros(N), NoiseModel(ar), SCALES)
-    innovations = x[1:] - 0.8 * x[:-1]
-    assert fit.sd == pytest.approx(float(np.sqrt(np.mean(innovations**2))))
-    assert fit.weight[0] == 0.0
-    assert whiten(x, ar)[1:] == pytest.approx(innovations)
 
 
 def test_outliers_are_found_and_weigh_little(rng: np.random.Generator) -> None:
     far = rng.random(N) < 0.05
     x = np.where(far, 10.0, 1.0) * rng.standard_normal(N)
-    fit = fit_noise(x, np.zeros(N), NoiseModel(WHITE, outliers=True), SCALES)
-    plain = fit_noise(x, np.zeros(N), NoiseModel(WHITE), SCALES)
+    fit = fit_noise(x, np.zeros(N), NoiseModel(outliers=True), SCALES)
+    plain = fit_noise(x, np.zeros(N), NoiseModel(), SCALES)
     assert fit.deviance < plain.deviance - 500.0
     # standard errors: 0.4 % of the fraction, 6 % and 1.4 % of the scales
     assert fit.fraction == pytest.approx(0.05, abs=0.02)
@@ -76,7 +63,7 @@ def test_weights_and_pseudo_residuals_are_those_of_the_censored_likelihood(
         x += np.where(rng.random(N) < 0.02, 0.5, 0.0) * rng.standard_normal(N)
     sides = np.where(x > 0.8, 1.0, np.where(x < -0.8, -1.0, 0.0))
     values = np.clip(x, -0.8, 0.8)
-    noise_model = NoiseModel(WHITE, outliers=outliers, censored=True)
+    noise_model = NoiseModel(outliers=outliers, censored=True)
     column = np.cos(np.arange(N) / 7.0)
 
     def deviance(shift: float) -> float:
@@ -108,25 +95,18 @@ def test_colour_is_found_with_its_order_and_length(
 ) -> None:
     x = coloured(rng, *coefficients)
     assert is_coloured(x, 1.0, 2.0 * math.pi / PERIOD)
-    found = fit_autoregression(x)
-    assert len(coefficients) <= found.size <= len(coefficients) + 3
-    # standard error of a coefficient is 1/sqrt(N) = 0.018
-    assert found[: len(coefficients)] == pytest.approx(coefficients, abs=0.1)
+    colour = colour_of(x, 0)
+    assert colour is not None
+    assert colour.autoregression is not None
+    order, said = colour.autoregression.order, colour.described(0.01)
+    assert len(coefficients) <= order <= len(coefficients) + 3
+    assert said["order"] == order
+    # as far as the true correlation falls below 1/e
+    impulse = lfilter([1.0], [1.0, *(-c for c in coefficients)], np.eye(1, 400)[0])
+    correlation = np.correlate(impulse, impulse, mode="full")[399:]
+    length = 0.01 * np.flatnonzero(correlation < correlation[0] / math.e)[0]
+    assert said["correlation_length_s"] == pytest.approx(length, abs=0.011)
 
 
-def test_correlation_length_of_a_first_order_process() -> None:
-    """``a**k`` falls below 1/e after ``-1 / log a`` samples."""
-    assert correlation_length(np.array([0.9]), 0.01) == pytest.approx(0.01 * math.ceil(-1.0 / math.log(0.9)))
-    assert correlation_length(WHITE, 0.01) == 0.0
-
-
-def test_noise_of_a_sample_however_blocks_average_it(rng: np.random.Generator) -> None:
-    time = np.arange(20_000) / 2000.0
-    clean = written_decay(time, 0.02, 1e-4)
-    white = rng.normal(0.0, 1e-3, time.size)
-    for noise in (white, lfilter([1.0], [1.0, -0.6], white)):
-        record = fb.make_record(time, clean + noise, "displacement")
-        (segment,) = cut_records([record], SYSTEM)
-        assert segment.block == 6
-        found = segment.noise_of_a_sample(segment.of_record(clean))
-        assert found == pytest.approx(np.sqrt(np.mean(noise**2)), rel=1e-3)
+def test_white_noise_has_no_colour(rng: np.random.Generator) -> None:
+    assert colour_of(rng.standard_normal(N), 0) is None

@@ -10,8 +10,9 @@ import pytest
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.infer.pushing import pushing
 from friction_bayes.loop.infer.record_fit import fit_random_force
+from friction_bayes.loop.mixture.record_candidates import candidates_of_record
+from loop_options import loop_options
 
 RELEASE = 0.02
 
@@ -33,7 +34,7 @@ def test_friction_that_changes_sign_along_the_way_is_no_candidate(slope: float, 
     fit = fit_random_force(segment, SYSTEM, offered)
     assert fit is not None
     assert "position_friction" in fit.sets.effects[fit.chosen]
-    found = pushing(fit)
+    found = fit.pushes
     assert found[fit.chosen] == pushes
     # what has no friction, or friction of one kind alone, cannot push
     alone = np.array([not names & {"position_friction", "asymmetric_friction"} for names in fit.sets.effects])
@@ -46,12 +47,11 @@ def test_the_best_law_is_none_that_is_left_out() -> None:
     record = slow_decay(duration=10.0, sampling_rate=50.0, noise_sd=1e-5, seed=3, effects=fluctuating)
     names = ("viscous_damping", "random_force")
     segments = cut_records([record], SYSTEM)
-    family = candidates_of_record(segments[0], SYSTEM, names, 0.2, np.random.default_rng(2))
-    assert family is not None
-    effects, likely = family.fit.sets.effects, family.fit.among(family.cells.total > 0.0).chosen
+    found = candidates_of_record(segments[0], SYSTEM, loop_options(names), np.random.default_rng(2))
+    effects, likely = found.fit.sets.effects, found.fit.among(found.cells.total > 0.0).chosen
     same = np.array([each == effects[likely] for each in effects])
     same[likely] = False
     assert same.any()
     # that one is left out, and the others of the same effects count
-    family.cells = replace(family.cells, weight=np.where(same, 1.0, 0.0 * family.cells.weight))
-    assert same[family.best[0].chosen]
+    found.cells = replace(found.cells, weight=np.where(same, 1.0, 0.0 * found.cells.weight))
+    assert same[found.best[0].chosen]

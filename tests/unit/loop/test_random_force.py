@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from friction_bayes.loop.search.search import Search
 
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, short_decay, slow_decay
 from evidence_without_force import log_evidence_without_force
 from experiments.laplace_evidence import log_evidence
+from experiments.simulated_fit import simulated_fit
 from fluctuating_force import fluctuating_decay
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES
@@ -138,19 +138,17 @@ def test_candidates_with_and_without_it_are_of_one_list(report: fb.LoopReport) -
 
 
 def test_without_a_force_both_weigh_a_law_alike(seed: int) -> None:
-    """The regression and the search approximate one evidence, here within a nat."""
+    """The regression and a fit by simulation approximate one evidence, here within a nat."""
     (segment,) = cut_records([short_decay(seed=seed)], SYSTEM)
-    search = Search(SYSTEM, (segment,), ("viscous_damping",), (np.zeros(0),))
-    search.run()
-    fit = fit_random_force(segment, SYSTEM, search.allowed)
+    fit = fit_random_force(segment, SYSTEM, ("viscous_damping",))
     assert fit is not None
-    for names, candidate in search.candidates.items():
-        mine = log_evidence_without_force(fit, candidate.fit, names)
-        assert mine == pytest.approx(log_evidence(candidate.fit), abs=1.0)
+    for names in (frozenset[str](), frozenset({"viscous_damping"})):
+        simulated = simulated_fit(segment, SYSTEM, tuple(names), {})
+        mine = log_evidence_without_force(fit, simulated, names)
+        assert mine == pytest.approx(log_evidence(simulated), abs=1.0)
 
 
 def test_no_force_is_made_of_the_jumps_in_an_acceleration(seed: int) -> None:
-    """Where the search's evidence falls short of the regression's, a force does not gain by it."""
     record = short_decay(seed=seed, quantity="acceleration", noise_sd=0.01)
     found = fb.close_loop([record], SYSTEM, seed=1, effects=["viscous_damping", "random_force"]).random_force
     assert found is None or found["probability"] < 0.3
@@ -245,7 +243,6 @@ def test_no_hypothesis_is_dropped_for_being_improbable(seed: int) -> None:
 
 
 def test_backlash_is_named_and_needs_no_random_force_beside_it(seed: int) -> None:
-    """The search does not try it, and yet it is weighed without a force that fluctuates."""
     record = short_decay(seed=seed, effects={"sensor_hysteresis.half_width": 2e-4})
     report = fb.close_loop([record], SYSTEM, seed=1)
     held = {frozenset(c["effects"]): c["probability"] for c in report.candidates}

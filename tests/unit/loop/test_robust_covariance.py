@@ -29,7 +29,7 @@ def variance_ratio(seed: int, **effects: float) -> float:
         effects=effects,
     )
     model = LoopModel(SYSTEM, cut_records([record], SYSTEM), ())
-    fit = fit_growing_record(model, [NoiseModel(np.zeros(0))], starting_point(model))
+    fit = fit_growing_record(model, [NoiseModel()], starting_point(model))
     assert fit is not None
     return robust_covariance(fit)[0, 0] / fit.covariance[0, 0]
 

@@ -43,7 +43,7 @@ def test_a_line_that_lasts_is_interference(rng: np.random.Generator) -> None:
 
 
 def test_it_is_found_where_no_force_fluctuates() -> None:
-    """The search does not try it: a law along the measured motion has it, and forecasts with it."""
+    """A law along the measured motion has it, and forecasts with it."""
     record = fb.simulate(
         SYSTEM,
         friction=0.02,
@@ -140,8 +140,7 @@ def test_each_record_has_its_own_line_of_interference(random_force: str) -> None
 
 def test_records_may_ring_each_in_its_own_way(rng: np.random.Generator) -> None:
     segments = cut_records([ringing_record(rng, size, 1.5) for size in (0.01, 0.02)], SYSTEM)
-    joint = fit_together(segments, SYSTEM, OFFERED, varying=False)
-    assert joint is not None
+    joint = fit_together(segments, SYSTEM, OFFERED, varying=False, noise="auto")
     rings = ["second_mode" in names for names in joint.along[0].sets.effects]
     assert joint.weight[:, rings].sum() > 0.99
 

@@ -30,7 +30,7 @@ def test_a_scale_bent_on_both_sides_is_told_from_a_spring(rng: np.random.Generat
     assert fit.coefficients[fit.law.dry_friction] == pytest.approx(FRICTION, rel=0.06)
 
 
-def test_the_search_finds_it_where_no_force_fluctuates() -> None:
+def test_it_is_found_where_no_force_may_fluctuate() -> None:
     bent = {"sensor_nonlinearity.curvature": 1.0, "sensor_offset.offset": 0.004}
     record = short_decay(SYSTEM, friction=0.02, duration=12.0, seed=5, effects=bent)
     report = fb.close_loop([record], SYSTEM, seed=1, random_force="none")

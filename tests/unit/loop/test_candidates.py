@@ -1,4 +1,4 @@
-"""What every family of candidates owes the report, over all of them."""
+"""What the candidates of one record and of several owe the report."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from friction_bayes.loop.mixture.search_family import SearchFamily
-from friction_bayes.loop.search.run_search import search_records
 
 from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.cells import Cells
 from friction_bayes.loop.infer.draws import DRAWS
+from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
+from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.joint_candidates import JointCandidates, candidates_together
-from friction_bayes.loop.mixture.mixture import CandidateDraws, Family, Mixture, mixture_of
+from friction_bayes.loop.mixture.mixture import Mixture, mixture_of
 from friction_bayes.loop.mixture.record_candidates import RecordCandidates, candidates_of_record
 from friction_bayes.loop.report.contender import drawn_contender
+from loop_options import loop_options
 
-SEARCHED = ("viscous_damping", "quadratic_drag", "sensor_offset")
 ALLOWED = ("viscous_damping", "quadratic_drag", "sensor_offset", "random_force")
 LEFT = {
     "record",
@@ -40,7 +40,7 @@ def releases(count: int, share: float = 0.3):  # type: ignore[no-untyped-def]
             sampling_rate=50.0,
             noise_sd=1e-5,
             seed=3 + k,
-            effects=fluctuating_friction(share)
+            effects=(fluctuating_friction(share) if share else {})
             | {"viscous_damping.damping_ratio": 0.004, "sensor_offset.offset": 1e-3 * (k + 1)},
         )
         for k in range(count)
@@ -48,26 +48,23 @@ def releases(count: int, share: float = 0.3):  # type: ignore[no-untyped-def]
     return cut_records(records, SYSTEM)
 
 
-def searched() -> SearchFamily:
-    found = search_records(SYSTEM, releases(1), SEARCHED, "auto", None)
-    return SearchFamily(found, np.random.default_rng(1))
-
-
 def alone() -> RecordCandidates:
-    family = candidates_of_record(releases(1)[0], SYSTEM, ALLOWED, 0.2, np.random.default_rng(2))
-    assert family is not None
-    return family
+    """Without a random force, which may not act."""
+    (segment,), options = releases(1, 0.0), loop_options(ALLOWED, random_force="none")
+    return candidates_of_record(segment, SYSTEM, options, np.random.default_rng(1))
+
+
+def forced() -> RecordCandidates:
+    return candidates_of_record(releases(1)[0], SYSTEM, loop_options(ALLOWED), np.random.default_rng(2))
 
 
 def together(share: float = 0.3) -> JointCandidates:
-    rng = np.random.default_rng(3)
-    family = candidates_together(releases(2, share), SYSTEM, ALLOWED, 0.2, rng, varying=False)
-    assert family is not None
-    return family
+    rng, options = np.random.default_rng(3), loop_options(ALLOWED)
+    return candidates_together(releases(2, share), SYSTEM, options, rng, None)
 
 
-@pytest.fixture(scope="module", params=[searched, alone, together])
-def family(request: pytest.FixtureRequest) -> Family:
+@pytest.fixture(scope="module", params=[alone, forced, together])
+def candidates(request: pytest.FixtureRequest) -> Candidates:
     return request.param()  # type: ignore[no-any-return]
 
 
@@ -76,34 +73,36 @@ def joint() -> JointCandidates:
     return together()
 
 
-def records(family: Family) -> int:
-    return 2 if isinstance(family, JointCandidates) else 1
+def records(candidates: Candidates) -> int:
+    return 2 if isinstance(candidates, JointCandidates) else 1
 
 
-def test_candidates_are_ranked_and_drawn_by_their_evidence(family: Family) -> None:
-    assert len(set(family.sets)) == len(family.sets) == len(family.log_weights)
-    assert np.all(np.diff(family.log_weights) <= 0.0)
-    shares = np.exp(family.log_weights - np.logaddexp.reduce(family.log_weights))
-    drawn = family.draws
+def test_candidates_are_ranked_and_drawn_by_their_evidence(candidates: Candidates) -> None:
+    shares = candidates.probabilities
+    assert len(set(candidates.sets)) == len(candidates.sets) == len(shares)
+    assert frozenset() in candidates.sets
+    assert np.all(np.diff(shares) <= 0.0)
+    assert shares.sum() == pytest.approx(1.0)
+    drawn = candidates.draws
     assert all(values.shape == (DRAWS,) for values in vars(drawn).values())
     assert drawn.candidate.min() >= 0
     for i, p in enumerate(shares):
         # five standard errors, and what cells below 1e-4 hold together
         assert abs(np.mean(drawn.candidate == i) - p) < 5.0 * np.sqrt(p * (1.0 - p) / DRAWS) + 0.02
-    forced = np.array(["random_force" in names for names in family.sets])
+    forced = np.array(["random_force" in names for names in candidates.sets])
     np.testing.assert_array_equal(drawn.random_force > 0.0, forced[drawn.candidate])
     assert drawn.friction.min() >= 0.0
     assert drawn.frequency.mean() == pytest.approx(SYSTEM.natural_frequency, rel=1e-2)
-    assert family.reading.friction.mean() == pytest.approx(drawn.friction.mean(), rel=0.2)
+    assert candidates.reading.friction.mean() == pytest.approx(drawn.friction.mean(), rel=0.2)
 
 
-def test_parameters_are_summaries_of_the_variables(family: Family) -> None:
-    variables = family.variables()
-    count = np.count_nonzero(family.draws.candidate == 0)
+def test_parameters_are_summaries_of_the_variables(candidates: Candidates) -> None:
+    variables = candidates.variables()
+    count = np.count_nonzero(candidates.draws.candidate == 0)
     assert {"friction", "log_frequency_ratio"} <= set(variables)
     assert all(values.shape == (count,) for values in variables.values())
-    for name in family.sets[0]:
-        parameters = family.parameters(name)
+    for name in candidates.sets[0]:
+        parameters = candidates.parameters(name)
         assert parameters
         for parameter, found in parameters.items():
             draws = variables[f"{name}.{parameter}"]
@@ -111,10 +110,10 @@ def test_parameters_are_summaries_of_the_variables(family: Family) -> None:
             assert found["sd"] == pytest.approx(float(draws.std(ddof=1)))
 
 
-def test_each_record_is_traced_and_forecast(family: Family) -> None:
-    traces, forecasts = family.traces(), family.forecasts()
-    assert len(traces) == len(forecasts) == records(family)
-    samples, turns, _ = family.fitted
+def test_each_record_is_traced_and_forecast(candidates: Candidates) -> None:
+    traces, forecasts = candidates.traces(), candidates.forecasts()
+    assert len(traces) == len(forecasts) == records(candidates)
+    samples, turns, _ = candidates.fitted
     assert traces[0].signal.size == samples
     assert traces[0].turning_points.size == turns
     for trace, forecast in zip(traces, forecasts, strict=True):
@@ -122,50 +121,49 @@ def test_each_record_is_traced_and_forecast(family: Family) -> None:
         near = np.sqrt(np.mean((trace.signal - trace.after) ** 2))
         assert near < 0.2 * trace.signal.std()
         assert np.all(forecast.sd > 0.0)
-    assert (traces[0].fluctuation is not None) == ("random_force" in family.sets[0])
+    assert (traces[0].fluctuation is not None) == ("random_force" in candidates.sets[0])
 
 
-def test_what_is_left_is_one_verdict(family: Family) -> None:
-    left, noise = family.left(), family.noise()
+def test_what_is_left_is_one_verdict(candidates: Candidates) -> None:
+    left, noise = candidates.left(), candidates.noise()
     assert set(left) == LEFT
     assert left["friction_could_shift_by"] >= 0.0
     assert set(noise) == {"model", "order", "sd", "correlation_length_s", "step"}
-    assert family.noise_floor() == pytest.approx(family.tests.rms, rel=1e-2)
-    if not family.tests.failed:
-        assert family.explains
+    assert candidates.noise_floor() == pytest.approx(candidates.tests.rms, rel=1e-2)
+    if not candidates.tests.failed:
+        assert candidates.explains
 
 
-def test_what_is_told_of_the_first_record_alone(family: Family) -> None:
-    model, z = family.simulated()
+def test_what_is_told_of_the_first_record_alone(candidates: Candidates) -> None:
+    model, z = candidates.simulated()
     segment = model.segments[0]
     predicted = model.predict_at(z, 0, segment.time)
     assert predicted is not None
     assert np.std(segment.values - predicted.signal) < 0.3 * segment.values.std()
-    force = family.resisting_force()
-    assert force.law.shape == force.direction.shape == (family.fitted[0],)
-    between = family.between_records()
-    assert (between is not None) == (records(family) > 1)
+    force = candidates.resisting_force()
+    assert force.law.shape == force.direction.shape == (candidates.fitted[0],)
+    between = candidates.between_records()
+    assert (between is not None) == (records(candidates) > 1)
 
 
-def test_contenders_predict_as_their_draws_say(family: Family) -> None:
-    for i, names in enumerate(family.sets[:2]):
-        found, mine = family.contender(names), family.draws.candidate == i
+def test_contenders_predict_as_their_draws_say(candidates: Candidates) -> None:
+    for i, names in enumerate(candidates.sets[:2]):
+        found, mine = candidates.contender(names), candidates.draws.candidate == i
         if np.count_nonzero(mine) < 100:
             assert i > 0
             continue
         assert found is not None
-        mean, sd = family.draws.friction[mine].mean(), family.draws.friction[mine].std()
+        mean, sd = candidates.draws.friction[mine].mean(), candidates.draws.friction[mine].std()
         assert abs(found.friction - mean) < 3.0 * sd
         assert set(found.model.effects) <= names
         assert (found.random_force > 0.0) == ("random_force" in names)
 
 
-def test_they_mix(family: Family) -> None:
-    families = [family] if frozenset() in family.sets else [searched(), family]
-    mixture = mixture_of(families, np.random.default_rng(4))
+def test_they_mix(candidates: Candidates) -> None:
+    mixture = mixture_of(candidates, np.random.default_rng(4))
     assert frozenset() in mixture.sets
     assert mixture.probabilities.sum() == pytest.approx(1.0)
-    assert mixture.best.sets[0] == mixture.sets[0]
+    assert mixture.of.sets[0] == mixture.sets[0]
 
 
 @pytest.mark.parametrize(
@@ -188,7 +186,7 @@ def test_candidates_agree_on_friction_each_by_itself(
     mixture = Mixture(
         sets=tuple(frozenset({f"effect_{c}"}) for c in range(len(means))),
         probabilities=np.full(len(means), 1.0 / len(means)),
-        best=None,  # type: ignore[arg-type]
+        of=None,  # type: ignore[arg-type]
         draws=CandidateDraws(
             candidate=candidate,
             friction=friction,
@@ -198,7 +196,6 @@ def test_candidates_agree_on_friction_each_by_itself(
             coefficients=candidate,
             squares=none,
         ),
-        share_of_best=1.0,
     )
     assert mixture.same_friction(len(means)) == agree
 
@@ -223,12 +220,11 @@ def test_a_further_record_would_have_a_friction_of_its_own(joint: JointCandidate
 
 def test_a_force_of_several_frictions_is_a_candidate() -> None:
     """How large it is speaks for friction that is hardly known, not against the force."""
-    family = together(share=4.0)
-    probability = np.exp(family.log_weights)
-    forced = ["random_force" in names for names in family.sets]
-    assert probability[forced].sum() > 0.99 * probability.sum()
-    assert np.median(family.draws.random_force) > 2.0 * 0.07
-    friction = family.draws.friction
+    candidates = together(share=4.0)
+    forced = ["random_force" in names for names in candidates.sets]
+    assert candidates.probabilities[forced].sum() > 0.99
+    assert np.median(candidates.draws.random_force) > 2.0 * 0.07
+    friction = candidates.draws.friction
     assert abs(friction.mean() - 0.07) < 3.0 * friction.std()
     assert friction.std() > 0.01
 

@@ -1,0 +1,48 @@
+"""Noise of the sensor that is coloured, white or absent, as a closed loop takes it."""
+
+from __future__ import annotations
+
+import pytest
+import xarray as xr
+from scipy.signal import butter, filtfilt
+
+import friction_bayes as fb
+from decays import SYSTEM, fluctuating_friction, slow_decay
+
+FRICTION = 0.07
+
+
+def decay(**changed: object) -> xr.DataArray:
+    usual = {"initial_displacement": 0.02, "duration": 20.0, "noise_sd": 1e-4, "seed": 1}
+    return slow_decay(**usual | changed)
+
+
+def test_a_record_behind_a_filter_without_lag_is_adequate() -> None:
+    record = decay()
+    record = record.copy(data=filtfilt(*butter(4, 0.2), record.values))
+    report = fb.close_loop([record], SYSTEM, seed=1)
+    assert report.noise["model"] == "ar"
+    assert report.verdict == "adequate"
+    friction = report.friction_after
+    assert friction["mean"] == pytest.approx(FRICTION, rel=0.02)
+    low, high = friction["interval90"]
+    assert low < FRICTION < high
+
+
+def test_white_noise_is_not_taken_for_coloured() -> None:
+    assert fb.close_loop([decay()], SYSTEM, seed=1).noise["model"] == "white"
+
+
+def test_a_random_force_in_an_acceleration_is_not_taken_for_colour() -> None:
+    record = decay(quantity="acceleration", noise_sd=1e-3, effects=fluctuating_friction())
+    report = fb.close_loop([record], SYSTEM, seed=1)
+    assert report.noise["model"] != "ar"
+    assert report.random_force is not None
+    assert report.random_force["probability"] > 0.95
+
+
+@pytest.mark.parametrize("noise", ["white", "ar"])
+def test_noise_that_is_asked_for_is_that_of_the_report(noise: str) -> None:
+    record = decay(duration=8.0)
+    record = record.copy(data=filtfilt(*butter(4, 0.2), record.values))
+    assert fb.close_loop([record], SYSTEM, seed=1, noise=noise).noise["model"] == noise
