@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 import friction_bayes as fb
@@ -33,6 +32,3 @@ def test_sampled_posterior_agrees_with_the_normal_approximation() -> None:
     assert check["rhat"] < 1.01
     assert check["agrees"]
     assert check["friction"]["sd"] == pytest.approx(check["closed_form"]["sd"], rel=0.2)
-    loo = check["leave_one_out"]
-    assert loo["gain"] > 3.0 * loo["gain_se"] > 0.0
-    assert np.isfinite(loo["after"]["elpd"])

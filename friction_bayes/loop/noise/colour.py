@@ -27,6 +27,8 @@ from friction_bayes.statespace.kalman import Clock
 
 __all__ = ["Colour", "colour_near_motion", "colour_of", "is_coloured"]
 
+_GRID = 1025
+"""Frequencies of a spectrum whose transform is the correlation of the noise."""
 _HANN_SPREAD = 1.5
 """Neighbouring ordinates of a Hann-windowed periodogram are correlated: so many count as one."""
 
@@ -65,7 +67,8 @@ class Colour:
         """Fields of the report, of samples every ``step`` [s]."""
         if self.autoregression is None:
             return {"model": "ar", "order": 0, "correlation_length_s": step}
-        correlation = self.autoregression.covariance[0]
+        # it reaches beyond as many samples as there are coefficients
+        correlation = np.fft.irfft(self.autoregression.spectrum(np.linspace(0.0, math.pi, _GRID)))[:_GRID]
         below = np.flatnonzero(correlation < correlation[0] / math.e)
         length = int(below[0]) if below.size else correlation.size
         order = self.autoregression.order

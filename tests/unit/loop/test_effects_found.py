@@ -46,7 +46,7 @@ def test_strong_damping_of_a_record_that_comes_to_rest_is_found() -> None:
 
 
 def test_every_single_effect_is_weighed(seed: int) -> None:
-    found = weighed(long_decay(seed=seed, effects={"viscous_damping.damping_ratio": 0.004}))
+    found = weighed(long_decay(seed=seed))
     # a line, outliers and clipped samples are there only where the record shows some
     for name in OFFERED[:7]:
         assert frozenset({name}) in found.sets, name
