@@ -17,7 +17,7 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.columns.column_sets import ColumnSets, column_sets
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.law_columns import Circumstances, LawColumns, law_columns
-from friction_bayes.loop.columns.lines import Line
+from friction_bayes.loop.columns.lines import OF_LINES, Line
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.noise.colour import Colour
@@ -42,9 +42,11 @@ _LEFT_OUT = 1.5
 which is in doubt."""
 
 
-def along_motion(effect: Effect) -> bool:
-    """Whether an effect can be evaluated along a measured motion: forces, and linear faults of the sensor."""
-    return isinstance(effect, ForceEffect) or (isinstance(effect, SensorEffect) and effect.linear)
+def along_motion(effect: Effect, scales: Scales) -> bool:
+    """Whether an effect can be evaluated along a measured motion: forces, lines and linear sensor faults."""
+    if isinstance(effect, ForceEffect) or effect.name in OF_LINES:
+        return True
+    return isinstance(effect, SensorEffect) and effect.is_linear(scales)
 
 
 class LawAlongMotion(NamedTuple):
@@ -143,7 +145,9 @@ class MovingRecord:
         effects = tuple(
             name
             for name in EFFECTS
-            if name in allowed and along_motion(EFFECTS[name]) and not why_not_weighed(name, segment, scales)
+            if name in allowed
+            and along_motion(EFFECTS[name], scales)
+            and not why_not_weighed(name, segment, scales)
         )
         n = _moving(segment) if samples is None else samples
         variance = np.where(segment.free[:n], 1.0, np.inf)

@@ -28,6 +28,9 @@ __all__ = [
     "SensorEffect",
 ]
 
+_PROBED = 64
+"""Samples of a swing at which a distortion is seen to be linear or not."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
@@ -216,8 +219,6 @@ class SensorEffect(Effect):
         Whether it acts on the noisy signal.
     quantities : tuple of str
         Quantities whose sensors may have it; empty where those of any may.
-    linear : bool
-        Whether the distortion is linear in its parameters, those of a line at its frequency.
     shapes : callable, optional
         ``shapes(size)`` returns what the parameters after the first, which shape the distortion, are taken at
         beside a size of the first, in which alone it is linear then.
@@ -229,7 +230,6 @@ class SensorEffect(Effect):
     per_record: bool = True
     after_noise: bool = False
     quantities: tuple[str, ...] = ()
-    linear: bool = False
     shapes: Callable[[float], tuple[tuple[float, ...], ...]] | None = None
 
     def why_not(self, scales: Scales) -> str:
@@ -237,6 +237,23 @@ class SensorEffect(Effect):
         if not self.is_of(scales.quantity.name):
             return f"no sensor of {words(scales.quantity.name)} has it"
         return super().why_not(scales)
+
+    def is_linear(self, scales: Scales) -> bool:
+        """Whether the distortion is linear in its parameters, or in the first at given ones after it."""
+        taken = () if self.shapes is None else self.shapes(self.priors(scales)[0].scale)[0]
+        sizes = np.array([prior.scale for prior in self.priors(scales)[: len(self.parameters) - len(taken)]])
+        time = np.linspace(0.0, 20.0 / scales.system.natural_frequency, _PROBED)
+        signal = scales.signal * np.cos(scales.system.natural_frequency * time)
+
+        def distorted(sizes: Array) -> Array:
+            return np.asarray(self.distort(signal, time, *sizes, *taken) - signal)
+
+        apart = sum((distorted(part) for part in np.diag(sizes)), np.zeros(_PROBED))
+        largest = float(np.max(np.abs(apart)))
+        if largest == 0.0:
+            return False
+        off = [float(np.max(np.abs(distorted(k * sizes) - k * apart))) for k in (1.0, 2.0)]
+        return max(off) < 1e-9 * (largest + scales.signal)
 
     def is_of(self, quantity: str) -> bool:
         """Whether sensors of a quantity may have it."""

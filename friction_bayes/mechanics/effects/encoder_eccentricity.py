@@ -36,7 +36,6 @@ ENCODER_ECCENTRICITY = SensorEffect(
     summary="+ sum a_n sin n x + b_n cos n x, n = 1 .. 4",
     parameters=turn_parameters(_prior, "signal"),
     distort=_distort,
-    linear=True,
     quantities=("angle",),
     # of the encoder, whatever the release
     per_record=False,

@@ -35,5 +35,4 @@ PERIODIC_INTERFERENCE = SensorEffect(
         Parameter(name="phase", unit="rad", default=0.0, prior=lambda scales: uniform(-math.pi, math.pi)),
     ),
     distort=_distort,
-    linear=True,
 )

@@ -53,5 +53,4 @@ SECOND_MODE = SensorEffect(
         ),
     ),
     distort=_distort,
-    linear=True,
 )

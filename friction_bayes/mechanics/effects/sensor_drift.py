@@ -26,5 +26,4 @@ SENSOR_DRIFT = SensorEffect(
     ),
     excludes=("sensor_offset",),
     distort=_distort,
-    linear=True,
 )

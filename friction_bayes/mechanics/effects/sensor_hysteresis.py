@@ -50,7 +50,6 @@ SENSOR_HYSTERESIS = SensorEffect(
         ),
     ),
     distort=_distort,
-    linear=True,
     shapes=lambda half_width: ((0.0,), (2.0 * half_width,)),
     # it is the position that is held: an accelerometer has neither counts nor play
     quantities=("displacement", "angle"),

@@ -42,7 +42,6 @@ SENSOR_NONLINEARITY = SensorEffect(
     distort=_distort,
     # over a part of a turn the cosine of an eccentric encoder bends the scale too
     excludes=("encoder_eccentricity",),
-    linear=True,
     # of the sensor, whatever the release
     per_record=False,
     series=(Extent(1), Extent(2)),

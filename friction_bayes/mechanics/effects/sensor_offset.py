@@ -19,5 +19,4 @@ SENSOR_OFFSET = SensorEffect(
     parameters=(Parameter(name="offset", unit="signal", prior=lambda scales: normal(scales.offset)),),
     excludes=("sensor_drift",),
     distort=_distort,
-    linear=True,
 )

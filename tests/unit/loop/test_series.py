@@ -32,7 +32,6 @@ def series() -> Iterator[str]:
             for name in ("third", "fourth")
         ),
         distort=distort,
-        linear=True,
         per_record=False,
         series=(Extent(1), Extent(2, 5.0)),
     )
