@@ -8,8 +8,13 @@ import numpy as np
 from scipy.linalg import expm
 
 
-def dense_covariance(phase: np.ndarray, stiffness: np.ndarray, tau: float) -> np.ndarray:
-    """Covariance (3 n, 3 n) of all states for unit sd, every step by quadrature of matrix exponentials."""
+def dense_covariance(
+    phase: np.ndarray, stiffness: np.ndarray, tau: float, beside: np.ndarray | None = None
+) -> np.ndarray:
+    """Covariance (3 n, 3 n) of all states for unit sd, every step by quadrature of matrix exponentials.
+
+    With what a law makes of displacement and velocity after each step, shape (n - 1, 2, 2).
+    """
     nodes, weights = np.polynomial.legendre.leggauss(12)
     n = phase.size
     own = np.zeros((n, 3, 3))
@@ -24,6 +29,11 @@ def dense_covariance(phase: np.ndarray, stiffness: np.ndarray, tau: float) -> np
         transitions.append(expm(drift * h))
         own[i] = transitions[-1] @ own[i - 1] @ transitions[-1].T
         own[i] += 2.0 / tau * np.einsum("k,ka,kb->ab", weight, column, column)
+        if beside is not None:
+            law = np.eye(3)
+            law[:2, :2] = beside[i - 1]
+            transitions[-1] = law @ transitions[-1]
+            own[i] = law @ own[i] @ law.T
     full = np.zeros((n, 3, n, 3))
     for i in range(n):
         block = own[i]

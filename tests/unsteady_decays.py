@@ -182,7 +182,7 @@ def _angle_read(rng: np.random.Generator, angle: np.ndarray) -> xr.DataArray:
 def fitted(record: xr.DataArray, effects: Sequence[str], system: fb.Oscillator = SYSTEM) -> ForceFit:
     """Fit a record along its motion, with these effects allowed."""
     (segment,) = cut_records([record], system)
-    fit = fit_random_force(segment, system, effects)
+    fit = fit_random_force(segment, system, (*effects, "random_force"))
     assert fit is not None
     return fit
 

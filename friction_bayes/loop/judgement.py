@@ -117,6 +117,7 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
         shift=shift,
         loss=loss,
         held_out=held_out,
+        least_noise=best.least_noise,
         friction=after.to_dict()["interval90"],
         witnesses=witnesses,
         filtered=None if filtered is None else _interval(factor * filtered.friction),

@@ -305,7 +305,8 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
     latest = None if still is None else replace(still, alone=False)
     if latest is None or not latest.is_all:
         free = _settled(Round.first(whole, noise, alone=False), allowed)
-        if latest is None or (free is not None and free.log_evidence > latest.log_evidence):
+        # beside its own motion, which is exact, a law does not call for what made up for an inexact one
+        if still is None or (free is not None and free.log_evidence > still.log_evidence):
             latest = free
     if latest is not None and still is not None and noise != "white":
         latest = _settled(still.coloured(latest), allowed) or latest

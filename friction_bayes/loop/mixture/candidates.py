@@ -264,10 +264,13 @@ class Candidates(ABC):
 
     def noise_floor(self) -> float:
         pairs = zip(self.best, self._left, strict=True)
-        # less than the noise that every record is taken to have is none
-        sizes = [np.asarray(max(left.rms, fit.noise_sd)) for fit, left in pairs]
-        each = [float(fit.sensor_noise.sd_of_samples(sd)) for fit, sd in zip(self.best, sizes, strict=True)]
+        each = [float(fit.sensor_noise.sd_of_samples(np.asarray(left.rms))) for fit, left in pairs]
         return math.sqrt(float(np.mean(np.square(each))))
+
+    @property
+    def least_noise(self) -> float:
+        """Noise that every record is taken to have, in the unit of the signal."""
+        return max(fit.regression.least_noise * fit.unit for fit in self.best)
 
     @property
     def notes(self) -> tuple[str, ...]:

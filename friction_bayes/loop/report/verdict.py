@@ -52,6 +52,8 @@ class Consequences:
         amplitude.
     held_out : mapping
         The report's ``held_out_error``.
+    least_noise : float
+        Forecast error below which none is the better, in the unit of the signal.
     friction : tuple of float
         The 90 % interval of friction, over all candidates.
     witnesses : mapping or None
@@ -67,6 +69,7 @@ class Consequences:
     shift: float
     loss: float
     held_out: Mapping[str, Any]
+    least_noise: float
     friction: tuple[float, float]
     witnesses: Mapping[str, Any] | None
     filtered: tuple[float, float] | None
@@ -75,7 +78,7 @@ class Consequences:
     def against(self) -> tuple[str, ...]:
         """Name what speaks against the number, if anything does; a figure that is not known is no fault."""
         held_out, as_bad = self.held_out, 1.0 + settings.SETTINGS.worse_forecast
-        before = max(held_out["before"], held_out["noise_floor"])
+        before = max(held_out["before"], self.least_noise)
         faults = {
             "left_over": not self.is_noise,
             "shift": self.shift > settings.SETTINGS.most_shift * self.loss > 0.0,

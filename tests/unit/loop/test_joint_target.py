@@ -51,7 +51,8 @@ def densely(target: JointTarget, theta: np.ndarray, r: int) -> float:
     covariance = variance * member.noise**2 * np.diag(regression.clock.variance)
     if target.forced:
         phase = regression.clock.phase
-        states = dense_covariance(phase, np.ones(phase.size - 1), math.exp(theta[s + 2]))
+        stiffness, beside = np.ones(phase.size - 1), regression.clock.beside
+        states = dense_covariance(phase, stiffness, math.exp(theta[s + 2]), beside)
         shows = np.kron(np.eye(phase.size), regression.row)
         covariance += (member.force * math.exp(theta[s + 1])) ** 2 * shows @ states @ shows.T
     own = problem.inside(row)

@@ -55,6 +55,8 @@ def test_verdict_follows_the_rule(sets: list[frozenset[str]], probabilities: lis
     doubted = "ambiguous" if word == "adequate" else word
     assert verdict(sets, np.array(probabilities), agrees, (), 0.9) == doubted
     assert verdict(sets, np.array(probabilities), agrees, ("band",), 0.99) == "unexplained"
+    assert verdict(sets, np.array(probabilities), agrees, ("forecast", "band"), 0.99) == "unexplained"
+    assert verdict(sets, np.array(probabilities), agrees, ("forecast",), 0.99) == "ambiguous"
 
 
 SOUND = Consequences(
@@ -62,6 +64,7 @@ SOUND = Consequences(
     shift=0.1,
     loss=1.0,
     held_out={"before": 2.0, "after": 2.0, "inside90": 0.9, "noise_floor": 0.1},
+    least_noise=0.0,
     friction=(0.9, 1.1),
     witnesses=None,
     filtered=None,
@@ -216,10 +219,10 @@ def test_the_missing_effect_shows_in_the_forecast(seed: int) -> None:
 
 
 def test_what_no_effect_explains_is_not_dressed_up(seed: int) -> None:
-    """A second mode that dies away: the catalogue has no such term."""
+    """A second mode near the first that dies away: no such effect is offered."""
     record = long_decay(seed=seed)
     time = record["time"].values
-    mode = 0.004 * np.exp(-time / 2.0) * np.cos(37.0 * time)
+    mode = 0.004 * np.exp(-time / 2.0) * np.cos(14.0 * time)
     report = fb.close_loop(
         [record + mode], SYSTEM, seed=1, effects=["viscous_damping", "periodic_interference"]
     )

@@ -57,7 +57,7 @@ def fitted(*effects: str) -> Contender:
     model = LoopModel(SYSTEM, cut_records([record], SYSTEM), effects)
     fit = fit_growing_record(model, [NoiseModel()], starting_point(model))
     assert fit is not None
-    return Contender.of_fit(fit)
+    return Contender(model=fit.model, z=fit.z, covariance=fit.covariance, noise_sd=fit.noises[0].sd)
 
 
 @pytest.fixture(scope="module")

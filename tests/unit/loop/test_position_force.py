@@ -76,7 +76,6 @@ def test_a_simulated_wheel_out_of_balance_is_pulled_aside() -> None:
             "does not tell it from other effects, 1.6 rad would",
         ),
         (SYSTEM, "acceleration", ["sensor_hysteresis"], "no sensor of acceleration"),
-        (WHEEL, "angle", ["timing_jitter"], "takes random_force among the effects"),
     ],
 )
 def test_what_was_asked_for_and_is_not_weighed_is_told(

@@ -121,7 +121,7 @@ def test_without_a_force_both_weigh_a_law_alike(fault: str, seed: int) -> None:
     clipped = {"sensor_clipping.level": 0.014}
     record = decays.short_decay(seed=seed, effects=values.get(fault, clipped))
     (segment,) = cut_records([record], decays.SYSTEM)
-    fit = fit_random_force(segment, decays.SYSTEM, ("viscous_damping", fault))
+    fit = fit_random_force(segment, decays.SYSTEM, ("viscous_damping", fault, "random_force"))
     assert fit is not None
     assert np.isinf(fit.clock.variance).any()
     for names in (frozenset[str](), frozenset({"viscous_damping"})):
@@ -168,7 +168,7 @@ def test_a_law_that_cannot_matter_has_no_evidence(seed: int) -> None:
     effects = {"outliers.fraction": 0.03, "outliers.scale": 2e-3, "viscous_damping.damping_ratio": 0.03}
     (segment,) = cut_records([decays.short_decay(seed=seed, effects=effects)], decays.SYSTEM)
     both = ("viscous_damping", "outliers")
-    fit = fit_random_force(segment, decays.SYSTEM, both)
+    fit = fit_random_force(segment, decays.SYSTEM, (*both, "random_force"))
     assert fit is not None
     best = simulated_fit(segment, decays.SYSTEM, both, effects)
     damped = log_evidence_without_force(fit, best, frozenset({"viscous_damping"}))
