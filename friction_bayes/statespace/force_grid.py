@@ -15,7 +15,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Protocol
+from itertools import pairwise
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,16 +41,21 @@ from friction_bayes.statespace.subset_evidence import (
 __all__ = ["ForcePrior", "GridPoint", "Posterior", "Problem", "Weighable", "at_resonance", "integrate"]
 
 _REACH = (0.003, 30.0)
-"""Sizes of the force, over the prior's median, between which its mode is sought."""
-_SCAN_LOG_TAU = (-0.7, 1.2)
-_FIRST_STEPS = np.array([0.6, 0.9])
-"""Of the search for the mode."""
-_NEAR = 1.0 / 3.0
-"""Factor on these where the mode is known roughly."""
+"""Sizes of the force, over the prior's median, between which its modes are sought."""
+_STRIPS = 7
+"""Equal strips of ``log tau`` whose middles tell how many modes there are."""
+_SIZE_STEPS = (0.75, 0.25)
+"""Of ``u``, of the search for the best size at one correlation time: at first, and from the next strip's."""
+_MODE_STEPS = np.array([0.1, 0.3])
+"""Of the search for a mode, where it is known to a strip."""
 _CELL = 1.2
 """Side of a grid cell in posterior standard deviations."""
 _DEPTH = 3.5
-"""Nats below the best cell at which the neighbours of a cell are not looked at."""
+"""Nats below the best cell of a mode at which the neighbours of a cell are not looked at.
+
+Modes count as two where the way between them leads through half as many below the better one, so that no
+cell there is looked at by chance; one that lies twice as many below the best is left out.
+"""
 _MOST_CELLS = 80
 _OUTSIDE = 1e10
 _SUBCELLS = np.stack(np.meshgrid(*2 * [np.linspace(-0.5, 0.5, 17)[1::2]]), axis=-1).reshape(-1, 2)
@@ -351,9 +357,10 @@ def integrate(
     near: GridPoint | None = None,
     only_mode: bool = False,
 ) -> Posterior:
-    """Evaluate the posterior where it is: without a force, and on cells grown outward from the mode with one.
+    """Evaluate the posterior where it is: without a force, and with one on cells grown outward from modes.
 
-    Neighbours of every cell near the best are looked at in turn, so that ridges and edges are followed.
+    Neighbours of every cell near the best are looked at in turn, so that ridges and edges are followed. Modes
+    share the correlation times among them: cells of one reach to the lowest place on the way to the next.
 
     Parameters
     ----------
@@ -366,7 +373,7 @@ def integrate(
     near : GridPoint, optional
         Where the mode of much the same problem was: a place to climb from, if none is better.
     only_mode : bool
-        Whether the mode will do for the part with a force: enough to smooth with, not to average.
+        Whether the best mode will do for the part with a force: enough to smooth with, not to average.
     """
     points = [
         GridPoint(ratio=0.0, tau=1.0, log_volume=math.log(prior.none), found=problem.weigh(0.0, 1.0)),
@@ -374,25 +381,11 @@ def integrate(
     if prior.none >= 1.0:
         return Posterior(problem, points)
     density = _Density(problem, prior)
-    mode = _mode(density, prior, noise, near)
+    modes = _modes(density, noise, near)
     if only_mode:
-        return Posterior(problem, [*points, density.point(mode, 0.0)])
-    axes = _axes(density, mode) * _CELL
-    log_cell = math.log(abs(np.linalg.det(axes)))
-    best = density(mode)
-    frontier, seen = [(0, 0)], {(0, 0)}
-    while frontier and len(seen) < _MOST_CELLS:
-        i, j = frontier.pop(0)
-        place, share = _inside(mode + axes @ np.array([i, j], dtype=np.float64), axes, prior)
-        if share == 0.0:
-            continue
-        value = density(place)
-        points.append(density.point(place, log_cell + math.log(share)))
-        best = max(best, value)
-        if value > best - _DEPTH:
-            neighbours = {(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)} - seen
-            frontier.extend(sorted(neighbours))
-            seen |= neighbours
+        return Posterior(problem, [*points, density.point(modes[0].place, 0.0)])
+    for mode in modes:
+        points += _cells(density, mode)
     return Posterior(problem, points)
 
 
@@ -437,22 +430,97 @@ class _Density:
         return GridPoint(ratio=ratio, tau=tau, log_volume=log_cell + log_prior, found=found)
 
 
-def _mode(density: _Density, prior: ForcePrior, noise: float, near: GridPoint | None) -> Array:
-    """Mode: a scan along the size at two correlation times, then Nelder and Mead."""
-    low, high = (math.log(share * prior.centre / noise) for share in _REACH)
-    log_sizes = np.linspace(low, high, 7)[1:-1]
-    starts = [
-        np.array([size + math.log(at_resonance(math.exp(log_tau))), log_tau])
-        for log_tau in _SCAN_LOG_TAU
-        for size in log_sizes
+class _Mode(NamedTuple):
+    """A mode, and the bounds of ``log tau`` between which its cells lie."""
+
+    place: Array
+    low: float
+    high: float
+
+
+def _modes(density: _Density, noise: float, near: GridPoint | None) -> list[_Mode]:
+    """Modes that count, the best first: climbed to within each stretch of correlation times that has one."""
+    crest = _crest(density, noise, near)
+    prior = density.prior
+    bounds = [math.log(prior.tau_low), *crest[_valleys(crest[:, 2]), 1], math.log(prior.tau_high)]
+    stretches = list(pairwise(bounds))
+    tops = [crest[(crest[:, 1] >= low) & (crest[:, 1] <= high), 2].max() for low, high in stretches]
+    found = [
+        _Mode(_climb(density, low, high), low, high)
+        for top, (low, high) in zip(tops, stretches, strict=True)
+        if top > max(tops) - 2.0 * _DEPTH
     ]
-    start, steps = max(starts, key=density), _FIRST_STEPS
+    found.sort(key=lambda mode: -density(mode.place))
+    best = density(found[0].place)
+    return [mode for mode in found if density(mode.place) > best - 2.0 * _DEPTH]
+
+
+def _crest(density: _Density, noise: float, near: GridPoint | None) -> Array:
+    """Best sizes in the middle of each strip of correlation times: ``u``, ``log tau``, log density, in rows.
+
+    From the best of some sizes at one correlation time, or from that of ``near``, strip by strip outward.
+    """
+    prior = density.prior
+    edges = np.linspace(math.log(prior.tau_low), math.log(prior.tau_high), _STRIPS + 1)
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    first = _STRIPS // 2
+    low, high = (math.log(share * prior.centre / noise) for share in _REACH)
+    log_sizes = np.linspace(low, high, 7)[1:-1] + math.log(at_resonance(math.exp(middles[first])))
+    start = max((np.array([size, middles[first]]) for size in log_sizes), key=density)
     if near is not None and density(density.place(near)) > density(start):
-        start, steps = density.place(near), _NEAR * _FIRST_STEPS
+        start = density.place(near)
+        first = int(np.argmin(np.abs(middles - start[1])))
+    size = start[0]
+    for step in _SIZE_STEPS:
+        size, value = _best_size(density, size, middles[first], step)
+    rows = {first: (size, middles[first], value)}
+    for strips in (range(first + 1, _STRIPS), range(first - 1, -1, -1)):
+        size = rows[first][0]
+        for k in strips:
+            size, value = _best_size(density, size, middles[k], _SIZE_STEPS[-1])
+            rows[k] = (size, middles[k], value)
+    return np.array([rows[k] for k in range(_STRIPS)])
+
+
+def _best_size(density: _Density, size: float, log_tau: float, step: float) -> tuple[float, float]:
+    """Best ``u`` at a correlation time and its log density: of the parabola through the three best steps."""
+
+    def at(k: int) -> float:
+        return density(np.array([size + k * step, log_tau]))
+
+    k = 0
+    while abs(k) < _MOST_CELLS and (higher := max((k - 1, k, k + 1), key=at)) != k:
+        k = higher
+    below, value, above = at(k - 1), at(k), at(k + 1)
+    bend = below - 2.0 * value + above
+    if bend >= 0.0:
+        return size + k * step, value
+    offset = 0.5 * (below - above) / bend
+    return size + (k + offset) * step, value - 0.5 * bend * offset**2
+
+
+def _valleys(heights: Array) -> list[int]:
+    """Indices of the lowest places between modes, see :data:`_DEPTH`."""
+    padded = np.pad(heights, 1, constant_values=-math.inf)
+    peaks = np.flatnonzero((heights > padded[:-2]) & (heights >= padded[2:]))
+    lowest = [left + int(np.argmin(heights[left:right])) for left, right in pairwise(peaks.tolist())]
+    return [k for k in lowest if heights[k] < heights.max() - 0.5 * _DEPTH]
+
+
+def _climb(density: _Density, low: float, high: float) -> Array:
+    """Nelder and Mead from the best place known with ``log tau`` between these bounds."""
+
+    def inside(place: Array | tuple[float, ...]) -> bool:
+        return low <= place[1] <= high
 
     def misfit(place: Array) -> float:
-        return -density(place)
+        return -density(place) if inside(place) else _OUTSIDE
 
+    def best() -> Array:
+        known = density.known
+        return np.array(max(filter(inside, known), key=lambda key: known[key][0]))
+
+    start = best()
     minimize(
         misfit,
         start,
@@ -461,16 +529,38 @@ def _mode(density: _Density, prior: ForcePrior, noise: float, near: GridPoint | 
             "maxfev": 45,
             "xatol": 0.2,
             "fatol": 0.05,
-            "initial_simplex": start + np.vstack([np.zeros(2), np.diag(steps)]),
+            "initial_simplex": start + np.vstack([np.zeros(2), np.diag(_MODE_STEPS)]),
         },
     )
-    return np.array(max(density.known, key=lambda key: density.known[key][0]))
+    return best()
 
 
-def _inside(centre: Array, axes: Array, prior: ForcePrior) -> tuple[Array, float]:
-    """Middle of the part of a cell that lies within the bounds of ``tau``, and how large a share it is."""
+def _cells(density: _Density, mode: _Mode) -> list[GridPoint]:
+    """Cells grown outward from a mode."""
+    axes = _axes(density, mode.place) * _CELL
+    log_cell = math.log(abs(np.linalg.det(axes)))
+    best = density(mode.place)
+    points = []
+    frontier, seen = [(0, 0)], {(0, 0)}
+    while frontier and len(seen) < _MOST_CELLS:
+        i, j = frontier.pop(0)
+        centre = mode.place + axes @ np.array([i, j], dtype=np.float64)
+        place, share = _inside(centre, axes, mode.low, mode.high)
+        if share == 0.0:
+            continue
+        value = density(place)
+        points.append(density.point(place, log_cell + math.log(share)))
+        best = max(best, value)
+        if value > best - _DEPTH:
+            neighbours = {(i + 1, j), (i - 1, j), (i, j + 1), (i, j - 1)} - seen
+            frontier.extend(sorted(neighbours))
+            seen |= neighbours
+    return points
+
+
+def _inside(centre: Array, axes: Array, low: float, high: float) -> tuple[Array, float]:
+    """Middle of the part of a cell that lies within bounds of ``log tau``, and how large a share it is."""
     places = centre + _SUBCELLS @ axes.T
-    low, high = math.log(prior.tau_low), math.log(prior.tau_high)
     inside = (places[:, 1] >= low) & (places[:, 1] <= high)
     share = float(inside.mean())
     if share in (0.0, 1.0):
@@ -491,13 +581,21 @@ def _axes(density: _Density, mode: Array) -> Array:
     low, high = math.log(density.prior.tau_low), math.log(density.prior.tau_high)
     for _ in range(2):
         offsets = stencil @ axes.T
-        # a mode at an edge of the prior: the stencil moves inside
         reach = np.max(np.abs(offsets[:, 1])) + 1e-9
         centre = np.array([mode[0], min(max(mode[1], low + reach), high - reach)])
+        at_edge = centre[1] != mode[1]
+        if at_edge:
+            # of the prior: the stencil moves inside, along the best sizes
+            centre[0], _ = _best_size(density, mode[0], centre[1], _SIZE_STEPS[-1])
         values = np.array([density(centre + offset) for offset in offsets])
         fitted = np.linalg.lstsq(basis, values, rcond=None)[0]
         inverse = np.linalg.inv(axes)
-        curvature = -inverse.T @ np.array([[fitted[3], fitted[5]], [fitted[5], fitted[4]]]) @ inverse
+        bend = np.array([[fitted[3], fitted[5]], [fitted[5], fitted[4]]])
+        curvature = -inverse.T @ bend @ inverse
+        if at_edge:
+            # where the density falls from it in a straight line, that says how far it reaches
+            slope = inverse.T @ (fitted[1:3] + bend @ inverse @ (mode - centre))
+            curvature[1, 1] += slope[1] ** 2
         size, vectors = np.linalg.eigh(curvature)
         axes = vectors / np.sqrt(np.clip(size, 1.0 / 1.2**2, 1.0 / 0.02**2))
     return np.asarray(axes)
