@@ -101,6 +101,8 @@ def table_of_lines(path: Path, lines: Sequence[str], *, skip_rows: int = 0) -> T
                 else f"found {len(cells)} cells where the first line has {len(names)}",
                 "give every row as many cells (with decimal commas, separate columns by semicolons)",
             )
+    if names == _by_number(len(names)):
+        names = _commented_names(lines[: table[0][0] - 1], len(names)) or names
     rows = np.array([row for row, _ in table])
     attrs = {"synthetic": True} if any(_SYNTHETIC.match(line.strip()) for line in lines) else {}
     columns = {}
@@ -112,6 +114,21 @@ def table_of_lines(path: Path, lines: Sequence[str], *, skip_rows: int = 0) -> T
             read = partial(_numbers if since is None else _clock_times, path, name, rows[held], cells[held])
             columns[name] = Column(read, since=since, rows=rows[held], attrs=attrs)
     return Table(columns)
+
+
+def _by_number(count: int) -> list[str]:
+    """Names of columns that have none."""
+    return [str(k) for k in range(count)]
+
+
+def _commented_names(above: Sequence[str], count: int) -> list[str] | None:
+    """So many names on a comment right above the numbers, as NumPy writes them; None where there are none."""
+    line = next((line.strip() for line in reversed(above) if line.strip()), "")
+    if not line.startswith("#"):
+        return None
+    splits = (_cells(line.lstrip("# "), separator) for separator in ("\t", ";", ",", None))
+    fit = (cells for cells in splits if len(cells) == count and not any(map(_is_number, cells)))
+    return next(fit, None)
 
 
 def _layout(path: Path, kept: list[tuple[int, str]]) -> tuple[list[str], list[tuple[int, list[str]]]]:
@@ -164,7 +181,7 @@ def _layout(path: Path, kept: list[tuple[int, str]]) -> tuple[list[str], list[tu
                 "give every row as many cells (with decimal commas, separate columns by semicolons)",
             )
         table = lines[data:]
-        return [str(k) for k in range(max(_width(cells) for _, cells in table))], table
+        return _by_number(max(_width(cells) for _, cells in table)), table
     table = lines[header + 1 :]
     names = lines[header][1]
     if header and _width(lines[header - 1][1]) >= width and _are_units(names):
