@@ -41,7 +41,7 @@ def at_the_longest_time(size, log_tau):
 
 
 class Landscape:
-    """A regression whose likelihood is a function of size and time, and whose coefficient is the log of that."""
+    """A regression whose likelihood is a function of size and time, and whose coefficient is its log."""
 
     names = ("friction",)
     scale = np.ones(1)
