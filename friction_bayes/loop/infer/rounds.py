@@ -3,7 +3,9 @@
 In each, the motion is smoothed with the law of the round before, in units of the frequency found there, and
 the effects are evaluated along it, until the law moves no more and the faults of the sensor stay where they
 are: one that jumps where the motion turns, such as a lag, is in the first motion, and moves its turning
-points. When they have settled, and at the latest after a few, the force is searched for knocks.
+points. They settle without a random force first; where that leaves more than white noise, or a force is
+more probable, with one too, and the larger evidence decides. Coloured noise is a rival where the spectrum
+shows it, and at last the force is searched for knocks.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""One posterior over all candidates of all families, with slight effects beside them."""
+"""One posterior over all candidates, with slight effects beside them."""
