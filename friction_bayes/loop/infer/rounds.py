@@ -25,6 +25,7 @@ from friction_bayes.loop.infer.finer_lines import finer_lines, lines_that_show
 from friction_bayes.loop.infer.finer_shapes import finer_shapes
 from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
+from friction_bayes.loop.infer.sensor_noise import weigh_sensor_noise
 from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_of, is_coloured
 from friction_bayes.loop.noise.correlated_error import SensorError, find_sensor_error
 from friction_bayes.loop.noise.robust_samples import LeftOut, come_anywhere, outlying
@@ -215,10 +216,11 @@ class Round:
             self._left, phase, self.whole.segment.order, int(np.count_nonzero(self._law))
         )
 
-    def coloured(self, than: Round) -> Round | None:
-        """The same under coloured noise; None where that is less probable ``than`` another, or there is none.
+    def coloured(self, other: Round, allowed: Sequence[str]) -> Round | None:
+        """The same under coloured noise; None where that is less probable than another, or there is none.
 
-        Where it is asked for it need only be there.
+        The other is taken with the noise that goes best with it, growing and with outliers too. Where it is
+        asked for, coloured noise need only be there.
         """
         regression, decay = self.found.regression, self.whole.segment.decay
         audible = self._best.noise > _AUDIBLE * regression.least_noise
@@ -229,7 +231,12 @@ class Round:
             if not is_coloured(self._left, decay.step, decay.frequency):
                 return None
             as_it_is = self._under(colour)
-            if as_it_is is None or as_it_is.log_evidence <= than.log_evidence:
+            if as_it_is is None or as_it_is.log_evidence <= other.log_evidence:
+                return None
+            noise = weigh_sensor_noise(
+                other.whole.setting_aside(other.ceiling), other.found, other.outliers, allowed
+            )[2]
+            if as_it_is.log_evidence <= other.log_evidence + noise.log_total:
                 return None
         return self._under(self._colour_near_motion)
 
@@ -311,7 +318,7 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
         if still is None or (free is not None and free.log_evidence > still.log_evidence):
             latest = free
     if latest is not None and still is not None and noise != "white":
-        latest = _settled(still.coloured(latest), allowed) or latest
+        latest = _settled(still.coloured(latest, allowed), allowed) or latest
     looks = _MOST_LOOKS if latest is not None and latest.found.prior.none < 1.0 else 0
     while latest is not None and looks > 0:
         jump = latest.next_knock()
