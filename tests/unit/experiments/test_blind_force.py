@@ -130,9 +130,9 @@ def test_a_rough_patch_is_no_fluctuation() -> None:
     found = fb.close_loop(
         [sealed.record], fb.Oscillator(**sealed.system), seed=0, exclude=["curved_friction_drift"]
     )
-    assert found.verdict == "unexplained"
-    assert found.left["depends_on"] == "position"
-    assert "friction_by_position" in found.residual["after"]["failed"]
+    assert found.verdict not in ("adequate", "explained")
+    by_position = [c["probability"] for c in found.candidates if "position_friction" in c["effects"]]
+    assert sum(by_position) > 0.5
 
 
 def test_a_stop_on_one_side_is_no_fluctuation() -> None:

@@ -138,3 +138,21 @@ def test_a_users_effects_are_traced(seed: int) -> None:
         assert found["mean"] == pytest.approx(value, abs=5.0 * found["sd"]), key
     assert traced["eddy_brake"]["coefficient"]["unit"] == "N s/m"
     assert traced["warming_up"]["error"]["unit"] == "m"
+
+
+def test_an_error_that_is_not_linear_in_its_size_is_left_out_and_said(seed: int) -> None:
+    register(
+        SensorEffect(
+            name="squared",
+            summary="+ a^2",
+            parameters=(
+                Parameter(name="root", unit="signal", prior=lambda scales: normal(0.1 * scales.signal)),
+            ),
+            distort=lambda signal, time, root: signal + root**2,
+        )
+    )
+    try:
+        report = fb.close_loop([long_decay(seed=seed)], SYSTEM, effects=["viscous_damping", "squared"])
+    finally:
+        del EFFECTS["squared"]
+    assert "squared was asked for and not weighed: it is not linear in its size" in report.notes

@@ -127,7 +127,6 @@ def test_it_can_be_demanded_without_a_random_force() -> None:
     ("records", "options", "problem"),
     [
         (1, {}, "one record"),
-        (2, {"noise": "ar"}, "noise 'ar'"),
     ],
 )
 def test_what_it_does_not_go_with_is_refused(records: int, options: dict, problem: str) -> None:
