@@ -224,7 +224,8 @@ class Round:
         """
         regression, decay = self.found.regression, self.whole.segment.decay
         audible = self._best.noise > _AUDIBLE * regression.least_noise
-        colour = colour_of(self._left, int(np.count_nonzero(self._law)))
+        angle = decay.frequency * decay.step
+        colour = colour_of(self._left, int(np.count_nonzero(self._law)), angle)
         if colour is None or not audible or not regression.clock.even:
             return None
         if self.noise == "auto":
