@@ -125,18 +125,7 @@ class Autoregression:
     def tempered(self, floor: float, angle: float) -> Autoregression:
         """The same with a spectral density of ``floor`` below twice ``angle`` and no less above."""
         omega = np.linspace(0.0, math.pi, _GRID)
-        return self._of_spectrum(
-            np.where(omega < 2.0 * angle, floor, np.maximum(self.spectrum(omega), floor))
-        )
-
-    def flat_below(self, angle: float) -> Autoregression:
-        """The same with the level of the octave below ``angle`` [rad/sample] at all lower frequencies."""
-        omega = np.linspace(0.0, math.pi, _GRID)
-        level = self.level(angle * np.geomspace(0.5, 1.0, 20))
-        return self._of_spectrum(np.where(omega < angle, level, self.spectrum(omega)))
-
-    def _of_spectrum(self, spectrum: Array) -> Autoregression:
-        """Of the same order, with the covariances of another spectral density on the grid."""
+        spectrum = np.where(omega < 2.0 * angle, floor, np.maximum(self.spectrum(omega), floor))
         covariance = np.fft.irfft(spectrum)[: self.order + 1]
         coefficients = solve_toeplitz(covariance[:-1], covariance[1:])
         known = float(coefficients @ covariance[1:]) / float(covariance[0])

@@ -224,8 +224,7 @@ class Round:
         """
         regression, decay = self.found.regression, self.whole.segment.decay
         audible = self._best.noise > _AUDIBLE * regression.least_noise
-        angle = decay.frequency * decay.step
-        colour = colour_of(self._left, int(np.count_nonzero(self._law)), angle)
+        colour = colour_of(self._left, int(np.count_nonzero(self._law)))
         if colour is None or not audible or not regression.clock.even:
             return None
         if self.noise == "auto":

@@ -75,28 +75,10 @@ class Colour:
         return {"model": "ar", "order": order, "correlation_length_s": float(step * length)}
 
 
-def colour_of(residual: Array, fitted: int, angle: float) -> Colour | None:
-    """Colour of what a law leaves, as the quiet band shows it.
-
-    What lies below that band is at the law's mercy: there the noise is as strong as in the octave below it.
-
-    Parameters
-    ----------
-    residual : ndarray, shape (n,)
-    fitted : int
-        Coefficients of the law.
-    angle : float
-        Of the motion from sample to sample [rad].
-
-    Returns
-    -------
-    Colour or None
-        None where it is white.
-    """
+def colour_of(residual: Array, fitted: int) -> Colour | None:
+    """Colour of what a law of so many coefficients leaves, shape (n,); None where that is white."""
     autoregression, _ = burg(residual, fitted)
-    if autoregression.order == 0:
-        return None
-    return Colour(autoregression.flat_below(min(settings.SETTINGS.quiet_harmonic * angle, 0.5 * math.pi)))
+    return Colour(autoregression) if autoregression.order else None
 
 
 def colour_near_motion(residual: Array, phase: Array, order: int, fitted: int) -> Colour:
