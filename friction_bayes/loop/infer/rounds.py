@@ -197,7 +197,7 @@ class Round:
     def _next_error(self) -> SensorError | Colour | None:
         """What neighbouring samples share of the noise; None where that stays as it is."""
         if isinstance(self.whole.error, Colour):
-            return self._colour_near_motion
+            return self._colour_near_motion if self.whole.error.least_noise else self._colour
         if self.noise == "white" or self.alone:
             return None
         return find_sensor_error(self.found.regression, self._posterior, self.found.prior, self.found.w0)
@@ -209,7 +209,13 @@ class Round:
         return regression.residual(self._law)[np.isfinite(regression.clock.variance)]
 
     @property
+    def _colour(self) -> Colour | None:
+        """Colour of what the law leaves; None where that is white."""
+        return colour_of(self._left, int(np.count_nonzero(self._law)))
+
+    @property
     def _colour_near_motion(self) -> Colour:
+        """The same of noise that is nowhere below its level near the motion's frequency."""
         clock = self.found.regression.clock
         phase = clock.phase[np.isfinite(clock.variance)]
         return colour_near_motion(
@@ -224,13 +230,13 @@ class Round:
         """
         regression, decay = self.found.regression, self.whole.segment.decay
         audible = self._best.noise > _AUDIBLE * regression.least_noise
-        colour = colour_of(self._left, int(np.count_nonzero(self._law)))
+        colour = self._colour
         if colour is None or not audible or not regression.clock.even:
             return None
         if self.noise == "auto":
             if not is_coloured(self._left, decay.step, decay.frequency):
                 return None
-            as_it_is = self._under(colour)
+            as_it_is = _settled(self._under(colour), allowed)
             if as_it_is is None or as_it_is.log_evidence <= other.log_evidence:
                 return None
             noise = weigh_sensor_noise(
@@ -238,6 +244,7 @@ class Round:
             )[2]
             if as_it_is.log_evidence <= other.log_evidence + noise.log_total:
                 return None
+            return as_it_is._under(as_it_is._colour_near_motion)
         return self._under(self._colour_near_motion)
 
     def _under(self, error: Colour) -> Round | None:
