@@ -49,6 +49,8 @@ _PER_PERIOD = 6
 _SIZES = np.geomspace(0.1, 100.0, 7)
 _TIMES = (0.3, 1.0, 3.0, 10.0)
 """Of forces that the level is averaged over: sd at resonance over the noise, correlation times as phases."""
+_FEWEST_MEANS = 2 * _PER_PERIOD
+"""In two periods: fewer tell nothing of a force, and the residual's own size has to do."""
 PRIOR_NONE = 0.5
 """Prior probability of none in that average."""
 _OCTAVE = np.geomspace(1.0, 2.0, 20)
@@ -101,6 +103,8 @@ def noise_floor(residual: Array, phase: Array, order: int, fitted: int) -> float
     """
     own, variance = burg(residual, fitted)
     block = _samples_in_mean(phase)
+    if residual.size < _FEWEST_MEANS * block:
+        return math.sqrt(variance)
     # of a mean of a block to that of a sample
     level = block * _level(block_means(residual, block), block_means(phase, block), order, fitted / block)
     return math.sqrt(min(level, variance) if own.order == 0 else level)
