@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import ZERO, Array
 from friction_bayes.decay.linear_least_squares import solve_spd
 from friction_bayes.estimators.waveform.coulomb_signal import near_turns, signal_derivatives, signals
 from friction_bayes.estimators.waveform.normal_equations import (
@@ -29,8 +29,9 @@ from friction_bayes.estimators.waveform.normal_equations import (
 
 __all__ = ["Penalty", "fit_waveform", "leave_out_turns"]
 
-_LINEAR = 3
+_LINEAR = ZERO + 3
 """The first coefficients, in which the signal is linear once frequency and phase are given."""
+_ALL = ZERO + COEFFICIENTS
 _MAX_STEPS = 60
 _CONVERGED = 1e-10
 """Gauss-Newton stops when a step, in squared standard deviations, is below this."""
@@ -116,7 +117,7 @@ def _minimise(
     cost = misfit + _penalty(at.p, prior)
     damping = 0.0
     for _ in range(_MAX_STEPS):
-        step, ok = _step(at, prior, damping, COEFFICIENTS)
+        step, ok = _step(at, prior, damping, _ALL)
         if not ok:
             if damping > _MAX_DAMPING:
                 return misfit, False
@@ -260,7 +261,7 @@ def leave_out_turns(
                     at.matrix[a, b] += jacobian[i, a] * jacobian[i, b]
         if step_number == _STEPS_WITHOUT:
             break
-        step, ok = _step(at, prior, 0.0, COEFFICIENTS)
+        step, ok = _step(at, prior, 0.0, _ALL)
         if not ok:
             return misfit, left_out, False
         for a in range(COEFFICIENTS):
