@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Array", "Indices", "Integers", "Mask"]
+__all__ = ["ZERO", "Array", "Indices", "Integers", "Mask"]
 
 Array = NDArray[np.float64]
 """Real numbers."""
@@ -18,3 +20,6 @@ Indices = NDArray[np.intp]
 
 Mask = NDArray[np.bool_]
 """Which entries of another array."""
+
+ZERO = cast(int, np.int64(0))
+"""Zero of a count that is handed to a kernel: for a literal numba would compile the kernel once more."""

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.arrays import ZERO, Array, Mask
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at, rises
@@ -122,12 +122,11 @@ def _polynomial_through(
 
 @njit(cache=True, nogil=True)
 def _refine(
-    values: Array, order: int, polynomial: Array, amplitude: float, friction: float, moving: bool
+    values: Array, order: int, polynomial: Array, amplitude: float, friction: float, free: int
 ) -> tuple[Array, bool]:
-    """One Gauss-Newton step in (c, a, u) and, when ``moving``, the phase polynomial."""
+    """One Gauss-Newton step in (c, a, u) and in ``free`` coefficients of the phase, all of them or none."""
     n = values.size
-    size = polynomial.size if moving else 0
-    columns = 3 + size
+    columns = 3 + free
     matrix = np.zeros((columns, columns))
     right = np.zeros(columns)
     basis = np.ones(columns)
@@ -136,11 +135,11 @@ def _refine(
         position = 2.0 * i / (n - 1) - 1.0
         chi, _ = phase_at(polynomial, position)
         basis[1], basis[2], slope, half = coulomb_shapes(chi - shift, order)
-        if moving:
+        if free > 0:
             swing = max(amplitude - (2 * half + 1) * friction, 0.0) * slope
             before, now = 1.0, position
             basis[3] = swing
-            for k in range(1, size):
+            for k in range(1, free):
                 basis[3 + k] = swing * now
                 before, now = now, 2.0 * position * now - before
         add_sample(matrix, right, basis, values[i], 1.0)
@@ -150,7 +149,7 @@ def _refine(
 @njit(cache=True, nogil=True)
 def coulomb_fit(values: Array, order: int, polynomial: Array) -> tuple[float, float, float]:
     """Least-squares rest position, initial amplitude and friction coefficient at a given phase, or NaN."""
-    found, ok = _refine(values, order, polynomial, 0.0, 0.0, False)
+    found, ok = _refine(values, order, polynomial, 0.0, 0.0, ZERO)
     if not ok:
         return np.nan, np.nan, np.nan
     return found[0], found[1], found[2]
@@ -198,10 +197,10 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
             break
 
     polynomial = result[: degree + 1].copy()
-    found, ok = _refine(values, order, polynomial, 0.0, 0.0, False)
+    found, ok = _refine(values, order, polynomial, 0.0, 0.0, ZERO)
     for _ in range(12):
         if ok:
-            found, ok = _refine(values, order, polynomial, found[1], found[2], True)
+            found, ok = _refine(values, order, polynomial, found[1], found[2], polynomial.size)
         if not ok:
             break
         largest = 0.0

@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.arrays import ZERO, Array, Integers
 from friction_bayes.decay.block_means import block_means
 from friction_bayes.decay.demodulation import demodulate
 
@@ -61,7 +61,7 @@ def peaks_after_releases(amplitude: Array, floor: float) -> Integers:
     for value in amplitude:
         largest = max(largest, value)
     least = max(_LEAST_SHARE * largest, _OUT_OF_NOISE * floor)
-    top, falling, low = 0, True, 0.0
+    top, falling, low = ZERO, True, 0.0
     for w in range(amplitude.size + 1):
         # beyond the end it has fallen
         value = amplitude[w] if w < amplitude.size else 0.0

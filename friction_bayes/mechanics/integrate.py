@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -36,17 +37,8 @@ def _total_force(effects: Sequence[ForceEffect]) -> Callable[..., float]:
     parameter but zeros is left out as it runs: most effects are absent from most motions, and every stage of
     a step waits for the sum. Of an array numba would count the references at each of these branches.
     """
-
-    @njit(nogil=True, inline="always")
-    def none(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
-        return 0.0
-
-    total: Callable[..., float] = none
-    offset = 0
-    for effect in effects:
-        end = offset + len(effect.parameters)
-        total = _plus(total, effect.force, offset, end)
-        offset = end
+    ends = list(accumulate((len(effect.parameters) for effect in effects), initial=0))
+    total = _sum([_guarded(effect.force, *ends[k : k + 2]) for k, effect in enumerate(effects)])
 
     # what is handed to kernels that are kept on disk must be a plain function
     @register_jitable
@@ -56,21 +48,33 @@ def _total_force(effects: Sequence[ForceEffect]) -> Callable[..., float]:
     return force
 
 
-def _plus(
-    first: Callable[..., float], force: Callable[..., float], offset: int, end: int
-) -> Callable[..., float]:
+def _guarded(force: Callable[..., float], offset: int, end: int) -> Callable[..., float]:
     # an effect's force is compiled by whoever wrote it: written into a sum, it is taken from its source
-    second = njit(nogil=True, inline="always")(getattr(force, "py_func", force))
+    written = njit(nogil=True, inline="always")(getattr(force, "py_func", force))
 
     @njit(nogil=True, inline="always")
-    def both(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
-        total = first(t, x, v, direction, friction, duration, mass, stiffness, p)
+    def guarded(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
         acts = False
         for k in range(offset, end):
             acts |= p[k] != 0.0
         if acts:
-            total += second(t, x, v, direction, friction, duration, mass, stiffness, p, offset)
-        return total
+            return written(t, x, v, direction, friction, duration, mass, stiffness, p, offset)
+        return 0.0
+
+    return guarded
+
+
+def _sum(forces: Sequence[Callable[..., float]]) -> Callable[..., float]:
+    """Sum by halves: numba writes out a call anew on each level, of which a chain has one for each force."""
+    if len(forces) == 1:
+        return forces[0]
+    first, second = _sum(forces[: len(forces) // 2]), _sum(forces[len(forces) // 2 :])
+
+    @njit(nogil=True, inline="always")
+    def both(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+        return first(t, x, v, direction, friction, duration, mass, stiffness, p) + second(
+            t, x, v, direction, friction, duration, mass, stiffness, p
+        )
 
     return both
 

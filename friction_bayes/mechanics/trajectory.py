@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import ZERO, Array
 from friction_bayes.mechanics.dormand_prince import (
     DENSE,
     SLOPES,
@@ -227,12 +227,12 @@ def trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration,
     accelerations = np.full(n if order == 2 else 0, np.nan)
     samples = Samples(time, np.full(n, np.nan), np.full(n, np.nan), accelerations)
     slopes = Slopes(np.empty(SLOPES), np.empty(SLOPES), np.empty(DENSE), np.empty(DENSE))
-    turning_times, turning_points, turns = np.empty(64), np.empty(64), 0
+    turning_times, turning_points, turns = np.empty(64), np.empty(64), ZERO
     stop_time = math.inf
     now = State(0.0, x, v)
     direction = math.copysign(1.0, v)
     h, attempts = 0.1 * limits.step, 0.0
-    status, j = DONE, 0
+    status, j = DONE, ZERO
     while j < n and status == DONE:
         if now.v == 0.0:
             turning_times = _noted(turning_times, turns, time[0] + now.t)

@@ -372,7 +372,11 @@ def _with_law(beside: Array, step: Indices, transitions: Array, added: Array) ->
     m = len(transitions)
     all_transitions = np.empty((m + step.size, 3, 3))
     all_added = np.empty((m + step.size, 3, 3))
-    all_transitions[:m], all_added[:m] = transitions, added
+    # by loops: slice assignment costs the compiler seconds
+    for i in range(m):
+        for a in range(3):
+            for b in range(3):
+                all_transitions[i, a, b], all_added[i, a, b] = transitions[i, a, b], added[i, a, b]
     for i in range(step.size):
         a, b, c, e = beside[i, 0, 0], beside[i, 0, 1], beside[i, 1, 0], beside[i, 1, 1]
         f, q = transitions[step[i]], added[step[i]]

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array, Indices
+from friction_bayes.core.arrays import ZERO, Array, Indices
 from friction_bayes.statespace.measured_path import LEEWAY, MeasuredPath
 from friction_bayes.statespace.transition import free_motion
 
@@ -165,16 +165,18 @@ def _course(path: MeasuredPath) -> _Course:
 @njit(cache=True, nogil=True)
 def _drive(course: _Course, forces: Array, slope: Array, passed: Array, states: Array) -> None:
     """Fill the states, shape (n, 2, p), from the first on: forces act as impulses at the nodes."""
-    k, turn = 0, 0
+    k = turn = ZERO
     for i in range(course.phase.size - 1):
-        states[i + 1] = states[i]
+        # by a loop: assigning arrays costs the compiler a second
+        for j in range(states.shape[2]):
+            states[i + 1, 0, j], states[i + 1, 1, j] = states[i, 0, j], states[i, 1, j]
         k, turn = _over(course, i, k, turn, forces, slope, passed, states[i + 1])
 
 
 @njit(cache=True, nogil=True)
 def _perturb(course: _Course, forces: Array, slope: Array, passed: Array, moved: Array) -> None:
     """Fill what each interval makes of a unit displacement and velocity, less what the oscillator does."""
-    k, turn = 0, 0
+    k = turn = ZERO
     state = np.empty((2, 2))
     for i in range(course.phase.size - 1):
         state[0, 0] = state[1, 1] = 1.0

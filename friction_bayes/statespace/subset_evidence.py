@@ -18,7 +18,7 @@ integral.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numba import njit
@@ -50,6 +50,7 @@ _LEFT_OUT = 1e3
 _OFTEN = 0.25
 """Share of the sets that hold a column from which on it is one of the first."""
 _LEAST = 1e-300
+_Values = TypeVar("_Values", Array, Mask)
 
 
 class SetBounds(NamedTuple):
@@ -135,7 +136,14 @@ def nest(sets: Mask) -> NestedSets:
     often = share >= _OFTEN
     columns = np.lexsort((np.where(often, -share, share), ~often))
     inside = np.ascontiguousarray(sets[:, columns])
-    return NestedSets(columns, inside, np.lexsort(np.packbits(inside, axis=1).T[::-1]))
+    return NestedSets(columns, _read_only(inside), np.lexsort(np.packbits(inside, axis=1).T[::-1]))
+
+
+def _read_only(array: _Values) -> _Values:
+    """View that cannot be written to, as those that are kept cannot: numba compiles for one kind alone."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
 
 
 def full_noise2(whitened: Whitened) -> float:
@@ -224,14 +232,14 @@ def bound_sets(
     """
     full = max(full_noise2(whitened), least_noise2) if lam is None else lam
     if nested is None:
-        nested = NestedSets(np.arange(reference.size), sets, np.arange(len(sets)))
+        nested = NestedSets(np.arange(reference.size), _read_only(sets), np.arange(len(sets)))
     columns = nested.columns
     place = np.append(columns, reference.size)
     gram = whitened.gram[np.ix_(place, place)]
     regression = _Regression(
         gram, whitened.log_determinant, whitened.used, reference[columns], positive[columns]
     )
-    log_weight, noise2 = _bound_sets(regression, nested, log_prior, full, least_noise2)
+    log_weight, noise2 = _bound_sets(regression, nested, _read_only(log_prior), full, least_noise2)
     return SetBounds(log_weight, noise2, full)
 
 
@@ -273,7 +281,7 @@ def weigh_bounded(
     """
     order = np.argsort(-bounds.log_weight)
     regression = _Regression(whitened.gram, whitened.log_determinant, whitened.used, reference, positive)
-    log_weight = _weigh_sets(regression, sets, order, bounds, best)
+    log_weight = _weigh_sets(regression, _read_only(sets), order, bounds, best)
     return WeighedSets(log_weight, bounds.noise2, bounds.full_noise2)
 
 

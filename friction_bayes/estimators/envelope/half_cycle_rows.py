@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.arrays import ZERO, Array, Integers
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at
 from friction_bayes.decay.phase_tracking import MAX_DEGREE, coulomb_fit, track_phase
@@ -84,7 +84,7 @@ def half_cycle_rows(
     response = np.zeros(blocks + 1)
     design = np.zeros((blocks + 1, 3))
     rest = np.zeros(_FUNCTIONS)
-    used = 0
+    used = ZERO
     for block in range(blocks):
         slope_products, f_products, one_products = with_slope[block], with_f[block], with_one[block]
         count = one_products[_ONE]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import ZERO, Array
 from friction_bayes.decay.linear_least_squares import solve_spd
 from friction_bayes.estimators.waveform.coulomb_signal import near_turns, signal_derivatives, signals
 from friction_bayes.estimators.waveform.normal_equations import (
@@ -29,8 +29,9 @@ from friction_bayes.estimators.waveform.normal_equations import (
 
 __all__ = ["Penalty", "fit_waveform", "leave_out_turns"]
 
-_LINEAR = 3
+_LINEAR = ZERO + 3
 """The first coefficients, in which the signal is linear once frequency and phase are given."""
+_ALL = ZERO + COEFFICIENTS
 _MAX_STEPS = 60
 _CONVERGED = 1e-10
 """Gauss-Newton stops when a step, in squared standard deviations, is below this."""
@@ -116,7 +117,7 @@ def _minimise(
     cost = misfit + _penalty(at.p, prior)
     damping = 0.0
     for _ in range(_MAX_STEPS):
-        step, ok = _step(at, prior, damping, COEFFICIENTS)
+        step, ok = _step(at, prior, damping, _ALL)
         if not ok:
             if damping > _MAX_DAMPING:
                 return misfit, False
@@ -226,43 +227,33 @@ def fit_waveform(signal: Signal, at: NormalEquations, prior: Penalty) -> tuple[f
     return misfit, stop, found
 
 
-@njit(cache=True, nogil=True)
 def leave_out_turns(
     signal: Signal, at: NormalEquations, stop: int, prior: Penalty
 ) -> tuple[float, int, bool]:
     """Minimise without the samples of an acceleration that may be of either half cycle at a turning point.
 
     All others keep theirs, so that what is left is smooth. Where a jump stands out of the noise, each of
-    those samples decides for one side and draws frequency and friction after it.
+    those samples decides for one side and draws frequency and friction after it. A few passes over arrays,
+    which to compile took two seconds.
 
     Returns
     -------
     float, int, bool
         Sum of squared residuals, how many samples are left out, and whether a minimum was reached.
     """
-    left_out, misfit = 0, 0.0
     for step_number in range(_STEPS_WITHOUT + 1):
-        used = np.flatnonzero(~near_turns(signal.samples, at.p, stop))
-        left_out = signal.y.size - used.size
-        p = at.p.reshape(1, -1)
-        residual = signal.y - signals(signal.samples, signal.order, p, signal.kappa, stop)[0]
-        jacobian, _ = signal_derivatives(signal.samples, signal.order, at.p, signal.kappa, stop)
-        misfit = 0.0
-        for a in range(COEFFICIENTS):
-            at.gradient[a] = 0.0
-            for b in range(COEFFICIENTS):
-                at.matrix[a, b] = 0.0
-        for i in used:
-            misfit += residual[i] ** 2
-            for a in range(COEFFICIENTS):
-                at.gradient[a] += jacobian[i, a] * residual[i]
-                for b in range(a + 1):
-                    at.matrix[a, b] += jacobian[i, a] * jacobian[i, b]
+        used = ~near_turns(signal.samples, at.p, stop)
+        left_out = signal.y.size - int(np.count_nonzero(used))
+        expected = signals(signal.samples, signal.order, at.p[None], signal.kappa, stop)[0]
+        residual = (signal.y - expected)[used]
+        jacobian = signal_derivatives(signal.samples, signal.order, at.p, signal.kappa, stop)[0][used]
+        misfit = float(residual @ residual)
+        at.gradient[:] = residual @ jacobian
+        at.matrix[:] = np.tril(jacobian.T @ jacobian)
         if step_number == _STEPS_WITHOUT:
             break
-        step, ok = _step(at, prior, 0.0, COEFFICIENTS)
+        step, ok = _step(at, prior, 0.0, _ALL)
         if not ok:
             return misfit, left_out, False
-        for a in range(COEFFICIENTS):
-            at.p[a] += step[a]
+        at.p[:] += step
     return misfit, left_out, True

@@ -130,6 +130,9 @@ def fit_waveforms(
     )
     weight = np.array([math.inf if rest_known else precision, precision, precision, 0.0, 0.0])
     _fit_all(values, places, located, order, weight, fits)
+    if order == 2:
+        _leave_out_turns(values, places, located, order, weight, fits)
+    fits.coefficients[:, OFFSET] += located.rest_position
     fits.normal[:] = fits.normal + np.tril(fits.normal, -1).swapaxes(-1, -2)
     fits.found[:] &= _regular(fits.normal)
     return fits
@@ -149,6 +152,7 @@ def _regular(normal: Array) -> Mask:
 def _fit_all(
     values: Array, places: Array, located: Located, order: int, weight: Array, fits: WaveformFits
 ) -> None:
+    """Fit each record about its rest position."""
     prior = Penalty(weight, np.zeros(COEFFICIENTS))
     for r in range(values.shape[0]):
         if located.status[r] == FOUND:
@@ -162,13 +166,21 @@ def _fit_all(
             signal = Signal(y, Samples(y.size, places), order, fits.kappa[r])
             at = NormalEquations(p, fits.normal[r], fits.gradient[r])
             fits.misfit[r], fits.stop[r], fits.found[r] = fit_waveform(signal, at, prior)
-            if order == 2 and fits.found[r]:
-                fits.misfit[r], fits.left_out[r], fits.found[r] = leave_out_turns(
-                    signal, at, fits.stop[r], prior
-                )
-            p[OFFSET] += reference
             for k in range(COEFFICIENTS):
                 fits.coefficients[r, k] = p[k]
+
+
+def _leave_out_turns(
+    values: Array, places: Array, located: Located, order: int, weight: Array, fits: WaveformFits
+) -> None:
+    """Fit once more, without samples near the turning points, what :func:`_fit_all` has found."""
+    for r in np.flatnonzero(fits.found):
+        reference = located.rest_position[r]
+        y = values[r, located.start[r] : located.stop[r]] - reference
+        signal = Signal(y, Samples(y.size, places), order, fits.kappa[r])
+        at = NormalEquations(fits.coefficients[r], fits.normal[r], fits.gradient[r])
+        prior = Penalty(weight, np.array([-reference, 0.0, 0.0, 0.0, 0.0]))
+        fits.misfit[r], fits.left_out[r], fits.found[r] = leave_out_turns(signal, at, fits.stop[r], prior)
 
 
 def prior_of(prior: Mapping[str, float], size: int) -> NormalInverseGamma:

@@ -29,7 +29,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import ZERO, Array
 
 __all__ = [
     "ADVANCE",
@@ -56,7 +56,7 @@ OFFSET, AMPLITUDE, FRICTION, ADVANCE, PHASE = range(5)
 """Places of the coefficients."""
 COEFFICIENTS = 5
 
-NEVER = 1 << 40
+NEVER = ZERO + (1 << 40)
 """Number of a turning point that no record reaches."""
 
 
@@ -157,7 +157,7 @@ def accumulate(signal: Signal, at: NormalEquations, held: Array, stop: int) -> f
             matrix[a, b] = 0.0
     total = 0.0
     half = math.floor((held[PHASE] - held[ADVANCE]) / math.pi)
-    i, n = 0, y.size
+    i, n = ZERO, y.size
     turns = half_cycle_table(samples, p[ADVANCE], held[ADVANCE])
     while i < n and half < stop:
         end = max(first_at(samples, ((half + 1) * math.pi - held[PHASE]) / held[ADVANCE]), i)
