@@ -3,8 +3,9 @@
 In each, the motion is smoothed with the law of the round before, in units of the frequency found there, and
 the effects are evaluated along it, until the law moves no more and the faults of the sensor stay where they
 are: one that jumps where the motion turns, such as a lag, is in the first motion, and moves its turning
-points. They settle without a random force first; where that leaves more than white noise, or a force is
-more probable, with one too, and the larger evidence decides. Coloured noise is a rival where the spectrum
+points. They settle without a random force first, and from the motion of Coulomb friction where the smoothed
+one does not lead to a law that leaves white noise; where a law leaves more than that, or a force is more
+probable, they settle with one too, and the larger evidence decides. Coloured noise is a rival where the spectrum
 shows it, and at last the force is searched for knocks.
 """
 
@@ -19,8 +20,10 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.whiteness import whiteness
+from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import Line, lines_beside_motion
 from friction_bayes.loop.data.friction import friction_along
+from friction_bayes.loop.infer.coulomb_motion import coulomb_motion
 from friction_bayes.loop.infer.finer_lines import finer_lines, lines_that_show
 from friction_bayes.loop.infer.finer_shapes import finer_shapes
 from friction_bayes.loop.infer.knocks import next_knock
@@ -88,12 +91,33 @@ class Round:
     @classmethod
     def first(cls, whole: MovingRecord, noise: str, *, alone: bool) -> Round | None:
         """Along the motion before any law is known; None where that holds too few turning points."""
-        w0, motion = whole.first_motion()
-        found = whole.along(motion, w0, ())
+        return cls._starting(whole, noise, *whole.first_motion(), alone=alone)
+
+    @classmethod
+    def about_coulomb(cls, whole: MovingRecord, noise: str) -> Round | None:
+        """Along the motion under Coulomb friction alone that fits best, by itself; None where there is none.
+
+        Nothing is linear about a mass that has stopped, so that one that stops within the record is none.
+        """
+        start = coulomb_motion(whole)
+        return None if start is None else cls._starting(whole, noise, *start, alone=True)
+
+    @classmethod
+    def _starting(
+        cls,
+        whole: MovingRecord,
+        noise: str,
+        w0: float,
+        motion: Motion,
+        about: LawBefore | None = None,
+        *,
+        alone: bool,
+    ) -> Round | None:
+        found = whole.along(motion, w0, (), about=about)
         if found is not None and not found.determined:
             # fewer samples than columns say nothing of the shapes that effects may take
             whole = whole.of_one_column(found.law)
-            found = whole.along(motion, w0, ())
+            found = whole.along(motion, w0, (), about=about)
         if found is None:
             return None
         ceiling = whole.segment.sides[: whole.samples] != 0.0
@@ -318,6 +342,11 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
         The last; None where one holds too few turning points.
     """
     still = _settled(Round.first(whole, noise, alone=True), allowed)
+    if still is None or not still.is_all:
+        # far from where it starts a law that is settled step by step may not arrive
+        again = _settled(Round.about_coulomb(whole, noise), allowed)
+        if still is None or (again is not None and again.log_evidence > still.log_evidence):
+            still = again
     latest = None if still is None else replace(still, alone=False)
     if latest is None or not latest.is_all:
         free = _settled(Round.first(whole, noise, alone=False), allowed)

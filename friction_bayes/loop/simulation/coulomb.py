@@ -18,7 +18,7 @@ from friction_bayes.loop.simulation.fit import LoopFit, fit_growing_record
 from friction_bayes.loop.simulation.robust_covariance import robust_covariance
 from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 
-__all__ = ["coulomb_friction", "coulomb_model"]
+__all__ = ["coulomb_fit", "coulomb_friction", "coulomb_model"]
 
 
 def coulomb_model(system: Oscillator, segments: tuple[Segment, ...]) -> LoopFit:
@@ -34,12 +34,15 @@ def coulomb_model(system: Oscillator, segments: tuple[Segment, ...]) -> LoopFit:
     InputError
         If that cannot be fitted.
     """
-    model = LoopModel(system, segments, (SENSOR_OFFSET.name,))
-    white = [NoiseModel() for _ in segments]
-    fit = fit_growing_record(model, white, starting_point(model))
+    fit = coulomb_fit(LoopModel(system, segments, (SENSOR_OFFSET.name,)))
     if fit is None:
         raise no_decay_fits(", ".join(segment.decay.name for segment in segments), system)
     return fit
+
+
+def coulomb_fit(model: LoopModel) -> LoopFit | None:
+    """The same of a model that has these parameters; None where that cannot be fitted."""
+    return fit_growing_record(model, [NoiseModel() for _ in model.segments], starting_point(model))
 
 
 def coulomb_friction(fit: LoopFit, rng: np.random.Generator, *, robust: bool) -> Array:
