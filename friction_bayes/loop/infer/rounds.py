@@ -5,8 +5,8 @@ the effects are evaluated along it, until the law moves no more and the faults o
 are: one that jumps where the motion turns, such as a lag, is in the first motion, and moves its turning
 points. They settle without a random force first, and from the motion of Coulomb friction where the smoothed
 one does not lead to a law that leaves white noise; where a law leaves more than that, or a force is more
-probable, they settle with one too, and the larger evidence decides. Coloured noise is a rival where the spectrum
-shows it, and at last the force is searched for knocks.
+probable, they settle with one too, and the larger evidence decides. Coloured noise is a rival where the
+spectrum shows it, and at last the force is searched for knocks.
 """
 
 from __future__ import annotations
