@@ -23,8 +23,8 @@ __all__ = ["filtered_signal"]
 def filtered_signal(decay: FreeDecay, rng: np.random.Generator) -> Reading | None:
     """Friction of a record that has gone through a filter, by dry friction alone.
 
-    No candidate of the loop has noise of the colour that a filter gives it, nor turning points of another
-    shape: forces that are not there stand for them, and friction goes with these.
+    No candidate of the loop has turning points of the shape that a filter gives them: forces that are not
+    there stand for it, and friction goes with these.
 
     Parameters
     ----------
@@ -38,6 +38,9 @@ def filtered_signal(decay: FreeDecay, rng: np.random.Generator) -> Reading | Non
         None where the estimate finds no such thing, where the amplitudes fall as under damping, or where
         nothing can be estimated.
     """
+    faster = faster_loss(decay)
+    if faster is not None and faster.probability > 0.5:
+        return None
     estimator = WaveformEstimator()
     prior = complete_prior(estimator.name, estimator.default_prior(decay), None)
     try:
@@ -45,9 +48,6 @@ def filtered_signal(decay: FreeDecay, rng: np.random.Generator) -> Reading | Non
     except InputError:
         return None
     if not fit.seems_filtered or fit.surely_negative:
-        return None
-    faster = faster_loss(decay)
-    if faster is not None and faster.probability > 0.5:
         return None
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     friction = factor * np.asarray(fit.answer.ppf(rng.random(DRAWS)))
