@@ -33,7 +33,7 @@ h1 { font-size: 24px; margin: 10px 0 0; } h2 { font-size: 19px; margin: 14px 0 2
 table { border-collapse: collapse; } th, td { text-align: left; padding: 2px 18px 2px 0; }
 th { font-weight: 600; border-bottom: 1px solid #d9dee4; }
 pre { background: #f0f4f8; padding: 10px 14px; overflow-x: auto; margin: 4px 0; font-size: 14px; }
-iframe { width: 100%; height: 920px; border: 1px solid #d9dee4; color-scheme: light; }
+iframe { width: 100%; height: 920px; border: 1px solid #d9dee4; }
 """
 _PLAIN_NUMBERS = ".bk-spin-btn { display: none !important; }"
 """Arrows by a tenth are of no use to a mass or a time, and have no name for who does not see them."""

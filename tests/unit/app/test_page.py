@@ -188,3 +188,17 @@ def test_wrong_files_are_answered_on_the_page(address: str, tmp_path: Path) -> N
             browser.locator("input[type=file]").set_input_files(tmp_path / name)
             browser.get_by_role("alert").filter(has_text=words).wait_for(timeout=SOON_MS)
             assert browser.get_by_role("button", name="Find friction").is_disabled()
+
+
+@needs_browser
+@pytest.mark.parametrize("width", [400, 1200])
+def test_axe_finds_no_barrier(width: int, address: str, raw: dict[str, Path]) -> None:
+    axe = pytest.importorskip(
+        "axe_core_python.sync_playwright", reason="barriers are found by axe-core-python"
+    )
+    with opened(viewport={"width": width, "height": 900}, bypass_csp=True) as browser:
+        browser.goto(address)
+        browser.locator("input[type=file]").set_input_files(raw["own.csv"])
+        browser.get_by_text("samples, ").wait_for(timeout=SOON_MS)
+        assert axe.Axe().run(browser)["violations"] == []
+        assert browser.evaluate("document.documentElement.scrollWidth") == width
