@@ -15,7 +15,7 @@ import xarray as xr
 import friction_bayes as fb
 from decays import short_decay
 from friction_bayes.cli.program import main
-from friction_bayes.report.monitor_story import monitor_story, next_step
+from friction_bayes.report.monitor_story import memory, monitor_story, next_step
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 ISO_13374 = [
