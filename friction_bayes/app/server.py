@@ -18,6 +18,8 @@ from friction_bayes.core.errors import InputError
 __all__ = ["HOST", "serve"]
 
 HOST = "127.0.0.1"
+_MAIN = "{% extends base %}{% block contents %}<main>{{ embed(roots.page) }}</main>{% endblock %}"
+"""The one landmark that a reader of the screen goes to."""
 
 
 def serve(port: int, announce: Callable[[str], object]) -> None:
@@ -42,7 +44,9 @@ def serve(port: int, announce: Callable[[str], object]) -> None:
         def visited() -> Any:
             page = Page(Path(mkdtemp(dir=folder)))
             pn.state.on_session_destroyed(lambda _: page.close())
-            return page.view
+            template = pn.Template(_MAIN)
+            template.add_panel("page", page.view)
+            return template
 
         try:
             server = pn.serve(

@@ -6,7 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from friction_bayes.core.text import interval90, number
-from friction_bayes.report.monitor_story import Rows, fleet_rows, fleet_title, monitor_rows, monitor_story
+from friction_bayes.report.monitor_story import (
+    Rows,
+    fleet_rows,
+    fleet_title,
+    monitor_rows,
+    monitor_story,
+    next_step,
+)
 from friction_bayes.report.page import Shown, render_page, reproduction
 
 __all__ = ["fleet_page", "monitor_page"]
@@ -70,6 +77,7 @@ def monitor_page(
         sentence=_sentence(result["advisory_generation"]["text"]),
         summary=_tiles(result),
         rests_on=[line for line in story if line[0] in _GROUNDS],
+        next=next_step(result),
         figures=[(drawings[name], told) for name, told in _FIGURES.items() if name in drawings],
         rows=monitor_rows(result),
         story=[*(("read", text) for text in read), *story],

@@ -8,7 +8,7 @@ from typing import Any
 from friction_bayes.core.text import interval90, number
 from friction_bayes.monitor.points import COUNTED, per
 
-__all__ = ["Rows", "fleet_rows", "fleet_title", "memory", "monitor_rows", "monitor_story"]
+__all__ = ["Rows", "fleet_rows", "fleet_title", "memory", "monitor_rows", "monitor_story", "next_step"]
 
 Rows = tuple[list[str], list[list[str]]]
 """Headings of a table, whose units stand on a line of their own, and its cells."""
@@ -84,6 +84,30 @@ def monitor_story(result: Mapping[str, Any]) -> list[tuple[str, str]]:
         ]
     lines.append(("advice", result["advisory_generation"]["text"]))
     return lines + [("note", text) for text in result["notes"]]
+
+
+def next_step(result: Mapping[str, Any]) -> str:
+    """Say what to do next.
+
+    Parameters
+    ----------
+    result : mapping
+        As :meth:`MonitorReport.to_dict` gives it.
+    """
+    case = result["advisory_generation"]["case"]
+    if case == "no_threshold":
+        return "Give --threshold, the friction that must not be reached: the remaining life is then found."
+    if case == "threshold_passed":
+        return "Stop the machine and see to it. The first record after a repair begins a new series."
+    if case == "not_approaching":
+        return "Go on recording as before: the next record shows whether it stays so."
+    soonest, _ = result["prognostic_assessment"]["remaining_life"]["interval90"]
+    when = (
+        f"within {_time(soonest, ' ' + result['data_acquisition']['time_unit'])} from now"
+        if soonest
+        else "now"
+    )
+    return f"Take the next record {when}: each one narrows the interval."
 
 
 def fleet_title(result: Mapping[str, Any]) -> str:

@@ -15,7 +15,7 @@ import xarray as xr
 import friction_bayes as fb
 from decays import short_decay
 from friction_bayes.cli.program import main
-from friction_bayes.report.monitor_story import memory, monitor_story
+from friction_bayes.report.monitor_story import memory, monitor_story, next_step
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 ISO_13374 = [
@@ -106,6 +106,14 @@ def test_records_to_report(runs: list[str], tmp_path: Path, capsys: pytest.Captu
         assert f"<dt>{label}</dt><dd>{text}</dd>" in page
     advice = result["advisory_generation"]["text"]
     assert f"{advice[0].upper()}{advice[1:]}." in page
+    soonest = result["prognostic_assessment"]["remaining_life"]["interval90"][0]
+    assert f"<p>Take the next record within {soonest:.4g} h from now: " in page
+    for case, words in {
+        "no_threshold": "Give --threshold",
+        "threshold_passed": "Stop the machine",
+        "not_approaching": "Go on recording",
+    }.items():
+        assert words in next_step({**result, "advisory_generation": {"case": case}})
     assert page.count("<img ") == page.count('src="data:image/svg+xml;base64,') == 3
     assert "<script" not in page
     assert all(f"<td>T{i}</td><td>{Path(run).name}</td>" in page for i, run in enumerate(runs, start=1))

@@ -16,12 +16,13 @@ import pytest
 from decays import recording_of_decays, written_decay
 from friction_bayes import read_record, write_record
 from friction_bayes.cli.program import main
+from kinds_of_files import FRICTION, KINDS, Kind, arduino, page, phyphox
 
+ROOT = Path(__file__).parents[2]
 Signal = tuple[np.ndarray, np.ndarray]
 Decay = Callable[..., Signal]
 LINEAR = ("--mass", "10", "--stiffness", "1000")
 ROTARY = ("--inertia", "10", "--stiffness", "1000")
-FRICTION = 0.5
 
 
 def rows_of(time: np.ndarray, signal: np.ndarray, separator: str = ",") -> list[str]:
@@ -223,76 +224,29 @@ def test_a_scale_with_its_unit(
     assert friction(path, *LINEAR, "--quantity", "displacement", *told) == pytest.approx(FRICTION, rel=0.02)
 
 
-def phyphox(time: np.ndarray, signal: np.ndarray) -> list[str]:
-    header = '"Time (s)","Gyroscope x (rad/s)","Gyroscope y (rad/s)","Gyroscope z (rad/s)","Absolute (rad/s)"'
-    rate = np.gradient(signal, time)
-    return [header, *(f"{t:.9E},{r:.9E},1E-3,2E-3,{abs(r):.9E}" for t, r in zip(time, rate, strict=True))]
-
-
-def instrument(time: np.ndarray, signal: np.ndarray) -> list[str]:
-    """An oscilloscope's export: settings, header, units, a blank line, and a separator at each line's end."""
-    above = ["Model;DL850;", "Date;2024/03/01;", "Samples;500;", "Note: spring; released by hand", ""]
-    table = [row.replace(".", ",") + ";" for row in rows_of(1e3 * time, 1e3 * signal, ";")]
-    return [*above, "Time;Position;", "(ms);(mm);", "", *table]
-
-
-def labview(time: np.ndarray, signal: np.ndarray) -> list[str]:
-    above = ["LabVIEW Measurement", "Separator\tTab", "Channels\t1", "***End_of_Header***", ""]
-    return [*above, "Time (s)\tDisplacement (m)\tComment", *rows_of(time, signal, "\t")]
-
-
-def tracker(time: np.ndarray, signal: np.ndarray) -> list[str]:
-    return ["mass_A", "t,x,y", *(f"{row},0.5" for row in rows_of(time, signal)), ""]
-
-
-def arduino(time: np.ndarray, signal: np.ndarray) -> list[str]:
-    return ["Ready.", *rows_of(np.round(1e3 * time), np.round(1e6 * signal), " ")]
-
-
-RECORDINGS: dict[str, tuple[Callable[..., list[str]], tuple[str, ...], str]] = {
-    "phyphox": (
-        phyphox,
-        (*ROTARY, "--signal-column", "Gyroscope x (rad/s)"),
-        "Gyroscope x (rad/s) [rad/s] over Time (s) [s]",
-    ),
-    "instrument": (instrument, LINEAR, "Position (mm) [mm] over Time (ms) [ms]"),
-    "LabVIEW": (labview, LINEAR, "Displacement (m) [m] over Time (s) [s]"),
-    "Tracker": (
-        tracker,
-        (*LINEAR, "--signal-column", "x", "--quantity", "displacement", "--unit", "m"),
-        "x [m] over t [s]",
-    ),
-    "Arduino": (
-        arduino,
-        (
-            *LINEAR,
-            "--sampling-rate",
-            "100",
-            "--signal-column",
-            "1",
-            "--quantity",
-            "displacement",
-            "--unit",
-            "um",
-        ),
-        "1 [um] at the given 100 Hz",
-    ),
-}
-
-
-@pytest.mark.parametrize("source", RECORDINGS)
-def test_exports_are_read_as_they_are(
-    source: str,
-    decay: Decay,
-    write: Callable[..., str],
-    friction: Callable[..., float],
-    capsys: pytest.CaptureFixture[str],
+@pytest.mark.parametrize("kind", KINDS.values(), ids=lambda kind: kind.name)
+def test_each_kind_of_file_is_read_or_refused_in_words(
+    kind: Kind, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    lines, told, columns = RECORDINGS[source]
-    path = write(lines(*decay(noise_sd=1e-6)))
-    assert friction(path, *told) == pytest.approx(FRICTION, rel=0.05)
-    assert main(["estimate", path, *told, "--method", "envelope"]) == 0
-    assert f"read {columns}: 500 samples, 100 Hz, 0 to 4.99 s" in " ".join(capsys.readouterr().out.split())
+    kind.write(tmp_path / kind.name)
+    argv = ["estimate", str(tmp_path / kind.name), *kind.system, *kind.told, "--method", "envelope"]
+    status = main(argv)
+    shown = capsys.readouterr()
+    if kind.read:
+        assert status == 0, shown.err
+        printed = " ".join(shown.out.split())
+        assert f"read {kind.says}: " in printed
+        found = re.search(r"friction (\S+) N", printed)
+        assert found is not None
+        assert float(found[1]) == pytest.approx(FRICTION, rel=0.01)
+    else:
+        assert (status, shown.out) == (2, "")
+        (line,) = shown.err.splitlines()
+        assert kind.says in line
+
+
+def test_the_page_of_kinds_is_today_s() -> None:
+    assert (ROOT / "docs" / "kinds_of_files.md").read_text(encoding="utf-8") == page()
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from friction_bayes.records.readers.mf4 import read_mf4
 from friction_bayes.records.readers.netcdf import read_netcdf, read_zarr
 from friction_bayes.records.readers.table import Column, Table, record_from_table
 from friction_bayes.records.readers.tdms import read_tdms
-from friction_bayes.records.readers.text import read_text
+from friction_bayes.records.readers.text import TEXT_SUFFIXES, read_text
 from friction_bayes.records.readers.tracker import read_tracker
 from friction_bayes.records.readers.uff import read_uff
 from friction_bayes.records.readers.wav import read_wav
@@ -24,9 +24,7 @@ from friction_bayes.records.readers.wav import read_wav
 __all__ = ["READERS", "Column", "Table", "read_record", "read_table"]
 
 READERS: dict[str, Callable[[Path], Table]] = {
-    ".csv": read_text,
-    ".txt": read_text,
-    ".lvm": read_text,
+    **dict.fromkeys(TEXT_SUFFIXES, read_text),
     ".xlsx": read_excel,
     ".xls": read_excel,
     ".ods": read_excel,
@@ -34,11 +32,13 @@ READERS: dict[str, Callable[[Path], Table]] = {
     ".mat": read_mat,
     ".nc": read_netcdf,
     ".h5": read_hdf5,
+    ".hdf5": read_hdf5,
     ".zarr": read_zarr,
     ".wav": read_wav,
     ".tdms": read_tdms,
     ".trk": read_tracker,
     ".uff": read_uff,
+    ".unv": read_uff,
     ".mf4": read_mf4,
 }
 """Suffix to reader. A new format is one function that returns a :class:`Table`, and one entry here."""

@@ -7,13 +7,12 @@ from pathlib import Path, PurePosixPath
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.records.readers.table import Table
-from friction_bayes.records.readers.text import decode, table_of_lines
+from friction_bayes.records.readers.text import TEXT_SUFFIXES, decode, table_of_lines
 
 __all__ = ["check_unpacked_size", "is_zip", "read_archive"]
 
 _MOST_BYTES = 1 << 30
 """That an archive may unpack to."""
-_TEXT = {".csv", ".txt", ".lvm"}
 _NO_RECORDING = {"meta", "__MACOSX"}
 """Folders of what was noted about the recording: by phyphox, and by the archiver of macOS."""
 
@@ -60,7 +59,7 @@ def read_archive(path: Path) -> Table:
     with zipfile.ZipFile(path) as archive:
         found = [name for name in archive.namelist() if _is_recording(PurePosixPath(name))]
         if len(found) != 1:
-            what = f"several tables: {', '.join(sorted(found)[:6])}" if found else "no .csv or .txt file"
+            what = f"several tables: {', '.join(sorted(found)[:6])}" if found else "no text table"
             raise InputError(str(path), f"the archive holds {what}", "take out the one that is meant")
         try:
             raw = archive.read(found[0])
@@ -72,4 +71,4 @@ def read_archive(path: Path) -> Table:
 
 
 def _is_recording(member: PurePosixPath) -> bool:
-    return member.suffix.lower() in _TEXT and not _NO_RECORDING.intersection(member.parts)
+    return member.suffix.lower() in TEXT_SUFFIXES and not _NO_RECORDING.intersection(member.parts)

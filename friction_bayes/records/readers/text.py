@@ -18,7 +18,10 @@ from friction_bayes.core.unit_spelling import plain_unit
 from friction_bayes.records.readers.clock_times import is_clock_time, seconds_from_first
 from friction_bayes.records.readers.table import Column, Table
 
-__all__ = ["decode", "read_text", "table_of_lines"]
+__all__ = ["TEXT_SUFFIXES", "decode", "read_text", "table_of_lines"]
+
+TEXT_SUFFIXES = (".csv", ".txt", ".tsv", ".dat", ".asc", ".lvm")
+"""Of files that hold a text table."""
 
 _QUOTED = re.compile(r"^'(.*)'$")
 _LOOKED_AT = 60

@@ -13,63 +13,12 @@ import pytest
 import friction_bayes as fb
 from friction_bayes.records.readers import archive, read_record
 from friction_bayes.records.readers.clock_times import seconds_from_first
+from kinds_of_files import write_workbook
 
 TIME = np.arange(120) * 0.05
 SIGNAL = 0.01 * np.cos(8.0 * TIME) * (1.0 - TIME / 8.0)
 ROWS = [(f"{t:.2f}", repr(float(x))) for t, x in zip(TIME, SIGNAL, strict=True)]
 CSV = "time_s,displacement_m\n" + "\n".join(map(",".join, ROWS))
-
-_XML = '<?xml version="1.0"?>'
-_SHEET = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
-_RELATION = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
-_PACKAGE = "http://schemas.openxmlformats.org/package/2006"
-_TYPES = "application/vnd.openxmlformats-officedocument.spreadsheetml"
-
-
-def _cell(value: str | float) -> str:
-    return f'<c t="str"><v>{value}</v></c>' if isinstance(value, str) else f"<c><v>{value!r}</v></c>"
-
-
-def write_workbook(path: Path, sheets: dict[str, list[list[str | float]]]) -> None:
-    """The least that a spreadsheet program opens."""
-    numbers = range(1, len(sheets) + 1)
-    names = "".join(
-        f'<sheet name="{s}" sheetId="{k}" r:id="r{k}"/>' for k, s in zip(numbers, sheets, strict=True)
-    )
-    with zipfile.ZipFile(path, "w") as book:
-        types = "".join(
-            f'<Override PartName="/xl/worksheets/sheet{k}.xml" ContentType="{_TYPES}.worksheet+xml"/>'
-            for k in numbers
-        )
-        book.writestr(
-            "[Content_Types].xml",
-            f'{_XML}<Types xmlns="{_PACKAGE}/content-types"><Default Extension="rels" ContentType='
-            f'"application/vnd.openxmlformats-package.relationships+xml"/>'
-            f'<Override PartName="/xl/workbook.xml" ContentType="{_TYPES}.sheet.main+xml"/>{types}</Types>',
-        )
-        book.writestr(
-            "_rels/.rels",
-            f'{_XML}<Relationships xmlns="{_PACKAGE}/relationships"><Relationship Id="r0" '
-            f'Type="{_RELATION}/officeDocument" Target="xl/workbook.xml"/></Relationships>',
-        )
-        book.writestr(
-            "xl/workbook.xml",
-            f'{_XML}<workbook xmlns="{_SHEET}" xmlns:r="{_RELATION}"><sheets>{names}</sheets></workbook>',
-        )
-        links = "".join(
-            f'<Relationship Id="r{k}" Type="{_RELATION}/worksheet" Target="worksheets/sheet{k}.xml"/>'
-            for k in numbers
-        )
-        book.writestr(
-            "xl/_rels/workbook.xml.rels",
-            f'{_XML}<Relationships xmlns="{_PACKAGE}/relationships">{links}</Relationships>',
-        )
-        for k, rows in zip(numbers, sheets.values(), strict=True):
-            body = "".join(f"<row>{''.join(map(_cell, row))}</row>" for row in rows)
-            book.writestr(
-                f"xl/worksheets/sheet{k}.xml",
-                f'{_XML}<worksheet xmlns="{_SHEET}"><sheetData>{body}</sheetData></worksheet>',
-            )
 
 
 def test_a_spreadsheet_is_read_from_its_first_sheet_of_numbers(tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from friction_bayes.core import optional
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import STANDARD_GRAVITY
 from friction_bayes.records.readers import READERS, Column, Table, read_record
+from friction_bayes.records.readers.text import TEXT_SUFFIXES
 from friction_bayes.records.record import make_record
 from friction_bayes.records.writers import write_record
 
@@ -424,7 +425,7 @@ def test_paths_that_hold_no_record(tmp_path) -> None:
             read_record(path)
 
 
-@pytest.mark.parametrize("suffix", sorted(set(READERS) - {".csv", ".txt", ".lvm", ".zarr"}))
+@pytest.mark.parametrize("suffix", sorted(set(READERS) - {*TEXT_SUFFIXES, ".zarr"}))
 def test_a_file_of_another_format_is_one_clear_error(tmp_path, suffix) -> None:
     path = tmp_path / f"decay{suffix}"
     path.write_text("rubbish " * 40)

@@ -3,62 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from friction_bayes.core.errors import InputError
 from friction_bayes.records.readers import read_record, read_table
+from kinds_of_files import tracker_project
 
 FRAMES = np.arange(10, 130, 2)
 SIGNAL = 0.05 * np.cos(0.3 * (FRAMES - 10))
-PACKAGE = "org.opensourcephysics.cabrillo.tracker"
 
 
-def prop(name: str, content: object, kind: str = "double") -> str:
-    return f'<property name="{name}" type="{kind}">{content}</property>'
-
-
-def thing(name: str, cls: str, *content: str) -> str:
-    return prop(name, f'<object class="{cls}">{"".join(content)}</object>', "object")
-
-
-def project(*, angle: float = 0.0, scale: object = 200.0, step: object = 40.0, unit: str | None = "m") -> str:
-    """A mass that moves along the x-axis of a system that is turned by an angle [degree]."""
-    along = np.array([np.cos(np.radians(angle)), -np.sin(np.radians(angle))])
-    marks = [
-        thing(f"[{n}]", f"{PACKAGE}.PointMass$FrameData", prop("x", 320.0 + px), prop("y", 240.0 + py))
-        for n, (px, py) in zip(FRAMES.tolist(), (200.0 * SIGNAL[:, None] * along).tolist(), strict=True)
-    ]
-    system = (
-        prop("xorigin", 320.0),
-        prop("yorigin", 240.0),
-        prop("angle", angle),
-        prop("xscale", scale),
-        prop("yscale", scale),
-    )
-    axes = thing("item", f"{PACKAGE}.CoordAxes", prop("name", "axes", "string"))
-    mass = thing(
-        "item",
-        f"{PACKAGE}.PointMass",
-        prop("name", "bob", "string"),
-        prop("framedata", "".join(marks), "array"),
-    )
-    return "".join(
-        (
-            f'<?xml version="1.0" encoding="UTF-8"?><object class="{PACKAGE}.TrackerPanel">',
-            thing("videoclip", f"{PACKAGE}.VideoClip", prop("startframe", 10, "int")),
-            thing("clipcontrol", f"{PACKAGE}.StepperClipControl", prop("delta_t", step)),
-            thing(
-                "coords",
-                f"{PACKAGE}.ImageCoordSystem",
-                prop("framedata", thing("[0]", "FrameData", *system), "array"),
-            ),
-            "" if unit is None else prop("length_unit", unit, "string"),
-            prop("tracks", axes + mass, "collection"),
-            "</object>",
-        )
-    )
+def project(**settings: Any) -> str:
+    return tracker_project(FRAMES, SIGNAL, **settings)
 
 
 def saved(folder: Path, content: str) -> Path:
