@@ -14,7 +14,6 @@ import xarray as xr
 
 from experiments.docs import section
 from experiments.runner import Experiment, tables
-from experiments.sources import ARCHIVE
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import write_whole
 

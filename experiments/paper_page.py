@@ -133,8 +133,8 @@ def _diagnostics(sampled: Sequence[Mapping[str, float]]) -> str:
     rhat = max(each["nested_rhat"] for each in sampled)
     bulk, tail = (min(each[name] for each in sampled) for name in ("ess_bulk", "ess_tail"))
     return (
-        f" (at least {records}; nested R-hat over four ensembles at most {rhat:.4f}, effective sample size at least {bulk:.0f} "
-        f"in the bulk and {tail:.0f} in the tails)"
+        f" (at least {records}; nested R-hat over four ensembles at most {rhat:.4f}, effective sample size "
+        f"at least {bulk:.0f} in the bulk and {tail:.0f} in the tails)"
     )
 
 
