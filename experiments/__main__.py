@@ -15,10 +15,14 @@ from rich.console import Console
 from rich.table import Table
 
 import experiments
-from experiments.archive import ARCHIVE, archived, keep, section_of
+from experiments.archive import archived, keep, section_of
+from experiments.article import article
 from experiments.docs import section, write_docs
-from experiments.paper_comparison import needed_results, write_comparison
+from experiments.paper_comparison import compare_with_paper, needed_results, write_comparison
+from experiments.paper_page import comparison_page
+from experiments.paper_story import write_story
 from experiments.runner import Experiment, Row, parser_for, run_experiment, settings_digest
+from experiments.sources import ARCHIVE
 from experiments.tables import closing_table
 from friction_bayes.core.errors import InputError
 
@@ -103,11 +107,21 @@ def _time_table(told: Mapping[str, str], results: Path) -> Table:
     return table
 
 
+def _write_pages(docs: Path, archive: Path) -> None:
+    """Write the pages on the paper, of the archive and of the tables that stand in the documentation."""
+    comparison = comparison_page(compare_with_paper(archive))
+    (docs / "paper_comparison.md").write_text(comparison, encoding="utf-8")
+    write_story(docs)
+    (docs / "article.md").write_text(article(archive), encoding="utf-8")
+
+
 def _tell_archived(experiments: Sequence[Experiment], options: argparse.Namespace) -> None:
     """Make the tables of the archive again, on the terminal or in the pages of the documentation."""
     sections = {each.name: section_of(each, options.from_archive) for each in experiments}
     if options.docs is not None:
         write_docs(options.docs, sections)
+        if options.docs.is_dir():
+            _write_pages(options.docs, options.from_archive)
         return
     for name, text in sections.items():
         print(f"## {name}\n{text}")

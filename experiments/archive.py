@@ -14,14 +14,11 @@ import xarray as xr
 
 from experiments.docs import section
 from experiments.runner import Experiment, tables
-from experiments.sources import ROOT
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import write_whole
 
-__all__ = ["ARCHIVE", "archived", "keep", "section_of"]
+__all__ = ["archived", "keep", "section_of"]
 
-ARCHIVE = ROOT / "archive"
-"""Of the repository, not of the package."""
 _ENDS = (".nc", ".json")
 
 

@@ -177,20 +177,21 @@ def _share(values: Array, whole: float) -> dict[str, Any]:
 
 
 def _emcee(ours: Mapping[str, Any], mine: xr.Dataset) -> dict[str, Any] | None:
-    """What the sampler found on the first record that was checked, beside the closed form there."""
+    """What the sampler found on the records that were checked, beside the closed form there."""
     name, power = OF_SAMPLER.get(ours["variable"], ("", 1.0))
     if name not in mine:
         return None
     checked = np.flatnonzero(np.isfinite(mine[name].values))
     if checked.size == 0:
         return None
-    one = mine.isel(replicate=checked[:1])
+    sampled = mine.isel(replicate=checked)
     return {
-        "value": float(_values(ours, one**power, name)[0]),
-        "closed_form": float(_values(ours, one, ours["variable"])[0]),
-        "nested_rhat": float(one["rhat"].values[0]),
-        "ess_bulk": float(one["ess_bulk"].values[0]),
-        "ess_tail": float(one["ess_tail"].values[0]),
+        "value": float(_values(ours, sampled**power, name).mean()),
+        "closed_form": float(_values(ours, sampled, ours["variable"]).mean()),
+        "records": checked.size,
+        "nested_rhat": float(sampled["rhat"].max()),
+        "ess_bulk": float(sampled["ess_bulk"].min()),
+        "ess_tail": float(sampled["ess_tail"].min()),
     }
 
 

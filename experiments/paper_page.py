@@ -19,8 +19,8 @@ BAND = 0.9
 
 HEAD = """# The paper's numbers beside ours
 
-Written by `python -m experiments.paper_comparison --docs docs/paper_comparison.md` from
-`results/paper_comparison.json`; do not edit. The story is in [paper.md](paper.md).
+Written by `python -m experiments --from-archive --docs docs` from `archive/`; do not edit. The story is in
+[paper.md](paper.md).
 
 **How it is judged.** The paper does not say how it picks a peak. One reading is judged by, *the highest
 sample of each period*: that is what "peak" says of a sampled signal, and this package's default. It was
@@ -100,7 +100,7 @@ def comparison_page(comparison: Mapping[str, Any]) -> str:
         f"are precisions of the testbed, which go as 1/mass^2 with {TESTBED.moving:g} kg taken here; of the "
         f"other {len(free)}, by {_counts(rows, without='mass')} ({by_chance(len(free))} by chance). Out for "
         f"an error smaller than ours: {_smaller(rows)}. *emcee* is its value for the "
-        "closed form's on one of the records, by the same likelihood and prior"
+        "closed form's, means over the records that were sampled, by the same likelihood and prior"
         f"{_diagnostics(sampled)}.\n",
         _results_table(results),
         "## What goes into our data\n",
@@ -129,11 +129,12 @@ def _smaller(rows: Sequence[Mapping[str, Any]]) -> str:
 def _diagnostics(sampled: Sequence[Mapping[str, float]]) -> str:
     if not sampled:
         return ""
+    records = min(each["records"] for each in sampled)
     rhat = max(each["nested_rhat"] for each in sampled)
     bulk, tail = (min(each[name] for each in sampled) for name in ("ess_bulk", "ess_tail"))
     return (
-        f" (nested R-hat over four ensembles at most {rhat:.4f}, effective sample size at least {bulk:.0f} "
-        f"in the bulk and {tail:.0f} in the tails)"
+        f" (at least {records}; nested R-hat over four ensembles at most {rhat:.4f}, effective sample size "
+        f"at least {bulk:.0f} in the bulk and {tail:.0f} in the tails)"
     )
 
 

@@ -9,10 +9,12 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
-__all__ = ["ROOT", "commit", "sources_digest", "sources_of", "why_not_usable"]
+__all__ = ["ARCHIVE", "ROOT", "commit", "sources_digest", "sources_of", "why_not_usable"]
 
 ROOT = Path(__file__).parents[1]
 """Folder of the package and of the experiments."""
+ARCHIVE = ROOT / "archive"
+"""Results that are kept in the repository, each for the commit that its manifest names."""
 
 
 def sources_of(name: str, root: Path = ROOT) -> list[Path]:
@@ -92,6 +94,8 @@ def commit(root: Path = ROOT) -> str | None:
 def why_not_usable(name: str, results: Path) -> str | None:
     """Return what keeps the result of an experiment from standing for these sources; None if nothing does.
 
+    One of :data:`ARCHIVE` stands for the commit that it names.
+
     Parameters
     ----------
     name : str
@@ -102,6 +106,8 @@ def why_not_usable(name: str, results: Path) -> str | None:
     stored, record = results / f"{name}.nc", results / f"{name}.json"
     if not stored.exists() or not record.exists():
         return f"no {stored}; run python -m experiments {name} first"
+    if results.resolve() == ARCHIVE:
+        return None
     if json.loads(record.read_text(encoding="utf-8")).get("sources") != sources_digest(name):
         return f"{stored} was computed by other sources than these; run python -m experiments {name} again"
     return None

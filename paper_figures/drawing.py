@@ -139,7 +139,7 @@ def figures_page(figures: Sequence[PaperFigure]) -> str:
     """Return the page of the documentation with the paper's figures beside ours, in Markdown."""
     parts = [
         "# The paper's figures beside ours\n",
-        "Written by `python -m paper_figures --docs docs` from `results/`; do not edit. What the paper's "
+        "Written by `python -m paper_figures --results archive --docs docs`; do not edit. What the paper's "
         "figures show is told from its text, which is all that we have. All data of ours are synthetic. The "
         "story is in "
         "[paper.md](paper.md), the numbers are in [paper_comparison.md](paper_comparison.md) and "

@@ -11,8 +11,8 @@ import pytest
 import xarray as xr
 
 from experiments import __main__ as all_of_them
-from experiments.archive import ARCHIVE, archived, keep
-from experiments.sources import ROOT
+from experiments.archive import archived, keep
+from experiments.sources import ARCHIVE, ROOT
 from friction_bayes import InputError
 
 MOST_BYTES = 20_000_000
