@@ -27,7 +27,7 @@ from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.core.arrays import Array
 
 CHAINS, TUNING, DRAWS = 4, 1000, 2000
-ROUNDS = 3
+ROUNDS = 5
 PRIOR = NormalGamma(mu=0.0, lam=0.01, alpha=2.0, beta=0.01)
 SAMPLES = 0.07 + 0.01 * np.random.default_rng(1).standard_normal(100)
 """Friction samples of the paper's size [N]."""
@@ -41,14 +41,8 @@ def emcee_ours(seed: int) -> Draws:
     from friction_bayes.conjugate.targets import normal_gamma_target
     from friction_bayes.reference.sampling import sample_target
 
-    tree = sample_target(normal_gamma_target(PRIOR, SAMPLES), seed=seed, ess=5000.0)
-    posterior, walkers = tree["posterior"], tree.attrs["walkers"]
-
-    def by_walker(draws: Array) -> Array:
-        # an ensemble's draws lie step by step: correlation would be looked for between walkers
-        return draws.reshape(len(draws), -1, walkers).swapaxes(1, 2).reshape(len(draws) * walkers, -1)
-
-    return by_walker(posterior["friction"].values), by_walker(posterior["precision"].values)
+    posterior = sample_target(normal_gamma_target(PRIOR, SAMPLES), seed=seed, ess=5000.0)["posterior"]
+    return posterior["friction"].values, posterior["precision"].values
 
 
 def _pymc_model():
