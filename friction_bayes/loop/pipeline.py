@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -14,17 +14,14 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import words
 from friction_bayes.loop.build_report import build_report
-from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
-from friction_bayes.loop.infer.moving_record import along_motion, why_not_weighed
-from friction_bayes.loop.mixture.candidates import Candidates
+from friction_bayes.loop.infer.moving_record import why_not_weighed
 from friction_bayes.loop.mixture.joint_candidates import candidates_together
 from friction_bayes.loop.mixture.record_candidates import candidates_of_record
 from friction_bayes.loop.report.reference_force import validate_force
 from friction_bayes.loop.report.result import LoopReport
-from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
 __all__ = ["run"]
@@ -57,24 +54,8 @@ def run(
     report = build_report(candidates, rng_report, options=options, started=started, reference_force=force)
     if options.effects is None:
         return report
-    barred |= _left_out(options.allowed, barred, candidates, scales)
     notes = (f"{words(name)} was asked for and not weighed: {why}" for name, why in sorted(barred.items()))
     return replace(report, notes=(*report.notes, *notes))
-
-
-def _left_out(
-    allowed: Sequence[str], barred: Mapping[str, str], candidates: Candidates, scales: Scales
-) -> dict[str, str]:
-    """Faults of the sensor that are in no set, and why."""
-    offered = frozenset[str]().union(*candidates.cells.effects)
-    return {
-        name: "it would stand for the motion"
-        if along_motion(EFFECTS[name], scales)
-        else "it is not linear in its size"
-        for name in allowed
-        if isinstance(EFFECTS[name], SensorEffect)
-        and name not in {*offered, *barred, SENSOR_CLIPPING.name, *OF_LINES}
-    }
 
 
 def _calibrated(system: Oscillator, segments: tuple[Segment, ...]) -> Oscillator:

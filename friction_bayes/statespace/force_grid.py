@@ -219,9 +219,14 @@ class GridPoint:
     found: WeighedSets
 
     @property
+    def chosen(self) -> int:
+        """The best set."""
+        return int(np.argmax(self.found.log_weight))
+
+    @property
     def noise(self) -> float:
         """Sensor noise sd in the best set."""
-        return float(np.sqrt(self.found.noise2[np.argmax(self.found.log_weight)]))
+        return float(np.sqrt(self.found.noise2[self.chosen]))
 
 
 class Posterior:
@@ -328,7 +333,7 @@ class Posterior:
 
     def best_law(self) -> Array:
         """Mean coefficients, shape (p,), of the best set at the best point; zero where absent."""
-        return self.mean_law(self.best, int(np.argmax(self.best.found.log_weight)))
+        return self.mean_law(self.best, self.best.chosen)
 
     def mean_law(self, point: GridPoint, chosen: int) -> Array:
         """Mean coefficients, shape (p,), of a set at a point; zero where absent."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import chain, combinations, product
@@ -39,12 +39,6 @@ class ColumnSets:
     effects: tuple[frozenset[str], ...]
     columns: Mask
     log_prior: Array
-
-    def without(self, refused: Set[frozenset[str]]) -> ColumnSets:
-        """Those whose effects are not among some sets of effects."""
-        kept = np.array([names not in refused for names in self.effects])
-        effects = tuple(names for names in self.effects if names not in refused)
-        return ColumnSets(effects, self.columns[kept], self.log_prior[kept])
 
 
 class _Structure(NamedTuple):

@@ -22,11 +22,13 @@ from friction_bayes.mechanics.integrate import force_along
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 
 __all__ = [
+    "NUDGE",
     "PRIOR_SCORES",
     "Column",
     "ForceColumn",
     "ForceEvaluator",
     "Sampled",
+    "SensorColumn",
     "Shape",
     "force_columns",
     "line_columns",
@@ -34,6 +36,8 @@ __all__ = [
     "sensor_columns",
 ]
 
+NUDGE = 1e-4
+"""Share of the swing over which a force, or a fault of the sensor, is differenced."""
 PRIOR_SCORES = (-1.6, -0.8, 0.0, 0.8, 1.6)
 """Where a parameter that shapes a term is taken before anything is known of it, as normal scores of its
 prior."""
@@ -326,18 +330,46 @@ def sampled(path: MeasuredPath, block: int, order: int) -> Sampled:
     return Sampled(phase, path.reading(order, motion(phase), motion(phase, 1)), block)
 
 
+class SensorColumn(NamedTuple):
+    """A column of a fault of the sensor, and what that makes of a signal.
+
+    Attributes
+    ----------
+    column : Column
+    wrong : callable
+        Error of each reading of :class:`Sampled` under the unit coefficient, shape (n block,), natural units.
+    """
+
+    column: Column
+    wrong: Callable[[Sampled], Array]
+
+    def fault(self, read: Sampled) -> Array:
+        """Error of each value of the record, shape (n,)."""
+        return block_means(self.wrong(read), read.block)
+
+    def slope(self, read: Sampled) -> Array:
+        """How that changes with the signal, shape (n,): not at all where it is only late, or jumps."""
+        nudge = NUDGE * float(np.max(np.abs(read.signal)))
+        above, below = (self.wrong(read._replace(signal=read.signal + off)) for off in (nudge, -nudge))
+        return block_means((above - below) / (2.0 * nudge), read.block)
+
+
 def sensor_columns(
-    name: str, scales: Scales, read: Sampled, order: int, w0: float, size: float | None = None
-) -> Iterator[tuple[Column, Array]]:
+    name: str, scales: Scales, order: int, w0: float, size: float | None = None
+) -> Iterator[SensorColumn]:
     """Columns of a fault of the sensor that is linear in its parameters, or in the first about its ``size``.
 
     That is the scale of its prior where none has been found yet.
     """
     effect = EFFECTS[name]
     assert isinstance(effect, SensorEffect)
-    time = (read.phase - read.phase[0]) / w0
-    unit = w0**order
-    clean = unit * read.signal
+    unit, distort = w0**order, effect.distort
+
+    def wrong(read: Sampled, *, scale: float, values: Sequence[float]) -> Array:
+        clean = unit * read.signal
+        time = (read.phase - read.phase[0]) / w0
+        return np.asarray((distort(clean, time, *values) - clean) / (unit * scale))
+
     coordinates = effect_coordinates(name, scales, 1)
     shapes: tuple[tuple[float, ...], ...] = ((),)
     if effect.shapes is not None:
@@ -351,8 +383,6 @@ def sensor_columns(
         for j, c in enumerate(sizes):
             values = [0.0] * len(sizes)
             values[j] = c.prior.scale
-            wrong = (effect.distort(clean, time, *values, *taken) - clean) / (unit * c.prior.scale)
-            fault = block_means(wrong, read.block)
             column = Column(
                 "effect",
                 c.prior.scale,
@@ -361,8 +391,9 @@ def sensor_columns(
                 parameter=c.name,
                 shape=shape,
             )
+            error = partial(wrong, scale=c.prior.scale, values=(*values, *taken))
             for widened in column.in_widths():
-                yield widened, fault
+                yield SensorColumn(widened, error)
 
 
 def line_columns(

@@ -1,4 +1,4 @@
-"""The law of the round before, about which the columns of the next one are linear."""
+"""The law of the round before and the sensor's faults, about which the columns of the next one are linear."""
 
 from __future__ import annotations
 
@@ -7,14 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.loop.columns.effect_columns import ForceColumn
+from friction_bayes.loop.columns.effect_columns import NUDGE, ForceColumn, Sampled, SensorColumn
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import Feedback
 
 __all__ = ["LawBefore"]
-
-_NUDGE = 1e-4
-"""Share of the swing over which a force is differenced."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,12 +22,22 @@ class LawBefore:
     ----------
     forces : tuple of (float, ForceColumn)
         Those that act, and their coefficients.
+    faults : tuple of (float, SensorColumn)
+        The sensor's faults, and their coefficients.
     fluctuation : ndarray, shape (n,)
         The random force beside them at the samples; it does not depend on the motion.
     """
 
     forces: tuple[tuple[float, ForceColumn], ...]
+    faults: tuple[tuple[float, SensorColumn], ...]
     fluctuation: Array
+
+    def gain(self, read: Sampled) -> Array:
+        """What the sensor with its faults makes of a change of the signal, shape (n,)."""
+        gain = np.ones(read.phase.size // read.block)
+        for size, each in self.faults:
+            gain += size * each.slope(read)
+        return gain
 
     def force(self, points: Points) -> Array:
         """Its force that depends on the motion, shape (m,)."""
@@ -38,7 +45,7 @@ class LawBefore:
 
     def feedback(self, path: MeasuredPath) -> Feedback:
         """How its force changes with the motion along a path."""
-        nudge = _NUDGE * float(np.max(np.abs(path.x)))
+        nudge = NUDGE * float(np.max(np.abs(path.x)))
 
         def slopes(points: Points, straight: Array) -> Array:
             by_x, by_v = (

@@ -7,7 +7,7 @@ only shapes a term is taken at a few values of its prior, one column each.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from typing import NamedTuple
@@ -16,11 +16,14 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
+from friction_bayes.decay.block_means import block_means
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import (
     Column,
     ForceColumn,
     ForceEvaluator,
+    Sampled,
+    SensorColumn,
     Shape,
     force_columns,
     line_columns,
@@ -30,6 +33,7 @@ from friction_bayes.loop.columns.effect_columns import (
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import OF_LINES, Line
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
+from friction_bayes.statespace.kalman import sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
 from friction_bayes.statespace.response import Feedback, response_at_sensor
 
@@ -52,11 +56,17 @@ class LawColumns:
         Displacement and velocity of each; none of a sensor's fault.
     forces : ndarray, shape (n, p)
         Force of each, natural units; none of the start and of a sensor's fault.
+    read : Sampled
+        The motion along the path as the sensor reads it.
+    row : ndarray, shape (3,) or (n, 3)
+        With which the sensor, with the faults that it had before, reads the state.
     known : ndarray, shape (n,)
         What the sensor shows of the terms without a coefficient.
     known_states : ndarray, shape (n, 2)
     acting : tuple of ForceColumn
         The forces behind the columns, which come after the start.
+    wrong : tuple of SensorColumn
+        The faults of the sensor behind the columns, which come after those of the forces.
     about : LawBefore or None
         The law about which the columns are linear; None where forces are taken as given along the path.
     feedback : Feedback
@@ -71,9 +81,12 @@ class LawColumns:
     sensor: Array
     states: Array
     forces: Array
+    read: Sampled
+    row: Array
     known: Array
     known_states: Array
     acting: tuple[ForceColumn, ...]
+    wrong: tuple[SensorColumn, ...]
     about: LawBefore | None
     feedback: Feedback
     friction: float
@@ -95,7 +108,9 @@ class LawColumns:
         """
         forces = self.with_sizes(coefficients)
         kept = tuple(pair for pair in forces if pair[1].column.kind != "stiffness")
-        return LawBefore(kept, fluctuation)
+        sizes = coefficients[_OF_START + len(self.acting) :].tolist()
+        faults = tuple(pair for pair in zip(sizes, self.wrong, strict=False) if pair[0] != 0.0)
+        return LawBefore(kept, faults, fluctuation)
 
     @property
     def scale(self) -> Array:
@@ -196,7 +211,6 @@ class Circumstances:
 
 def law_columns(
     path: MeasuredPath,
-    row: Array,
     given: Circumstances,
     *,
     w0: float,
@@ -210,8 +224,6 @@ def law_columns(
     ----------
     path : MeasuredPath
         In natural units of ``w0``.
-    row : ndarray, shape (3,) or (n, 3)
-        Of the sensor.
     given : Circumstances
     w0 : float
         Frequency of the natural units [rad/s].
@@ -231,6 +243,10 @@ def law_columns(
     unit = mass * w0**2
     evaluator = ForceEvaluator(w0, mass, stiffness, friction * unit, given.duration, path.phase[0])
     acting = _acting(path, given, evaluator)
+    read, row = sampled(path, given.block, order), sensor_row(order, path.slope)
+    gain = np.ones(path.phase.size) if about is None else about.gain(read)
+    if np.any(gain != 1.0):
+        row = gain[:, None] * row
     answers = _answers(path, row, acting, about)
     amplitude = given.scales.amplitude * (system.natural_frequency / w0) ** order
     columns = [
@@ -239,7 +255,10 @@ def law_columns(
         *(each.column for each in acting),
     ]
     sensor, states, forces = answers.sensor[:, :-1], answers.states[:, :, :-1], answers.forces[:, :-1]
-    faults = _faults(path, given, w0, lines)
+    wrong = tuple(_wrong(given, w0))
+    faults = [(each.column, each.fault(read)) for each in wrong]
+    for line in lines:
+        faults += line_columns(line, given.scales, path, order, w0)
     if faults:
         columns += [column for column, _ in faults]
         sensor = np.column_stack([sensor, *(fault for _, fault in faults)])
@@ -250,9 +269,13 @@ def law_columns(
         sensor=sensor,
         states=states,
         forces=forces,
-        known=answers.sensor[:, -1],
+        read=read,
+        row=row,
+        # the faults were linear about the path, of which the gain has a share too much
+        known=answers.sensor[:, -1] - (gain - 1.0) * block_means(read.signal, read.block),
         known_states=answers.states[:, :, -1],
         acting=tuple(acting),
+        wrong=wrong,
         about=answers.about,
         feedback=answers.feedback,
         friction=friction * unit,
@@ -315,15 +338,8 @@ def _acting(path: MeasuredPath, given: Circumstances, evaluator: ForceEvaluator)
     ]
 
 
-def _faults(
-    path: MeasuredPath, given: Circumstances, w0: float, lines: Sequence[Line]
-) -> list[tuple[Column, Array]]:
-    """Columns of the faults that the sensor may have, those of lines last, with what it shows of each."""
-    order, read = given.order, sampled(path, given.block, given.order)
-    found: list[tuple[Column, Array]] = []
+def _wrong(given: Circumstances, w0: float) -> Iterator[SensorColumn]:
+    """Columns of the faults that the sensor may have, but for lines."""
     for name in given.effects:
         if isinstance(EFFECTS[name], SensorEffect) and name not in OF_LINES:
-            found += sensor_columns(name, given.scales, read, order, w0, given.sizes.get(name))
-    for line in lines:
-        found += line_columns(line, given.scales, path, order, w0)
-    return found
+            yield from sensor_columns(name, given.scales, given.order, w0, given.sizes.get(name))

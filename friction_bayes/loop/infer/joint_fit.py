@@ -28,10 +28,8 @@ from friction_bayes.loop.infer.record_fit import (
     ForceFit,
     fit_random_force,
     force_fit,
-    is_read_as_fault,
     too_few_turning_points,
 )
-from friction_bayes.mechanics.effects import EFFECTS, SensorEffect
 from friction_bayes.statespace.force_grid import ForcePrior, GridPoint, Posterior, integrate
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import Motion
@@ -109,7 +107,7 @@ class JointFit:
     def fits(self) -> tuple[ForceFit, ...]:
         """Each record under the most probable law and random force."""
         best = self.posterior.best
-        row = int(np.argmax(best.found.log_weight))
+        row = best.chosen
         chosen = int(self.problem.number[row])
         said = self.problem.conditional(best, row)
         laws = said.laws(self.posterior.best_law()[said.columns][None])[0]
@@ -190,11 +188,7 @@ def fit_together(
     motions = [fit.motion.at_frequency(change) for fit in first.fits]
     about = [fit.law.before(fit.coefficients, fit.fluctuation) for fit in first.fits]
     along = _along(alone, records, motions, w0 * change, about)
-    together = _weighed(alone, records, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
-    if not any(is_read_as_fault(one) for one in together.fits):
-        return together
-    of_motion = [name for name in allowed if not isinstance(EFFECTS[name], SensorEffect)]
-    return fit_together(segments, system, of_motion, varying=varying, noise=noise, progress=progress)
+    return _weighed(alone, records, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
 
 
 def _along(

@@ -24,6 +24,7 @@ from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError
 from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scales, SensorEffect
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.pendulum import frequency_ratio
 from friction_bayes.statespace.force_grid import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
@@ -32,7 +33,14 @@ from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.response import Feedback, beside_oscillator
 from friction_bayes.statespace.smoother import LEAST_NOISE, Motion, first_motion
 
-__all__ = ["LEAST_TURNS", "LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "why_not_weighed"]
+__all__ = [
+    "LEAST_TURNS",
+    "LawAlongMotion",
+    "MovingRecord",
+    "along_motion",
+    "force_prior",
+    "why_not_weighed",
+]
 
 
 LEAST_TURNS = 2
@@ -69,6 +77,11 @@ class LawAlongMotion(NamedTuple):
     sets: ColumnSets
     regression: LawRegression
     prior: ForcePrior
+
+    def without(self, sets: Mask) -> LawAlongMotion:
+        """The same without the sets, ``sets`` of shape (m,), which have no prior probability then."""
+        log_prior = np.where(sets, -np.inf, self.regression.log_prior)
+        return self._replace(regression=replace(self.regression, log_prior=log_prior))
 
     @property
     def determined(self) -> bool:
@@ -112,8 +125,6 @@ class MovingRecord:
     scores : dict
         Where the shapes of forces are taken, as normal scores of their priors, by effect; all over the prior
         where it has none.
-    refused : frozenset of frozenset of str
-        Sets of effects that are no law, as friction would push.
     jump : ndarray or None, shape (samples - 1,)
         How far the random force may jump in each interval besides what it does of itself, over the noise;
         None where it may nowhere.
@@ -129,7 +140,6 @@ class MovingRecord:
     error: SensorError | Colour = NO_ERROR
     sizes: dict[str, float] = field(default_factory=dict)
     scores: dict[str, tuple[float, ...]] = field(default_factory=dict)
-    refused: frozenset[frozenset[str]] = frozenset()
     jump: Array | None = None
 
     @classmethod
@@ -225,7 +235,6 @@ class MovingRecord:
         order = self.segment.order
         x, v = motion.states[:, :2].T.copy()
         path = MeasuredPath.through(self.phase(w0), x, v, motion.velocity_sd, pendulum=self.system.pendulum)
-        row = sensor_row(order, path.slope)
         if path.turning.size < LEAST_TURNS:
             return None
         rough = friction_along(path) if friction is None else friction
@@ -239,14 +248,12 @@ class MovingRecord:
             scores=self.scores,
             block=self.segment.block,
         )
-        law = law_columns(path, row, given, w0=w0, friction=rough, lines=lines, about=about)
+        law = law_columns(path, given, w0=w0, friction=rough, lines=lines, about=about)
         clock = self.clock_along(path, law.feedback, w0)
         sets = column_sets(law, self.effects)
-        if self.refused:
-            sets = sets.without(self.refused)
         regression = LawRegression(
             clock=clock,
-            row=row,
+            row=law.row,
             names=tuple(str(j) for j in range(law.scale.size)),
             columns=law.sensor,
             states=law.states,
@@ -279,7 +286,10 @@ def why_not_weighed(name: str, segment: Segment, scales: Scales) -> str:
         by_swing |= math.isfinite(effect.largest_swing)
     if by_swing and segment.decay.unit in UNCALIBRATED_UNITS:
         return "how far it swings is unknown without a calibration of the sensor"
-    return effect.why_not(scales)
+    bent = isinstance(effect, SensorEffect) and not along_motion(effect, scales)
+    return effect.why_not(scales) or (
+        "it is not linear in its size" if bent and name != SENSOR_CLIPPING.name else ""
+    )
 
 
 def _moving(segment: Segment) -> int:

@@ -17,29 +17,28 @@ from scipy.special import logsumexp
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
-from friction_bayes.loop import settings
 from friction_bayes.loop.columns.column_sets import ColumnSets
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import Line
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment
+from friction_bayes.loop.infer.impossible import better_but_impossible, impossible
 from friction_bayes.loop.infer.knocks import spans_of
 from friction_bayes.loop.infer.moving_record import LEAST_TURNS, LawAlongMotion, MovingRecord
-from friction_bayes.loop.infer.pushing import pushing
 from friction_bayes.loop.infer.rounds import settle
 from friction_bayes.loop.infer.sensor_noise import SensorNoise, weigh_sensor_noise
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import SensorError
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth
-from friction_bayes.mechanics.effects import EFFECTS, Scales, SensorEffect
+from friction_bayes.mechanics.effects import Scales
 from friction_bayes.statespace.force_grid import ForcePrior, Posterior
 from friction_bayes.statespace.kalman import Clock, shown
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import Motion
 
-__all__ = ["ForceFit", "fit_random_force", "force_fit", "is_read_as_fault", "too_few_turning_points"]
+__all__ = ["ForceFit", "fit_random_force", "force_fit", "too_few_turning_points"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +74,8 @@ class ForceFit:
         What it is besides white.
     error : SensorError or Colour
         What neighbouring samples share of it.
-    pushes : ndarray of bool, shape (m,)
-        Sets that are no law, as their dry friction would push.
+    impossible : ndarray of bool, shape (m,)
+        Sets that are beyond what their priors allow.
     """
 
     segment: Segment
@@ -95,7 +94,7 @@ class ForceFit:
     motion: Motion
     sensor_noise: SensorNoise
     error: SensorError | Colour
-    pushes: Mask
+    impossible: Mask
 
     @property
     def forced(self) -> bool:
@@ -120,7 +119,7 @@ class ForceFit:
     @property
     def chosen(self) -> int:
         """The best set."""
-        return int(np.argmax(self.posterior.best.found.log_weight))
+        return self.posterior.best.chosen
 
     @property
     def rubs(self) -> Mask:
@@ -228,28 +227,17 @@ def fit_random_force(
         None where the record holds too few turning points.
     """
     whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
-    fit = _settled(whole, allowed, noise)
-    while fit is not None and fit.pushes[fit.chosen]:
-        # the motion goes along a law that is none: once more without it
-        refused = {fit.sets.effects[m] for m in np.flatnonzero(fit.pushes)}
-        whole = replace(whole, refused=whole.refused | refused)
-        fit = _settled(whole, allowed, noise)
-    if fit is None or not is_read_as_fault(fit):
-        return fit
-    of_motion = [name for name in allowed if not isinstance(EFFECTS[name], SensorEffect)]
-    return fit_random_force(segment, system, of_motion, samples=samples, noise=noise)
-
-
-def _settled(whole: MovingRecord, allowed: Sequence[str], noise: str) -> ForceFit | None:
-    """The analysis of a record about the motion at which its law has settled."""
     last = settle(whole, allowed, noise)
     if last is None:
         return None
-    regression, posterior, sensor_noise = weigh_sensor_noise(
-        last.whole.setting_aside(last.ceiling), last.found, last.outliers, allowed
-    )
-    found = last.found._replace(regression=regression)
-    return force_fit(last.record, found, posterior, posterior.best_law(), sensor_noise)
+    record, found = last.whole.setting_aside(last.ceiling), last.found
+    while True:
+        regression, posterior, sensor_noise = weigh_sensor_noise(record, found, last.outliers, allowed)
+        best = found._replace(regression=regression)
+        better = better_but_impossible(best, posterior)
+        if not better.any():
+            return force_fit(last.record, best, posterior, posterior.best_law(), sensor_noise)
+        found = found.without(better)
 
 
 def too_few_turning_points(segment: Segment) -> InputError:
@@ -259,16 +247,6 @@ def too_few_turning_points(segment: Segment) -> InputError:
         f"turns fewer than {LEAST_TURNS} times while it moves freely",
         "give a longer free decay, or one released from farther away",
     )
-
-
-def is_read_as_fault(fit: ForceFit) -> bool:
-    """Whether the sensor's faults have taken the place of the motion, or hide most of it.
-
-    Evaluated along the smoothed signal, a fault that follows the motion is the signal itself: it follows
-    every wander of it, which no motion under a law does. The motion then differs from round to round.
-    """
-    moved, along = (float(np.ptp(x)) for x in (fit.motion.states[:, 0], fit.path.x))
-    return not along / settings.SETTINGS.unlike < moved < along * settings.SETTINGS.unlike
 
 
 def force_fit(
@@ -296,5 +274,5 @@ def force_fit(
         motion=found.regression.smoothed(coefficients, posterior.best),
         sensor_noise=sensor_noise,
         error=record.error,
-        pushes=pushing(found, posterior),
+        impossible=impossible(found, posterior),
     )

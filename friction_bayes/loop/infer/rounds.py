@@ -26,6 +26,7 @@ from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.coulomb_motion import coulomb_motion
 from friction_bayes.loop.infer.finer_lines import finer_lines, lines_that_show
 from friction_bayes.loop.infer.finer_shapes import finer_shapes
+from friction_bayes.loop.infer.impossible import integrate_possible
 from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.infer.sensor_noise import weigh_sensor_noise
@@ -89,18 +90,18 @@ class Round:
     alone: bool = False
 
     @classmethod
-    def first(cls, whole: MovingRecord, noise: str, *, alone: bool) -> Round | None:
+    def first(cls, whole: MovingRecord, noise: str) -> Round | None:
         """Along the motion before any law is known; None where that holds too few turning points."""
-        return cls._starting(whole, noise, *whole.first_motion(), alone=alone)
+        return cls._starting(whole, noise, *whole.first_motion())
 
     @classmethod
     def about_coulomb(cls, whole: MovingRecord, noise: str) -> Round | None:
-        """Along the motion under Coulomb friction alone that fits best, by itself; None where there is none.
+        """Along the motion under Coulomb friction alone that fits best; None where there is none.
 
         Nothing is linear about a mass that has stopped, so that one that stops within the record is none.
         """
         start = coulomb_motion(whole)
-        return None if start is None else cls._starting(whole, noise, *start, alone=True)
+        return None if start is None else cls._starting(whole, noise, *start)
 
     @classmethod
     def _starting(
@@ -110,8 +111,6 @@ class Round:
         w0: float,
         motion: Motion,
         about: LawBefore | None = None,
-        *,
-        alone: bool,
     ) -> Round | None:
         found = whole.along(motion, w0, (), about=about)
         if found is not None and not found.determined:
@@ -122,8 +121,22 @@ class Round:
             return None
         ceiling = whole.segment.sides[: whole.samples] != 0.0
         return cls(
-            whole, ceiling, np.zeros(whole.samples, np.bool_), motion, (), False, found, None, noise, alone
+            whole,
+            ceiling,
+            np.zeros(whole.samples, np.bool_),
+            motion,
+            (),
+            False,
+            found,
+            None,
+            noise,
+            alone=True,
         )
+
+    @property
+    def with_force(self) -> Round:
+        """The same where a random force may go with the motion from now on."""
+        return replace(self, alone=False)
 
     @property
     def aside(self) -> Mask:
@@ -137,10 +150,14 @@ class Round:
 
     @cached_property
     def _posterior(self) -> Posterior:
-        """At its mode."""
-        problem = self.found.regression.problem
+        """At its mode, given that its best set is possible."""
         prior = self.found.prior.without_force if self.alone else self.found.prior
-        return integrate(problem, prior, self.motion.noise, near=self.near, only_mode=True)
+
+        def integrated(found: LawAlongMotion) -> Posterior:
+            problem = found.regression.problem
+            return integrate(problem, prior, self.motion.noise, near=self.near, only_mode=True)
+
+        return integrate_possible(self.found, integrated)[1]
 
     @property
     def log_evidence(self) -> float:
@@ -173,6 +190,11 @@ class Round:
     def _law(self) -> Array:
         return self._posterior.best_law()
 
+    @cached_property
+    def _smoothed(self) -> Motion:
+        """The motion of the next round."""
+        return self.found.regression.smoothed(self._law, self._best)
+
     @property
     def is_all(self) -> bool:
         """Whether white noise is all that the law leaves, and no random force is more probable than none."""
@@ -182,10 +204,9 @@ class Round:
 
     def following(self, allowed: Sequence[str]) -> Round | None:
         """The next; None where its motion holds too few turning points or samples that are fitted."""
-        found, law, best = self.found, self._law, self._best
+        found, law, best, smoothed = self.found, self._law, self._best, self._smoothed
         regression, segment, whole = found.regression, self.whole.segment, self.whole
         white = regression.innovations(law, best.ratio, best.tau) / best.noise
-        smoothed = regression.smoothed(law, best)
         more = lines_beside_motion(white, smoothed.states[:, 2], segment, self.lines, whole.effects)
         showing = lines_that_show(self.lines, found, law, best)
         lines = (*finer_lines(showing, found, law, best), *more)
@@ -341,17 +362,16 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
     Round or None
         The last; None where one holds too few turning points.
     """
-    still = _settled(Round.first(whole, noise, alone=True), allowed)
-    if still is None or not still.is_all:
+    first = Round.first(whole, noise)
+    still = _settled(first, allowed)
+    if still is None or not still.with_force.is_all:
         # far from where it starts a law that is settled step by step may not arrive
-        again = _settled(Round.about_coulomb(whole, noise), allowed)
-        if still is None or (again is not None and again.log_evidence > still.log_evidence):
-            still = again
-    latest = None if still is None else replace(still, alone=False)
-    if latest is None or not latest.is_all:
-        free = _settled(Round.first(whole, noise, alone=False), allowed)
+        still = _better(still, _settled(Round.about_coulomb(whole, noise), allowed))
+    latest = None if still is None else still.with_force
+    if first is not None and (latest is None or not latest.is_all):
+        free = _settled(first.with_force, allowed)
         # beside its own motion, which is exact, a law does not call for what made up for an inexact one
-        if still is None or (free is not None and free.log_evidence > still.log_evidence):
+        if still is None or _better(still, free) is free:
             latest = free
     if latest is not None and still is not None and noise != "white":
         latest = _settled(still.coloured(latest, allowed), allowed) or latest
@@ -363,6 +383,13 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
         looks = looks - 1 if jump.any() else 0
         latest = _settled(latest.jumping(jump if looks > 0 else np.zeros_like(jump)), allowed)
     return latest
+
+
+def _better(one: Round | None, other: Round | None) -> Round | None:
+    """The round of the larger evidence."""
+    if one is None or other is None:
+        return one or other
+    return max((one, other), key=lambda each: each.log_evidence)
 
 
 def _settled(latest: Round | None, allowed: Sequence[str]) -> Round | None:

@@ -54,8 +54,10 @@ class RecordCandidates(Candidates):
         self.slight_force = slight_force(fit)
         self._rank(_cells(fit))
         lines = ", ".join(map(str, fit.lines))
-        share = float(fit.posterior.weight[:, fit.pushes].sum())
-        left_out = f"sets whose dry friction would drive the motion, {percent(share)} likely, are left out"
+        share = float(fit.posterior.weight[:, fit.impossible].sum())
+        left_out = (
+            f"sets in which friction pushes or faults hide the motion, {percent(share)} likely, are left out"
+        )
         self.trail = (
             f"along the measured motion: {len(fit.sets.effects)} sets of effects weighed with and without "
             f"a random force, log evidence {fit.log_gain:+.1f} with it"
@@ -72,7 +74,7 @@ class RecordCandidates(Candidates):
 
     @cached_property
     def best(self) -> tuple[ForceFit, ...]:
-        # a candidate has sets of columns that are left out too, where another shape of it pushes
+        # a candidate has sets of columns that are left out too, where another shape of it is impossible
         own = (self.cells.places(self.sets[:1]) == 0) & (self.cells.weight > 0.0)
         return (self.fit.among(own.any(axis=0)),)
 
@@ -148,7 +150,7 @@ def candidates_of_record(
 def _cells(fit: ForceFit) -> Cells:
     """All sets of which the samples say something and whose friction resists, under each kind of noise."""
     nothing = unknowable(fit)
-    known = np.array([not names & nothing for names in fit.sets.effects]) & ~fit.pushes
+    known = np.array([not names & nothing for names in fit.sets.effects]) & ~fit.impossible
     noises = fit.sensor_noise.probabilities
     certain = frozenset({SENSOR_CLIPPING.name} if fit.segment.clipped else ())
     weights = [probability * known * fit.posterior.weight for probability in noises.values()]

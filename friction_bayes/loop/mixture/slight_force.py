@@ -59,7 +59,7 @@ def slight_force(fit: ForceFit) -> SlightForce | None:
         None where that law has no dry friction, or the record says much of every force.
     """
     none = next(point for point in fit.posterior.points if point.ratio == 0.0)
-    best = int(np.argmax(none.found.log_weight))
+    best = none.chosen
     rubs = np.flatnonzero(fit.sets.columns[best] & np.isin(np.arange(fit.law.scale.size), fit.law.frictions))
     if rubs.size == 0:
         return None

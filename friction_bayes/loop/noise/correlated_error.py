@@ -159,7 +159,7 @@ class _Density:
         self, regression: LawRegression, posterior: Posterior, prior: ForcePrior, bounds: Place
     ) -> None:
         self.regression, self.prior, self.bounds = regression, prior, bounds
-        chosen = posterior.problem.sets[int(np.argmax(posterior.best.found.log_weight))]
+        chosen = posterior.problem.sets[posterior.best.chosen]
         self.reference, self.positive = regression.reference[chosen], regression.positive[chosen]
         scaled = (regression.columns * regression.scale)[:, chosen]
         self.block = np.column_stack([scaled, regression.target - scaled @ self.reference])

@@ -99,7 +99,7 @@ def find_noise_growth(
         Log-normal, of the size in one value.
     """
     clock, best = regression.clock, posterior.best
-    chosen = regression.sets[int(np.argmax(best.found.log_weight))]
+    chosen = regression.sets[best.chosen]
     reference = regression.reference[chosen]
     scaled = (regression.columns * regression.scale)[:, chosen]
     block = np.column_stack([scaled, regression.target - scaled @ reference])

@@ -16,10 +16,12 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
+from friction_bayes.loop.data.parameters import FRICTION
 from friction_bayes.loop.infer.draws import DRAWS
-from friction_bayes.loop.simulation.coulomb import coulomb_friction
+from friction_bayes.loop.infer.truncated_normal import truncated_draws
 from friction_bayes.loop.simulation.fit import LoopFit
 from friction_bayes.loop.simulation.residual_tests import residual_tests
+from friction_bayes.loop.simulation.robust_covariance import robust_covariance
 
 __all__ = ["Reading", "coulomb_alone", "friction_range", "pooled"]
 
@@ -42,8 +44,11 @@ class Reading:
 
 def coulomb_alone(fit: LoopFit, rng: np.random.Generator) -> Reading:
     """Friction by the Coulomb model alone."""
-    friction = coulomb_friction(fit, rng, robust=bool(residual_tests(fit).failed))
-    return Reading("Coulomb friction alone", friction)
+    # where the residual is more than noise, the draws carry its scatter
+    spread = robust_covariance(fit) if residual_tests(fit).failed else fit.covariance
+    # of the normal approximation, cut to the support
+    drawn = truncated_draws(fit.centre[0], spread, *fit.model.support, rng, DRAWS)
+    return Reading("Coulomb friction alone", np.asarray(fit.model.value(drawn, FRICTION)))
 
 
 def pooled(readings: Sequence[Reading], rng: np.random.Generator) -> Array:

@@ -9,7 +9,8 @@ import friction_bayes as fb
 from decays import SYSTEM
 from friction_bayes.core.quantities import QUANTITIES
 from friction_bayes.loop.columns.effect_columns import ForceEvaluator, force_columns
-from friction_bayes.mechanics.effects import Scales
+from friction_bayes.loop.columns.law_columns import Circumstances, law_columns
+from friction_bayes.mechanics.effects import EFFECTS, Scales
 from friction_bayes.statespace.measured_path import MeasuredPath
 
 
@@ -26,6 +27,38 @@ def test_a_force_is_linear_in_its_size_however_fast_the_motion(swing: float) -> 
     assert {column.kind for column in columns} == {"effect"}
     assert {column.parameter for column in columns} == {"static_excess"}
     assert all(column.of_friction for column in columns)
+
+
+@pytest.mark.parametrize("name", ["encoder_eccentricity", "sensor_offset"])
+def test_columns_are_linear_about_the_faults_of_the_law_before(name: str) -> None:
+    """Of a swing that is a little larger, read by a sensor that is a little worse."""
+    wheel, size = fb.Oscillator(inertia=0.1, stiffness=10.0), 0.05
+    phase = np.linspace(0.0, 40.0, 400)
+    scales = Scales(
+        system=wheel, quantity=QUANTITIES["angle"], amplitude=0.8, duration=4.0, sampling_rate=100.0
+    )
+    given = Circumstances(system=wheel, scales=scales, effects=(name,), order=0, duration=4.0)
+    path = MeasuredPath.through(phase, 0.8 * np.cos(phase), -0.8 * np.sin(phase))
+    law = law_columns(path, given, w0=wheel.natural_frequency, friction=1e-3)
+    sizes = np.zeros(law.scale.size)
+    fault = law.alternatives(name)[0][0]
+    sizes[fault] = size
+    still = law.before(sizes, np.zeros(phase.size))
+    about = law_columns(path, given, w0=wheel.natural_frequency, friction=1e-3, about=still)
+    distort = EFFECTS[name].distort
+    others = (0.0,) * (len(EFFECTS[name].parameters) - 1)
+    off = []
+    for change in (1e-2, 1e-3):
+        sizes[0], sizes[fault] = 0.8 * (1.0 + change), size * (1.0 + change)
+        shown = about.known + about.sensor @ sizes
+        off.append(
+            np.max(
+                np.abs(shown - distort(0.8 * (1.0 + change) * np.cos(phase), phase, sizes[fault], *others))
+            )
+        )
+    # what is left is of second order, and nothing where the fault does not follow the motion
+    assert off[0] < 2e-4
+    assert off[1] < 0.02 * off[0] + 1e-9
 
 
 def test_a_drift_larger_than_the_swing_of_an_accelerometer_is_traced(seed: int) -> None:

@@ -24,7 +24,6 @@ from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.mechanics.effects import Scales
 from friction_bayes.mechanics.integrate import integrate
-from friction_bayes.statespace.kalman import sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath
 
 DURATION, RATE, FRICTION, RELEASE = 6.0, 200.0, 0.5, 0.02
@@ -51,12 +50,12 @@ LINEAR = {
 def test_columns_along_the_motion_add_up_to_the_motion(name: str) -> None:
     """A law's own motion is what its columns answer to it, in the parameters' own units."""
     w0 = SYSTEM.natural_frequency
-    row, friction = sensor_row(0), 1.1 * FRICTION / SYSTEM.stiffness
+    friction = 1.1 * FRICTION / SYSTEM.stiffness
 
     def columns_along(x: np.ndarray, v: np.ndarray):  # type: ignore[no-untyped-def]
         path = MeasuredPath.through(w0 * TIME, x, v / w0)
         given = Circumstances(system=SYSTEM, scales=SCALES, effects=(name,), order=0, duration=DURATION)
-        return law_columns(path, row, given, w0=w0, friction=friction)
+        return law_columns(path, given, w0=w0, friction=friction)
 
     still = columns_along(RELEASE * np.cos(w0 * TIME), -w0 * RELEASE * np.sin(w0 * TIME))
     chosen = still.alternatives(name)[len(still.alternatives(name)) // 2]
@@ -209,7 +208,7 @@ def test_a_fault_that_jumps_within_a_block_shows_with_its_share_there() -> None:
         duration=DURATION,
         block=block,
     )
-    law = law_columns(path, sensor_row(0), given, w0=w0, friction=FRICTION / SYSTEM.stiffness)
+    law = law_columns(path, given, w0=w0, friction=FRICTION / SYSTEM.stiffness)
     (column,) = law.alternatives("sensor_hysteresis")[0]
     expected = block_means(np.sign(np.sin(w0 * fine + 0.3)), block)
     assert set(np.abs(expected)) > {1.0}

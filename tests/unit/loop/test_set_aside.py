@@ -160,7 +160,8 @@ def test_samples_at_a_ceiling_that_may_not_be_one_were_measured(rng: np.random.G
     record, _, _ = decay(rng, force=0.5, ceiling=CEILING)
     report = fb.close_loop([record], SYSTEM, seed=1, exclude=["sensor_clipping"])
     assert not any("sensor_clipping" in c["effects"] for c in report.candidates)
-    assert report.verdict == "unexplained"
+    # a bent scale stands for it, and is not the only one that may
+    assert report.verdict in ("ambiguous", "unexplained")
 
 
 def test_a_law_that_cannot_matter_has_no_evidence(seed: int) -> None:

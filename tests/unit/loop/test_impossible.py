@@ -1,4 +1,4 @@
-"""Friction that would push is no candidate."""
+"""Friction that would push is no candidate, and neither is a sensor that shows next to none of the motion."""
 
 from __future__ import annotations
 
@@ -9,9 +9,14 @@ import pytest
 
 import friction_bayes as fb
 from decays import SYSTEM, fluctuating_friction, slow_decay
+from friction_bayes.core.arrays import Array
+from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import cut_records
+from friction_bayes.loop.infer.impossible import impossible, integrate_possible
+from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.infer.record_fit import fit_random_force
 from friction_bayes.loop.mixture.record_candidates import candidates_of_record
+from friction_bayes.statespace.force_grid import Posterior, integrate
 from loop_options import loop_options
 
 RELEASE = 0.02
@@ -34,11 +39,47 @@ def test_friction_that_changes_sign_along_the_way_is_no_candidate(slope: float, 
     fit = fit_random_force(segment, SYSTEM, offered)
     assert fit is not None
     # the motion goes along a law that resists
-    assert not fit.pushes[fit.chosen]
+    assert not fit.impossible[fit.chosen]
     assert ("position_friction" in fit.sets.effects[fit.chosen]) != pushes
     # what has no friction, or friction of one kind alone, cannot push
     alone = np.array([not names & {"position_friction", "asymmetric_friction"} for names in fit.sets.effects])
-    assert not fit.pushes[alone].any()
+    assert not fit.impossible[alone].any()
+
+
+def test_a_fault_along_the_smoothed_signal_is_not_the_motion() -> None:
+    """Along the signal an error of once a turn can be all of it: the law is left with what is small."""
+    wheel = fb.Oscillator(inertia=0.0175, stiffness=0.265)
+    record = fb.simulate(
+        wheel,
+        friction=2e-3,
+        initial_displacement=0.7,
+        duration=30.0,
+        sampling_rate=40.0,
+        quantity="angle",
+        noise_sd=1e-4,
+        effects={"random_force.sd": 0.02, "random_force.correlation_time": 0.1},
+        seed=2,
+    )
+    (segment,) = cut_records([record], wheel)
+    allowed = ("encoder_eccentricity",)
+    whole = MovingRecord.of(segment, wheel, allowed, scales_of((segment,), wheel))
+    w0, motion = whole.first_motion()
+    found = whole.along(motion, w0, ())
+    assert found is not None
+
+    def integrated(law: LawAlongMotion) -> Posterior:
+        return integrate(law.regression.problem, law.prior.without_force, motion.noise)
+
+    def once_a_turn(law: Array) -> float:
+        names = [column.parameter for column in found.law.columns]
+        return sum(abs(size) for name, size in zip(names, law, strict=True) if name == "once_sine")
+
+    free = integrated(found)
+    assert once_a_turn(free.best_law()) > 0.5
+    assert impossible(found, free)[free.best.chosen]
+    kept, bound = integrate_possible(found, integrated)
+    assert not impossible(kept, bound)[bound.best.chosen]
+    assert once_a_turn(bound.best_law()) < 0.2
 
 
 def test_the_best_law_is_none_that_is_left_out() -> None:

@@ -1,0 +1,131 @@
+"""Sets of effects beyond what their priors allow: friction that pushes, a sensor that hides the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.decay.block_means import block_means
+from friction_bayes.loop import settings
+from friction_bayes.loop.columns.law_columns import LawColumns
+from friction_bayes.loop.infer.moving_record import LawAlongMotion
+from friction_bayes.statespace.force_grid import Posterior
+
+__all__ = ["better_but_impossible", "impossible", "integrate_possible"]
+
+_NEGLIGIBLE = 1e-3
+"""Probability of sets that need not be looked at."""
+_HIDDEN = 0.5
+"""Share of the signal that faults take away where they hide the motion: at one nothing is left of it."""
+
+
+def integrate_possible(
+    found: LawAlongMotion, integrated: Callable[[LawAlongMotion], Posterior]
+) -> tuple[LawAlongMotion, Posterior]:
+    """Integrate a law over the random force, given that the best set is possible.
+
+    Parameters
+    ----------
+    found : LawAlongMotion
+    integrated : callable, (LawAlongMotion) -> Posterior
+
+    Returns
+    -------
+    found : LawAlongMotion
+        Without the sets that would be better and are impossible.
+    posterior : Posterior
+    """
+    posterior = integrated(found)
+    while (better := better_but_impossible(found, posterior)).any():
+        while better.any():
+            # those that are then the best there go at once: much is done anew when it is integrated
+            found, best = found.without(better), posterior.best
+            problem = found.regression.problem
+            again = replace(best, found=problem.weigh(best.ratio, best.tau))
+            better = better_but_impossible(found, Posterior(problem, [again]))
+        posterior = integrated(found)
+    return found, posterior
+
+
+def better_but_impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
+    """Impossible sets that are more probable than the first possible one, shape (m,)."""
+    beyond = np.zeros(len(found.sets.columns), np.bool_)
+    for k, possible in _judged(found, posterior):
+        if possible:
+            break
+        beyond[k] = True
+    return beyond
+
+
+def impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
+    """Sets, shape (m,), in which dry friction pushes, or faults are what the sensor shows.
+
+    A regression knows friction that depends on something as a force of its own. Its prior is in units of the
+    friction that explains the loss of amplitude, so that where dry friction is small it may outgrow this and
+    change sign: no friction does. A fault that follows the motion is a column along the smoothed signal. With
+    a large one of another sign than the motion it is that signal, of which it leaves little, and the columns
+    are not linear in it as far as that. Of the sets that are the most probable, until what is left is
+    negligible.
+    """
+    beyond = np.zeros(len(found.sets.columns), np.bool_)
+    total = posterior.weight.sum(axis=0)
+    left = kept = float(total.sum())
+    for k, possible in _judged(found, posterior):
+        beyond[k] = not possible
+        left -= float(total[k])
+        kept -= 0.0 if possible else float(total[k])
+        if left < _NEGLIGIBLE * kept:
+            break
+    return beyond
+
+
+def _judged(found: LawAlongMotion, posterior: Posterior) -> Iterator[tuple[int, bool]]:
+    """Sets and whether they are possible, the most probable first."""
+    sets, weight = found.sets.columns, posterior.weight
+    pushes, hides = _Friction(found), _Sensor(found.law)
+    for k in np.argsort(-weight.sum(axis=0)).tolist():
+        possible = not (pushes.may(sets[k]) or hides.may(sets[k]))
+        if not possible:
+            law = posterior.mean_law(posterior.points[int(np.argmax(weight[:, k]))], k)
+            possible = not (pushes(law) or hides(law))
+        yield k, possible
+
+
+class _Friction:
+    """Whether the dry friction of a law pushes for a part of the way."""
+
+    def __init__(self, found: LawAlongMotion) -> None:
+        law, path = found.law, found.path
+        self.rubs = np.array([column.kind == "friction" or column.of_friction for column in law.columns])
+        self.work = (-path.expected_direction * np.abs(path.v))[:, None] * law.forces[:, self.rubs]
+
+    def may(self, columns: Mask) -> bool:
+        """Whether a set may do so: one column of friction alone resists."""
+        return int(np.count_nonzero(columns & self.rubs)) > 1
+
+    def __call__(self, coefficients: Array) -> bool:
+        work = self.work @ coefficients[self.rubs]
+        size = float(np.abs(work).sum())
+        pushed = float(np.maximum(-work, 0.0).sum())
+        return pushed > settings.SETTINGS.minor_share * size
+
+
+class _Sensor:
+    """Whether the faults of a sensor take away, or add, half of the signal."""
+
+    def __init__(self, law: LawColumns) -> None:
+        first = law.columns.index(law.wrong[0].column) if law.wrong else len(law.columns)
+        self.faults = slice(first, first + len(law.wrong))
+        signal = block_means(law.read.signal, law.read.block)
+        signal = signal - signal.mean()
+        self.shares = signal @ law.sensor[:, self.faults] / float(signal @ signal)
+
+    def may(self, columns: Mask) -> bool:
+        """Whether a set may do so."""
+        return bool(columns[self.faults].any())
+
+    def __call__(self, coefficients: Array) -> bool:
+        return abs(float(self.shares @ coefficients[self.faults])) > _HIDDEN
