@@ -108,9 +108,15 @@ class LawColumns:
         """
         forces = self.with_sizes(coefficients)
         kept = tuple(pair for pair in forces if pair[1].column.kind != "stiffness")
-        sizes = coefficients[_OF_START + len(self.acting) :].tolist()
-        faults = tuple(pair for pair in zip(sizes, self.wrong, strict=False) if pair[0] != 0.0)
+        sizes = coefficients[self.of_faults].tolist()
+        faults = tuple(pair for pair in zip(sizes, self.wrong, strict=True) if pair[0] != 0.0)
         return LawBefore(kept, faults, fluctuation)
+
+    @property
+    def of_faults(self) -> slice:
+        """Columns of the sensor's faults, but for lines."""
+        first = _OF_START + len(self.acting)
+        return slice(first, first + len(self.wrong))
 
     @property
     def scale(self) -> Array:

@@ -7,11 +7,9 @@ import math
 import numpy as np
 
 from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.infer.moving_record import MovingRecord
 from friction_bayes.loop.simulation.coulomb import coulomb_fit
-from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 from friction_bayes.statespace.smoother import Motion
 
 __all__ = ["coulomb_motion"]
@@ -27,11 +25,10 @@ def coulomb_motion(record: MovingRecord) -> tuple[float, Motion, LawBefore] | No
         be fitted, or its mass stops or does not turn within the samples.
     """
     n = record.samples
-    model = LoopModel(record.system, (record.segment,), (SENSOR_OFFSET.name,)).of_first_samples([n])
-    fit = coulomb_fit(model)
+    fit = coulomb_fit(record.system, (record.segment,), (n,))
     if fit is None or math.isfinite(fit.predictions[0].stop_time):
         return None
-    w0 = record.system.natural_frequency * math.exp(float(model.value(fit.z, LOG_FREQUENCY_RATIO)))
+    w0 = record.system.natural_frequency * math.exp(float(fit.model.value(fit.z, LOG_FREQUENCY_RATIO)))
     moved = fit.predictions[0]
     motion = Motion(
         states=np.column_stack([moved.displacement, moved.velocity / w0, np.zeros(n)]),
@@ -44,5 +41,5 @@ def coulomb_motion(record: MovingRecord) -> tuple[float, Motion, LawBefore] | No
     if found is None:
         return None
     sizes = np.zeros(found.law.scale.size)
-    sizes[found.law.dry_friction] = model.value(fit.z, FRICTION) / found.law.unit_force
+    sizes[found.law.dry_friction] = fit.model.value(fit.z, FRICTION) / found.law.unit_force
     return w0, motion, found.law.before(sizes, np.zeros(n))

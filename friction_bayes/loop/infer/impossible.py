@@ -117,8 +117,7 @@ class _Sensor:
     """Whether the faults of a sensor take away, or add, half of the signal."""
 
     def __init__(self, law: LawColumns) -> None:
-        first = law.columns.index(law.wrong[0].column) if law.wrong else len(law.columns)
-        self.faults = slice(first, first + len(law.wrong))
+        self.faults = law.of_faults
         signal = block_means(law.read.signal, law.read.block)
         signal = signal - signal.mean()
         self.shares = signal @ law.sensor[:, self.faults] / float(signal @ signal)

@@ -33,14 +33,7 @@ from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.response import Feedback, beside_oscillator
 from friction_bayes.statespace.smoother import LEAST_NOISE, Motion, first_motion
 
-__all__ = [
-    "LEAST_TURNS",
-    "LawAlongMotion",
-    "MovingRecord",
-    "along_motion",
-    "force_prior",
-    "why_not_weighed",
-]
+__all__ = ["LEAST_TURNS", "LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "why_not_weighed"]
 
 
 LEAST_TURNS = 2

@@ -120,20 +120,10 @@ class Round:
         if found is None:
             return None
         ceiling = whole.segment.sides[: whole.samples] != 0.0
-        return cls(
-            whole,
-            ceiling,
-            np.zeros(whole.samples, np.bool_),
-            motion,
-            (),
-            False,
-            found,
-            None,
-            noise,
-            alone=True,
-        )
+        none = np.zeros(whole.samples, np.bool_)
+        return cls(whole, ceiling, none, motion, (), False, found, None, noise, alone=True)
 
-    @property
+    @cached_property
     def with_force(self) -> Round:
         """The same where a random force may go with the motion from now on."""
         return replace(self, alone=False)
@@ -190,11 +180,6 @@ class Round:
     def _law(self) -> Array:
         return self._posterior.best_law()
 
-    @cached_property
-    def _smoothed(self) -> Motion:
-        """The motion of the next round."""
-        return self.found.regression.smoothed(self._law, self._best)
-
     @property
     def is_all(self) -> bool:
         """Whether white noise is all that the law leaves, and no random force is more probable than none."""
@@ -204,9 +189,10 @@ class Round:
 
     def following(self, allowed: Sequence[str]) -> Round | None:
         """The next; None where its motion holds too few turning points or samples that are fitted."""
-        found, law, best, smoothed = self.found, self._law, self._best, self._smoothed
+        found, law, best = self.found, self._law, self._best
         regression, segment, whole = found.regression, self.whole.segment, self.whole
         white = regression.innovations(law, best.ratio, best.tau) / best.noise
+        smoothed = regression.smoothed(law, best)
         more = lines_beside_motion(white, smoothed.states[:, 2], segment, self.lines, whole.effects)
         showing = lines_that_show(self.lines, found, law, best)
         lines = (*finer_lines(showing, found, law, best), *more)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.free_decay import no_decay_fits
 from friction_bayes.loop.data.model import LoopModel
@@ -27,12 +29,17 @@ def coulomb_model(system: Oscillator, segments: tuple[Segment, ...]) -> LoopFit:
     InputError
         If that cannot be fitted.
     """
-    fit = coulomb_fit(LoopModel(system, segments, (SENSOR_OFFSET.name,)))
+    fit = coulomb_fit(system, segments)
     if fit is None:
         raise no_decay_fits(", ".join(segment.decay.name for segment in segments), system)
     return fit
 
 
-def coulomb_fit(model: LoopModel) -> LoopFit | None:
-    """The same of a model that has these parameters; None where that cannot be fitted."""
+def coulomb_fit(
+    system: Oscillator, segments: tuple[Segment, ...], samples: Sequence[int] | None = None
+) -> LoopFit | None:
+    """The same, of the first samples of each record where their numbers are given; None if none can be."""
+    model = LoopModel(system, segments, (SENSOR_OFFSET.name,))
+    if samples is not None:
+        model = model.of_first_samples(samples)
     return fit_growing_record(model, [NoiseModel() for _ in model.segments], starting_point(model))
