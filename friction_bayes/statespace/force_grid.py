@@ -376,7 +376,8 @@ def integrate(
     noise : float
         First guess of the sensor noise sd, natural units.
     near : GridPoint, optional
-        Where the mode of much the same problem was: a place to climb from, if none is better.
+        Where the mode of much the same problem was: a place to climb from, if none is better; where the mode
+        will do it is climbed from at once.
     only_mode : bool
         Whether the best mode will do for the part with a force: enough to smooth with, not to average.
     """
@@ -386,6 +387,10 @@ def integrate(
     if prior.none >= 1.0:
         return Posterior(problem, points)
     density = _Density(problem, prior)
+    if only_mode and near is not None:
+        density(density.place(near))
+        mode = _climb(density, math.log(prior.tau_low), math.log(prior.tau_high))
+        return Posterior(problem, [*points, density.point(mode, 0.0)])
     modes = _modes(density, noise, near)
     if only_mode:
         return Posterior(problem, [*points, density.point(modes[0].place, 0.0)])

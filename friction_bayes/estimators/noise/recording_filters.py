@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
@@ -53,12 +53,15 @@ class RecordingFilter:
         Frequency of the motion [rad/sample].
     settling : float
         Rate at which it forgets what was before the recording [1/sample]; zero where that is at once.
+    beside : callable or None
+        Response of the next filter of its kind; None where sizes are counted and one of them is right.
     """
 
     name: str
     response: Response
     angle: float
     settling: float = 0.0
+    beside: Response | None = None
 
     @cached_property
     def _at_motion(self) -> complex:
@@ -73,6 +76,11 @@ class RecordingFilter:
         """Response at frequencies, shape (m,), less the delay that the motion has."""
         delay = np.angle(self._at_motion) / self.angle
         return np.asarray(self.response(omega) * np.exp(-1j * omega * delay))
+
+    @property
+    def next(self) -> RecordingFilter | None:
+        """The next filter of its kind, where a size in between may be the right one."""
+        return None if self.beside is None else replace(self, response=self.beside, beside=None)
 
     def memory(self, samples: int) -> Array:
         """What is left of what was before the recording, shape (samples, 0 or 1): any multiple of it."""
@@ -169,27 +177,29 @@ def _low_passes(angle: float, order: int, ways: int) -> FilterKind:
     """Butterworth's, by the bilinear transform, forward or both ways."""
     poles = np.exp(0.5j * math.pi * (1.0 + (2.0 * np.arange(order) + 1.0) / order))
 
-    def of(corner: float) -> RecordingFilter:
-        def response(omega: Array) -> Array:
-            s = 1j * np.tan(0.5 * np.minimum(omega, _BELOW_NYQUIST)) / math.tan(0.5 * corner)
-            one_way = np.prod(-poles / (s[:, None] - poles), axis=1)
-            return np.asarray(np.abs(one_way) ** 2 if ways == 2 else one_way)
+    def response(omega: Array, *, corner: float) -> Array:
+        s = 1j * np.tan(0.5 * np.minimum(omega, _BELOW_NYQUIST)) / math.tan(0.5 * corner)
+        one_way = np.prod(-poles / (s[:, None] - poles), axis=1)
+        return np.asarray(np.abs(one_way) ** 2 if ways == 2 else one_way)
 
+    def of(corner: float) -> RecordingFilter:
         both = ", forward and backward" if ways == 2 else ""
         name = (
             f"a low pass of order {order}{both}, corner at {corner / angle:.3g} times the motion's frequency"
         )
-        return RecordingFilter(name, response, angle)
+        own, beside = (partial(response, corner=each) for each in (corner, corner / _APART))
+        return RecordingFilter(name, own, angle, beside=beside)
 
     return FilterKind(_corners(_LOWEST_CORNER * angle, _HIGHEST_CORNER * math.pi), of)
 
 
 def _couplings(angle: float) -> FilterKind:
-    def of(corner: float) -> RecordingFilter:
-        def response(omega: Array) -> Array:
-            return np.asarray(1j * omega / (1j * omega + corner))
+    def response(omega: Array, *, corner: float) -> Array:
+        return np.asarray(1j * omega / (1j * omega + corner))
 
+    def of(corner: float) -> RecordingFilter:
         name = f"an AC coupling, corner at {corner / angle:.2g} times the motion's frequency"
-        return RecordingFilter(name, response, angle, settling=corner)
+        own, beside = (partial(response, corner=each) for each in (corner, corner / _APART))
+        return RecordingFilter(name, own, angle, settling=corner, beside=beside)
 
     return FilterKind(_corners(*(share * angle for share in _COUPLING)), of)

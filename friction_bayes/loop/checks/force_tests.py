@@ -62,7 +62,8 @@ class LeftOver(ResidualTests):
     ----------
     dependences : tuple of Dependence
     near_motion : float
-        Standard deviation of the innovations near the frequency of the motion, over the model's.
+        Standard deviation of the innovations near the frequency of the motion, over the model's: at least so
+        much, with the probability that the tests have of no false alarm.
     shape : Shape or None
         That describes the worst dependence best; None where there is none.
     """
@@ -147,11 +148,18 @@ def worst_of(records: Sequence[LeftOver]) -> ResidualTests:
 
 
 def _near_motion(fit: ForceFit, innovations: Array) -> float:
-    """Standard deviation of the innovations in a band about the motion's frequency, per unit of bandwidth."""
+    """Least standard deviation of the innovations in a band about the motion's frequency, over the model's.
+
+    The sum of the ordinates of a periodogram, over half their mean, is a chi-square of two degrees for each.
+    """
     power = np.abs(np.fft.rfft(innovations - innovations.mean())) ** 2 / innovations.size
     order = np.fft.rfftfreq(innovations.size, fit.segment.decay.step) * 2.0 * math.pi / fit.w0
     inside = np.abs(order - 1.0) <= settings.SETTINGS.friction_band
-    return math.sqrt(float(power[inside].mean())) if inside.any() else 1.0
+    degrees = 2 * int(np.count_nonzero(inside))
+    if degrees == 0:
+        return 1.0
+    likely = float(stats.chi2.isf(settings.SETTINGS.false_alarm_rate, degrees))
+    return math.sqrt(2.0 * float(power[inside].sum()) / likely)
 
 
 def _binned_forces(fit: ForceFit) -> Iterator[tuple[str, Array]]:

@@ -6,7 +6,9 @@ import math
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.decay.block_means import block_means
+from friction_bayes.estimators.noise.recording_filters import Through, margin
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.held_out import Forecast
 from friction_bayes.loop.columns.lines import OF_LINES
@@ -40,10 +42,16 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     of_law = dict.fromkeys(column.effect for column in fit.law.columns if column.effect)
     allowed = (*of_law, *sorted(fit.sensor_noise.effects), *((RANDOM_FORCE.name,) if fit.forced else ()))
     coloured = "ar" if isinstance(fit.error, Colour) else "auto"
-    first = fit_random_force(segment, fit.system, allowed, samples=head, noise=coloured)
+    filter_ = fit.law.filter
+    first = fit_random_force(segment, fit.system, allowed, samples=head, noise=coloured, filter_=filter_)
     if first is None:
         return None
     time = segment.time[head - 1 : segment.moving]
+    used = time.size
+    if filter_ is not None:
+        # which has not seen enough at the end
+        step = segment.decay.step
+        time = np.append(time, time[-1] + step * np.arange(1, margin(filter_.angle) + 1))
     effects, forced = fit.sets.effects[fit.chosen], fit.posterior.best.ratio > 0.0
     same = np.array([names == effects for names in first.sets.effects])
     weight = first.posterior.weight * ((first.posterior.ratio > 0.0) == forced)[:, None] * same
@@ -56,6 +64,8 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
         return None
     motions = np.array([motion for motion in simulated if motion is not None])
     laws = motions[:, 0]
+    if filter_ is not None:
+        laws += _filtered(draws, finite, motions[:, 1:], time)
     slopes = _slopes(first, motions[:, 1:].mean(axis=0), time)
     shifts, variances = _fluctuation(first, points, states[:, 2], which, spreads, time, *slopes)
     laws += shifts[finite]
@@ -67,12 +77,12 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
         noise = noise * np.hypot(1.0, first.growth.ratio / first.unit * grown)
     noise = first.sensor_noise.sd_of_samples(noise)
     sd = np.sqrt(laws.var(axis=0) + variances[which[finite]].mean(axis=0) + noise**2)
-    rest = slice(head, segment.moving)
+    rest, ahead = slice(head, segment.moving), slice(1, used)
     return Forecast(
         time=segment.decay.start_time + segment.time[rest],
         signal=segment.values[rest],
-        mean=middle[1:],
-        sd=sd[1:],
+        mean=middle[ahead],
+        sd=sd[ahead],
         free=segment.free[rest],
     )
 
@@ -133,6 +143,32 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
     return np.stack(
         [prediction.signal + _lines(draws, k, time), prediction.displacement, prediction.velocity]
     )
+
+
+def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Array:
+    """What the filter of the record adds to forecasts, shape (k, n), that begin with its first part's last.
+
+    Parameters
+    ----------
+    draws : LawDraws
+    which : ndarray of bool
+        Draws that are forecast, k of them.
+    motions : ndarray, shape (k, 2, n)
+        Their displacements and velocities.
+    time : ndarray, shape (n,)
+    """
+    law, order = draws.fit.law, draws.fit.segment.order
+    ahead = motions[:, order] if order < 2 else np.gradient(motions[:, 1], time, axis=1)
+    past = block_means(law.read.signal, law.read.block)[:-1] * draws.fit.unit
+    motion = np.column_stack([np.tile(past, (len(ahead), 1)), ahead]).T
+    through, filter_ = Through(motion), law.filter
+    assert filter_ is not None
+    shown, own = through(filter_), {column.kind: j for j, column in enumerate(law.columns)}
+    if filter_.next is not None:
+        shown = shown + (through(filter_.next) - shown) * draws.coefficients[which, own["filter"]]
+    for memory in filter_.memory(len(motion)).T:
+        shown = shown + memory[:, None] * draws.coefficients[which, own["memory"]]
+    return np.asarray((shown - motion)[past.size :].T)
 
 
 def _lines(draws: LawDraws, k: int, time: Array) -> Array:

@@ -75,7 +75,8 @@ class Column:
     Attributes
     ----------
     kind : str
-        ``displacement``, ``velocity`` (of the start), ``stiffness``, ``friction`` or ``effect``.
+        ``displacement``, ``velocity`` (of the start), ``stiffness``, ``friction`` or ``effect``; ``memory``
+        and ``filter`` of the filter that a record went through.
     scale : float
         Prior standard deviation of the coefficient, before it is cut.
     positive : bool
@@ -110,13 +111,13 @@ class Column:
 
     @property
     def own(self) -> bool:
-        """Whether each record has a coefficient of its own: of its start, and of effects that begin anew.
+        """Whether each record has a coefficient of its own: of its start, its filter and of what begins anew.
 
         A fault of one sign, such as backlash, is of the sensor and the same in all records.
         """
         if self.kind == "effect":
             return EFFECTS[self.effect].per_record and not self.positive
-        return self.kind in ("displacement", "velocity")
+        return self.kind in ("displacement", "velocity", "memory", "filter")
 
     def in_widths(self) -> Iterator[Column]:
         """The column in each of the widths of its prior that the effect's series has."""

@@ -17,6 +17,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.block_means import block_means
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter, Through
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import (
     Column,
@@ -32,6 +33,7 @@ from friction_bayes.loop.columns.effect_columns import (
 )
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import OF_LINES, Line
+from friction_bayes.loop.data.effect_sets import SENSOR_ZERO
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect, Scales, SensorEffect
 from friction_bayes.statespace.kalman import sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath, Points
@@ -51,7 +53,7 @@ class LawColumns:
     ----------
     columns : tuple of Column, length p
     sensor : ndarray, shape (n, p)
-        What the sensor shows of each, natural units.
+        What the recording shows of each, natural units.
     states : ndarray, shape (n, 2, p)
         Displacement and velocity of each; none of a sensor's fault.
     forces : ndarray, shape (n, p)
@@ -61,7 +63,7 @@ class LawColumns:
     row : ndarray, shape (3,) or (n, 3)
         With which the sensor, with the faults that it had before, reads the state.
     known : ndarray, shape (n,)
-        What the sensor shows of the terms without a coefficient.
+        What the recording shows of the terms without a coefficient.
     known_states : ndarray, shape (n, 2)
     acting : tuple of ForceColumn
         The forces behind the columns, which come after the start.
@@ -71,6 +73,8 @@ class LawColumns:
         The law about which the columns are linear; None where forces are taken as given along the path.
     feedback : Feedback
         How the forces of that law change with the motion.
+    filter : RecordingFilter or None
+        Through which the record went.
     friction : float
         Friction [N or N m] that columns ``of_friction`` assume.
     unit_force : float
@@ -89,6 +93,7 @@ class LawColumns:
     wrong: tuple[SensorColumn, ...]
     about: LawBefore | None
     feedback: Feedback
+    filter: RecordingFilter | None
     friction: float
     unit_force: float
 
@@ -203,6 +208,8 @@ class Circumstances:
         Where the shapes of forces are taken, as normal scores of their priors, by effect.
     block : int
         Samples of the record that each value is the mean of.
+    filter : RecordingFilter or None
+        Through which it went.
     """
 
     system: Oscillator
@@ -213,6 +220,7 @@ class Circumstances:
     sizes: Mapping[str, float] = field(default_factory=dict)
     scores: Mapping[str, Sequence[float]] = field(default_factory=dict)
     block: int = 1
+    filter: RecordingFilter | None = None
 
 
 def law_columns(
@@ -270,6 +278,19 @@ def law_columns(
         sensor = np.column_stack([sensor, *(fault for _, fault in faults)])
         states = np.concatenate([states, np.zeros((path.phase.size, 2, len(faults)))], axis=2)
         forces = np.column_stack([forces, np.zeros((path.phase.size, len(faults)))])
+    # the faults were linear about the path, of which the gain has a share too much
+    known = answers.sensor[:, -1] - (gain - 1.0) * block_means(read.signal, read.block)
+    if given.filter is not None:
+        # but for lines, and the zero of the recording
+        moved = [j for j, c in enumerate(columns) if c.effect not in SENSOR_ZERO and c.line is None]
+        shown = Through(np.column_stack([sensor[:, moved], known]))(given.filter)
+        sensor = sensor.copy()
+        sensor[:, moved], known = shown[:, :-1], shown[:, -1]
+        own = list(_of_filter(given.filter, block_means(read.signal, read.block), amplitude))
+        columns += [column for column, _ in own]
+        sensor = np.column_stack([sensor, *(shown for _, shown in own)])
+        states = np.concatenate([states, np.zeros((path.phase.size, 2, len(own)))], axis=2)
+        forces = np.column_stack([forces, np.zeros((path.phase.size, len(own)))])
     return LawColumns(
         columns=tuple(columns),
         sensor=sensor,
@@ -277,16 +298,25 @@ def law_columns(
         forces=forces,
         read=read,
         row=row,
-        # the faults were linear about the path, of which the gain has a share too much
-        known=answers.sensor[:, -1] - (gain - 1.0) * block_means(read.signal, read.block),
+        known=known,
         known_states=answers.states[:, :, -1],
         acting=tuple(acting),
         wrong=wrong,
         about=answers.about,
         feedback=answers.feedback,
+        filter=given.filter,
         friction=friction * unit,
         unit_force=unit,
     )
+
+
+def _of_filter(filter_: RecordingFilter, signal: Array, amplitude: float) -> Iterator[tuple[Column, Array]]:
+    """What it still has of the time before the record, and how far its size is from the next one."""
+    for memory in filter_.memory(signal.size).T:
+        yield Column("memory", settings.SETTINGS.state_share * amplitude), memory
+    if filter_.next is not None:
+        through = Through(signal[:, None])
+        yield Column("filter", 1.0), (through(filter_.next) - through(filter_))[:, 0]
 
 
 class _Answers(NamedTuple):

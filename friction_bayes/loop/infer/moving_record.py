@@ -13,6 +13,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.system import Oscillator
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter, margin
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.column_sets import ColumnSets, column_sets
 from friction_bayes.loop.columns.law_before import LawBefore
@@ -118,6 +119,8 @@ class MovingRecord:
     scores : dict
         Where the shapes of forces are taken, as normal scores of their priors, by effect; all over the prior
         where it has none.
+    filter : RecordingFilter or None
+        Through which the record went. No random force is weighed behind one.
     jump : ndarray or None, shape (samples - 1,)
         How far the random force may jump in each interval besides what it does of itself, over the noise;
         None where it may nowhere.
@@ -133,6 +136,7 @@ class MovingRecord:
     error: SensorError | Colour = NO_ERROR
     sizes: dict[str, float] = field(default_factory=dict)
     scores: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    filter: RecordingFilter | None = None
     jump: Array | None = None
 
     @classmethod
@@ -159,6 +163,17 @@ class MovingRecord:
     def setting_aside(self, samples: Mask) -> MovingRecord:
         """The same without some more samples, shape (n,)."""
         return replace(self, variance=np.where(samples, np.inf, self.variance))
+
+    def behind(self, filter_: RecordingFilter) -> MovingRecord:
+        """The same behind a filter, without the samples at either end of which nobody knows what it shows.
+
+        What jumped before it does not any more.
+        """
+        left_out = margin(filter_.angle)
+        variance = np.full(self.samples, np.inf)
+        inside = slice(left_out, self.samples - left_out)
+        variance[inside] = np.where(self.segment.ignored[: self.samples], 1.0, self.variance)[inside]
+        return replace(self, variance=variance, filter=filter_, forced=False, jump=None)
 
     def of_one_column(self, law: LawColumns) -> MovingRecord:
         """The same with those effects alone that have one column in a law."""
@@ -240,6 +255,7 @@ class MovingRecord:
             sizes=self.sizes,
             scores=self.scores,
             block=self.segment.block,
+            filter=self.filter,
         )
         law = law_columns(path, given, w0=w0, friction=rough, lines=lines, about=about)
         clock = self.clock_along(path, law.feedback, w0)

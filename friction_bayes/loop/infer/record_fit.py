@@ -17,6 +17,7 @@ from scipy.special import logsumexp
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.loop.columns.column_sets import ColumnSets
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import Line
@@ -206,6 +207,7 @@ def fit_random_force(
     *,
     samples: int | None = None,
     noise: str = "auto",
+    filter_: RecordingFilter | None = None,
 ) -> ForceFit | None:
     """Analyse one record.
 
@@ -220,6 +222,8 @@ def fit_random_force(
         Use the first so many alone.
     noise : {"auto", "white", "ar"}
         Noise of the sensor: white or what it shows, white, or coloured where it can be.
+    filter_ : RecordingFilter, optional
+        Through which the record is known to have gone; looked for where left out.
 
     Returns
     -------
@@ -227,6 +231,8 @@ def fit_random_force(
         None where the record holds too few turning points.
     """
     whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
+    if filter_ is not None:
+        whole = whole.behind(filter_)
     last = settle(whole, allowed, noise)
     if last is None:
         return None

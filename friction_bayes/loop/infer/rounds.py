@@ -23,6 +23,7 @@ from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import Line, lines_beside_motion
 from friction_bayes.loop.data.friction import friction_along
+from friction_bayes.loop.infer.behind_filter import filter_of
 from friction_bayes.loop.infer.coulomb_motion import coulomb_motion
 from friction_bayes.loop.infer.finer_lines import finer_lines, lines_that_show
 from friction_bayes.loop.infer.finer_shapes import finer_shapes
@@ -31,7 +32,7 @@ from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.infer.sensor_noise import weigh_sensor_noise
 from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_of, is_coloured
-from friction_bayes.loop.noise.correlated_error import SensorError, find_sensor_error
+from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError, find_sensor_error
 from friction_bayes.loop.noise.robust_samples import LeftOut, come_anywhere, outlying
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import GridPoint, Posterior, integrate
@@ -46,6 +47,8 @@ _AUDIBLE = 1.01
 """Noise over the least that there can be from which on it is noise, and no rounding."""
 _MOST_LOOKS = 12
 """For a knock, each of which may take a few: what still calls for one then is no accident."""
+_MOST_FILTERS = 3
+"""Until the same filter is found again along the motion behind it."""
 _SETTLED = 2e-3
 """Correction of the stiffness above which the effects are evaluated once more."""
 _MOVED = 0.2
@@ -275,16 +278,34 @@ class Round:
             )[2]
             if as_it_is.log_evidence <= other.log_evidence + noise.log_total:
                 return None
-            return as_it_is._under(as_it_is._colour_near_motion)
-        return self._under(self._colour_near_motion)
+            return as_it_is.in_its_colour()
+        return self.in_its_colour()
 
     def _under(self, error: Colour) -> Round | None:
         """The same round with noise of a colour."""
         whole = replace(self.whole, error=error, jump=None)
-        along = whole.setting_aside(self.aside).along(
-            self.motion, self.found.w0, self.lines, about=self.found.law.about
-        )
+        along = self._along(whole)
         return None if along is None else replace(self, whole=whole, found=along, near=None)
+
+    def behind_filter(self) -> Round | None:
+        """The same law behind the filter that the record went through; None where it went through none."""
+        segment, bare = self.whole.segment, self._along(replace(self.whole, filter=None))
+        missing = self.aside & ~segment.ignored[: self.whole.samples]
+        filter_ = None if bare is None else filter_of(bare, missing, segment.order)
+        if filter_ is None:
+            return None
+        whole = replace(self.whole.behind(filter_), error=NO_ERROR)
+        along = self._along(whole)
+        return None if along is None else replace(self, whole=whole, found=along, near=None, alone=True)
+
+    def _along(self, whole: MovingRecord) -> LawAlongMotion | None:
+        """Its law along its motion under other circumstances."""
+        record = whole.setting_aside(self.aside)
+        return record.along(self.motion, self.found.w0, self.lines, about=self.found.law.about)
+
+    def in_its_colour(self) -> Round | None:
+        """The same under noise of the colour that its law leaves, nowhere below its level at the motion's."""
+        return self._under(self._colour_near_motion)
 
     def _set_aside(self, smoothed: Motion, allowed: Sequence[str]) -> tuple[Mask, Mask]:
         """Samples near an end of the range, and outliers, shape (n,) both."""
@@ -327,8 +348,7 @@ class Round:
     def jumping(self, jump: Array) -> Round | None:
         """The same with a force that may jump, shape (n - 1,)."""
         whole = replace(self.whole, jump=jump)
-        record = whole.setting_aside(self.aside)
-        found = record.along(self.motion, self.found.w0, self.lines, about=self.found.law.about)
+        found = self._along(whole)
         return None if found is None else replace(self, whole=whole, found=found, alone=False)
 
 
@@ -350,10 +370,16 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
     """
     first = Round.first(whole, noise)
     still = _settled(first, allowed)
+    if whole.filter is not None:
+        return _in_its_colour(still, allowed)
     if still is None or not still.with_force.is_all:
         # far from where it starts a law that is settled step by step may not arrive
         still = _better(still, _settled(Round.about_coulomb(whole, noise), allowed))
     latest = None if still is None else still.with_force
+    if still is not None and noise != "white" and not still.with_force.is_all:
+        behind = _behind_filter(Round.about_coulomb(whole, noise) or still, allowed)
+        if behind is not None:
+            return behind
     if first is not None and (latest is None or not latest.is_all):
         free = _settled(first.with_force, allowed)
         # beside its own motion, which is exact, a law does not call for what made up for an inexact one
@@ -369,6 +395,23 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
         looks = looks - 1 if jump.any() else 0
         latest = _settled(latest.jumping(jump if looks > 0 else np.zeros_like(jump)), allowed)
     return latest
+
+
+def _behind_filter(still: Round, allowed: Sequence[str]) -> Round | None:
+    """Go on behind the filter that a record went through, found anew along its motion behind that."""
+    latest, name = None, ""
+    for _ in range(_MOST_FILTERS):
+        behind = (latest or still).behind_filter()
+        if behind is None or behind.whole.filter.name == name:
+            break
+        latest, name = _settled(behind, allowed), behind.whole.filter.name
+        if latest is None:
+            break
+    return _in_its_colour(latest, allowed)
+
+
+def _in_its_colour(latest: Round | None, allowed: Sequence[str]) -> Round | None:
+    return None if latest is None else _settled(latest.in_its_colour(), allowed) or latest
 
 
 def _better(one: Round | None, other: Round | None) -> Round | None:

@@ -44,6 +44,8 @@ Beside an error that takes up what was quick in it a force is slower than withou
 """
 _FIRST_STEP = 0.4
 """In the logarithms of ratios and times."""
+_TOLERANCE = 0.05
+"""Of the search, in the same."""
 _STENCIL = 0.2
 _FAR = 1e9
 
@@ -78,8 +80,13 @@ class SensorError:
         return replace(clock, error=CorrelatedError(self.ratio, w0 * self.correlation_time))
 
     def alike(self, other: object) -> bool:
-        """Whether another is the same."""
-        return self == other
+        """Whether another is the same, as far as the search for it goes."""
+        if not isinstance(other, SensorError):
+            return False
+        if min(self.ratio, other.ratio) == 0.0:
+            return self.ratio == other.ratio
+        sizes = math.log(self.ratio / other.ratio), math.log(self.correlation_time / other.correlation_time)
+        return max(map(abs, sizes)) < 2.0 * _TOLERANCE
 
     def described(self, step: float) -> dict[str, float | int | str]:
         """Fields of the report."""
@@ -99,7 +106,7 @@ def find_sensor_error(
     Parameters
     ----------
     regression : LawRegression
-        The record; errors that its clock has already are looked for anew.
+        The record. An error that its clock has already is climbed from.
     posterior : Posterior
         Of its random force.
     prior : ForcePrior
@@ -124,8 +131,7 @@ def find_sensor_error(
     density = _Density(regression, posterior, prior, bounds)
     forces = _forces(posterior)
     without = max(density(force, None) for force in chain(*forces))
-    width = bounds[1] - bounds[0]
-    errors = [(math.log(ratio), bounds[0] + place * width) for ratio, place in product(_RATIOS, _PLACES)]
+    errors = _errors(regression.clock.error, bounds)
     starts = [max(product(alike, errors), key=lambda place: density(*place)) for alike in forces]
     force, error = max((density.climb(*start) for start in starts), key=lambda place: density(*place))
     volume = math.log(2.0 * math.pi) + float(np.sum(density.log_sds(force, error)))
@@ -133,6 +139,14 @@ def find_sensor_error(
     if log_odds <= 0.0:
         return NO_ERROR
     return SensorError(math.exp(error[0]), math.exp(error[1]) / w0, density.log_prior(error) + volume)
+
+
+def _errors(known: CorrelatedError, bounds: Place) -> list[Place]:
+    """The error that is known already; or some of all sizes and times, where none is."""
+    if known.ratio > 0.0:
+        return [(math.log(known.ratio), min(max(math.log(known.tau), bounds[0]), bounds[1]))]
+    width = bounds[1] - bounds[0]
+    return [(math.log(ratio), bounds[0] + place * width) for ratio, place in product(_RATIOS, _PLACES)]
 
 
 def _forces(posterior: Posterior) -> list[list[Place | None]]:
@@ -209,7 +223,7 @@ class _Density:
             method="Nelder-Mead",
             options={
                 "maxfev": 60 * start.size,
-                "xatol": 0.05,
+                "xatol": _TOLERANCE,
                 "fatol": 0.05,
                 "initial_simplex": start + _FIRST_STEP * np.eye(start.size + 1, start.size, -1),
             },
