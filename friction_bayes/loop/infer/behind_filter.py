@@ -1,0 +1,43 @@
+"""The filter that a record went through, which makes corners, noise and a share of the amplitude its own.
+
+It is found as :func:`friction_bayes.estimate` finds it
+(:mod:`friction_bayes.estimators.noise.filter_evidence`), along the motion of a law without a random force.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from friction_bayes.core.arrays import Mask
+from friction_bayes.estimators.noise.filter_evidence import likely_filters
+from friction_bayes.estimators.noise.free_corners import corner_columns
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter
+from friction_bayes.loop.infer.moving_record import LawAlongMotion
+
+__all__ = ["filter_of"]
+
+
+def filter_of(found: LawAlongMotion, missing: Mask, order: int) -> RecordingFilter | None:
+    """The most probable filter of a record; None where it is less probable than none.
+
+    Other forces than friction are left to the swing that may wander: what they do above the motion's
+    frequency is little beside the corners.
+
+    Parameters
+    ----------
+    found : LawAlongMotion
+        As if there were no filter.
+    missing : ndarray of bool, shape (n,)
+        Samples that say nothing.
+    order : int
+        Order of the derivative measured.
+    """
+    law, clock, path = found.law, found.regression.clock, found.path
+    if not clock.even:
+        return None
+    plain = np.column_stack([law.sensor[:, [*law.always, law.dry_friction]], np.ones(path.phase.size)])
+    corners = np.hstack([plain, corner_columns(path)])
+    signal = np.where(missing, np.nan, found.regression.target + law.known)
+    angle = float(path.phase[-1] - path.phase[0]) / (path.phase.size - 1)
+    filters, probability = likely_filters(signal, law.known, plain, corners, angle, order)
+    return filters[0][1] if probability > 0.5 else None
