@@ -7,12 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array
-from friction_bayes.core.summary import TAILS
 from friction_bayes.decay.located import LEAST_HALF_CYCLES
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.held_out import Forecast, forecast_records, held_out_error
-from friction_bayes.loop.checks.whole_signal import filtered_signal
 from friction_bayes.loop.data.friction import (
     Distribution,
     dry_friction,
@@ -24,7 +21,7 @@ from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.mixture.candidates import Candidates
 from friction_bayes.loop.mixture.mixture import Mixture, mixture_of
 from friction_bayes.loop.mixture.prior_sensitivity import prior_sensitivity
-from friction_bayes.loop.report.friction_range import Reading, coulomb_alone, friction_range, pooled
+from friction_bayes.loop.report.friction_range import coulomb_alone, friction_range
 from friction_bayes.loop.report.result import RecordTrace
 from friction_bayes.loop.report.verdict import (
     UNEXPLAINED,
@@ -32,8 +29,6 @@ from friction_bayes.loop.report.verdict import (
     credible_count,
     verdict,
 )
-from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
-from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
 __all__ = ["Judgement", "judge"]
 
@@ -49,7 +44,7 @@ class Judgement:
     against : tuple of str
         What forbids to use the number: see :class:`friction_bayes.loop.report.verdict.Consequences`.
     mixture : Mixture
-        All candidates; of an unexplained record with draws of friction over all of its readings.
+        All candidates.
     friction, friction_before : Distribution
         As they are reported, of all candidates and of Coulomb friction alone.
     friction_range, dry, witnesses : dict or None
@@ -94,24 +89,19 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
     tolerance : float
         Share of the loss of amplitude from which on dry friction matters.
     """
-    rng_mixture, rng_before, rng_after, rng_pool, rng_dry, rng_filtered = rng.spawn(6)
+    rng_mixture, rng_before, rng_after, rng_dry = rng.spawn(4)
     mixture = mixture_of(candidates, rng_mixture)
     best, before, frequency = candidates, candidates.before, mixture.draws.frequency
     model = before.model
     left, traces = best.left(), best.traces()
     loss = _loss(traces[0], mixture, model)
-
-    def whether_it_rubs(friction: Array) -> dict[str, Any]:
-        return dry_friction(reported_friction(friction, frequency, model, rng_dry), loss, tolerance)
-
-    dry = whether_it_rubs(mixture.draws.friction)
+    dry = dry_friction(reported_friction(mixture.draws.friction, frequency, model, rng_dry), loss, tolerance)
     factor, unit = friction_scale(model)
     shift = factor * left["friction_could_shift_by"]
     forecasts = forecast_records(before), best.forecasts()
     held_out = held_out_error(*forecasts, best.noise_floor(), model.segments[0].decay.unit)
     witnesses = best.witnesses()
     after = reported_friction(mixture.draws.friction, frequency, model, rng_after)
-    filtered = _filtered(mixture, model, rng_filtered)
     against = Consequences(
         is_noise=best.explains,
         shift=shift,
@@ -120,7 +110,6 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
         least_noise=best.least_noise,
         friction=after.to_dict()["interval90"],
         witnesses=witnesses,
-        filtered=None if filtered is None else _interval(factor * filtered.friction),
         contradicted=best.contradicted,
     ).against()
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
@@ -128,11 +117,8 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
     count = credible_count(mixture.probabilities)
     # all agree on a friction that may be none
     agreed = dry["probability"] >= settings.SETTINGS.credible_mass and mixture.same_friction(count)
-    alone, readings = coulomb_alone(before, rng_before), None
-    if word == UNEXPLAINED:
-        readings, mixture = _unexplained(alone, mixture, filtered, rng_pool)
-        dry = whether_it_rubs(mixture.draws.friction)
-        after = reported_friction(mixture.draws.friction, frequency, model, rng_after)
+    alone = coulomb_alone(before, rng_before)
+    readings = [alone, candidates.reading] if word == UNEXPLAINED else []
     return Judgement(
         word=word,
         against=against,
@@ -150,33 +136,6 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
         forecasts=forecasts,
         traces=traces,
     )
-
-
-def _filtered(mixture: Mixture, model: LoopModel, rng: np.random.Generator) -> Reading | None:
-    """Friction behind a filter, of one record in which forces were found that a filter could stand for."""
-    forces = any(isinstance(EFFECTS[name], ForceEffect) for name in mixture.sets[0])
-    left_over = RANDOM_FORCE.name in mixture.sets[0] or not mixture.of.explains
-    if len(model.segments) > 1 or not (forces or left_over):
-        return None
-    return filtered_signal(model.segments[0].decay, rng)
-
-
-def _interval(draws: Array) -> tuple[float, float]:
-    low, high = np.quantile(draws, TAILS)
-    return float(low), float(high)
-
-
-def _unexplained(
-    alone: Reading,
-    mixture: Mixture,
-    filtered: Reading | None,
-    rng: np.random.Generator,
-) -> tuple[list[Reading], Mixture]:
-    """Readings of a record that no candidate explains, and friction pooled over those in question."""
-    beyond = [] if filtered is None else [filtered]
-    # the candidates' draws hold how far friction could shift for what is left: Coulomb friction alone is out
-    in_question = [Reading("the candidates", mixture.draws.friction), *beyond]
-    return [alone, mixture.of.reading, *beyond], mixture.with_friction(pooled(in_question, rng))
 
 
 def _loss(trace: RecordTrace, mixture: Mixture, model: LoopModel) -> float:

@@ -7,6 +7,7 @@ from typing import Any
 
 from friction_bayes.core.text import duration, number, of_friction, with_interval
 from friction_bayes.estimators.result import Estimate
+from friction_bayes.report.story import behind_filter
 
 __all__ = ["JUDGEMENTS", "apart", "estimate_story", "story_of_estimate"]
 
@@ -73,10 +74,8 @@ def _rests_on(result: Mapping[str, Any]) -> str:
     """What the interval is that of: noise of the sensor, a force, and whether the corners count."""
     noise, force = result["noise"], result["random_force"]
     text = f"{noise['model']} noise of the sensor"
-    if noise["filter"] is not None:
-        lost = 1.0 - noise["filter"]["gain"]
-        text += f", behind {noise['filter']['name']}: the {lost:.2%} that it takes of the motion is put back"
-    elif noise["model"] == "coloured":
+    text += behind_filter(noise["filter"])
+    if noise["filter"] is None and noise["model"] == "coloured":
         text += ", as behind a filter, which may also have made amplitudes and friction too small"
     if force["probability"] > _LIKELY:
         text += f" and a force that fluctuates: {_random_force(result)}"

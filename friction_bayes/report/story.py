@@ -25,6 +25,7 @@ from friction_bayes.mechanics.effects import EFFECTS
 from friction_bayes.report.residual_tests import failures
 
 __all__ = [
+    "behind_filter",
     "between_records",
     "effect_lines",
     "friction_agreed",
@@ -185,22 +186,12 @@ def _contradiction(report: Report, what: str) -> str:
     )
 
 
-def _behind_a_filter(report: Report, what: str) -> str:
-    reading = report["friction_range"]["readings"][-1]
-    return (
-        f"the record has rounded turning points and coloured noise, as behind a filter, and dry friction of "
-        f"{number(reading['mean'])} {reading['unit']} alone then explains it: the law that was found may "
-        "stand for the filter"
-    )
-
-
 _AGAINST = {
     "left_over": _left_over,
     "shift": _shift,
     "band": _band,
     "forecast": _worse_forecast,
     "witnesses": _at_odds,
-    "filter": _behind_a_filter,
     "records": _contradiction,
 }
 """What forbids to use the number, in words (see :class:`friction_bayes.loop.report.verdict.Consequences`)."""
@@ -480,10 +471,21 @@ def _noise(noise: Mapping[str, Any], unit: str) -> str:
     if rounding > _NOTABLE_ROUNDING * noise["sd"]:
         share = number(noise["sd"] / rounding, 3)
         text += f"{share} of what rounding to steps of {number(noise['step'], 3)} {unit} leaves; "
+    behind = behind_filter(noise.get("filter"))
     if noise["model"] == "white":
-        return text + "white"
+        return text + "white" + behind
     order = f" of order {noise['order']}" if noise.get("order") else ""
-    return text + f"autoregressive{order}, correlated over {number(noise['correlation_length_s'], 3)} s"
+    length = number(noise["correlation_length_s"], 3)
+    return text + f"autoregressive{order}, correlated over {length} s{behind}"
+
+
+def behind_filter(filter_: Mapping[str, Any] | None) -> str:
+    """Say which filter the record went through, as the end of a sentence; empty where there is none."""
+    if filter_ is None:
+        return ""
+    return (
+        f", behind {filter_['name']}: the {1.0 - filter_['gain']:.2%} that it takes of the motion is put back"
+    )
 
 
 def _random_force(report: Report) -> str:

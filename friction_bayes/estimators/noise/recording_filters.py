@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -39,14 +39,14 @@ Response = Callable[[Array], Array]
 """Complex response, shape (m,), at frequencies [rad/sample], shape (m,)."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class RecordingFilter:
     """A filter and what it does to a motion of one frequency.
 
     Attributes
     ----------
     name : str
-        In words.
+        In words; filters of one name are the same.
     response : callable
         See :data:`Response`.
     angle : float
@@ -58,10 +58,10 @@ class RecordingFilter:
     """
 
     name: str
-    response: Response
-    angle: float
+    response: Response = field(compare=False)
+    angle: float = field(compare=False)
     settling: float = 0.0
-    beside: Response | None = None
+    beside: Response | None = field(default=None, compare=False)
 
     @cached_property
     def _at_motion(self) -> complex:
@@ -71,6 +71,10 @@ class RecordingFilter:
     def gain(self) -> float:
         """By what it multiplies the motion."""
         return abs(self._at_motion)
+
+    def to_dict(self) -> dict[str, str | float]:
+        """Fields of a report."""
+        return {"name": self.name, "gain": self.gain}
 
     def without_delay(self, omega: Array) -> Array:
         """Response at frequencies, shape (m,), less the delay that the motion has."""

@@ -186,9 +186,14 @@ class Round:
     @property
     def is_all(self) -> bool:
         """Whether white noise is all that the law leaves, and no random force is more probable than none."""
+        return not self.wanders and self.leaves_white
+
+    @cached_property
+    def leaves_white(self) -> bool:
+        """Whether law and random force leave white noise."""
         best, regression = self._best, self.found.regression
         left = regression.innovations(self._law, best.ratio, best.tau)[np.isfinite(regression.clock.variance)]
-        return not self.wanders and whiteness(left).white
+        return whiteness(left).white
 
     def following(self, allowed: Sequence[str]) -> Round | None:
         """The next; None where its motion holds too few turning points or samples that are fitted."""
@@ -259,27 +264,48 @@ class Round:
     def coloured(self, other: Round, allowed: Sequence[str]) -> Round | None:
         """The same under coloured noise; None where that is less probable than another, or there is none.
 
-        The other is taken with the noise that goes best with it, growing and with outliers too. Where it is
-        asked for, coloured noise need only be there.
+        Where it is asked for, coloured noise need only be there.
         """
-        regression, decay = self.found.regression, self.whole.segment.decay
-        audible = self._best.noise > _AUDIBLE * regression.least_noise
-        colour = self._colour
-        if colour is None or not audible or not regression.clock.even:
+        decay = self.whole.segment.decay
+        if self.noise != "auto":
+            return self.in_its_colour() if self._may_be_coloured else None
+        if not is_coloured(self._left, decay.step, decay.frequency):
             return None
-        if self.noise == "auto":
-            if not is_coloured(self._left, decay.step, decay.frequency):
-                return None
-            as_it_is = _settled(self._under(colour), allowed)
-            if as_it_is is None or as_it_is.log_evidence <= other.log_evidence:
-                return None
-            noise = weigh_sensor_noise(
-                other.whole.setting_aside(other.ceiling), other.found, other.outliers, allowed
-            )[2]
-            if as_it_is.log_evidence <= other.log_evidence + noise.log_total:
-                return None
-            return as_it_is.in_its_colour()
-        return self.in_its_colour()
+        as_it_is = self.as_it_is(allowed)
+        return None if as_it_is is None or other.holds_against(as_it_is, allowed) else as_it_is
+
+    @property
+    def _may_be_coloured(self) -> bool:
+        """Whether what the law leaves has a colour, and is more than the sensor's rounding."""
+        regression = self.found.regression
+        audible = self._best.noise > _AUDIBLE * regression.least_noise
+        return audible and regression.clock.even and self._colour is not None
+
+    def as_it_is(self, allowed: Sequence[str]) -> Round | None:
+        """The same under noise of the colour that its law leaves, whatever stands for that; None for none."""
+        colour = self._colour
+        return _settled(self._under(colour), allowed) if colour and self._may_be_coloured else None
+
+    def holds_against(self, other: Round, allowed: Sequence[str]) -> bool:
+        """Whether it is more probable than another, on the samples that both have.
+
+        It is taken with the noise that goes best with it, growing and with outliers too.
+        """
+        used = [np.isfinite(each.whole.variance) for each in (self, other)]
+        mine, its = (each._without(~used[0] | ~used[1]) for each in (self, other))
+        if mine is None or its is None or its.log_evidence <= mine.log_evidence:
+            return True
+        record = mine.whole.setting_aside(mine.ceiling)
+        noise = weigh_sensor_noise(record, mine.found, mine.outliers, allowed)[2]
+        return its.log_evidence <= mine.log_evidence + noise.log_total
+
+    def _without(self, samples: Mask) -> Round | None:
+        """The same without some samples, shape (n,)."""
+        if not np.isfinite(self.whole.variance[samples]).any():
+            return self
+        whole = self.whole.setting_aside(samples)
+        found = self._along(whole)
+        return None if found is None else replace(self, whole=whole, found=found)
 
     def _under(self, error: Colour) -> Round | None:
         """The same round with noise of a colour."""
@@ -371,22 +397,21 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
     first = Round.first(whole, noise)
     still = _settled(first, allowed)
     if whole.filter is not None:
-        return _in_its_colour(still, allowed)
+        return None if still is None else _settled(still.in_its_colour(), allowed)
     if still is None or not still.with_force.is_all:
         # far from where it starts a law that is settled step by step may not arrive
         still = _better(still, _settled(Round.about_coulomb(whole, noise), allowed))
     latest = None if still is None else still.with_force
-    if still is not None and noise != "white" and not still.with_force.is_all:
-        behind = _behind_filter(Round.about_coulomb(whole, noise) or still, allowed)
-        if behind is not None:
-            return behind
     if first is not None and (latest is None or not latest.is_all):
         free = _settled(first.with_force, allowed)
         # beside its own motion, which is exact, a law does not call for what made up for an inexact one
         if still is None or _better(still, free) is free:
             latest = free
     if latest is not None and still is not None and noise != "white":
-        latest = _settled(still.coloured(latest, allowed), allowed) or latest
+        behind = None if latest.is_all else _behind_filter(still, latest, allowed)
+        coloured = _better(still.coloured(latest, allowed), behind)
+        if coloured is not None:
+            latest = _settled(coloured.in_its_colour(), allowed) or latest
     looks = _MOST_LOOKS if latest is not None and latest.found.prior.none < 1.0 else 0
     while latest is not None and looks > 0:
         jump = latest.next_knock()
@@ -397,21 +422,24 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
     return latest
 
 
-def _behind_filter(still: Round, allowed: Sequence[str]) -> Round | None:
-    """Go on behind the filter that a record went through, found anew along its motion behind that."""
-    latest, name = None, ""
+def _behind_filter(still: Round, other: Round, allowed: Sequence[str]) -> Round | None:
+    """A law behind the filter that a record went through; None where another is more probable, or none is.
+
+    The filter is found along the motion of Coulomb friction, and anew along the motion behind it.
+    """
+    latest = Round.about_coulomb(still.whole, still.noise) or still
     for _ in range(_MOST_FILTERS):
-        behind = (latest or still).behind_filter()
-        if behind is None or behind.whole.filter.name == name:
+        behind = latest.behind_filter()
+        if behind is None or behind.whole.filter == latest.whole.filter:
             break
-        latest, name = _settled(behind, allowed), behind.whole.filter.name
-        if latest is None:
-            break
-    return _in_its_colour(latest, allowed)
-
-
-def _in_its_colour(latest: Round | None, allowed: Sequence[str]) -> Round | None:
-    return None if latest is None else _settled(latest.in_its_colour(), allowed) or latest
+        settled = _settled(behind, allowed)
+        if settled is None:
+            return None
+        latest = settled
+    if latest.whole.filter is None:
+        return None
+    latest = _better(latest, latest.as_it_is(allowed)) or latest
+    return None if other.holds_against(latest, allowed) else latest
 
 
 def _better(one: Round | None, other: Round | None) -> Round | None:

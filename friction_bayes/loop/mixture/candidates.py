@@ -250,7 +250,8 @@ class Candidates(ABC):
         fit = self.best[0]
         white = fit.posterior.noise_sd * fit.unit
         of_a_sample = math.sqrt(fit.segment.block - 1.0 + fit.error.share**2)
-        found = {"sd": white * of_a_sample, "step": fit.segment.resolution}
+        behind = None if fit.law.filter is None else fit.law.filter.to_dict()
+        found = {"sd": white * of_a_sample, "step": fit.segment.resolution, "filter": behind}
         return fit.error.described(fit.segment.decay.step) | found
 
     def forecasts(self) -> tuple[Forecast, ...]:

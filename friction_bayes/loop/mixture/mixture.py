@@ -87,11 +87,6 @@ class Mixture:
         low, high = np.quantile(own[0], TAILS) if own[0].size else (-np.inf, np.inf)
         return np.array([bool(each.size) and not low <= each.mean() <= high for each in own])
 
-    def with_friction(self, friction: Array) -> Mixture:
-        """The same with other draws of friction, shape (k,), which belong to none of the candidates."""
-        nobody = np.full_like(self.draws.candidate, -1)
-        return replace(self, draws=replace(self.draws, friction=friction, candidate=nobody))
-
 
 def mixture_of(candidates: Candidates, rng: np.random.Generator) -> Mixture:
     """Mix candidates in proportion to their evidence, with a random force too slight to show beside them."""

@@ -29,6 +29,8 @@ __all__ = ["Colour", "colour_near_motion", "colour_of", "is_coloured"]
 
 _GRID = 1025
 """Frequencies of a spectrum whose transform is the correlation of the noise."""
+_FAINTEST = 1e-10
+"""Spectral density over its mean below which there is none to speak of."""
 _HANN_SPREAD = 1.5
 """Neighbouring ordinates of a Hann-windowed periodogram are correlated: so many count as one."""
 
@@ -77,8 +79,9 @@ class Colour:
 
 def colour_of(residual: Array, fitted: int) -> Colour | None:
     """Colour of what a law of so many coefficients leaves, shape (n,); None where that is white."""
-    autoregression, _ = burg(residual, fitted)
-    return Colour(autoregression) if autoregression.order else None
+    own, _ = burg(residual, fitted)
+    # behind a filter that leaves nothing an autoregression is singular to rounding
+    return Colour(own.tempered(_FAINTEST, 0.0)) if own.order else None
 
 
 def colour_near_motion(residual: Array, phase: Array, order: int, fitted: int) -> Colour:

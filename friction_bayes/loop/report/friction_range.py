@@ -1,9 +1,7 @@
-"""Friction where no candidate explains the record: readings that differ, and one interval that holds them.
+"""Friction where no candidate explains the record: what the candidates say of it, and Coulomb friction alone.
 
 A posterior over candidates none of which is true says how well the record tells them apart, not how far each
-is from the truth. What the candidates say of friction, and what a fit behind a filter says where one may have
-acted, are readings of their own, pooled with equal weights: a linear opinion pool (Stone 1961), whose 90 %
-interval reaches into every reading that stands apart. Coulomb friction alone is reported beside them.
+is from the truth.
 """
 
 from __future__ import annotations
@@ -23,7 +21,7 @@ from friction_bayes.loop.simulation.fit import LoopFit
 from friction_bayes.loop.simulation.residual_tests import residual_tests
 from friction_bayes.loop.simulation.robust_covariance import robust_covariance
 
-__all__ = ["Reading", "coulomb_alone", "friction_range", "pooled"]
+__all__ = ["Reading", "coulomb_alone", "friction_range"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,16 +47,6 @@ def coulomb_alone(fit: LoopFit, rng: np.random.Generator) -> Reading:
     # of the normal approximation, cut to the support
     drawn = truncated_draws(fit.centre[0], spread, *fit.model.support, rng, DRAWS)
     return Reading("Coulomb friction alone", np.asarray(fit.model.value(drawn, FRICTION)))
-
-
-def pooled(readings: Sequence[Reading], rng: np.random.Generator) -> Array:
-    """Draw friction from each reading with the same probability, shape (DRAWS,)."""
-    source = rng.integers(len(readings), size=DRAWS)
-    friction = np.empty(DRAWS)
-    for i, reading in enumerate(readings):
-        mine = source == i
-        friction[mine] = rng.choice(reading.friction, np.count_nonzero(mine))
-    return friction
 
 
 def friction_range(readings: Sequence[Reading], factor: float, unit: str) -> dict[str, Any]:

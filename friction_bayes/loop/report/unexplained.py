@@ -29,12 +29,6 @@ _OF_RECORDS = (
 )
 
 
-_UNFILTERED = (
-    "Record without the filter: the raw samples, and the corner of the acquisition at fifty times the "
-    "frequency of the motion or more. Until then take the number of estimate, which knows filters."
-)
-
-
 def experiment_on_unexplained(
     depends_on: str | None, failed: Collection[str], because: Collection[str], records: int
 ) -> str:
@@ -53,8 +47,6 @@ def experiment_on_unexplained(
     """
     if "records" in because:
         return _OF_RECORDS
-    if "filter" in because:
-        return _UNFILTERED
     if depends_on is not None:
         return _BY_VARIABLE[depends_on]
     if failed and _OF_THE_SENSOR.issuperset(failed):

@@ -58,9 +58,6 @@ class Consequences:
         The 90 % interval of friction, over all candidates.
     witnesses : mapping or None
         The report's ``witnesses``.
-    filtered : tuple of float or None
-        The 90 % interval of friction if the record has gone through a filter; None where nothing speaks for
-        that.
     contradicted : bool
         Whether the records contradict each other.
     """
@@ -72,7 +69,6 @@ class Consequences:
     least_noise: float
     friction: tuple[float, float]
     witnesses: Mapping[str, Any] | None
-    filtered: tuple[float, float] | None
     contradicted: bool
 
     def against(self) -> tuple[str, ...]:
@@ -85,7 +81,6 @@ class Consequences:
             "band": held_out["inside90"] < settings.SETTINGS.least_inside,
             FORECAST: held_out["after"] > as_bad * before > 0.0,
             "witnesses": not self._spans_witnesses,
-            "filter": self.filtered is not None and not _overlap(self.friction, self.filtered),
             "records": self.contradicted,
         }
         return tuple(name for name, found in faults.items() if found)

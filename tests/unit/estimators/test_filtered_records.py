@@ -58,12 +58,58 @@ def test_what_is_silent_above_its_filter_is_no_white_noise() -> None:
     assert found.friction.mean() == pytest.approx(1.0, rel=1e-3)
 
 
-def test_the_loop_takes_no_filter_for_a_law() -> None:
-    record = filtered("velocity", 30.0, order=4, rate=250.0, both=True)
+@pytest.mark.parametrize(
+    ("quantity", "corner", "order", "both", "rate"),
+    [
+        ("displacement", 8.0, 4, True, 200.0),
+        ("velocity", 30.0, 4, True, 250.0),
+        ("velocity", 8.0, 2, False, 200.0),
+        ("acceleration", 12.0, 2, False, 200.0),
+    ],
+)
+def test_the_loop_sees_a_filter_and_takes_it_for_no_law(
+    quantity: str, corner: float, order: int, both: bool, rate: float
+) -> None:
+    record = filtered(quantity, corner, order=order, rate=rate, both=both)
     report = fb.close_loop([record], SYSTEM, seed=1)
+    assert report.verdict == "adequate"
+    low, high = report.friction_after["interval90"]
+    assert low - 0.005 < 1.0 < high + 0.005
+    assert high - low < 0.02
+    assert report.noise["filter"]["name"].startswith("a low pass")
+    # the rest of the record is forecast as the filter shows it
+    assert report.held_out_error["after"] < 1.5 * report.held_out_error["before"]
+    assert report.held_out_error["inside90"] > 0.8
+
+
+def test_the_loop_finds_the_damping_behind_a_filter() -> None:
+    record = fb.simulate(
+        SYSTEM,
+        friction=1.0,
+        initial_displacement=0.05,
+        duration=12.0,
+        sampling_rate=200.0,
+        noise_sd=NOISE["displacement"],
+        seed=3,
+        effects={"viscous_damping.damping_ratio": 0.004},
+    )
+    b, a = signal.butter(2, 12.0, fs=200.0)
+    report = fb.close_loop([record.copy(data=signal.lfilter(b, a, record.values))], SYSTEM, seed=1)
+    assert report.noise["filter"] is not None
+    assert report.candidates[0]["effects"] == ["viscous_damping"]
     low, high = report.friction_after["interval90"]
     assert low < 1.0 < high
-    assert report.dry_friction["upper95"] > 0.99
-    if report.verdict == "unexplained":
-        assert report.friction_range is not None
-        assert report.friction_range["readings"][-1]["what"] == "dry friction alone, behind a filter"
+
+
+def test_a_record_without_a_filter_is_behind_none() -> None:
+    record = fb.simulate(
+        SYSTEM,
+        friction=1.0,
+        initial_displacement=0.05,
+        duration=8.0,
+        sampling_rate=200.0,
+        noise_sd=NOISE["displacement"],
+        seed=3,
+        effects={"presliding.displacement": 1e-3},
+    )
+    assert fb.close_loop([record], SYSTEM, seed=1).noise["filter"] is None
