@@ -15,8 +15,7 @@ from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.data.model import LoopModel, changes_signal
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
 from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, LawDraws, law_draws
-from friction_bayes.loop.infer.record_fit import ForceFit, fit_random_force
-from friction_bayes.loop.noise.colour import Colour
+from friction_bayes.loop.infer.record_fit import ForceFit, fit_first_part
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.statespace.kalman import sensor_row, smooth
@@ -41,9 +40,7 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     head = int(settings.SETTINGS.fitted_share * segment.moving)
     of_law = dict.fromkeys(column.effect for column in fit.law.columns if column.effect)
     allowed = (*of_law, *sorted(fit.sensor_noise.effects), *((RANDOM_FORCE.name,) if fit.forced else ()))
-    coloured = "ar" if isinstance(fit.error, Colour) else "auto"
-    filter_ = fit.law.filter
-    first = fit_random_force(segment, fit.system, allowed, samples=head, noise=coloured, filter_=filter_)
+    first, filter_ = fit_first_part(fit, allowed, head), fit.law.filter
     if first is None:
         return None
     time = segment.time[head - 1 : segment.moving]

@@ -17,7 +17,6 @@ from scipy.special import logsumexp
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.system import Oscillator
-from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.loop.columns.column_sets import ColumnSets
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import Line
@@ -27,7 +26,7 @@ from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.impossible import better_but_impossible, impossible
 from friction_bayes.loop.infer.knocks import spans_of
 from friction_bayes.loop.infer.moving_record import LEAST_TURNS, LawAlongMotion, MovingRecord
-from friction_bayes.loop.infer.rounds import settle
+from friction_bayes.loop.infer.rounds import Round, settle
 from friction_bayes.loop.infer.sensor_noise import SensorNoise, weigh_sensor_noise
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import SensorError
@@ -39,7 +38,7 @@ from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import Motion
 
-__all__ = ["ForceFit", "fit_random_force", "force_fit", "too_few_turning_points"]
+__all__ = ["ForceFit", "fit_first_part", "fit_random_force", "force_fit", "too_few_turning_points"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,9 +204,7 @@ def fit_random_force(
     system: Oscillator,
     allowed: Sequence[str],
     *,
-    samples: int | None = None,
     noise: str = "auto",
-    filter_: RecordingFilter | None = None,
 ) -> ForceFit | None:
     """Analyse one record.
 
@@ -218,22 +215,45 @@ def fit_random_force(
         The declared system.
     allowed : sequence of str
         Effects that may act.
-    samples : int, optional
-        Use the first so many alone.
     noise : {"auto", "white", "ar"}
         Noise of the sensor: white or what it shows, white, or coloured where it can be.
-    filter_ : RecordingFilter, optional
-        Through which the record is known to have gone; looked for where left out.
 
     Returns
     -------
     ForceFit or None
         None where the record holds too few turning points.
     """
-    whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system), samples)
+    whole = MovingRecord.of(segment, system, allowed, scales_of((segment,), system))
+    return _fit_of(settle(whole, allowed, noise), allowed)
+
+
+def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> ForceFit | None:
+    """Analyse the first so many samples of a record that has been analysed as a whole.
+
+    It was recorded through the filter that was found in the whole, or none, and its noise may be coloured if
+    that was.
+
+    Parameters
+    ----------
+    fit : ForceFit
+    allowed : sequence of str
+        Effects that may act.
+    samples : int
+
+    Returns
+    -------
+    ForceFit or None
+        None where these hold too few turning points.
+    """
+    filter_, noise = fit.law.filter, "ar" if isinstance(fit.error, Colour) else "auto"
+    whole = MovingRecord.of(fit.segment, fit.system, allowed, fit.scales, samples)
     if filter_ is not None:
         whole = whole.behind(filter_)
-    last = settle(whole, allowed, noise)
+    return _fit_of(settle(whole, allowed, noise, filters=False), allowed)
+
+
+def _fit_of(last: Round | None, allowed: Sequence[str]) -> ForceFit | None:
+    """The analysis that the rounds of a law end with, noise of the sensor besides white weighed in it."""
     if last is None:
         return None
     record, found = last.whole.setting_aside(last.ceiling), last.found

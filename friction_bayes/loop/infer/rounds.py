@@ -378,7 +378,7 @@ class Round:
         return None if found is None else replace(self, whole=whole, found=found, alone=False)
 
 
-def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | None:
+def settle(whole: MovingRecord, allowed: Sequence[str], noise: str, *, filters: bool = True) -> Round | None:
     """Go on until the law of a record has settled and the force calls for no other knock.
 
     Parameters
@@ -388,6 +388,8 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
         Effects that may act.
     noise : {"auto", "white", "ar"}
         What the noise of the sensor may be.
+    filters : bool
+        Whether one is looked for that the record went through; behind one that is known none is.
 
     Returns
     -------
@@ -397,7 +399,7 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
     first = Round.first(whole, noise)
     still = _settled(first, allowed)
     if whole.filter is not None:
-        return None if still is None else _settled(still.in_its_colour(), allowed)
+        return None if still is None else _settled(still.in_its_colour(), allowed) or still
     if still is None or not still.with_force.is_all:
         # far from where it starts a law that is settled step by step may not arrive
         still = _better(still, _settled(Round.about_coulomb(whole, noise), allowed))
@@ -408,7 +410,7 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str) -> Round | N
         if still is None or _better(still, free) is free:
             latest = free
     if latest is not None and still is not None and noise != "white":
-        behind = None if latest.is_all else _behind_filter(still, latest, allowed)
+        behind = _behind_filter(still, latest, allowed) if filters and not latest.is_all else None
         coloured = _better(still.coloured(latest, allowed), behind)
         if coloured is not None:
             latest = _settled(coloured.in_its_colour(), allowed) or latest
