@@ -63,7 +63,7 @@ class LeftOver(ResidualTests):
     dependences : tuple of Dependence
     near_motion : float
         Standard deviation of the innovations near the frequency of the motion, over the model's: at least so
-        much, with the probability that the tests have of no false alarm.
+        much, with the probability that candidates are credible with.
     shape : Shape or None
         That describes the worst dependence best; None where there is none.
     """
@@ -158,7 +158,7 @@ def _near_motion(fit: ForceFit, innovations: Array) -> float:
     degrees = 2 * int(np.count_nonzero(inside))
     if degrees == 0:
         return 1.0
-    likely = float(stats.chi2.isf(settings.SETTINGS.false_alarm_rate, degrees))
+    likely = float(stats.chi2.ppf(settings.SETTINGS.credible_mass, degrees))
     return math.sqrt(2.0 * float(power[inside].sum()) / likely)
 
 

@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.decay.block_means import block_means
 from friction_bayes.estimators.noise.recording_filters import Through, margin
 from friction_bayes.loop import settings
 from friction_bayes.loop.checks.held_out import Forecast
@@ -154,10 +153,13 @@ def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Arra
         Their displacements and velocities.
     time : ndarray, shape (n,)
     """
-    law, order = draws.fit.law, draws.fit.segment.order
-    ahead = motions[:, order] if order < 2 else np.gradient(motions[:, 1], time, axis=1)
-    past = block_means(law.read.signal, law.read.block)[:-1] * draws.fit.unit
-    motion = np.column_stack([np.tile(past, (len(ahead), 1)), ahead]).T
+    fit, law = draws.fit, draws.fit.law
+    before = np.stack([fit.path.x, fit.path.v * fit.w0])[:, :-1]
+    past = np.broadcast_to(before, (len(motions), *before.shape))
+    states = np.concatenate([past, motions], axis=2)
+    when = np.append(fit.segment.time[: before.shape[1]], time)
+    order = fit.segment.order
+    motion = (states[:, order] if order < 2 else np.gradient(states[:, 1], when, axis=1)).T
     through, filter_ = Through(motion), law.filter
     assert filter_ is not None
     shown, own = through(filter_), {column.kind: j for j, column in enumerate(law.columns)}
@@ -165,7 +167,7 @@ def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Arra
         shown = shown + (through(filter_.next) - shown) * draws.coefficients[which, own["filter"]]
     for memory in filter_.memory(len(motion)).T:
         shown = shown + memory[:, None] * draws.coefficients[which, own["memory"]]
-    return np.asarray((shown - motion)[past.size :].T)
+    return np.asarray((shown - motion)[before.shape[1] :].T)
 
 
 def _lines(draws: LawDraws, k: int, time: Array) -> Array:

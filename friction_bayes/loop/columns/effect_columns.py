@@ -319,6 +319,11 @@ class Sampled(NamedTuple):
     signal: Array
     block: int
 
+    @property
+    def values(self) -> Array:
+        """The signal as the record has it, shape (n,)."""
+        return block_means(self.signal, self.block)
+
 
 def sampled(path: MeasuredPath, block: int, order: int) -> Sampled:
     """The readings within the blocks of a path by a sensor of the derivative ``order``."""

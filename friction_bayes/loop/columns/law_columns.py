@@ -8,7 +8,7 @@ only shapes a term is taken at a few values of its prior, one column each.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import NamedTuple
 
@@ -16,7 +16,6 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.block_means import block_means
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter, Through
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import (
@@ -162,6 +161,32 @@ class LawColumns:
                 sizes[column.effect] = size
         return sizes
 
+    def with_shown(self, shown: Sequence[tuple[Column, Array]]) -> LawColumns:
+        """The same with columns of the recording, shape (n,) each, from which no motion follows."""
+        n, extra = len(self.sensor), len(shown)
+        return replace(
+            self,
+            columns=(*self.columns, *(column for column, _ in shown)),
+            sensor=np.column_stack([self.sensor, *(values for _, values in shown)]),
+            states=np.concatenate([self.states, np.zeros((n, 2, extra))], axis=2),
+            forces=np.column_stack([self.forces, np.zeros((n, extra))]),
+        )
+
+    def behind(self, filter_: RecordingFilter) -> LawColumns:
+        """The same as a filter shows it, but for lines and the zero of the recording.
+
+        With what the filter still has of the time before the record, and how far its size is from the next's.
+        """
+        moved = [j for j, c in enumerate(self.columns) if c.effect not in SENSOR_ZERO and c.line is None]
+        through = Through(np.column_stack([self.sensor[:, moved], self.known, self.read.values]))
+        shown, sensor = through(filter_), self.sensor.copy()
+        sensor[:, moved] = shown[:, :-2]
+        memory = filter_.memory(len(sensor)).T
+        own = [(Column("memory", self.columns[0].scale), each) for each in memory]
+        if filter_.next is not None:
+            own.append((Column("filter", 1.0), (through(filter_.next) - shown)[:, -1]))
+        return replace(self, sensor=sensor, known=shown[:, -2], filter=filter_).with_shown(own)
+
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:
         """Columns of an effect in each of its shapes and extents; all of its lines are one."""
         found: dict[tuple[tuple[Shape, ...], float], list[int]] = {}
@@ -263,60 +288,29 @@ def law_columns(
         row = gain[:, None] * row
     answers = _answers(path, row, acting, about)
     amplitude = given.scales.amplitude * (system.natural_frequency / w0) ** order
-    columns = [
-        Column("displacement", settings.SETTINGS.state_share * amplitude),
-        Column("velocity", settings.SETTINGS.state_share * amplitude),
-        *(each.column for each in acting),
-    ]
-    sensor, states, forces = answers.sensor[:, :-1], answers.states[:, :, :-1], answers.forces[:, :-1]
+    start = [Column(name, settings.SETTINGS.state_share * amplitude) for name in ("displacement", "velocity")]
     wrong = tuple(_wrong(given, w0))
-    faults = [(each.column, each.fault(read)) for each in wrong]
-    for line in lines:
-        faults += line_columns(line, given.scales, path, order, w0)
-    if faults:
-        columns += [column for column, _ in faults]
-        sensor = np.column_stack([sensor, *(fault for _, fault in faults)])
-        states = np.concatenate([states, np.zeros((path.phase.size, 2, len(faults)))], axis=2)
-        forces = np.column_stack([forces, np.zeros((path.phase.size, len(faults)))])
-    # the faults were linear about the path, of which the gain has a share too much
-    known = answers.sensor[:, -1] - (gain - 1.0) * block_means(read.signal, read.block)
-    if given.filter is not None:
-        # but for lines, and the zero of the recording
-        moved = [j for j, c in enumerate(columns) if c.effect not in SENSOR_ZERO and c.line is None]
-        shown = Through(np.column_stack([sensor[:, moved], known]))(given.filter)
-        sensor = sensor.copy()
-        sensor[:, moved], known = shown[:, :-1], shown[:, -1]
-        own = list(_of_filter(given.filter, block_means(read.signal, read.block), amplitude))
-        columns += [column for column, _ in own]
-        sensor = np.column_stack([sensor, *(shown for _, shown in own)])
-        states = np.concatenate([states, np.zeros((path.phase.size, 2, len(own)))], axis=2)
-        forces = np.column_stack([forces, np.zeros((path.phase.size, len(own)))])
-    return LawColumns(
-        columns=tuple(columns),
-        sensor=sensor,
-        states=states,
-        forces=forces,
+    law = LawColumns(
+        columns=(*start, *(each.column for each in acting)),
+        sensor=answers.sensor[:, :-1],
+        states=answers.states[:, :, :-1],
+        forces=answers.forces[:, :-1],
         read=read,
         row=row,
-        known=known,
+        # the faults were linear about the path, of which the gain has a share too much
+        known=answers.sensor[:, -1] - (gain - 1.0) * read.values,
         known_states=answers.states[:, :, -1],
         acting=tuple(acting),
         wrong=wrong,
         about=answers.about,
         feedback=answers.feedback,
-        filter=given.filter,
+        filter=None,
         friction=friction * unit,
         unit_force=unit,
     )
-
-
-def _of_filter(filter_: RecordingFilter, signal: Array, amplitude: float) -> Iterator[tuple[Column, Array]]:
-    """What it still has of the time before the record, and how far its size is from the next one."""
-    for memory in filter_.memory(signal.size).T:
-        yield Column("memory", settings.SETTINGS.state_share * amplitude), memory
-    if filter_.next is not None:
-        through = Through(signal[:, None])
-        yield Column("filter", 1.0), (through(filter_.next) - through(filter_))[:, 0]
+    of_lines = chain.from_iterable(line_columns(line, given.scales, path, order, w0) for line in lines)
+    law = law.with_shown([*((each.column, each.fault(read)) for each in wrong), *of_lines])
+    return law if given.filter is None else law.behind(given.filter)
 
 
 class _Answers(NamedTuple):

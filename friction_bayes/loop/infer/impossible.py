@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.decay.block_means import block_means
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.infer.moving_record import LawAlongMotion
@@ -118,7 +117,7 @@ class _Sensor:
 
     def __init__(self, law: LawColumns) -> None:
         self.faults = law.of_faults
-        signal = block_means(law.read.signal, law.read.block)
+        signal = law.read.values
         signal = signal - signal.mean()
         self.shares = signal @ law.sensor[:, self.faults] / float(signal @ signal)
 
