@@ -16,6 +16,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import OF_LINES, Line
@@ -166,16 +167,18 @@ def fit_together(
     w0 = float(np.median([fit.w0 * change for fit, change in zip(alone, corrections, strict=True)]))
     motions = [fit.motion.at_frequency(w0 / fit.w0) for fit in alone]
     scales = scales_of(segments, system)
-    sizes = _shared_sizes(alone)
+    sizes, filters = _shared_sizes(alone), _filters(alone)
     records = tuple(
         replace(
             MovingRecord.of(fit.segment, system, allowed, scales, fit.samples),
             variance=fit.clock.variance,
+            forced=fit.forced,
             error=fit.error,
             sizes=sizes,
+            filter=filter_,
             jump=fit.clock.jump[fit.clock.index],
         )
-        for fit in alone
+        for fit, filter_ in zip(alone, filters, strict=True)
     )
     forced = all(fit.forced for fit in alone)
     along = _along(alone, records, motions, w0)
@@ -259,6 +262,13 @@ def _shared_sizes(alone: Sequence[ForceFit]) -> dict[str, float]:
     own = [fit.law.fault_sizes(fit.coefficients) for fit in alone]
     found = {fault for sizes in own for fault in sizes}
     return {fault: float(np.median([sizes[fault] for sizes in own if fault in sizes])) for fault in found}
+
+
+def _filters(alone: Sequence[ForceFit]) -> list[RecordingFilter | None]:
+    """The filter of each record; none where they are not of one kind, as the records of one sensor are."""
+    filters = [fit.law.filter for fit in alone]
+    kinds = {None if each is None else (each.settling > 0.0, each.next is None) for each in filters}
+    return filters if len(kinds) == 1 else [None] * len(filters)
 
 
 def _friction_of_loss(records: Sequence[ForceFit | LawAlongMotion]) -> float:

@@ -1,0 +1,40 @@
+"""Decays of one oscillator through filters of SciPy."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from scipy import signal
+
+import friction_bayes as fb
+
+SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
+NOISE = {"displacement": 2e-5, "velocity": 2e-4, "acceleration": 2e-3}
+
+
+def filtered(
+    quantity: str,
+    corner: float,
+    *,
+    order: int = 2,
+    lost: int = 0,
+    rate: float = 200.0,
+    both: bool = False,
+    start: float = 0.05,
+) -> xr.DataArray:
+    """A decay of 1 N through a Butterworth filter, causal or forward and backward, some samples lost."""
+    record = fb.simulate(
+        SYSTEM,
+        friction=1.0,
+        initial_displacement=start,
+        duration=12.0,
+        sampling_rate=rate,
+        noise_sd=NOISE[quantity],
+        seed=3,
+        quantity=quantity,
+    )
+    b, a = signal.butter(order, corner, fs=rate)
+    values = (signal.filtfilt if both else signal.lfilter)(b, a, record.values)
+    kept = np.ones(values.size, dtype=bool)
+    kept[700 : 700 + lost] = False
+    return fb.make_record(record["time"].values[kept], values[kept], quantity)

@@ -1,0 +1,87 @@
+"""A record that went through a filter, as a closed loop takes it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from scipy import signal
+
+import friction_bayes as fb
+from filtered_decays import NOISE, SYSTEM, filtered
+from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError
+
+
+@pytest.mark.parametrize(
+    ("quantity", "corner", "order", "both", "rate"),
+    [
+        ("displacement", 8.0, 4, True, 200.0),
+        ("velocity", 30.0, 4, True, 250.0),
+        ("velocity", 8.0, 2, False, 200.0),
+        ("acceleration", 12.0, 2, False, 200.0),
+    ],
+)
+def test_the_loop_sees_a_filter_and_takes_it_for_no_law(
+    quantity: str, corner: float, order: int, both: bool, rate: float
+) -> None:
+    record = filtered(quantity, corner, order=order, rate=rate, both=both)
+    report = fb.close_loop([record], SYSTEM, seed=1)
+    assert report.verdict == "adequate"
+    low, high = report.friction_after["interval90"]
+    assert low - 0.005 < 1.0 < high + 0.005
+    assert high - low < 0.02
+    assert report.noise["filter"]["name"].startswith("a low pass")
+    # the rest of the record is forecast as the filter shows it
+    assert report.held_out_error["after"] < 1.5 * report.held_out_error["before"]
+    assert report.held_out_error["inside90"] > 0.8
+
+
+def test_the_loop_finds_the_damping_behind_a_filter() -> None:
+    record = fb.simulate(
+        SYSTEM,
+        friction=1.0,
+        initial_displacement=0.05,
+        duration=12.0,
+        sampling_rate=200.0,
+        noise_sd=NOISE["displacement"],
+        seed=3,
+        effects={"viscous_damping.damping_ratio": 0.004},
+    )
+    b, a = signal.butter(2, 12.0, fs=200.0)
+    report = fb.close_loop([record.copy(data=signal.lfilter(b, a, record.values))], SYSTEM, seed=1)
+    assert report.noise["filter"] is not None
+    assert report.candidates[0]["effects"] == ["viscous_damping"]
+    low, high = report.friction_after["interval90"]
+    assert low < 1.0 < high
+
+
+def test_a_record_without_a_filter_is_behind_none() -> None:
+    record = fb.simulate(
+        SYSTEM,
+        friction=1.0,
+        initial_displacement=0.05,
+        duration=8.0,
+        sampling_rate=200.0,
+        noise_sd=NOISE["displacement"],
+        seed=3,
+        effects={"presliding.displacement": 1e-3},
+    )
+    assert fb.close_loop([record], SYSTEM, seed=1).noise["filter"] is None
+
+
+def test_records_of_one_sensor_are_behind_its_filter_together() -> None:
+    records = [filtered("displacement", 12.0, start=start) for start in (0.05, 0.04)]
+    report = fb.close_loop(records, SYSTEM, seed=1)
+    assert report.verdict == "adequate"
+    assert report.noise["filter"]["name"].startswith("a low pass of order 2")
+    assert report.friction_after["mean"] == pytest.approx(1.0, abs=5e-4)
+    assert report.held_out_error["after"] < 1.5 * report.held_out_error["before"]
+
+
+def test_an_error_of_the_sensor_is_the_same_as_far_as_it_is_searched_for() -> None:
+    found = SensorError(2.0, 0.1, -1.0)
+    assert found.alike(replace(found, ratio=2.0 * math.exp(0.09)))
+    assert not found.alike(replace(found, correlation_time=0.1 * math.exp(0.11)))
+    assert not found.alike(NO_ERROR)
+    assert NO_ERROR.alike(SensorError())
