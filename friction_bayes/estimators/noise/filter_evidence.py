@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy.fft import rfft
@@ -113,7 +114,7 @@ def _of_kind(
     kind: FilterKind, log_prior: float, log_evidence: Callable[[RecordingFilter], float]
 ) -> list[tuple[float, RecordingFilter]]:
     """Filters of a kind with their log evidence: some of all sizes, and all near the best of these."""
-    filters = [kind.of(float(size)) for size in kind.sizes]
+    filters = [replace(kind.of(float(size)), log_prior=log_prior) for size in kind.sizes]
     known = {i: log_prior + log_evidence(filters[i]) for i in _spread(kind.sizes)}
     best = max(known, key=known.__getitem__)
     tried = sorted(known)

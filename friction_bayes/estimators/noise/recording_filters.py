@@ -55,6 +55,8 @@ class RecordingFilter:
         Rate at which it forgets what was before the recording [1/sample]; zero where that is at once.
     beside : callable or None
         Response of the next filter of its kind; None where sizes are counted and one of them is right.
+    log_prior : float
+        Logarithm of the prior probability that a record went through it.
     """
 
     name: str
@@ -62,6 +64,7 @@ class RecordingFilter:
     angle: float = field(compare=False)
     settling: float = 0.0
     beside: Response | None = field(default=None, compare=False)
+    log_prior: float = field(default=0.0, compare=False)
 
     @cached_property
     def _at_motion(self) -> complex:

@@ -160,6 +160,8 @@ class Round:
         """
         used = int(np.isfinite(self.found.regression.clock.variance).sum())
         found = self._posterior.log_evidence + self.whole.error.log_volume
+        if self.whole.filter is not None:
+            found += self.whole.filter.log_prior
         if self.alone:
             found += math.log(self.found.prior.none)
         return found - used * self.whole.segment.order * math.log(self.found.w0)

@@ -128,7 +128,7 @@ def test_what_is_left_is_one_verdict(candidates: Candidates) -> None:
     left, noise = candidates.left(), candidates.noise()
     assert set(left) == LEFT
     assert left["friction_could_shift_by"] >= 0.0
-    assert set(noise) == {"model", "order", "sd", "correlation_length_s", "step"}
+    assert set(noise) == {"model", "order", "sd", "correlation_length_s", "step", "filter"}
     assert candidates.noise_floor() == pytest.approx(candidates.tests.rms, rel=1e-2)
     if not candidates.tests.failed:
         assert candidates.explains
