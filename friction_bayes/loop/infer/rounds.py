@@ -291,15 +291,25 @@ class Round:
     def holds_against(self, other: Round, allowed: Sequence[str]) -> bool:
         """Whether it is more probable than another, on the samples that both have.
 
-        It is taken with the noise that goes best with it, growing and with outliers too.
+        It is taken with the noise that goes best with it, growing and with outliers too, and with the lines
+        that were found beside the other.
         """
-        used = [np.isfinite(each.whole.variance) for each in (self, other)]
-        mine, its = (each._without(~used[0] | ~used[1]) for each in (self, other))
+        alike = _better(self, self._with_lines(other.lines, allowed)) or self
+        used = [np.isfinite(each.whole.variance) for each in (alike, other)]
+        mine, its = (each._without(~used[0] | ~used[1]) for each in (alike, other))
         if mine is None or its is None or its.log_evidence <= mine.log_evidence:
             return True
         record = mine.whole.setting_aside(mine.ceiling)
         noise = weigh_sensor_noise(record, mine.found, mine.outliers, allowed)[2]
         return its.log_evidence <= mine.log_evidence + noise.log_total
+
+    def _with_lines(self, lines: tuple[Line, ...], allowed: Sequence[str]) -> Round | None:
+        """The same where some lines may be there; None where they are the ones that it knows."""
+        if {line.effect for line in lines} <= {line.effect for line in self.lines}:
+            return None
+        again = replace(self, lines=lines)
+        found = again._along(self.whole)
+        return None if found is None else _settled(replace(again, found=found), allowed)
 
     def _without(self, samples: Mask) -> Round | None:
         """The same without some samples, shape (n,)."""
