@@ -2,7 +2,7 @@
 
 The motion is smoothed, the effects are evaluated along it, and a regression of the whitened signal on the
 whitened columns weighs every set (see :mod:`friction_bayes.statespace`), in rounds
-(:mod:`friction_bayes.loop.infer.rounds`).
+(:mod:`friction_bayes.loop.infer.settle`).
 """
 
 from __future__ import annotations
@@ -26,8 +26,9 @@ from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.impossible import better_but_impossible, impossible
 from friction_bayes.loop.infer.knocks import spans_of
 from friction_bayes.loop.infer.moving_record import LEAST_TURNS, LawAlongMotion, MovingRecord
-from friction_bayes.loop.infer.rounds import Round, settle
+from friction_bayes.loop.infer.rounds import Round
 from friction_bayes.loop.infer.sensor_noise import SensorNoise, weigh_sensor_noise
+from friction_bayes.loop.infer.settle import settle
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import SensorError
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth

@@ -1,12 +1,9 @@
-"""The rounds in which the law of one record settles.
+"""A round in which the law of one record settles, and those that may come after it.
 
 In each, the motion is smoothed with the law of the round before, in units of the frequency found there, and
 the effects are evaluated along it, until the law moves no more and the faults of the sensor stay where they
 are: one that jumps where the motion turns, such as a lag, is in the first motion, and moves its turning
-points. They settle without a random force first, and from the motion of Coulomb friction where the smoothed
-one does not lead to a law that leaves white noise; where a law leaves more than that, or a force is more
-probable, they settle with one too, and the larger evidence decides. Coloured noise is a rival where the
-spectrum shows it, and at last the force is searched for knocks.
+points.
 """
 
 from __future__ import annotations
@@ -30,8 +27,7 @@ from friction_bayes.loop.infer.finer_shapes import finer_shapes
 from friction_bayes.loop.infer.impossible import integrate_possible
 from friction_bayes.loop.infer.knocks import next_knock
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
-from friction_bayes.loop.infer.sensor_noise import weigh_sensor_noise
-from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_of, is_coloured
+from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_of
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError, find_sensor_error
 from friction_bayes.loop.noise.robust_samples import LeftOut, come_anywhere, outlying
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
@@ -39,16 +35,10 @@ from friction_bayes.statespace.force_grid import GridPoint, Posterior, integrate
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import Motion
 
-__all__ = ["Round", "settle"]
+__all__ = ["Round"]
 
-_MOST_ROUNDS = 5
-"""Until a law has settled; as many again with every knock that is let off."""
 _AUDIBLE = 1.01
 """Noise over the least that there can be from which on it is noise, and no rounding."""
-_MOST_LOOKS = 12
-"""For a knock, each of which may take a few: what still calls for one then is no accident."""
-_MOST_FILTERS = 3
-"""Until the same filter is found again along the motion behind it."""
 _SETTLED = 2e-3
 """Correction of the stiffness above which the effects are evaluated once more."""
 _MOVED = 0.2
@@ -244,7 +234,7 @@ class Round:
         return find_sensor_error(self.found.regression, self._posterior, self.found.prior, self.found.w0)
 
     @property
-    def _left(self) -> Array:
+    def left(self) -> Array:
         """What the law leaves of the samples that are used, natural units."""
         regression = self.found.regression
         return regression.residual(self._law)[np.isfinite(regression.clock.variance)]
@@ -252,7 +242,7 @@ class Round:
     @property
     def _colour(self) -> Colour | None:
         """Colour of what the law leaves; None where that is white."""
-        return colour_of(self._left, int(np.count_nonzero(self._law)))
+        return colour_of(self.left, int(np.count_nonzero(self._law)))
 
     @property
     def _colour_near_motion(self) -> Colour:
@@ -260,64 +250,34 @@ class Round:
         clock = self.found.regression.clock
         phase = clock.phase[np.isfinite(clock.variance)]
         return colour_near_motion(
-            self._left, phase, self.whole.segment.order, int(np.count_nonzero(self._law))
+            self.left, phase, self.whole.segment.order, int(np.count_nonzero(self._law))
         )
 
-    def coloured(self, other: Round, allowed: Sequence[str]) -> Round | None:
-        """The same under coloured noise; None where that is less probable than another, or there is none.
-
-        Where it is asked for, coloured noise need only be there.
-        """
-        decay = self.whole.segment.decay
-        if self.noise != "auto":
-            return self.in_its_colour() if self._may_be_coloured else None
-        if not is_coloured(self._left, decay.step, decay.frequency):
-            return None
-        as_it_is = self.as_it_is(allowed)
-        return None if as_it_is is None or other.holds_against(as_it_is, allowed) else as_it_is
-
     @property
-    def _may_be_coloured(self) -> bool:
+    def may_be_coloured(self) -> bool:
         """Whether what the law leaves has a colour, and is more than the sensor's rounding."""
         regression = self.found.regression
         audible = self._best.noise > _AUDIBLE * regression.least_noise
         return audible and regression.clock.even and self._colour is not None
 
-    def as_it_is(self, allowed: Sequence[str]) -> Round | None:
-        """The same under noise of the colour that its law leaves, whatever stands for that; None for none."""
-        colour = self._colour
-        return _settled(self._under(colour), allowed) if colour and self._may_be_coloured else None
-
-    def holds_against(self, other: Round, allowed: Sequence[str]) -> bool:
-        """Whether it is more probable than another, on the samples that both have.
-
-        It is taken with the noise that goes best with it, growing and with outliers too, and with the lines
-        that were found beside the other.
-        """
-        alike = _better(self, self._with_lines(other.lines, allowed)) or self
-        used = [np.isfinite(each.whole.variance) for each in (alike, other)]
-        mine, its = (each._without(~used[0] | ~used[1]) for each in (alike, other))
-        if mine is None or its is None or its.log_evidence <= mine.log_evidence:
-            return True
-        record = mine.whole.setting_aside(mine.ceiling)
-        noise = weigh_sensor_noise(record, mine.found, mine.outliers, allowed)[2]
-        return its.log_evidence <= mine.log_evidence + noise.log_total
-
-    def _with_lines(self, lines: tuple[Line, ...], allowed: Sequence[str]) -> Round | None:
-        """The same where some lines may be there; None where they are the ones that it knows."""
-        if {line.effect for line in lines} <= {line.effect for line in self.lines}:
-            return None
+    def with_lines(self, lines: tuple[Line, ...]) -> Round | None:
+        """The same where these lines may be there."""
         again = replace(self, lines=lines)
         found = again._along(self.whole)
-        return None if found is None else _settled(replace(again, found=found), allowed)
+        return None if found is None else replace(again, found=found)
 
-    def _without(self, samples: Mask) -> Round | None:
+    def without(self, samples: Mask) -> Round | None:
         """The same without some samples, shape (n,)."""
         if not np.isfinite(self.whole.variance[samples]).any():
             return self
         whole = self.whole.setting_aside(samples)
         found = self._along(whole)
         return None if found is None else replace(self, whole=whole, found=found)
+
+    def in_its_colour(self) -> Round | None:
+        """The same under noise of the colour that its law leaves, whatever stands for that."""
+        colour = self._colour
+        return None if colour is None else self._under(colour)
 
     def _under(self, error: Colour) -> Round | None:
         """The same round with noise of a colour."""
@@ -341,8 +301,8 @@ class Round:
         record = whole.setting_aside(self.aside)
         return record.along(self.motion, self.found.w0, self.lines, about=self.found.law.about)
 
-    def in_its_colour(self) -> Round | None:
-        """The same under noise of the colour that its law leaves, nowhere below its level at the motion's."""
+    def in_its_colour_near_motion(self) -> Round | None:
+        """The same, the noise nowhere below its level near the motion's frequency."""
         return self._under(self._colour_near_motion)
 
     def _set_aside(self, smoothed: Motion, allowed: Sequence[str]) -> tuple[Mask, Mask]:
@@ -388,87 +348,3 @@ class Round:
         whole = replace(self.whole, jump=jump)
         found = self._along(whole)
         return None if found is None else replace(self, whole=whole, found=found, alone=False)
-
-
-def settle(whole: MovingRecord, allowed: Sequence[str], noise: str, *, filters: bool = True) -> Round | None:
-    """Go on until the law of a record has settled and the force calls for no other knock.
-
-    Parameters
-    ----------
-    whole : MovingRecord
-    allowed : sequence of str
-        Effects that may act.
-    noise : {"auto", "white", "ar"}
-        What the noise of the sensor may be.
-    filters : bool
-        Whether one is looked for that the record went through; behind one that is known none is.
-
-    Returns
-    -------
-    Round or None
-        The last; None where one holds too few turning points.
-    """
-    first = Round.first(whole, noise)
-    still = _settled(first, allowed)
-    if whole.filter is not None:
-        return None if still is None else _settled(still.in_its_colour(), allowed) or still
-    if still is None or not still.with_force.is_all:
-        # far from where it starts a law that is settled step by step may not arrive
-        still = _better(still, _settled(Round.about_coulomb(whole, noise), allowed))
-    latest = None if still is None else still.with_force
-    if first is not None and (latest is None or not latest.is_all):
-        free = _settled(first.with_force, allowed)
-        # beside its own motion, which is exact, a law does not call for what made up for an inexact one
-        if still is None or _better(still, free) is free:
-            latest = free
-    if latest is not None and still is not None and noise != "white":
-        behind = _behind_filter(still, latest, allowed) if filters and not latest.is_all else None
-        coloured = _better(still.coloured(latest, allowed), behind)
-        if coloured is not None:
-            latest = _settled(coloured.in_its_colour(), allowed) or latest
-    looks = _MOST_LOOKS if latest is not None and latest.found.prior.none < 1.0 else 0
-    while latest is not None and looks > 0:
-        jump = latest.next_knock()
-        if jump is None:
-            break
-        looks = looks - 1 if jump.any() else 0
-        latest = _settled(latest.jumping(jump if looks > 0 else np.zeros_like(jump)), allowed)
-    return latest
-
-
-def _behind_filter(still: Round, other: Round, allowed: Sequence[str]) -> Round | None:
-    """A law behind the filter that a record went through; None where another is more probable, or none is.
-
-    The filter is found along the motion of Coulomb friction, and anew along the motion behind it.
-    """
-    latest = Round.about_coulomb(still.whole, still.noise) or still
-    for _ in range(_MOST_FILTERS):
-        behind = latest.behind_filter()
-        if behind is None or behind.whole.filter == latest.whole.filter:
-            break
-        settled = _settled(behind, allowed)
-        if settled is None:
-            return None
-        latest = settled
-    if latest.whole.filter is None:
-        return None
-    latest = _better(latest, latest.as_it_is(allowed)) or latest
-    return None if other.holds_against(latest, allowed) else latest
-
-
-def _better(one: Round | None, other: Round | None) -> Round | None:
-    """The round of the larger evidence."""
-    if one is None or other is None:
-        return one or other
-    return max((one, other), key=lambda each: each.log_evidence)
-
-
-def _settled(latest: Round | None, allowed: Sequence[str]) -> Round | None:
-    """Go on from a round until the next says the same."""
-    for _ in range(_MOST_ROUNDS):
-        if latest is None:
-            break
-        before, latest = latest, latest.following(allowed)
-        if latest is not None and before.stays(latest):
-            break
-    return latest

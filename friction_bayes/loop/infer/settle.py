@@ -1,0 +1,142 @@
+"""The rounds of one record, until its law has settled, and the rivals that it settles beside.
+
+A law settles without a random force first, and from the motion of Coulomb friction where the smoothed one
+does not lead to a law that leaves white noise; where a law leaves more than that, or a force is more
+probable, it settles with one too, and the larger evidence decides. Rivals of both are coloured noise, where
+the spectrum shows it, and a filter that the record went through, behind which the noise has a colour too.
+Under the one that is the most probable the law settles once more, the noise nowhere below its level near the
+motion's frequency. At last the force is searched for knocks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from friction_bayes.loop.infer.moving_record import MovingRecord
+from friction_bayes.loop.infer.rounds import Round
+from friction_bayes.loop.infer.sensor_noise import weigh_sensor_noise
+from friction_bayes.loop.noise.colour import is_coloured
+
+__all__ = ["settle"]
+
+_MOST_ROUNDS = 5
+"""Until a law has settled; as many again with every knock that is let off."""
+_MOST_LOOKS = 12
+"""For a knock, each of which may take a few: what still calls for one then is no accident."""
+_MOST_FILTERS = 3
+"""Until the same filter is found again along the motion behind it."""
+
+
+def settle(whole: MovingRecord, allowed: Sequence[str], noise: str, *, filters: bool = True) -> Round | None:
+    """Go on until the law of a record has settled and the force calls for no other knock.
+
+    Parameters
+    ----------
+    whole : MovingRecord
+    allowed : sequence of str
+        Effects that may act.
+    noise : {"auto", "white", "ar"}
+        What the noise of the sensor may be.
+    filters : bool
+        Whether one is looked for that the record went through; behind one that is known none is.
+
+    Returns
+    -------
+    Round or None
+        The last; None where one holds too few turning points.
+    """
+    first = Round.first(whole, noise)
+    still = _settled(first, allowed)
+    if whole.filter is not None:
+        return None if still is None else _settled(still.in_its_colour_near_motion(), allowed) or still
+    if still is None or not still.with_force.is_all:
+        # far from where it starts a law that is settled step by step may not arrive
+        still = _better(still, _settled(Round.about_coulomb(whole, noise), allowed))
+    latest = None if still is None else still.with_force
+    if first is not None and (latest is None or not latest.is_all):
+        free = _settled(first.with_force, allowed)
+        # beside its own motion, which is exact, a law does not call for what made up for an inexact one
+        if still is None or _better(still, free) is free:
+            latest = free
+    if latest is not None and still is not None and noise != "white":
+        best, coloured = latest, _coloured(still, allowed)
+        if coloured is not None and (noise == "ar" or not _holds_against(latest, coloured, allowed)):
+            best = coloured
+        behind = _behind_filter(still, allowed) if filters and not latest.is_all else None
+        if behind is not None and not _holds_against(best, behind, allowed):
+            best = behind
+        if best is not latest:
+            latest = _settled(best.in_its_colour_near_motion(), allowed) or latest
+    looks = _MOST_LOOKS if latest is not None and latest.found.prior.none < 1.0 else 0
+    while latest is not None and looks > 0:
+        jump = latest.next_knock()
+        if jump is None:
+            break
+        looks = looks - 1 if jump.any() else 0
+        latest = _settled(latest.jumping(jump if looks > 0 else np.zeros_like(jump)), allowed)
+    return latest
+
+
+def _coloured(still: Round, allowed: Sequence[str]) -> Round | None:
+    """The law under coloured noise; None where the spectrum shows none, and none is asked for."""
+    decay = still.whole.segment.decay
+    shows = still.noise == "ar" or is_coloured(still.left, decay.step, decay.frequency)
+    if not (shows and still.may_be_coloured):
+        return None
+    return _settled(still.in_its_colour(), allowed)
+
+
+def _behind_filter(still: Round, allowed: Sequence[str]) -> Round | None:
+    """The law behind the filter that a record went through; None where there is none.
+
+    The filter is found along the motion of Coulomb friction, and anew along the motion behind it.
+    """
+    latest = Round.about_coulomb(still.whole, still.noise) or still
+    for _ in range(_MOST_FILTERS):
+        behind = latest.behind_filter()
+        if behind is None or behind.whole.filter == latest.whole.filter:
+            break
+        settled = _settled(behind, allowed)
+        if settled is None:
+            return None
+        latest = settled
+    if latest.whole.filter is None:
+        return None
+    return _better(latest, _settled(latest.in_its_colour(), allowed) if latest.may_be_coloured else None)
+
+
+def _holds_against(one: Round, other: Round, allowed: Sequence[str]) -> bool:
+    """Whether a round is more probable than another, on the samples that both have.
+
+    It is taken with the noise that goes best with it, growing and with outliers too, and with the lines that
+    were found beside the other.
+    """
+    if not {line.effect for line in other.lines} <= {line.effect for line in one.lines}:
+        one = _better(one, _settled(one.with_lines(other.lines), allowed)) or one
+    used = [np.isfinite(each.whole.variance) for each in (one, other)]
+    mine, its = (each.without(~used[0] | ~used[1]) for each in (one, other))
+    if mine is None or its is None or its.log_evidence <= mine.log_evidence:
+        return True
+    record = mine.whole.setting_aside(mine.ceiling)
+    noise = weigh_sensor_noise(record, mine.found, mine.outliers, allowed)[2]
+    return its.log_evidence <= mine.log_evidence + noise.log_total
+
+
+def _better(one: Round | None, other: Round | None) -> Round | None:
+    """The round of the larger evidence."""
+    if one is None or other is None:
+        return one or other
+    return max((one, other), key=lambda each: each.log_evidence)
+
+
+def _settled(latest: Round | None, allowed: Sequence[str]) -> Round | None:
+    """Go on from a round until the next says the same."""
+    for _ in range(_MOST_ROUNDS):
+        if latest is None:
+            break
+        before, latest = latest, latest.following(allowed)
+        if latest is not None and before.stays(latest):
+            break
+    return latest
