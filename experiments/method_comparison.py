@@ -179,6 +179,8 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=summary_rows,
     beside="normal-gamma, highest",
+    paired=("condition",),
+    common_records=True,
     details=detail_lines,
 )
 

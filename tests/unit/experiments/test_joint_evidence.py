@@ -19,9 +19,11 @@ def test_combined_test_has_its_level(rng: np.random.Generator) -> None:
     assert np.mean(np.array(found) < 0.1) == pytest.approx(0.1, abs=0.03)
 
 
-def test_errors_are_those_of_repeated_samples(rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("draws", [3, 1], ids=["noise of its own", "one draw scaled"])
+def test_errors_are_those_of_repeated_samples(draws: int, rng: np.random.Generator) -> None:
     stated = (0.1, 0.02, 0.3)
-    found = [together(abs(rng.normal(size=(3, 200))), stated) for _ in range(300)]
+    levels = np.ones((3, 1))
+    found = [together(levels * abs(rng.normal(size=(draws, 200))), stated) for _ in range(300)]
     scatter = np.std([joint.fisher for joint in found], ddof=1)
     assert scatter == pytest.approx(np.mean([joint.fisher_error for joint in found]), rel=0.3)
     product = np.std([joint.product for joint in found], ddof=1)
