@@ -179,8 +179,6 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=summary_rows,
     beside="normal-gamma, highest",
-    paired=("condition",),
-    common_records=True,
     details=detail_lines,
 )
 
