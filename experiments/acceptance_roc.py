@@ -285,7 +285,6 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    common_records=True,
 )
 
 if __name__ == "__main__":

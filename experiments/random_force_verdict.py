@@ -264,7 +264,6 @@ EXPERIMENT = Experiment(
     details=details,
     beside="normal-gamma, highest",
     paired=("condition", "noise", "size", "time"),
-    common_records=True,
 )
 
 if __name__ == "__main__":
