@@ -151,6 +151,16 @@ def _shown_record_rows(at_level: xr.Dataset, name: str) -> list[Row]:
     if "waveform" in methods:
         noise = at_level.sel({"method": "waveform"})["noise_sd"]
         rows.append(compared(f"{name}: noise of a sample, waveform", noise, PAPER_RMSE, unit="m"))
+        error = at_level["error"].sel({"method": "waveform"}).dropna("replicate")
+        ratio = float(np.sqrt((error**2).mean()) / at_level["bound"])
+        rows.append(
+            Row(
+                f"{name}: RMS error over the Cramer-Rao bound, waveform",
+                with_error(ratio, ratio / math.sqrt(2.0 * error.size)),
+                "",
+                "by all parameters unknown; every level has the same draws, and so the same chance",
+            )
+        )
     return rows
 
 
