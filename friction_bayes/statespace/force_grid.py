@@ -398,8 +398,8 @@ def integrate(
     density = _Density(problem, prior)
     if only_mode and near is not None:
         density(density.place(near))
-        mode = _climb(density, math.log(prior.tau_low), math.log(prior.tau_high))
-        return Posterior(problem, [*points, density.point(mode, 0.0)])
+        place = _climb(density, math.log(prior.tau_low), math.log(prior.tau_high))
+        return Posterior(problem, [*points, density.point(place, 0.0)])
     modes = _modes(density, noise, near)
     if only_mode:
         return Posterior(problem, [*points, density.point(modes[0].place, 0.0)])
