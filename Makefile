@@ -43,10 +43,11 @@ $(VENV)/.test: pyproject.toml
 	$(INSTALL) --editable ".[test]"
 	@touch $@
 
+# brings what the tests need too
 $(VENV)/.dev: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(INSTALL) --editable ".[dev]"
-	@touch $@
+	@touch $@ $(VENV)/.test
 
 $(VENV)/.docs: pyproject.toml
 	$(PYTHON) -m venv $(VENV)

@@ -125,6 +125,8 @@ def _tell_archived(experiments: Sequence[Experiment], options: argparse.Namespac
         return
     for name, text in sections.items():
         print(f"## {name}\n{text}")
+    if left := sorted(all_experiments().keys() - archived(options.from_archive)):
+        print(f"no results in {options.from_archive}: {', '.join(left)}", file=sys.stderr)
 
 
 def main(argv: Sequence[str] | None = None) -> None:

@@ -20,7 +20,9 @@ def section(record: Mapping[str, Any], tables: str) -> str:
     tables : str
         In Markdown.
     """
-    how = f"`{record['command']}`, seed {record['seed']}, {record['options']['cells']} cells."
+    options = record["options"]
+    command = f"{record['command']}{' --full' if options['full'] else ''}"
+    how = f"`{command}`, seed {record['seed']}, {options['cells']} cells."
     return f"\n{how}\n\n{tables}\n"
 
 

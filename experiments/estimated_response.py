@@ -158,6 +158,8 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
+    paired=("data_set",),
+    common_records=True,
 )
 
 if __name__ == "__main__":

@@ -57,7 +57,7 @@ class Config:
     """Choices, records a choice, how many go through emcee, and the noise that the paper states [m]."""
 
     choices: tuple[str, ...] = tuple(CHOICES)
-    records: int = 60
+    records: int = 200
     records_full: int = 400
     checked: int = CHECKED
     noise_sd: float = printed("example-noise")
@@ -148,6 +148,7 @@ EXPERIMENT = Experiment(
     assemble=assemble,
     rows=rows,
     paired=("choice",),
+    common_records=True,
 )
 
 if __name__ == "__main__":

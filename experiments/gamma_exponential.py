@@ -128,6 +128,8 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
+    paired=("friction",),
+    common_records=True,
 )
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ __all__ = ["Joint", "together"]
 
 @dataclass(frozen=True)
 class Joint:
-    """Several errors together, each on a record of its own.
+    """Several errors together, each on a record of its own in the paper.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Joint:
         Chance of a product as small, by Fisher's combined test: the smallest of many products is small
         by itself.
     relative_error : float
-        Monte Carlo error of the product, relative.
+        Monte Carlo error of the product, relative; shares that are counted on the same records err together.
     """
 
     shares: tuple[float, ...]
@@ -51,19 +51,20 @@ def together(errors: Array, stated: Sequence[float]) -> Joint:
     Parameters
     ----------
     errors : ndarray, shape (levels, records)
-        Sizes; nan where a record gives none.
+        Sizes; nan where a record gives none. A column may be one draw of noise at every level.
     stated : sequence of float
         The paper's, in the same unit.
     """
-    shares, variance = [], 0.0
-    for found, paper in zip(errors, stated, strict=True):
-        known = found[np.isfinite(found)]
-        share = float((known <= paper).sum() + 1) / (known.size + 1)
-        shares.append(share)
-        variance += (1.0 - share) / (known.size * share)
+    known = np.isfinite(errors)
+    close = known & (errors <= np.asarray(stated)[:, None])
+    counts = known.sum(axis=1)
+    shares = (close.sum(axis=1) + 1) / (counts + 1)
+    covariance = np.cov(close) / np.outer(shares, shares)
+    # the share itself is never zero, so that neither is its error
+    np.fill_diagonal(covariance, (1.0 - shares) / shares)
     return Joint(
-        shares=tuple(shares),
-        product=math.prod(shares),
+        shares=tuple(shares.tolist()),
+        product=float(np.prod(shares)),
         fisher=float(stats.combine_pvalues(shares, method="fisher").pvalue),
-        relative_error=math.sqrt(variance),
+        relative_error=math.sqrt((covariance / np.sqrt(np.outer(counts, counts))).sum()),
     )

@@ -68,6 +68,7 @@ PARTS: Mapping[str, Callable[[str], str]] = {
     # of a remark, the range or the figure that it ends in
     "last": lambda cell: cell.rpartition(": ")[2],
     "refused": lambda cell: re.findall(r"refuses (\d+ %)", cell)[0],
+    "negative": lambda cell: re.findall(r"(\d+ %) of the samples are negative", cell)[0],
     "mass": lambda cell: re.findall(r"[\d.]+ kg", cell)[0],
     # of "RMS error, coverage, width", and of a remark that begins "RMS 8 %;"
     "RMS": lambda cell: re.sub(r"^(error.*, )?RMS ", "", re.split(r"; |, covers", cell)[0]),

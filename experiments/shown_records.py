@@ -56,8 +56,10 @@ CASES = ("example", "1", "2", "2-reduced, 1000 Hz", "2-reduced, 100 Hz", "2-redu
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
-    """One case a cell; all of data set 2 are cut from one run."""
-    return [{"case": case, "run": case.split(",")[0].removesuffix("-reduced")} for case in CASES]
+    """One case a cell, of the first run of all experiments; all of data set 2 are cut from one."""
+    return [
+        {"case": case, "run": case.split(",")[0].removesuffix("-reduced"), "replicate": 0} for case in CASES
+    ]
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
@@ -242,7 +244,8 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
-    paired=("case",),
+    paired=("case", "run"),
+    common_records=True,
 )
 
 if __name__ == "__main__":

@@ -48,7 +48,7 @@ FIGURE = PaperFigure(
     caption=(
         "RMS error of friction on the paper's example, and the Cramér-Rao bound of the same record over "
         "the mean square error, with Monte Carlo errors; 200 records at 21.6, 20, 14.7 and 8.6 dB, 40 "
-        "elsewhere."
+        "elsewhere. A record has one draw of noise at every level: chance moves all levels together."
     ),
     draw=draw,
 )

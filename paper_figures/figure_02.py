@@ -16,7 +16,7 @@ FIGURE = PaperFigure(
     ),
     caption=(
         "one record of the example, by both readings of a peak; the shading is the posterior by nominal "
-        "peaks. The region shrinks as in the paper, and by nominal peaks lies at its precision; by the "
+        "peaks. The region shrinks as in the paper, and is nearer to its precision by nominal peaks; by the "
         "highest samples precision is several times larger. The friction interval is several times wider "
         "than the errors ask for." + DRAWN_PRIOR
     ),

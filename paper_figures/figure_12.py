@@ -16,7 +16,7 @@ FIGURE = PaperFigure(
     ),
     caption=(
         "one run of the twin. The region is wider, as in the paper; five or six amplitudes leave friction "
-        "anywhere within some 15 %." + DRAWN_PRIOR
+        "anywhere within some 15 % (highest) or 30 % (nominal)." + DRAWN_PRIOR
     ),
     draw=lambda results: prior_and_posterior(results["shown_records"].sel(case="2-reduced, 1000 Hz")),
 )

@@ -138,6 +138,9 @@ class Target:
         The data of the likelihood.
     observed_name : str
         Its name in ``observed_data``.
+    humps : tuple of (ndarray (d,), ndarray (d, d))
+        Location and covariance of each mode of the closed form, where it has several that lie apart: a
+        sampler has to propose the way from one to another. Empty where it has one.
     """
 
     names: tuple[str, ...]
@@ -152,3 +155,4 @@ class Target:
     prior_draws: Callable[[np.random.Generator, int], Array]
     observed: Array
     observed_name: str
+    humps: tuple[tuple[Array, Array], ...] = ()

@@ -38,7 +38,16 @@ from friction_bayes.statespace.subset_evidence import (
     weigh_sets,
 )
 
-__all__ = ["ForcePrior", "GridPoint", "Posterior", "Problem", "Weighable", "at_resonance", "integrate"]
+__all__ = [
+    "ForcePrior",
+    "GridPoint",
+    "Posterior",
+    "Problem",
+    "Weighable",
+    "at_resonance",
+    "integrate",
+    "valleys",
+]
 
 _REACH = (0.003, 30.0)
 """Sizes of the force, over the prior's median, between which its modes are sought."""
@@ -452,7 +461,7 @@ def _modes(density: _Density, noise: float, near: GridPoint | None) -> list[_Mod
     """Modes that count, the best first: climbed to within each stretch of correlation times that has one."""
     crest = _crest(density, noise, near)
     prior = density.prior
-    bounds = [math.log(prior.tau_low), *crest[_valleys(crest[:, 2]), 1], math.log(prior.tau_high)]
+    bounds = [math.log(prior.tau_low), *crest[valleys(crest[:, 2]), 1], math.log(prior.tau_high)]
     stretches = list(pairwise(bounds))
     tops = [crest[(crest[:, 1] >= low) & (crest[:, 1] <= high), 2].max() for low, high in stretches]
     found = [
@@ -509,7 +518,7 @@ def _best_size(density: _Density, size: float, log_tau: float, step: float) -> t
     return size + (k + offset) * step, value - 0.5 * bend * offset**2
 
 
-def _valleys(heights: Array) -> list[int]:
+def valleys(heights: Array) -> list[int]:
     """Indices of the lowest places between modes, see :data:`_DEPTH`."""
     padded = np.pad(heights, 1, constant_values=-math.inf)
     peaks = np.flatnonzero((heights > padded[:-2]) & (heights >= padded[2:]))

@@ -22,9 +22,9 @@ import numpy as np
 from scipy.special import logsumexp
 
 from friction_bayes.conjugate.likelihood import Target, signal_log_likelihood
-from friction_bayes.core.arrays import Array, Integers
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.errors import InputError
-from friction_bayes.statespace.force_grid import ForcePrior, Problem, at_resonance
+from friction_bayes.statespace.force_grid import ForcePrior, Problem, at_resonance, valleys
 from friction_bayes.statespace.interpolated_sums import InterpolatedSums
 from friction_bayes.statespace.kalman import Whitened, shown
 from friction_bayes.statespace.regression import LawRegression
@@ -108,7 +108,7 @@ def force_target(
     """
     axes = _axes(regression.problem, prior, regression.motion.noise)
     sums = InterpolatedSums.over(axes, lambda u, log_tau: regression.whiten_at(*_force(u, log_tau)))
-    centre, covariance = _moments(regression, prior, axes, sums)
+    centre, covariance, humps = _moments(regression, prior, axes, sums)
     forced = _Forced(regression, prior, sums, natural, blocks, signal, unit)
     return Target(
         names=(*regression.names, "log_variance", "log_force_sd", "log_correlation_time"),
@@ -123,6 +123,7 @@ def force_target(
         prior_draws=no_prior_draws,
         observed=signal,
         observed_name="signal",
+        humps=humps,
     )
 
 
@@ -375,8 +376,11 @@ def _log_weight(found: WeighedSets, prior: ForcePrior, u: float, log_tau: float)
 
 def _moments(
     regression: LawRegression, prior: ForcePrior, axes: tuple[Array, Array], sums: InterpolatedSums
-) -> tuple[Array, Array]:
-    """Mean and covariance of the closed form in the sampler's coordinates, by sums over the grid."""
+) -> tuple[Array, Array, tuple[tuple[Array, Array], ...]]:
+    """Mean and covariance of the closed form in the sampler's coordinates, by sums over the grid.
+
+    And of each of its modes, where there are several: the correlation times between two valleys.
+    """
     p, scale = len(regression.names), regression.scale
     n = _samples(regression)
     places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -389,26 +393,40 @@ def _moments(
     change = (upper.mT @ right[:, :, None])[:, :, 0] - lam[:, None] * regression.reference
     moved = (inverse @ change[:, :, None])[:, :, 0]
     mean = regression.reference + moved
-    noise2 = np.maximum((_misfit(factors, -moved) + lam * (mean**2).sum(axis=1)) / n, quietest)
+    free_noise2 = (_misfit(factors, -moved) + lam * (mean**2).sum(axis=1)) / n
+    noise2 = np.maximum(free_noise2, quietest)
     log_tau = np.clip(places[:, 1], math.log(prior.tau_low), math.log(prior.tau_high))
     log_ratio = places[:, 0] - np.log(at_resonance(np.exp(log_tau)))
     log_q = log_ratio + 0.5 * np.log(noise2)
     weight = prior.log_density(np.exp(log_q), np.exp(log_tau)) - 0.5 * (log_determinant + n * np.log(noise2))
+    weight -= 0.5 * n * free_noise2 / noise2
     weight += 0.5 * p * np.log(lam) - 0.5 * np.linalg.slogdet(precision)[1]
-    weight = np.exp(weight - logsumexp(weight))
     each = np.column_stack([mean * scale, np.log(noise2), log_q, log_tau])
-    centre = weight @ each
-    away = each - centre
-    covariance = (weight[:, None] * away).T @ away
-    covariance[:p, :p] += np.einsum("g,gij->ij", weight * noise2, inverse) * np.outer(scale, scale)
-    # the noise variance given the place, and the force's sd with it
-    covariance[p : p + 2, p : p + 2] += np.array([[2.0, 1.0], [1.0, 0.5]]) / n
+
+    def moments(within: Mask) -> tuple[Array, Array]:
+        own = np.where(within, weight, -math.inf)
+        share = np.exp(own - logsumexp(own))
+        centre = share @ each
+        away = each - centre
+        covariance = (share[:, None] * away).T @ away
+        covariance[:p, :p] += np.einsum("g,gij->ij", share * noise2, inverse) * np.outer(scale, scale)
+        # the noise variance given the place, and the force's sd with it
+        covariance[p : p + 2, p : p + 2] += np.array([[2.0, 1.0], [1.0, 0.5]]) / n
+        return centre, covariance
+
+    centre, covariance = moments(np.ones(len(weight), dtype=np.bool_))
+    crest = weight.reshape(axes[0].size, axes[1].size).max(axis=0)
+    stretch = np.searchsorted(axes[1][valleys(crest)], places[:, 1])
+    humps = [moments(stretch == k) for k in range(stretch.max() + 1)] if stretch.any() else []
+    for _, spread in humps:
+        # one may be narrower than a cell
+        spread[-2:, -2:] += np.diag([(axis[1] - axis[0]) ** 2 / 12.0 for axis in axes])
     # where the sampler starts has to lie inside the support
     sd = np.sqrt(np.diag(covariance))
     centre[:p] = np.where(regression.positive, np.maximum(centre[:p], 0.5 * sd[:p]), centre[:p])
     if quietest > 0.0:
         centre[p] = max(centre[p], math.log(quietest) + 0.5 * sd[p])
-    return centre, covariance
+    return centre, covariance, tuple(humps)
 
 
 def _closed_form(problem: Problem, prior: ForcePrior, n: int, theta: Array) -> float:

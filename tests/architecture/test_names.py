@@ -1,4 +1,4 @@
-"""Unit tests lie in a folder named like what they test; documents name files that are there."""
+"""Unit tests lie in a folder named like what they test; documents name files and sources that are there."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ DOCUMENTS = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")]
 FILE = re.compile(
     r"\b(?:tests|friction_bayes|experiments|paper_figures|benchmarks)/[\w/.-]+\.(?:py|toml|css)\b"
 )
+DOI = re.compile(r"\b10\.\d{4,5}/[\w./-]*\w")
 
 
 @pytest.mark.parametrize("path", UNIT, ids=lambda path: f"{path.parent.name}/{path.stem}")
@@ -33,3 +34,12 @@ def test_documents_name_files_that_are_there() -> None:
     }
     assert ("monitor.md", "tests/statistical/test_remaining_life.py") in named
     assert [each for each in sorted(named) if not (ROOT / each[1]).is_file()] == []
+
+
+def test_sources_of_the_documents_are_in_the_bibliography() -> None:
+    bibliography = (ROOT / "paper.bib").read_text(encoding="utf-8")
+    entries = re.split(r"^(?=@)", bibliography, flags=re.MULTILINE)[1:]
+    assert [entry for entry in entries if entry.count("{") != entry.count("}")] == []
+    listed = set(re.findall(r"doi = \{([^}]+)\}", bibliography))
+    cited = {doi for path in DOCUMENTS for doi in DOI.findall(path.read_text(encoding="utf-8"))}
+    assert cited == listed

@@ -7,7 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from experiments import reduced_data_set, residuals_traced, sampling_rate_sweep
+from experiments import (
+    data_used,
+    example_choices,
+    gamma_exponential,
+    noise_sweep,
+    reduced_data_set,
+    residuals_traced,
+    sampling_rate_sweep,
+    shown_records,
+)
 from experiments.joint_evidence import together
 from experiments.runner import _cell_seed
 
@@ -19,14 +28,33 @@ def test_combined_test_has_its_level(rng: np.random.Generator) -> None:
     assert np.mean(np.array(found) < 0.1) == pytest.approx(0.1, abs=0.03)
 
 
-def test_errors_are_those_of_repeated_samples(rng: np.random.Generator) -> None:
+@pytest.mark.parametrize("draws", [3, 1], ids=["noise of its own", "one draw scaled"])
+def test_errors_are_those_of_repeated_samples(draws: int, rng: np.random.Generator) -> None:
     stated = (0.1, 0.02, 0.3)
-    found = [together(abs(rng.normal(size=(3, 200))), stated) for _ in range(300)]
+    levels = np.ones((3, 1))
+    found = [together(levels * abs(rng.normal(size=(draws, 200))), stated) for _ in range(300)]
     scatter = np.std([joint.fisher for joint in found], ddof=1)
     assert scatter == pytest.approx(np.mean([joint.fisher_error for joint in found]), rel=0.3)
     product = np.std([joint.product for joint in found], ddof=1)
     expected = np.mean([joint.product * joint.relative_error for joint in found])
     assert product == pytest.approx(expected, rel=0.3)
+
+
+def test_the_example_is_one_set_of_records() -> None:
+    asked = {
+        noise_sweep.EXPERIMENT: {"snr_db": 21.59, "check": True},
+        example_choices.EXPERIMENT: {"choice": "100 Hz", "check": False},
+        gamma_exponential.EXPERIMENT: {"friction": 0.07, "check": False},
+        data_used.EXPERIMENT: {"check": True},
+        shown_records.EXPERIMENT: {"case": "example", "run": "example"},
+    }
+    seeds = [
+        {int(_cell_seed(one, cell | {"replicate": i}, 1).generate_state(1)[0]) for one, cell in asked.items()}
+        for i in range(2)
+    ]
+    assert [len(found) for found in seeds] == [1, 1]
+    assert seeds[0] != seeds[1]
+    assert noise_sweep.noise_of(21.59, noise_sweep.Config()) == 5e-4
 
 
 def test_one_condition_has_one_record_wherever_it_is_asked() -> None:

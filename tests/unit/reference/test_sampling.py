@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from arviz_stats import ess, loo, rhat, summary
 from arviz_stats.base import array_stats
+from scipy.special import logsumexp
 
 import friction_bayes as fb
 from decays import SYSTEM, short_decay
@@ -243,3 +244,38 @@ def test_from_a_record() -> None:
     assert tree.attrs["friction_unit"] == "N"
     assert tree.attrs["method"] == "waveform"
     assert tree.attrs["wall_time_s"] > 0.0
+
+
+def two_humps(apart: float, small: float) -> Target:
+    """A mixture of two normals that no walker crosses between by steps of its own."""
+    near, far = np.zeros(2), np.array([apart, -apart])
+    spread = np.diag([1.0, 0.04])
+    shares, centres = np.array([1.0 - small, small]), np.array([near, far])
+
+    def log_prob(theta: np.ndarray) -> np.ndarray:
+        away = theta[:, None, :] - centres
+        return logsumexp(-0.5 * (away**2 / np.diag(spread)).sum(axis=2), b=shares, axis=1)
+
+    centre = shares @ centres
+    between = (centres - centre).T @ (shares[:, None] * (centres - centre))
+    return replace(
+        normal_gamma_target(PRIOR, SAMPLES),
+        log_prob=log_prob,
+        centre=centre,
+        covariance=spread + between,
+        humps=tuple((each, spread) for each in centres),
+    )
+
+
+def test_humps_that_lie_apart_have_their_share() -> None:
+    """Walkers that start in the lesser of two modes would count as many of the draws for good."""
+    share = []
+    for seed in range(2):
+        run = Ensembles(two_humps(40.0, 0.02), seed=seed, ensembles=4, walkers=32)
+        run.advance(600)
+        far = run.coordinates(burn_in=100)[..., 0] > 20.0
+        share.append(far.mean())
+        # every walker has been in the better one
+        assert not far.all(axis=1).any()
+    # a walker changes its hump every few steps: 128,000 draws count for a tenth at the least
+    assert np.mean(share) == pytest.approx(0.02, abs=4.0 * np.sqrt(0.02 * 0.98 / 12_800))

@@ -140,12 +140,14 @@ def test_closed_form_and_sampler_differ_by_one_constant(order, positive, rng) ->
     assert np.ptp(difference - honest + at_noise_found - 0.5 * theta[:, -3]) > 0.1
 
 
-def test_centre_and_covariance_are_those_of_a_fine_grid(rng) -> None:
-    """The grid's own moments of friction against a weighted sum over another grid, in other coordinates."""
+@pytest.mark.parametrize("least_noise", [0.0, 1.3 * NOISE], ids=["any noise", "noise at its least"])
+def test_centre_and_covariance_are_those_of_a_fine_grid(least_noise: float, rng) -> None:
+    """The grid's own moments against a weighted sum over another grid, in other coordinates."""
     regression, prior = problem(0, rng)
+    regression = replace(regression, least_noise=least_noise)
     target = target_of(regression, prior)
     low, high = math.log(prior.tau_low), math.log(prior.tau_high)
-    weight, mean, variance = [], [], []
+    weight, mean, variance, log_tau = [], [], [], []
     for ratio in np.exp(np.linspace(-1.5, 3.0, 60)):
         for tau in np.exp(np.linspace(low + 1e-9, high - 1e-9, 40)):
             found = regression.problem.weigh(ratio, tau)
@@ -154,12 +156,17 @@ def test_centre_and_covariance_are_those_of_a_fine_grid(rng) -> None:
             location, scale2 = regression.problem.marginals(point, 0)
             mean.append(location[2] * 6.0)
             variance.append(scale2[2] * 36.0)
+            log_tau.append(math.log(tau))
     share = np.exp(np.array(weight) - max(weight))
     share /= share.sum()
     average = share @ mean
     sd = math.sqrt(share @ (np.array(variance) + (np.array(mean) - average) ** 2))
     assert target.centre[2] == pytest.approx(average, abs=0.02 * sd)
     assert math.sqrt(target.covariance[2, 2]) == pytest.approx(sd, rel=0.02)
+    time = share @ log_tau
+    spread = math.sqrt(share @ (np.array(log_tau) - time) ** 2)
+    assert target.centre[-1] == pytest.approx(time, abs=0.1 * spread)
+    assert target.humps == ()
 
 
 def test_nothing_outside_the_support(rng) -> None:
