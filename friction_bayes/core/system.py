@@ -215,6 +215,13 @@ class Pendulum(Oscillator):
 
     def _take_length(self, length: float) -> None:
         """Inertia and stiffness of a simple pendulum, ``m l^2`` and ``m g l``."""
+        if self.mass is None and self.inertia is None and _is_nan(self.stiffness):
+            raise InputError(
+                "mass",
+                "missing: the friction torque of a pendulum is in proportion to it",
+                f"give it with the length, as Pendulum(length={length:g}, mass=1.0): with 1 kg, friction is "
+                "the torque per kilogram",
+            )
         if self.mass is None or self.inertia is not None or not _is_nan(self.stiffness):
             raise InputError(
                 "length",

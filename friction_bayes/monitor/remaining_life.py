@@ -40,8 +40,8 @@ _DROPPED = 1e-6
 _DIGITS = 6
 """Of the logarithm of time: nodes nearer to each other would be one to rounding."""
 _SHARPEST = 10.0 ** (1 - _DIGITS)
-"""Least standard deviation of the distance, as a share of it: a crossing sharper than that lies between nodes of
-the time axis, where no quadrature meets it."""
+"""Least standard deviation of the distance, as a share of it: a crossing sharper than that lies between nodes
+of the time axis, where no quadrature meets it."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -146,7 +146,9 @@ def _filter(
             # variance of the residual given the points before, times the information; both zero at a reading
             # of the clock that is still zero, while nothing is known of the drift
             residual, spread = of_y - of_x * drift[k], information[k] * innovation + of_x * of_x
-            squares[k] += residual * residual * (information[k] / spread if spread > 0.0 else 1.0 / innovation)
+            squares[k] += (
+                residual * residual * (information[k] / spread if spread > 0.0 else 1.0 / innovation)
+            )
             drift[k] += residual * (of_x / spread if spread > 0.0 else 0.0)
             information[k] += of_x * of_x / innovation
             product[k] *= innovation
