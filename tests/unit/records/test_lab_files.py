@@ -13,7 +13,7 @@ import pytest
 import friction_bayes as fb
 from friction_bayes.records.readers import archive, read_record
 from friction_bayes.records.readers.clock_times import seconds_from_first
-from kinds_of_files import write_workbook
+from kinds_of_files import write_old_workbook, write_workbook
 
 TIME = np.arange(120) * 0.05
 SIGNAL = 0.01 * np.cos(8.0 * TIME) * (1.0 - TIME / 8.0)
@@ -30,6 +30,15 @@ def test_a_spreadsheet_is_read_from_its_first_sheet_of_numbers(tmp_path: Path) -
     ]
     write_workbook(tmp_path / "swing.xlsx", {"Device": notes, "Raw Data": rows})
     record = read_record(tmp_path / "swing.xlsx")
+    np.testing.assert_allclose(record.values, SIGNAL, atol=1e-15)
+    np.testing.assert_allclose(record["time"], TIME, atol=1e-12)
+
+
+def test_a_workbook_of_excel_97_is_read_as_the_new_ones(tmp_path: Path) -> None:
+    pytest.importorskip("python_calamine")
+    numbers = [[float(t), 1e3 * float(x)] for t, x in zip(TIME, SIGNAL, strict=True)]
+    write_old_workbook(tmp_path / "swing.xls", [["Time (s)", "Position (mm)"], *numbers])
+    record = read_record(tmp_path / "swing.xls")
     np.testing.assert_allclose(record.values, SIGNAL, atol=1e-15)
     np.testing.assert_allclose(record["time"], TIME, atol=1e-12)
 
