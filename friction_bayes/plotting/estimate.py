@@ -74,7 +74,7 @@ def estimate_figures(
         Its reference run.
     """
     figures, fit = signal_figures(estimate, record), estimate.fit
-    if "fit" in figures:
+    if fit.prediction is not None and "fit" in figures:
         figures["residual"] = plot_residual(
             estimate.decay, fit.prediction, noise_sd=fit.noise_sd, frequency=fit.frequency
         )
