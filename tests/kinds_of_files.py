@@ -20,7 +20,17 @@ import numpy as np
 from decays import written_decay
 from friction_bayes.core.arrays import Array
 
-__all__ = ["FRICTION", "KINDS", "Kind", "arduino", "page", "phyphox", "tracker_project", "write_workbook"]
+__all__ = [
+    "FRICTION",
+    "KINDS",
+    "Kind",
+    "arduino",
+    "page",
+    "phyphox",
+    "tracker_project",
+    "write_old_workbook",
+    "write_workbook",
+]
 
 FRICTION = 0.5
 """[N], or [N m] of the same numbers as a rotor."""
@@ -227,6 +237,53 @@ def write_workbook(path: Path, sheets: dict[str, list[list[str | float]]]) -> No
             f'<worksheet xmlns="{_SHEET}"><sheetData>{body}</sheetData></worksheet>'
         )
     _zipped(**{name: f'<?xml version="1.0"?>{content}' for name, content in parts.items()})(path)
+
+
+def write_old_workbook(path: Path, rows: list[list[str | float]]) -> None:
+    """Write the least that is a workbook of Excel 97: one BIFF8 stream in a compound file."""
+
+    def record(kind: int, content: bytes) -> bytes:
+        return struct.pack("<HH", kind, len(content)) + content
+
+    def cell(row: int, column: int, value: str | float) -> bytes:
+        place = struct.pack("<HHH", row, column, 0)
+        if isinstance(value, str):
+            return record(0x0204, place + struct.pack("<HB", len(value), 0) + value.encode("latin-1"))
+        return record(0x0203, place + struct.pack("<d", value))
+
+    def beginning(kind: int) -> bytes:
+        return record(0x0809, struct.pack("<HHHHII", 0x0600, kind, 0x0DBB, 0x07CC, 0, 6))
+
+    end, name = record(0x000A, b""), b"Sheet1"
+    start = len(beginning(5)) + 4 + 8 + len(name) + len(end)
+    book = beginning(5) + record(0x0085, struct.pack("<IHBB", start, 0, len(name), 0) + name) + end
+    cells = [cell(i, j, value) for i, row in enumerate(rows) for j, value in enumerate(row)]
+    book += beginning(0x10) + b"".join(cells) + end
+    # a stream of 4096 bytes and more lies in sectors of its own
+    book = book.ljust(max(4096, -(-len(book) // 512) * 512), b"\0")
+    sectors = len(book) // 512
+    chain = [0xFFFFFFFD, 0xFFFFFFFE, *range(3, sectors + 2), 0xFFFFFFFE]
+    table = struct.pack(f"<{len(chain)}I", *chain).ljust(512, b"\xff")
+    assert len(table) == 512
+
+    def entry(title: str, kind: int, child: int, first: int, size: int) -> bytes:
+        text = title.encode("utf-16-le") + b"\0\0"
+        links = struct.pack("<BBIII", kind, 1, 0xFFFFFFFF, 0xFFFFFFFF, child)
+        return (
+            text.ljust(64, b"\0")
+            + struct.pack("<H", len(text))
+            + links
+            + bytes(36)
+            + struct.pack("<IQ", first, size)
+        )
+
+    directory = entry("Root Entry", 5, 1, 0xFFFFFFFE, 0) + entry("Workbook", 2, 0xFFFFFFFF, 2, len(book))
+    header = (
+        bytes.fromhex("d0cf11e0a1b11ae1") + bytes(16) + struct.pack("<HHHHH", 62, 3, 0xFFFE, 9, 6) + bytes(6)
+    )
+    header += struct.pack("<IIIIIIIII", 0, 1, 1, 0, 4096, 0xFFFFFFFE, 0, 0xFFFFFFFE, 0)
+    header += struct.pack("<109I", 0, *[0xFFFFFFFF] * 108)
+    path.write_bytes(header + table + directory.ljust(512, b"\0") + book)
 
 
 def _cell(value: str | float) -> str:

@@ -247,7 +247,7 @@ class Page:
         try:
             arguments = request.arguments()
         except InputError as error:
-            self.complain(str(error))
+            self.complain(error.for_command_line)
             return
         shutil.rmtree(self._folder / request.folder, ignore_errors=True)
         self._run = Run(arguments, self._folder)

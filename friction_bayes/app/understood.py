@@ -85,7 +85,8 @@ def understand(path: Path, reading: Mapping[str, Any]) -> Understood:
             whole = _without_limits(table, path.name, choices)
         record = record_from_table(table, place=path.name, **choices)
     except InputError as error:
-        return Understood(columns=columns, whole=whole, problem=in_words_of_the_page(str(error), path))
+        problem = in_words_of_the_page(error.for_command_line, path)
+        return Understood(columns=columns, whole=whole, problem=problem)
     return Understood(columns=columns, record=record, whole=record if whole is None else whole)
 
 

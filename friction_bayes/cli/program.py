@@ -12,7 +12,7 @@ from typing import Any, NoReturn
 import friction_bayes as fb
 from friction_bayes.cli.commands import COMMANDS
 from friction_bayes.cli.options import one_value_each
-from friction_bayes.core.errors import FrictionBayesError, InputError, did_you_mean
+from friction_bayes.core.errors import InputError, did_you_mean
 
 __all__ = ["build_parser", "command", "main"]
 
@@ -114,8 +114,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         given = one_value_each(sys.argv[1:] if argv is None else argv, "--prior")
         arguments = build_parser().parse_args(given)
         arguments.handler(arguments)
-    except FrictionBayesError as error:
-        _complain(str(error))
+    except InputError as error:
+        _complain(error.for_command_line)
         return 2
     except KeyboardInterrupt as error:
         _complain(f"interrupted; {str(error) or 'nothing was written'}")

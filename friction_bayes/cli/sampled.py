@@ -31,5 +31,5 @@ def figures_of_draws(tree: xr.DataTree) -> dict[str, Any]:
     try:
         return draws_figures(tree)
     except InputError as error:
-        note(str(error))
+        note(error.for_command_line)
         return {}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +18,7 @@ __all__ = [
     "finite_sample",
     "finite_text",
     "in_range",
+    "in_unit",
     "non_negative",
     "positive",
     "probability",
@@ -116,3 +118,13 @@ def finite_sample(name: str, values: ArrayLike, remedy: str = "give finite real 
     if not array.size:
         raise InputError(name, f"shape {array.shape} holds no numbers", remedy)
     return array
+
+
+def in_unit(name: str, value: Any, unit: str) -> Any:
+    """Return the number of a quantity that converts itself, such as one of pint; anything else as it is."""
+    if not hasattr(value, "to") or not hasattr(value, "magnitude"):
+        return value
+    try:
+        return value.to(unit).magnitude
+    except Exception as error:
+        raise InputError(name, f"{value} is not in {unit}: {error}", f"give it in {unit}") from None

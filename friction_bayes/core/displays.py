@@ -60,9 +60,10 @@ class Shown:
         Parameters
         ----------
         what : str
-            ``overview``, the result at a glance, or another of those that the command line writes, such as
-            ``fit``, ``amplitudes`` and ``friction`` of an estimate, ``candidates``, ``residual`` and
-            ``forecast`` of a closed loop; those of one of several records carry its number, ``residual_2``.
+            ``overview``, the result at a glance, or one of the figures that the command line writes: ``fit``,
+            ``residual``, ``amplitudes``, ``friction`` of an estimate, ``candidates``, ``residual``,
+            ``forecast`` and more of a closed loop; those of one of several records carry its number,
+            ``residual_2``.
 
         Returns
         -------
@@ -71,7 +72,7 @@ class Shown:
         Raises
         ------
         InputError
-            If there is no such figure; names those that there are.
+            If there is no such figure; lists those that there are.
         """
         return figure_of(self, what)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from typing import TypeVar
 
@@ -19,12 +20,22 @@ _Given = TypeVar("_Given")
 _Made = TypeVar("_Made")
 
 
+_OPTION = re.compile(
+    r"--(start|end|run|unit|scale|quantity|duplicates|time-column|signal-column|sampling-rate|skip-rows)\b"
+    r"( (?=[\d.'-]|[A-Z]+\b|(?:first|displacement|m)\b))?"
+)
+"""An option of the command line that Python has as an argument, and whether its value follows."""
+
+
 class FrictionBayesError(Exception):
     """Base of every error this package raises on purpose."""
 
 
 class InputError(FrictionBayesError, ValueError):
     """Bad input or a bad option; the command line turns it into one line and exit status 2.
+
+    Options are written as the command line has them, ``--end 3.9``; the message, as Python reads it, has
+    the arguments in their place, ``end=3.9``.
 
     Parameters
     ----------
@@ -34,16 +45,26 @@ class InputError(FrictionBayesError, ValueError):
         What is wrong there, with the offending value.
     remedy : str
         What to do about it.
+
+    Attributes
+    ----------
+    for_command_line : str
+        The message with options.
     """
 
     def __init__(self, place: str, problem: str, remedy: str) -> None:
-        super().__init__(f"{place}: {problem}; {remedy}")
+        self.for_command_line = f"{place}: {problem}; {remedy}"
+        super().__init__(_OPTION.sub(_argument, self.for_command_line))
         self.place = place
         self.problem = problem
         self.remedy = remedy
 
     def __reduce__(self) -> tuple[type, tuple[str, str, str]]:
         return type(self), (self.place, self.problem, self.remedy)
+
+
+def _argument(option: re.Match[str]) -> str:
+    return option[1].replace("-", "_") + ("=" if option[2] else "")
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
@@ -85,7 +106,7 @@ def of_each(work: Callable[[_Given], _Made], records: Iterable[_Given]) -> list[
         try:
             made.append(work(record))
         except InputError as error:
-            refused.setdefault(str(error), error)
+            refused.setdefault(error.for_command_line, error)
     if len(refused) > 1:
         listed = "; ".join(f"({k}) {text}" for k, text in enumerate(refused, start=1))
         raise InputError(f"{len(refused)} records are refused", listed, "mend these or leave them out")

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from friction_bayes.core.strict_json import plain
 
-__all__ = ["TAILS", "Summary", "summary_table"]
+__all__ = ["TAILS", "Summary", "summary_arrays", "summary_table"]
 
 TAILS = (0.05, 0.95)
 """Probabilities at the ends of a central (equal-tailed) 90 % interval."""
@@ -93,3 +93,24 @@ def summary_table(summaries: Mapping[str, Mapping[str, Any]]) -> Any:
     columns = {name: ("quantity", np.array(values, dtype=np.float64)) for name, values in numbers.items()}
     units = ("quantity", np.array([row["unit"] for row in rows], dtype=object))
     return xr.Dataset({**columns, "unit": units}, coords={"quantity": list(summaries)}).to_dataframe()
+
+
+def summary_arrays(summaries: Mapping[str, Mapping[str, Any]]) -> xr.Dataset:
+    """Lay summaries out as arrays, one a quantity.
+
+    Parameters
+    ----------
+    summaries : mapping of str to mapping
+        As for :func:`summary_table`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``statistic``: ``mean``, ``sd``, ``low`` and ``high``, the ends of the 90 % interval; nan where
+        there is none. Attribute ``units`` each.
+    """
+    found = {}
+    for name, row in summaries.items():
+        numbers = [row["mean"], row.get("sd"), *(row.get("interval90") or (None, None))]
+        found[name] = ("statistic", np.array(numbers, dtype=np.float64), {"units": row["unit"]})
+    return xr.Dataset(found, coords={"statistic": ["mean", "sd", "low", "high"]})

@@ -6,7 +6,7 @@ import math
 from dataclasses import InitVar, dataclass
 from typing import Any, ClassVar, Self
 
-from friction_bayes.core.checks import non_negative, positive
+from friction_bayes.core.checks import in_unit, non_negative, positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import STANDARD_GRAVITY, Quantity
 
@@ -57,9 +57,9 @@ class Oscillator:
             given = "neither" if self.mass is None else "both"
             raise InputError("system", f"{given} of mass and inertia given", "give exactly one of them")
         for name in (self.moving_name, "stiffness"):
-            self._set(name, positive(name, _in_unit(name, getattr(self, name), self.unit_of(name))))
+            self._set(name, positive(name, in_unit(name, getattr(self, name), self.unit_of(name))))
         for name in ("mass_sd", "inertia_sd", "stiffness_sd"):
-            value = _in_unit(name, getattr(self, name), self.unit_of(name.removesuffix("_sd")))
+            value = in_unit(name, getattr(self, name), self.unit_of(name.removesuffix("_sd")))
             self._set(name, non_negative(name, value))
         other = "mass_sd" if self.mass is None else "inertia_sd"
         if getattr(self, other):
@@ -97,10 +97,10 @@ class Oscillator:
         InputError
             As the class; also where the frequency is not a positive and finite number.
         """
-        rate = 2.0 * math.pi * positive("frequency", _in_unit("frequency", frequency, "Hz"))
+        rate = 2.0 * math.pi * positive("frequency", in_unit("frequency", frequency, "Hz"))
         # of neither or both, and of what is no number, the class itself says what is wrong
         name, unit, given = ("inertia", "kg*m**2", inertia) if mass is None else ("mass", "kg", mass)
-        moving = 1.0 if given is None else positive(name, _in_unit(name, given, unit))
+        moving = 1.0 if given is None else positive(name, in_unit(name, given, unit))
         return cls(mass=mass, inertia=inertia, stiffness=moving * rate**2, **others)
 
     def _set(self, name: str, value: float | None) -> None:
@@ -202,7 +202,7 @@ class Pendulum(Oscillator):
 
     def __post_init__(self, length: float | None) -> None:
         if length is not None:
-            self._take_length(positive("length", _in_unit("length", length, "m")))
+            self._take_length(positive("length", in_unit("length", length, "m")))
         elif _is_nan(self.stiffness):
             raise InputError(
                 "system",
@@ -215,13 +215,20 @@ class Pendulum(Oscillator):
 
     def _take_length(self, length: float) -> None:
         """Inertia and stiffness of a simple pendulum, ``m l^2`` and ``m g l``."""
+        if self.mass is None and self.inertia is None and _is_nan(self.stiffness):
+            raise InputError(
+                "mass",
+                "missing: the friction torque of a pendulum is in proportion to it",
+                f"give it with the length, as Pendulum(length={length:g}, mass=1.0): with 1 kg, friction is "
+                "the torque per kilogram",
+            )
         if self.mass is None or self.inertia is not None or not _is_nan(self.stiffness):
             raise InputError(
                 "length",
                 "declares a simple pendulum, whose inertia and stiffness follow from its mass",
                 "give length and mass alone, or inertia and stiffness without a length",
             )
-        mass = positive("mass", _in_unit("mass", self.mass, "kg"))
+        mass = positive("mass", in_unit("mass", self.mass, "kg"))
         self._set("mass", None)
         self._set("inertia", mass * length**2)
         self._set("stiffness", mass * STANDARD_GRAVITY * length)
@@ -236,16 +243,6 @@ def check_system(system: Oscillator) -> Oscillator:
             "declare it, such as Oscillator(mass=10.0, stiffness=1000.0)",
         )
     return system
-
-
-def _in_unit(name: str, value: Any, unit: str) -> Any:
-    """The number of a quantity that converts itself; anything else as it is."""
-    if not hasattr(value, "to") or not hasattr(value, "magnitude"):
-        return value
-    try:
-        return value.to(unit).magnitude
-    except Exception as error:
-        raise InputError(name, f"{value} is not in {unit}: {error}", f"give it in {unit}") from None
 
 
 def _is_nan(value: Any) -> bool:

@@ -9,7 +9,6 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from friction_bayes.conjugate.scaled_distribution import scaled
@@ -24,7 +23,7 @@ from friction_bayes.core.displays import Shown
 from friction_bayes.core.errors import RecordWarning
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS
 from friction_bayes.core.strict_json import plain
-from friction_bayes.core.summary import Summary, summary_table
+from friction_bayes.core.summary import Summary, summary_arrays, summary_table
 from friction_bayes.core.system import Oscillator
 from friction_bayes.core.text import interval90, number
 from friction_bayes.decay.free_decay import FreeDecay
@@ -201,41 +200,54 @@ class Estimate(Shown):
         -------
         pandas.DataFrame
             As :func:`friction_bayes.core.summary.summary_table` describes; a random force, where one was
-            weighed, as it is if there is one.
+            evaluated, as it is if there is one.
         """
+        return summary_table(self._summaries())
+
+    def _summaries(self) -> dict[str, dict[str, Any]]:
         told = self.to_dict()
         rows = {name: told[name] for name in _SUMMARISED if told[name] is not None}
         for name in ("sd", "correlation_time") if told["random_force"] else ():
             rows[f"random_force.{name}"] = told["random_force"][name]
-        return summary_table(rows)
+        return rows
 
     def to_xarray(self) -> xr.Dataset:
-        """Return signal, fit and residual over ``time``, and the numbers as xarray has them.
+        """Return signal, fit and residual over ``time``, and the numbers over ``statistic``.
 
         Returns
         -------
         xarray.Dataset
             ``signal``, ``fitted`` and ``residual`` over ``time`` [s] (the last two of methods that predict
-            the signal), and of ``friction``, ``friction_over_stiffness``, ``precision``, ``frequency``,
-            ``noise_sd`` and ``rest_position`` what is known, over ``statistic``: ``mean``, ``sd``, ``low``
-            and ``high``, the ends of the 90 % interval, nan where there is none. Attribute ``units`` each.
+            the signal), and the numbers of :meth:`summary` as
+            :func:`friction_bayes.core.summary.summary_arrays` describes.
         """
-        told, time = self.to_dict(), self.decay.start_time + self.decay.time
+        return self._over_time().merge(summary_arrays(self._summaries()))
+
+    def to_datatree(self) -> xr.DataTree:
+        """Return the same in two groups, as a closed loop has them.
+
+        Returns
+        -------
+        xarray.DataTree
+            ``summary`` has the numbers, ``records/0`` signal, fit and residual.
+        """
+        groups = {"summary": summary_arrays(self._summaries()), "records/0": self._over_time()}
+        return xr.DataTree.from_dict(groups)
+
+    def _over_time(self) -> xr.Dataset:
         values = {"signal": self.decay.values}
         if self.fit.prediction is not None:
             values |= {"fitted": self.fit.prediction, "residual": self.decay.values - self.fit.prediction}
-        found = {name: ("time", each, {"units": self.decay.unit}) for name, each in values.items()}
-        for name in (name for name in _SUMMARISED if told[name] is not None):
-            summary = told[name]
-            numbers = [summary["mean"], summary.get("sd"), *summary.get("interval90", (None, None))]
-            known = np.array([math.nan if each is None else each for each in numbers])
-            found[name] = ("statistic", known, {"units": summary["unit"]})
-        coordinates = {
-            "time": ("time", time, {"units": "s"}),
-            "statistic": ["mean", "sd", "low", "high"],
-        }
-        attrs = {"record": self.decay.name, "method": self.method, "quantity": self.decay.quantity.name}
-        return xr.Dataset(found, coords=coordinates, attrs=attrs)
+        time = self.decay.start_time + self.decay.time
+        return xr.Dataset(
+            {name: ("time", each, {"units": self.decay.unit}) for name, each in values.items()},
+            coords={"time": ("time", time, {"units": "s"})},
+            attrs={
+                "record": self.decay.name,
+                "method": self.method,
+                "quantity": self.decay.quantity.name,
+            },
+        )
 
     def to_dict(self, reference: Mapping[str, Any] | None = None) -> dict[str, Any]:
         """Return everything as plain numbers and words, for JSON; None where there is no number.

@@ -39,6 +39,9 @@ _DROPPED = 1e-6
 """Nodes of the posterior that weigh less, beside the heaviest, are left out here."""
 _DIGITS = 6
 """Of the logarithm of time: nodes nearer to each other would be one to rounding."""
+_SHARPEST = 10.0 ** (1 - _DIGITS)
+"""Least standard deviation of the distance, as a share of it: a crossing sharper than that lies between nodes
+of the time axis, where no quadrature meets it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +140,7 @@ def remaining_life(
     kept = wear.weight > _DROPPED * wear.weight.max()
     weight = wear.weight[kept] / wear.weight[kept].sum()
     distance = threshold - wear.level[kept]
-    variance = wear.level_variance[kept] + (threshold * relative_sd) ** 2
+    variance = wear.level_variance[kept] + (threshold * relative_sd) ** 2 + (_SHARPEST * distance) ** 2
     nodes = np.column_stack(
         [
             *(weight, distance, wear.drift[kept], variance),

@@ -116,19 +116,19 @@ def _filter(
     """Posterior of (level, drift) and log marginal likelihood for every node, shapes (m, 5) and (m,).
 
     A Kalman filter of the level runs over the estimates and over the regressor of the drift alike (de Jong
-    1991): the drift is then a generalised least-squares fit to the innovations. All nodes take a step
-    together, which the processor does four at a time.
+    1991): the drift is then a generalised least-squares fit to the innovations, updated point by point so
+    that squares of residuals are summed, not subtracted. All nodes take a step together, which the processor
+    does four at a time.
     """
     drift_mean, drift_precision, level_mean, level_variance = prior
     nodes = wander.size
     # level of the estimates and of the regressor, and their common variance
     y, x, p = np.empty(nodes), np.zeros(nodes), np.empty(nodes)
-    information, projected, squares = np.empty(nodes), np.empty(nodes), np.empty(nodes)
+    information, drift, squares = np.empty(nodes), np.empty(nodes), np.zeros(nodes)
     product, log_product = np.ones(nodes), np.zeros(nodes)
     for k in range(nodes):
         y[k], p[k] = friction[0], sd[0] ** 2 + scatter[k] ** 2
-        information[k], projected[k] = drift_precision, drift_precision * drift_mean
-        squares[k] = drift_precision * drift_mean**2
+        information[k], drift[k] = drift_precision, drift_mean
         if level_variance < np.inf:
             innovation = level_variance + p[k]
             gain = level_variance / innovation
@@ -143,9 +143,14 @@ def _filter(
             innovation = before + own + scatter[k] ** 2
             gain = before / innovation
             of_y, of_x = estimate - y[k], time - x[k]
+            # variance of the residual given the points before, times the information; both zero at a reading
+            # of the clock that is still zero, while nothing is known of the drift
+            residual, spread = of_y - of_x * drift[k], information[k] * innovation + of_x * of_x
+            squares[k] += (
+                residual * residual * (information[k] / spread if spread > 0.0 else 1.0 / innovation)
+            )
+            drift[k] += residual * (of_x / spread if spread > 0.0 else 0.0)
             information[k] += of_x * of_x / innovation
-            projected[k] += of_x * of_y / innovation
-            squares[k] += of_y * of_y / innovation
             product[k] *= innovation
             y[k] += gain * of_y
             x[k] += gain * of_x
@@ -158,15 +163,13 @@ def _filter(
     result = np.empty((nodes, 5))
     log_likelihood = np.empty(nodes)
     for k in range(nodes):
-        drift = projected[k] / information[k]
         lever = (times[-1] - times[0]) - x[k]
-        result[k, 0] = y[k] + lever * drift
-        result[k, 1] = drift
+        result[k, 0] = y[k] + lever * drift[k]
+        result[k, 1] = drift[k]
         result[k, 2] = p[k] + lever * lever / information[k]
         result[k, 3] = 1.0 / information[k]
         result[k, 4] = lever / information[k]
-        rest = squares[k] - projected[k] * drift
-        log_likelihood[k] = -0.5 * (log_product[k] + math.log(information[k]) + rest)
+        log_likelihood[k] = -0.5 * (log_product[k] + math.log(information[k]) + squares[k])
     return result, log_likelihood
 
 

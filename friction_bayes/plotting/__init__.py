@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from friction_bayes.plotting.comparison import Interval, plot_estimators
 from friction_bayes.plotting.posterior import plot_friction, plot_friction_panels, plot_joint
-from friction_bayes.plotting.signal import plot_amplitudes, plot_fit
+from friction_bayes.plotting.signal import plot_amplitudes, plot_fit, plot_residual
 from friction_bayes.plotting.style import figure_files, save_figure, styled, write_figures
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ __all__ = [
     "plot_friction",
     "plot_friction_panels",
     "plot_joint",
+    "plot_residual",
     "save_figure",
     "styled",
     "write_figures",

@@ -17,7 +17,7 @@ from friction_bayes.decay.half_cycles import half_cycles
 from friction_bayes.estimators.result import Estimate
 from friction_bayes.plotting.comparison import Interval, plot_estimators
 from friction_bayes.plotting.posterior import draw_friction, plot_friction, plot_friction_panels, plot_joint
-from friction_bayes.plotting.signal import plot_amplitudes, plot_fit, signal_label
+from friction_bayes.plotting.signal import plot_amplitudes, plot_fit, plot_residual, signal_label
 from friction_bayes.plotting.style import DATA, MODEL, new_figure, styled
 
 if TYPE_CHECKING:
@@ -73,14 +73,18 @@ def estimate_figures(
     check : ReferenceRun, optional
         Its reference run.
     """
-    figures = signal_figures(estimate, record)
+    figures, fit = signal_figures(estimate, record), estimate.fit
+    if fit.prediction is not None and "fit" in figures:
+        figures["residual"] = plot_residual(
+            estimate.decay, fit.prediction, noise_sd=fit.noise_sd, frequency=fit.frequency
+        )
     figures["friction"] = plot_friction(
         estimate.friction,
         unit=estimate.friction_unit,
         draws=None if check is None else check.friction,
         title=f"{estimate.decay.name}, {estimate.method}",
     )
-    if isinstance(estimate.fit.posterior, NormalGamma):
+    if isinstance(fit.posterior, NormalGamma):
         figures["joint"] = joint_figure(estimate)
     return figures
 

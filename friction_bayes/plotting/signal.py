@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from friction_bayes.core.arrays import Array
@@ -13,7 +14,7 @@ from friction_bayes.core.text import words
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.plotting.style import ACCENT, DATA, FAINT, MODEL, caption, new_figure, styled
 
-__all__ = ["plot_amplitudes", "plot_fit", "signal_label"]
+__all__ = ["plot_amplitudes", "plot_fit", "plot_residual", "signal_label"]
 
 _HEADROOM = 1.1
 """Height of the axes over the largest swing, whatever the width of an interval."""
@@ -70,14 +71,7 @@ def plot_fit(
         whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
         whole.tick_params(labelbottom=False)
 
-        below.axhspan(-2.0 * noise_sd, 2.0 * noise_sd, color=FAINT, lw=0.0)
-        below.plot(time, residual, color=ACCENT, lw=0.6, rasterized=True)
-        below.set_ylabel("residual")
-        below.set_xlabel("time [s]")
-        caption(below, "shaded: ± 2 sd of the noise")
-        low, high = np.quantile(residual, [0.0005, 0.9995])
-        reach = 1.25 * max(abs(low), abs(high), 2.0 * noise_sd)
-        below.set_ylim(-reach, reach)
+        _draw_residual(below, time, residual, noise_sd)
 
         period = 2.0 * math.pi / decay.frequency
         last = time >= time[-1] - 4.0 * period
@@ -86,17 +80,64 @@ def plot_fit(
         close.locator_params(axis="x", nbins=5)
         caption(close, "the last four cycles")
 
-        bound = 5.0 * max(noise_sd, float(np.std(residual)))
-        shape.hist(residual, bins=41, range=(-bound, bound), density=True, color=FAINT)
-        level = np.linspace(-bound, bound, 201)
-        bell = np.exp(-0.5 * (level / noise_sd) ** 2) / (noise_sd * math.sqrt(2.0 * math.pi))
-        shape.plot(level, bell, color=MODEL, lw=1.2)
-        shape.set_xlabel(f"residual [{decay.unit}]")
-        shape.set_yticks([])
-        shape.spines["left"].set_visible(False)
-        shape.locator_params(axis="x", nbins=4)
-        caption(shape, f"noise sd {noise_sd:.3g} {decay.unit}")
+        _draw_histogram(shape, residual, noise_sd, decay.unit)
     return figure
+
+
+def plot_residual(
+    decay: FreeDecay, prediction: Array, *, noise_sd: float, frequency: float, title: str | None = None
+) -> Figure:
+    """Draw the residual of a fit against time, against phase, and its distribution.
+
+    Parameters
+    ----------
+    decay, prediction, noise_sd, title
+        As for :func:`plot_fit`.
+    frequency : float
+        Angular frequency of the fit [rad/s], by which the phase advances.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    residual = decay.values - prediction
+    with styled():
+        figure = new_figure(9.0, 4.6)
+        panels = figure.subplot_mosaic([["time", "time"], ["phase", "shape"]], width_ratios=(2.2, 1.0))
+        _draw_residual(panels["time"], decay.start_time + decay.time, residual, noise_sd)
+        panels["time"].set_title(f"{title or decay.name}: residual")
+        phase = np.degrees(frequency * decay.time + decay.phase) % 360.0
+        _draw_residual(panels["phase"], phase, residual, noise_sd, ".")
+        panels["phase"].set_xlabel("phase [deg], 0 at the positive turning points")
+        panels["phase"].set_xticks([0, 90, 180, 270, 360])
+        _draw_histogram(panels["shape"], residual, noise_sd, decay.unit)
+    return figure
+
+
+def _draw_residual(axes: Axes, x: Array, residual: Array, noise_sd: float, marks: str = "-") -> None:
+    """Residuals over a band of two standard deviations of the noise."""
+    axes.axhspan(-2.0 * noise_sd, 2.0 * noise_sd, color=FAINT, lw=0.0)
+    axes.plot(x, residual, marks, color=ACCENT, lw=0.6, ms=1.6, mew=0.0, rasterized=True)
+    axes.set_ylabel("residual")
+    axes.set_xlabel("time [s]")
+    caption(axes, "shaded: ± 2 sd of the noise")
+    low, high = np.quantile(residual, [0.0005, 0.9995])
+    reach = 1.25 * max(abs(low), abs(high), 2.0 * noise_sd)
+    axes.set_ylim(-reach, reach)
+
+
+def _draw_histogram(axes: Axes, residual: Array, noise_sd: float, unit: str) -> None:
+    """Distribution of the residuals under the normal one of the noise."""
+    bound = 5.0 * max(noise_sd, float(np.std(residual)))
+    axes.hist(residual, bins=41, range=(-bound, bound), density=True, color=FAINT)
+    level = np.linspace(-bound, bound, 201)
+    bell = np.exp(-0.5 * (level / noise_sd) ** 2) / (noise_sd * math.sqrt(2.0 * math.pi))
+    axes.plot(level, bell, color=MODEL, lw=1.2)
+    axes.set_xlabel(f"residual [{unit}]")
+    axes.set_yticks([])
+    axes.spines["left"].set_visible(False)
+    axes.locator_params(axis="x", nbins=4)
+    caption(axes, f"noise sd {noise_sd:.3g} {unit}")
 
 
 def plot_amplitudes(

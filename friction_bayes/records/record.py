@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from friction_bayes.core.arrays import Array, Indices
-from friction_bayes.core.checks import finite
+from friction_bayes.core.checks import finite, in_unit
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named, to_si
 from friction_bayes.records.clock import LOST, check_clock, place_of_sample
@@ -50,9 +50,11 @@ def make_record(
     Parameters
     ----------
     time : array_like, shape (n,)
-        Sample times [s], or dates and time differences of NumPy and pandas, which are counted from the first.
+        Sample times [s], a quantity that converts itself, or dates and time differences of NumPy and pandas,
+        which are counted from the first.
     values : array_like, shape (n,)
-        The signal, in ``unit``. Samples that a masked array masks are left out, with their times.
+        The signal, in ``unit``, or a quantity that converts itself, such as one of pint. Samples that a
+        masked array masks are left out, with their times.
     quantity : str
         One of :data:`friction_bayes.core.quantities.QUANTITIES`.
     unit : str, optional
@@ -76,6 +78,11 @@ def make_record(
         raise InputError("units", "would be the unit that the record is in", "give unit=, which converts it")
     kind = quantity_named(quantity)
     factor, si_unit = to_si(kind, kind.unit if unit is None else unit)
+    if unit is None:
+        values = in_unit("values", values, kind.unit.replace("s2", "s**2"))
+    elif hasattr(values, "magnitude"):
+        raise InputError("unit", f"{unit} is given for values that have a unit", "leave unit out")
+    time = in_unit("time", time, "s")
     clock, signal = _numbers(name, "time", _seconds(time)), _numbers(name, "signal", values)
     if clock.size != signal.size:
         raise InputError(

@@ -17,7 +17,12 @@ _FIGURES = {
     "fit": Shown(
         "The record over time with its fit, the residual, and the last cycles",
         "The record and the fitted free decay; below, what is left of it, which is noise where the model "
-        "holds. On the right the last cycles, and the residual beside the normal distribution of the noise.",
+        "holds. On the right the last cycles, and the residual with the normal distribution of the noise.",
+    ),
+    "residual": Shown(
+        "The residual over time, over phase, and its distribution",
+        "What the fit leaves, over time and over the phase of the motion, and its distribution: noise has no "
+        "phase, a missing effect has.",
     ),
     "amplitudes": Shown(
         "The turning points over time within the envelope of dry friction",
@@ -42,7 +47,7 @@ _FIGURES = {
     ),
 }
 """Figures of a record, in the order of the page."""
-_FOLDED = ("joint", "ranks", "ess")
+_FOLDED = ("residual", "joint", "ranks", "ess")
 _GROUNDS = {"it rests on": "noise", "loss of amplitude": "loss of amplitude", "frequency": "frequency"}
 """Lines of the story that say what the number rests on, and what they are called under that heading."""
 _NEXT = (

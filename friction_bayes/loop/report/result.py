@@ -10,7 +10,7 @@ import xarray as xr
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.displays import Shown
 from friction_bayes.core.strict_json import plain
-from friction_bayes.core.summary import summary_table
+from friction_bayes.core.summary import summary_arrays, summary_table
 from friction_bayes.core.text import interval90, number, set_words
 
 __all__ = ["FluctuationTrace", "ForecastTrace", "LoopReport", "RecordTrace"]
@@ -232,6 +232,9 @@ class LoopReport(Shown):
             parameters of each effect of the most probable candidate as ``EFFECT.PARAMETER``, the frequency,
             and the noise of the sensor.
         """
+        return summary_table(self._summaries())
+
+    def _summaries(self) -> dict[str, Any]:
         rows: dict[str, Any] = {
             "friction_before": self.friction_before,
             "friction_after": self.friction_after,
@@ -240,23 +243,35 @@ class LoopReport(Shown):
             for name, parameter in effect["parameters"].items():
                 rows[f"{effect['name']}.{name}"] = parameter
         noise = {"mean": self.noise["sd"], "unit": self.held_out_error["unit"]}
-        return summary_table(rows | {"frequency": self.frequency, "noise_sd": noise})
+        return rows | {"frequency": self.frequency, "noise_sd": noise}
 
     def to_dict(self) -> dict[str, Any]:
         """Fields of ``report.json``; numbers that are not finite are None."""
         names = (field.name for field in fields(self) if field.name not in ("traces", "posterior"))
         return {name: plain(getattr(self, name)) for name in names}
 
+    def to_xarray(self) -> xr.Dataset:
+        """Return the numbers of :meth:`summary` as arrays.
+
+        Returns
+        -------
+        xarray.Dataset
+            As :func:`friction_bayes.core.summary.summary_arrays` describes. Records differ in length and
+            draws in shape: :meth:`to_datatree` has these.
+        """
+        return summary_arrays(self._summaries())
+
     def to_datatree(self) -> xr.DataTree:
-        """Return the draws, and each record with both predictions, as xarray has them.
+        """Return the draws, the numbers, and each record with both predictions.
 
         Returns
         -------
         xarray.DataTree
-            The groups of ``posterior``, and ``records`` with one group each, named by its number: ``signal``,
-            ``before`` and ``after`` over ``time`` [s].
+            The groups of ``posterior``, ``summary`` as :meth:`to_xarray` has it, and ``records`` with one
+            group each, named by its number: ``signal``, ``before`` and ``after`` over ``time`` [s].
         """
         groups = {path.strip("/"): node.to_dataset() for path, node in self.posterior.subtree_with_keys}
+        groups["summary"] = self.to_xarray()
         for i, trace in enumerate(self.traces):
             values = {"signal": trace.signal, "before": trace.before, "after": trace.after}
             groups[f"records/{i}"] = xr.Dataset(

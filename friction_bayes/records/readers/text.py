@@ -187,6 +187,8 @@ def _layout(path: Path, kept: list[tuple[int, str]]) -> tuple[list[str], list[tu
         return _by_number(max(_width(cells) for _, cells in table)), table
     table = lines[header + 1 :]
     names = lines[header][1]
+    if separator is None and len(names) > width:
+        names = _names_with_blanks(dict(kept)[lines[header][0]], width) or names
     if header and _width(lines[header - 1][1]) >= width and _are_units(names):
         above = lines[header - 1][1]
         names = [
@@ -195,6 +197,12 @@ def _layout(path: Path, kept: list[tuple[int, str]]) -> tuple[list[str], list[tu
         ]
     # a name without a cell under it, as LabVIEW's Comment
     return _header(path, names[: max(len(cells) for _, cells in table)]), table
+
+
+def _names_with_blanks(line: str, count: int) -> list[str] | None:
+    """So many names among blanks, each with blanks or a unit in brackets; None where they are not so many."""
+    splits = (re.split(pattern, line.strip()) for pattern in (r"\s{2,}|\t", r"\s+(?![(\[])"))
+    return next((cells for cells in splits if len(cells) == count), None)
 
 
 def _are_settings(lines: list[list[str]]) -> bool:

@@ -7,6 +7,7 @@ import pickle
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import friction_bayes as fb
 from decays import SYSTEM, short_decay
@@ -19,14 +20,14 @@ def estimate() -> fb.Estimate:
     return fb.estimate(short_decay(name="shelf <1>"), SYSTEM)
 
 
-@pytest.mark.parametrize("what", ["overview", "fit", "amplitudes", "friction"])
+@pytest.mark.parametrize("what", ["overview", "fit", "residual", "amplitudes", "friction"])
 def test_figures_by_name(estimate: fb.Estimate, what: str) -> None:
     assert estimate.plot(what).axes
 
 
 def test_a_figure_that_there_is_not_is_refused_with_those_that_there_are(estimate: fb.Estimate) -> None:
     with pytest.raises(
-        fb.InputError, match=r"what: 'joint' is no figure .*amplitudes, fit, friction or overview"
+        fb.InputError, match=r"what: 'joint' is no figure .*amplitudes, fit, friction, overview or residual"
     ):
         figure_of(estimate, "joint")
 
@@ -47,11 +48,29 @@ def test_an_estimate_in_xarray_says_the_same(estimate: fb.Estimate) -> None:
     assert found["friction"].attrs["units"] == "N"
     np.testing.assert_allclose(found["fitted"] + found["residual"], found["signal"], atol=1e-15)
     assert found["time"][0] == estimate.decay.start_time
+    tree = estimate.to_datatree()
+    xr.testing.assert_identical(tree["summary"].to_dataset()["friction"], found["friction"])
+    xr.testing.assert_identical(tree["records/0"].to_dataset()["residual"], found["residual"])
+
+
+def test_the_residual_is_drawn_over_time_and_over_phase(estimate: fb.Estimate) -> None:
+    time, phase, shape = estimate.plot(what="residual").axes
+    left = estimate.decay.values - estimate.fit.prediction
+    for axes in (time, phase):
+        np.testing.assert_array_equal(axes.lines[0].get_ydata(), left)
+    peak = np.argmax(estimate.decay.values)
+    assert abs((phase.lines[0].get_xdata()[peak] + 180.0) % 360.0 - 180.0) < 5.0
+    assert shape.get_xlabel() == "residual [m]"
 
 
 def test_a_report_as_a_tree_has_draws_and_records(loop_report: LoopReport) -> None:
     tree = loop_report.to_datatree()
     np.testing.assert_array_equal(tree["mixture"]["friction"], loop_report.posterior["mixture"]["friction"])
+    numbers, after = loop_report.to_xarray(), loop_report.friction_after
+    xr.testing.assert_identical(tree["summary"].to_dataset(), numbers)
+    np.testing.assert_array_equal(
+        numbers["friction_after"], [after["mean"], after["sd"], *after["interval90"]]
+    )
     for i, trace in enumerate(loop_report.traces):
         np.testing.assert_array_equal(tree[f"records/{i}/after"], trace.after)
 

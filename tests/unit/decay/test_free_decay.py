@@ -290,7 +290,7 @@ def test_a_longer_gap_is_refused_and_named() -> None:
     with pytest.raises(
         InputError,
         match=r"^swing.csv: gap of 0.09 s after sample 100 \(t = 0.495 s\): 0.261 periods .* typical "
-        r"interval is 0.005 s; take the part before it, --end 0.495, or after it, --start 0.585; ",
+        r"interval is 0.005 s; take the part before it, end=0.495, or after it, start=0.585; ",
     ):
         estimate(record, SYSTEM)
 

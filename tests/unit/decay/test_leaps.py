@@ -34,7 +34,7 @@ def test_a_pasted_recording_leaps_where_it_is_pasted(first: int) -> None:
 def test_it_is_refused_by_its_place_and_a_remedy() -> None:
     record = fb.make_record(0.01 * np.arange(1340), pasted(340), "displacement")
     for call in (fb.estimate, lambda r, s: fb.close_loop([r], s, seed=1)):
-        with pytest.raises(fb.InputError, match=r"leaps by .* m at 3.39 s.*--start and --end"):
+        with pytest.raises(fb.InputError, match=r"leaps by .* m at 3.39 s.*start and end"):
             call(record, SYSTEM)
 
 

@@ -123,6 +123,21 @@ def test_remaining_life_is_what_simulation_gives(threshold: float, rng: np.rando
     assert life.cumulative[-1] + life.never == pytest.approx(1.0)
 
 
+@pytest.mark.parametrize("sd", [1e-6, 1e-9, 1e-12, 4e-17])
+def test_records_without_noise_reach_the_threshold_where_their_line_does(sd: float) -> None:
+    # rounding of the last digit, as the closed form of noise-free records leaves it
+    friction = np.array([0.05, 0.06, 0.07, 0.08]) * (1.0 + np.array([1.0, -1.0, 2.0, 1.0]) * 2.0**-52)
+    wear = fit_wear(np.arange(4.0), friction, np.full(4, sd))
+    life = remaining_life(wear, 0.1, 3.0)
+    assert life.never < 1e-3
+    assert life.ppf(0.5) == pytest.approx(2.0, rel=1e-3)
+    simulated = draws(wear, 0.1, 40_000, np.random.default_rng(1))
+    for probability in (0.2, 0.8):
+        # a time of 1e-4 of itself is resolved
+        low, high = (life.ppf(probability) * (1.0 + d) for d in (-1e-4, 1e-4))
+        assert np.mean(simulated <= low) - 0.02 < probability < np.mean(simulated <= high) + 0.02
+
+
 def test_a_falling_friction_mostly_never_reaches_the_threshold() -> None:
     points = DetectionPoints(
         times=TIMES, time_unit="h", friction=FRICTION[::-1].copy(), sd=SD, unit="N", relative_sd=0.0

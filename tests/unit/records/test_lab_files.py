@@ -13,7 +13,7 @@ import pytest
 import friction_bayes as fb
 from friction_bayes.records.readers import archive, read_record
 from friction_bayes.records.readers.clock_times import seconds_from_first
-from kinds_of_files import write_workbook
+from kinds_of_files import write_old_workbook, write_workbook
 
 TIME = np.arange(120) * 0.05
 SIGNAL = 0.01 * np.cos(8.0 * TIME) * (1.0 - TIME / 8.0)
@@ -30,6 +30,15 @@ def test_a_spreadsheet_is_read_from_its_first_sheet_of_numbers(tmp_path: Path) -
     ]
     write_workbook(tmp_path / "swing.xlsx", {"Device": notes, "Raw Data": rows})
     record = read_record(tmp_path / "swing.xlsx")
+    np.testing.assert_allclose(record.values, SIGNAL, atol=1e-15)
+    np.testing.assert_allclose(record["time"], TIME, atol=1e-12)
+
+
+def test_a_workbook_of_excel_97_is_read_as_the_new_ones(tmp_path: Path) -> None:
+    pytest.importorskip("python_calamine")
+    numbers = [[float(t), 1e3 * float(x)] for t, x in zip(TIME, SIGNAL, strict=True)]
+    write_old_workbook(tmp_path / "swing.xls", [["Time (s)", "Position (mm)"], *numbers])
+    record = read_record(tmp_path / "swing.xls")
     np.testing.assert_allclose(record.values, SIGNAL, atol=1e-15)
     np.testing.assert_allclose(record["time"], TIME, atol=1e-12)
 
@@ -100,6 +109,14 @@ def test_text_without_a_mark_and_rules_under_the_header(
     np.testing.assert_array_equal(read_record(path).values, SIGNAL)
 
 
+@pytest.mark.parametrize("header", ["Time (s)   Position (m)", "Time (s) Position (m)", "Time [s]    x [m]"])
+@pytest.mark.parametrize("rule", ["", "--------   ------------\n"])
+def test_names_among_blanks_keep_their_units(tmp_path: Path, header: str, rule: str) -> None:
+    path = tmp_path / "swing.txt"
+    path.write_text(f"{header}\n{rule}" + "\n".join("   ".join(row) for row in ROWS))
+    np.testing.assert_array_equal(read_record(path).values, SIGNAL)
+
+
 @pytest.mark.parametrize("form", ["%d.%m.%Y %H:%M:%S.%f", "%d/%m/%Y %H:%M:%S.%f", "%m/%d/%Y, %H:%M:%S.%f"])
 @pytest.mark.parametrize("start", [datetime(2024, 3, 1, 23, 59, 58), datetime(2024, 12, 31, 11, 0, 0)])
 def test_dates_of_either_order_go_on_beyond_midnight(form: str, start: datetime) -> None:
@@ -113,11 +130,11 @@ def test_doubled_stamps_take_the_first_or_the_mean(tmp_path: Path) -> None:
     path = tmp_path / "swing.csv"
     doubled = [row for t, x in ROWS for row in (f"{t},{x}", f"{t},{float(x) + 2e-4!r}")]
     path.write_text("time_s,displacement_m\n" + "\n".join(doubled))
-    with pytest.raises(fb.InputError, match=r"time is doubled at row 3 .*--duplicates first or mean"):
+    with pytest.raises(fb.InputError, match=r"time is doubled at row 3 .*duplicates=first or mean"):
         read_record(path)
     np.testing.assert_array_equal(read_record(path, duplicates="first").values, SIGNAL)
     np.testing.assert_allclose(read_record(path, duplicates="mean").values, SIGNAL + 1e-4, atol=1e-15)
-    with pytest.raises(fb.InputError, match="--duplicates: 'last' is unknown; give first or mean"):
+    with pytest.raises(fb.InputError, match="duplicates: 'last' is unknown; give first or mean"):
         read_record(path, duplicates="last")
 
 

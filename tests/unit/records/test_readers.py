@@ -122,7 +122,7 @@ def test_options_tell_what_names_do_not(tmp_path) -> None:
 
 
 def test_a_quantity_without_unit_is_not_taken_for_si(tmp_path) -> None:
-    with pytest.raises(InputError, match="column 'x' does not say its unit; give --unit, one of m, cm, mm"):
+    with pytest.raises(InputError, match="column 'x' does not say its unit; give unit, one of m, cm, mm"):
         read_record(save(tmp_path, ROWS, "time_s,x"), quantity="displacement")
 
 
@@ -194,7 +194,7 @@ def test_times_in_ms_are_told_in_ms(tmp_path) -> None:
 
 def test_without_a_header_it_is_said_how_to_name_the_columns(tmp_path) -> None:
     path = save(tmp_path, ROWS, None)
-    told = r"no header line.* column 0, 1; .* --time-column 0 --signal-column 1 --quantity displacement"
+    told = r"no header line.* column 0, 1; .* time_column=0 signal_column=1 quantity=displacement"
     with pytest.raises(InputError, match=told):
         read_record(path)
     read_record(path, time_column="0", signal_column="1", quantity="displacement", unit="m")
@@ -204,9 +204,7 @@ def test_settings_of_more_cells_than_the_table_are_passed_over(tmp_path) -> None
     """As the logger of a rotary pendulum writes them: names and numbers of the settings, then one column."""
     column = [row.split(",")[1] for row in ROWS]
     path = save(tmp_path, ["90, 100, 5", *column], "trigger_deg, sample_rate, duration_sec")
-    with pytest.raises(
-        InputError, match=r"no header line.* --sampling-rate HZ --quantity displacement --unit m"
-    ):
+    with pytest.raises(InputError, match=r"no header line.* sampling_rate=HZ quantity=displacement unit=m"):
         read_record(path)
     record = read_record(path, sampling_rate=RATE, quantity="displacement", unit="m")
     assert record.size == len(ROWS)
@@ -225,23 +223,23 @@ def test_settings_of_more_cells_than_the_table_are_passed_over(tmp_path) -> None
             {"quantity": "displacement", "unit": "kg"},
             "in kg, which does not measure displacement",
         ),
-        ("time_s,x", {"quantity": "speed"}, "--quantity: unknown quantity 'speed'; give one of displacement"),
-        ("time_s,displacement_m", {"quantity": "angle"}, "holds displacement, --quantity says angle"),
-        ("time_s,displacement_m", {"unit": "mm"}, "is in m, --unit says mm"),
-        ("time_s,displacement_V", {"unit": "mm"}, "is in V, --unit says mm; give --scale too"),
-        ("time_s,displacement_m", {"unit": "mV/mm", "scale": 2.0}, "is in m, --unit says mV/mm"),
-        ("time_s,displacement_V", {"unit": "mV/mm"}, "mV/mm is a sensitivity; give its number with --scale"),
+        ("time_s,x", {"quantity": "speed"}, "quantity: unknown quantity 'speed'; give one of displacement"),
+        ("time_s,displacement_m", {"quantity": "angle"}, "holds displacement, quantity says angle"),
+        ("time_s,displacement_m", {"unit": "mm"}, "is in m, unit says mm"),
+        ("time_s,displacement_V", {"unit": "mm"}, "is in V, unit says mm; give scale too"),
+        ("time_s,displacement_m", {"unit": "mV/mm", "scale": 2.0}, "is in m, unit says mV/mm"),
+        ("time_s,displacement_V", {"unit": "mV/mm"}, "mV/mm is a sensitivity; give its number with scale"),
         ("time_s,displacement_V", {"unit": "mV/deg", "scale": 2.0}, "mV/deg, which does not measure displ"),
-        ("time_s,displacement_m", {"scale": 0.0}, "--scale: is zero"),
-        ("time_s,displacement_m", {"scale": float("nan")}, "--scale"),
+        ("time_s,displacement_m", {"scale": 0.0}, "scale: is zero"),
+        ("time_s,displacement_m", {"scale": float("nan")}, "scale"),
         (
             "time_s,displacement_m",
             {"signal_column": "y"},
-            "--signal-column 'y' is not there; give one of time_s",
+            "signal_column='y' is not there; give one of time_s",
         ),
-        ("time_s,displacement_m", {"time_column": "9"}, "--time-column '9' is not there"),
-        ("time_s,displacement_m", {"sampling_rate": -1.0}, "--sampling-rate: -1 is not positive"),
-        ("time_s,x", {"time_column": 0, "sampling_rate": 9.0}, "both --time-column and --sampling-rate"),
+        ("time_s,displacement_m", {"time_column": "9"}, "time_column='9' is not there"),
+        ("time_s,displacement_m", {"sampling_rate": -1.0}, "sampling_rate: -1 is not positive"),
+        ("time_s,x", {"time_column": 0, "sampling_rate": 9.0}, "both time_column and sampling_rate"),
         ("time_s,time_s", {}, "several columns named 'time_s'"),
         ("time_s,time_ms", {}, "several time columns: time_s, time_ms"),
     ],
@@ -332,8 +330,8 @@ def test_a_single_run_need_not_be_named(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({}, "capstone.csv: holds 2 runs; choose one with --run: 1, 2"),
-        ({"run": 3}, "there is no run 3; choose one with --run: 1, 2"),
+        ({}, "capstone.csv: holds 2 runs; choose one with run: 1, 2"),
+        ({"run": 3}, "there is no run 3; choose one with run: 1, 2"),
         (
             {"run": 2},
             r"several signals: Angle, Ch 1\+2 \(rad\), Angular Velocity, Ch 1\+2 \(rad/s\); name one with",
@@ -342,8 +340,8 @@ def test_a_single_run_need_not_be_named(tmp_path) -> None:
             {"run": 2, "signal_column": "Angle"},
             r"'Angle' is not there; give one of Time \(s\), Angle, Ch 1\+2 \(rad\), Angular",
         ),
-        ({"run": 1, "signal_column": 1, "unit": "deg"}, "is in rad, --unit says deg"),
-        ({"run": 1, "signal_column": 3}, "does not say what was measured; give --quantity and --unit"),
+        ({"run": 1, "signal_column": 1, "unit": "deg"}, "is in rad, unit says deg"),
+        ({"run": 1, "signal_column": 3}, "does not say what was measured; give quantity and unit"),
         ({"run": 1, "time_column": 3, "signal_column": 1}, r"time column Output Voltage \(V\) is in V"),
     ],
 )
@@ -353,7 +351,7 @@ def test_an_unclear_run_is_refused(tmp_path, options, message) -> None:
 
 
 def test_a_run_of_a_file_without_runs_is_refused(tmp_path) -> None:
-    with pytest.raises(InputError, match=r"decay.csv: no column belongs to a run; leave out --run"):
+    with pytest.raises(InputError, match=r"decay.csv: no column belongs to a run; leave out run"):
         read_record(save(tmp_path, ROWS), run=1)
 
 
@@ -395,7 +393,7 @@ def test_a_bracket_that_is_no_unit_leaves_the_word_to_the_option(tmp_path) -> No
     assert_is_the_signal(
         read_record(path, **told, unit="deg"), quantity="angle", unit="rad", scale=np.pi / 180.0
     )
-    with pytest.raises(InputError, match="is in encoder 1, which does not measure angle; give --unit"):
+    with pytest.raises(InputError, match="is in encoder 1, which does not measure angle; give unit"):
         read_record(path, **told)
 
 
@@ -574,7 +572,7 @@ def test_wav_needs_to_be_told(tmp_path) -> None:
     counts = read_record(tmp_path / "counts.wav", quantity="velocity", signal_column=1)
     assert counts.attrs["units"] == "counts"
     np.testing.assert_array_equal(counts.values, (-SIGNAL * 1e5).astype(np.int16))
-    with pytest.raises(InputError, match="is in counts, --unit says m/s"):
+    with pytest.raises(InputError, match="is in counts, unit says m/s"):
         read_record(tmp_path / "counts.wav", quantity="velocity", signal_column=1, unit="m/s")
 
 

@@ -26,6 +26,27 @@ def test_make_record_converts_to_si() -> None:
     np.testing.assert_allclose(record.values, 2.0 * STANDARD_GRAVITY, rtol=1e-15)
 
 
+class Quantity(np.ndarray):
+    """Numbers with a unit, as packages of units have them."""
+
+    @property
+    def magnitude(self):
+        return np.asarray(self)
+
+    def to(self, unit):
+        factor = {"m": 1e-3, "s": 60.0}[unit]
+        return (factor * self).view(Quantity)
+
+
+def test_quantities_are_converted_to_si() -> None:
+    time, values = (each.view(Quantity) for each in (TIME / 60.0, 1e3 * SIGNAL))
+    record = record_over(time, values)
+    np.testing.assert_allclose(record.values, SIGNAL, rtol=1e-14)
+    np.testing.assert_allclose(record["time"], TIME, rtol=1e-14)
+    with pytest.raises(InputError, match="unit: mm is given for values that have a unit"):
+        make_record(TIME, values, "displacement", unit="mm")
+
+
 def test_uncalibrated_units_are_kept() -> None:
     record = make_record(TIME, SIGNAL, "angular_velocity", unit="mV")
     assert record.attrs["units"] == "mV"
