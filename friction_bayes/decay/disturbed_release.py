@@ -16,6 +16,7 @@ from numba import njit
 from scipy import stats
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import INNER
 from friction_bayes.decay.demodulation import demodulate
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
@@ -38,7 +39,7 @@ _FADING = 1
 """Half cycles left out beyond the last step that shows: a force that fades shows too little at its end."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def disturbed_half_cycles(y: Array, omega: float) -> tuple[int, bool]:
     """How many half cycles from the start are to be left out.
 
@@ -81,7 +82,7 @@ def disturbed_half_cycles(y: Array, omega: float) -> tuple[int, bool]:
     return (last + 1 + _FADING, last == sought - 1) if last >= 0 else (0, False)
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _last_apart(
     step: Array, amplitude: Array, powers: Array, sought: int, compared: int, matters: float
 ) -> int:

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite, in_range, non_negative, positive
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.effects import BUILT_IN, ForceEffect, force_effects, force_vector, parse_effects
 from friction_bayes.mechanics.motion import Motion, sample_times
@@ -106,7 +107,7 @@ def _driven(force: Callable[..., float]) -> Callable[..., float]:
 _driven_built_in_force = _driven(_built_in_force)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _propagate_driven(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
     p = _as_tuple(p[0], _BUILT_IN_PARAMETERS), p[1], p[2]
     return trajectory(
@@ -114,7 +115,7 @@ def _propagate_driven(time, x, v, friction, mass, stiffness, pendulum, duration,
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _built_in_along(time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
     out = np.empty(time.size)
     p = _as_tuple(p, _BUILT_IN_PARAMETERS)
@@ -123,7 +124,7 @@ def _built_in_along(time, x, v, direction, friction, duration, mass, stiffness, 
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def propagate(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
     """Integrate one free decay under the built-in force effects, without checks, for repeated calls.
 
