@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite, in_range, non_negative, positive
 from friction_bayes.core.errors import InputError
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import INNER_OF_A_FUNCTION, KERNEL
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.effects import BUILT_IN, ForceEffect, force_effects, force_vector, parse_effects
 from friction_bayes.mechanics.motion import Motion, sample_times
@@ -52,13 +52,11 @@ def _total_force(effects: Sequence[ForceEffect]) -> Callable[..., float]:
 def _guarded(force: Callable[..., float], offset: int, end: int) -> Callable[..., float]:
     # an effect's force is compiled by whoever wrote it: written into a sum, it is taken from its source
     written = njit(nogil=True, inline="always")(getattr(force, "py_func", force))
+    nothing = (0.0,) * (end - offset)
 
     @njit(nogil=True, inline="always")
     def guarded(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
-        acts = False
-        for k in range(offset, end):
-            acts |= p[k] != 0.0
-        if acts:
+        if p[offset:end] != nothing:
             return written(t, x, v, direction, friction, duration, mass, stiffness, p, offset)
         return 0.0
 
@@ -115,13 +113,18 @@ def _propagate_driven(time, x, v, friction, mass, stiffness, pendulum, duration,
     )
 
 
+@njit(**INNER_OF_A_FUNCTION)
+def _along(force, time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+    out = np.empty(time.size)
+    for i in range(time.size):
+        out[i] = force(time[i], x[i], v[i], direction[i], friction, duration, mass, stiffness, p)
+    return out
+
+
 @njit(**KERNEL)
 def _built_in_along(time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
-    out = np.empty(time.size)
     p = _as_tuple(p, _BUILT_IN_PARAMETERS)
-    for i in range(time.size):
-        out[i] = _built_in_force(time[i], x[i], v[i], direction[i], friction, duration, mass, stiffness, p)
-    return out
+    return _along(_built_in_force, time, x, v, direction, friction, duration, mass, stiffness, p)
 
 
 @njit(**KERNEL)
@@ -215,11 +218,8 @@ def _compiled_along(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
 
     @njit(nogil=True)
     def along(time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
-        out = np.empty(time.size)
         p = _as_tuple(p, parameters)
-        for i in range(time.size):
-            out[i] = force(time[i], x[i], v[i], direction[i], friction, duration, mass, stiffness, p)
-        return out
+        return _along(force, time, x, v, direction, friction, duration, mass, stiffness, p)
 
     return along
 
