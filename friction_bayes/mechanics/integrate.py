@@ -64,12 +64,12 @@ def _guarded(force: Callable[..., float], offset: int, end: int) -> Callable[...
 
 
 def _sum(forces: Sequence[Callable[..., float]]) -> Callable[..., float]:
-    """Sum by halves: numba writes out a call anew on each level, of which a chain has one for each force."""
+    """Sum by halves, written into one function by LLVM: numba would copy each force anew on every level."""
     if len(forces) == 1:
         return forces[0]
     first, second = _sum(forces[: len(forces) // 2]), _sum(forces[len(forces) // 2 :])
 
-    @njit(nogil=True, inline="always")
+    @njit(**INNER_OF_A_FUNCTION, forceinline=True)
     def both(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
         return first(t, x, v, direction, friction, duration, mass, stiffness, p) + second(
             t, x, v, direction, friction, duration, mass, stiffness, p
