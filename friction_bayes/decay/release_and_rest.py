@@ -325,15 +325,15 @@ def locate_moving_parts(
     for r in range(values.shape[0]):
         y, omega, resolution = values[r], frequencies[r], resolutions[r]
         low, high = seen.low[r], seen.high[r]
-        # to numba True is a type, for which it would compile all of it once more
         undriven = 0
-        found = _moving_part(y, low, high, omega, resolution, order, given_start, alone, judged, undriven > 0)
-        undriven = found[8]
-        if undriven > 0:
-            # phase and rest of the free part are its own, and it is taken to hold one decay
-            found = _moving_part(
-                y, low, high, omega, resolution, order, undriven, undriven > 0, judged, undriven > 0
-            )
+        for again in range(2):
+            # phase and rest of a part freed from a drive are its own, and it is taken to hold one decay
+            given, single = (undriven, True) if again > 0 else (given_start, alone)
+            found = _moving_part(y, low, high, omega, resolution, order, given, single, judged, again > 0)
+            if again == 0:
+                undriven = found[8]
+            if undriven == 0:
+                break
         (
             located.status[r],
             located.start[r],
@@ -348,7 +348,7 @@ def locate_moving_parts(
         located.driven[r] = undriven > 0
 
 
-@njit(**INNER)
+@njit(**INNER, inline="always")
 def _moving_part(
     y: Array,
     low: float,
