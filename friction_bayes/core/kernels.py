@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-__all__ = ["INNER", "INNER_OF_A_FUNCTION", "KERNEL"]
+__all__ = ["INLINED", "INNER", "INNER_OF_A_FUNCTION", "KERNEL"]
 
 KERNEL: dict[str, Any] = {"cache": True, "nogil": True, "no_cfunc_wrapper": True}
 """Options of a kernel that Python calls."""
@@ -21,3 +21,6 @@ INNER: dict[str, Any] = {**KERNEL, "no_cpython_wrapper": True}
 
 INNER_OF_A_FUNCTION: dict[str, Any] = {**INNER, "cache": False}
 """The same of a kernel that takes a function: numba keeps on disk only what calls it."""
+
+INLINED: dict[str, Any] = {**INNER, "inline": "always"}
+"""The same of a kernel with one caller: numba links a kernel into what calls it, and optimises it anew."""

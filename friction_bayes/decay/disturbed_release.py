@@ -16,7 +16,7 @@ from numba import njit
 from scipy import stats
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import INNER
+from friction_bayes.core.kernels import INLINED, INNER
 from friction_bayes.decay.demodulation import demodulate
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
@@ -39,7 +39,7 @@ _FADING = 1
 """Half cycles left out beyond the last step that shows: a force that fades shows too little at its end."""
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def disturbed_half_cycles(y: Array, omega: float) -> tuple[int, bool]:
     """How many half cycles from the start are to be left out.
 

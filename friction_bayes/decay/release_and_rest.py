@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INLINED, INNER, KERNEL
 from friction_bayes.decay.amplitude_loss import amplitude_falls
 from friction_bayes.decay.demodulation import (
     EVIDENCE,
@@ -148,7 +148,7 @@ def _copy_moments(to_matrix: Array, to_right: Array, matrix: Array, right: Array
             to_matrix[a, b] = matrix[a, b]
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float, float, float]:
     """Where the amplitude meets zero, constant samples after.
 
@@ -348,7 +348,7 @@ def locate_moving_parts(
         located.driven[r] = undriven > 0
 
 
-@njit(**INNER, inline="always")
+@njit(**INLINED)
 def _moving_part(
     y: Array,
     low: float,
