@@ -57,8 +57,8 @@ def _regress(amplitude: Array, design: Array) -> tuple[Array, Array]:
     errors = np.full(size, math.inf)
     if rest < math.inf:
         for j in range(size):
-            basis[:] = 0.0
-            basis[j] = 1.0
+            for i in range(size):
+                basis[i] = 1.0 if i == j else 0.0
             column, _ = solve_spd(matrix, basis)
             errors[j] = math.sqrt(max(column[j], 0.0) * rest / freedom)
     return coefficients, errors

@@ -87,18 +87,21 @@ def _last_apart(
     step: Array, amplitude: Array, powers: Array, sought: int, compared: int, matters: float
 ) -> int:
     """Last of the first steps that powers of the amplitude, fitted to those after, miss; -1 for none."""
-    matrix, right, square = np.zeros((2, 2)), np.zeros(2), 0.0
+    matrix, right, square, basis = np.zeros((2, 2)), np.zeros(2), 0.0, np.zeros(2)
     for k in range(sought, sought + compared):
-        add_sample(matrix, right, amplitude[k] ** powers, step[k], 1.0)
+        for j in range(2):
+            basis[j] = amplitude[k] ** powers[j]
+        add_sample(matrix, right, basis, step[k], 1.0)
         square += step[k] ** 2
     law, rest = regression(matrix, right, square)
     if not rest < math.inf:
         return -1
     sd, last = math.sqrt(rest / (compared - 2)), -1
     for k in range(sought):
-        basis = amplitude[k] ** powers
+        for j in range(2):
+            basis[j] = amplitude[k] ** powers[j]
         spread, _ = solve_spd(matrix, basis)
-        limit = _LIMITS[compared] * sd * math.sqrt(1.0 + (basis * spread).sum())
-        if abs(step[k] - (law * basis).sum()) > max(matters, limit):
+        limit = _LIMITS[compared] * sd * math.sqrt(1.0 + (basis[0] * spread[0] + basis[1] * spread[1]))
+        if abs(step[k] - (law[0] * basis[0] + law[1] * basis[1])) > max(matters, limit):
             last = k
     return last

@@ -126,9 +126,9 @@ def _phasors(polynomial: Array, scale: float, start: int, n: int) -> tuple[Array
     c = s = c1 = s1 = c2 = s2 = 0.0
     for j in range(n):
         if j % _RESYNCHRONISED == 0:
-            here = phase_of(polynomial, scale, start + j)
-            first = phase_of(polynomial, scale, start + j + 1) - here
-            second = phase_of(polynomial, scale, start + j + 2) - here - 2.0 * first
+            here = phase_of(polynomial, scale, float(start + j))
+            first = phase_of(polynomial, scale, float(start + j + 1)) - here
+            second = phase_of(polynomial, scale, float(start + j + 2)) - here - 2.0 * first
             c, s = math.cos(here), math.sin(here)
             c1, s1 = math.cos(first), math.sin(first)
             c2, s2 = math.cos(second), math.sin(second)
@@ -165,7 +165,7 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
         is hardly a share of the whole, as in a record that only drifts.
     """
     n = y.size - start
-    half = math.pi / rate_of(polynomial, scale, start)
+    half = math.pi / rate_of(polynomial, scale, float(start))
     mean, _ = _about(y[start:], 0.0)
     mean /= n
     matrix, right, square = np.zeros((6, 6)), np.zeros(6), 0.0
@@ -407,7 +407,7 @@ def _moving_part(
         stop = min(math.floor(begin + turn * width + shift) + 1, stop)
     disturbed, undriven = 0, 0
     if given_start < 0 and judged:
-        half = math.pi / rate_of(polynomial, scale, start)
+        half = math.pi / rate_of(polynomial, scale, float(start))
         # where the record begins with a hold, the release is known to about half a half cycle
         free = start + int(0.5 * half) if start > 0 else 0
         swing = moving[free : (stop - begin) // width] - rest
