@@ -54,7 +54,7 @@ def imported(module: str, tree: ast.Module) -> dict[str, str]:
 
 def uses(module: str, tree: ast.Module, kernels: set[str]) -> Iterator[tuple[str, bool]]:
     """Each use of a kernel, and whether it is in compiled code; its source, ``py_func``, is none."""
-    names = imported(module, tree)
+    names, last = imported(module, tree), {kernel.rpartition(".")[2] for kernel in kernels}
 
     def within(node: ast.AST, compiled: bool) -> Iterator[tuple[str, bool]]:
         if isinstance(node, ast.Attribute) and node.attr == "py_func":
@@ -64,7 +64,7 @@ def uses(module: str, tree: ast.Module, kernels: set[str]) -> Iterator[tuple[str
         full = ""
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
             full = names.get(node.id, "")
-        elif isinstance(node, ast.Attribute):
+        elif isinstance(node, ast.Attribute) and node.attr in last:
             full = f"{names.get(ast.unparse(node.value), ast.unparse(node.value))}.{node.attr}"
         if full in kernels:
             yield full, compiled
