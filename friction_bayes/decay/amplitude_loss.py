@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import INNER
 from friction_bayes.decay.demodulation import demodulate
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
@@ -31,7 +32,7 @@ _NOT_EXCLUDED = 2.0
 """Standard errors within which a loss may be none."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _amplitudes(y: Array, omega: float) -> Array:
     _, inphase, quadrature, _ = demodulate(y, omega)
     amplitude = np.zeros(inphase.size)
@@ -40,7 +41,7 @@ def _amplitudes(y: Array, omega: float) -> Array:
     return amplitude
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _regress(amplitude: Array, design: Array) -> tuple[Array, Array]:
     """Coefficients of a regression of the amplitudes and their standard errors; infinite where singular."""
     count, size = design.shape
@@ -56,14 +57,14 @@ def _regress(amplitude: Array, design: Array) -> tuple[Array, Array]:
     errors = np.full(size, math.inf)
     if rest < math.inf:
         for j in range(size):
-            basis[:] = 0.0
-            basis[j] = 1.0
+            for i in range(size):
+                basis[i] = 1.0 if i == j else 0.0
             column, _ = solve_spd(matrix, basis)
             errors[j] = math.sqrt(max(column[j], 0.0) * rest / freedom)
     return coefficients, errors
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def amplitude_falls(y: Array, omega: float, after_drive: bool) -> bool:
     """Whether the amplitude may fall, from the first to the last, by a share that shows; true of few periods.
 

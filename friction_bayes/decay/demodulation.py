@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
 __all__ = ["EVIDENCE", "demodulate", "phase_of", "rate_of", "rough_phase"]
@@ -20,7 +21,7 @@ _WINDOW_SAMPLES = 7.0
 """A window of one period is lengthened to hold at least this many samples."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def demodulate(y: Array, omega: float) -> tuple[Array, Array, Array, Array]:
     """Complex amplitude of windows of one period, half a period apart, by least squares with a constant.
 
@@ -69,7 +70,7 @@ class _Window(NamedTuple):
     regular: bool
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _window(omega: float, count: int) -> _Window:
     cosine, sine, inverse = np.empty(count), np.empty(count), np.empty((3, 3))
     matrix, right, basis = np.zeros((3, 3)), np.zeros(3), np.ones(3)
@@ -88,7 +89,7 @@ def _window(omega: float, count: int) -> _Window:
     return _Window(cosine, sine, inverse, regular)
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+@njit(**INNER, fastmath={"reassoc", "contract"})
 def _products(y: Array, cosine: Array, sine: Array) -> tuple[float, float, float, float]:
     """Sums of ``y, y c, y s, y y``, taken several at a time."""
     one = c = s = square = 0.0
@@ -100,7 +101,7 @@ def _products(y: Array, cosine: Array, sine: Array) -> tuple[float, float, float
     return one, c, s, square
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def rough_phase(
     centre: Array, inphase: Array, quadrature: Array, floor: float, first: int, omega: float
 ) -> tuple[Array, float, float]:
@@ -161,14 +162,14 @@ def rough_phase(
     return result, scale, left / matrix[0, 0] if used > 0 else math.inf
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def phase_of(polynomial: Array, scale: float, i: float) -> float:
     """Phase [rad] at sample ``i`` of a cubic in ``i / scale``, coefficients from the constant up."""
     s = i / scale
     return polynomial[0] + s * (polynomial[1] + s * (polynomial[2] + s * polynomial[3]))
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def rate_of(polynomial: Array, scale: float, i: float) -> float:
     """Derivative of :func:`phase_of` [rad a sample]."""
     s = i / scale

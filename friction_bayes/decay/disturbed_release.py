@@ -16,6 +16,7 @@ from numba import njit
 from scipy import stats
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import INLINED, INNER
 from friction_bayes.decay.demodulation import demodulate
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
@@ -38,7 +39,7 @@ _FADING = 1
 """Half cycles left out beyond the last step that shows: a force that fades shows too little at its end."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**INLINED)
 def disturbed_half_cycles(y: Array, omega: float) -> tuple[int, bool]:
     """How many half cycles from the start are to be left out.
 
@@ -81,23 +82,26 @@ def disturbed_half_cycles(y: Array, omega: float) -> tuple[int, bool]:
     return (last + 1 + _FADING, last == sought - 1) if last >= 0 else (0, False)
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _last_apart(
     step: Array, amplitude: Array, powers: Array, sought: int, compared: int, matters: float
 ) -> int:
     """Last of the first steps that powers of the amplitude, fitted to those after, miss; -1 for none."""
-    matrix, right, square = np.zeros((2, 2)), np.zeros(2), 0.0
+    matrix, right, square, basis = np.zeros((2, 2)), np.zeros(2), 0.0, np.zeros(2)
     for k in range(sought, sought + compared):
-        add_sample(matrix, right, amplitude[k] ** powers, step[k], 1.0)
+        for j in range(2):
+            basis[j] = amplitude[k] ** powers[j]
+        add_sample(matrix, right, basis, step[k], 1.0)
         square += step[k] ** 2
     law, rest = regression(matrix, right, square)
     if not rest < math.inf:
         return -1
     sd, last = math.sqrt(rest / (compared - 2)), -1
     for k in range(sought):
-        basis = amplitude[k] ** powers
+        for j in range(2):
+            basis[j] = amplitude[k] ** powers[j]
         spread, _ = solve_spd(matrix, basis)
-        limit = _LIMITS[compared] * sd * math.sqrt(1.0 + (basis * spread).sum())
-        if abs(step[k] - (law * basis).sum()) > max(matters, limit):
+        limit = _LIMITS[compared] * sd * math.sqrt(1.0 + (basis[0] * spread[0] + basis[1] * spread[1]))
+        if abs(step[k] - (law[0] * basis[0] + law[1] * basis[1])) > max(matters, limit):
             last = k
     return last

@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import INLINED, INNER
 from friction_bayes.decay.demodulation import demodulate
 from friction_bayes.decay.linear_least_squares import add_sample, regression
 
@@ -37,7 +38,7 @@ _COURSE = 3
 """Coefficients of the change of amplitude under a drive, in powers of time, at most."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def driven_half_cycles(y: Array, omega: float) -> int:
     """How many half cycles from the start are to be left out; zero where nothing shows.
 
@@ -84,7 +85,7 @@ def driven_half_cycles(y: Array, omega: float) -> int:
     return 2 * _cut(log_odds + math.log(_DRIVEN / (1.0 - _DRIVEN) / places) - free)
 
 
-@njit(cache=True, nogil=True)
+@njit(**INLINED)
 def _amplitudes(y: Array, omega: float) -> tuple[Array, float]:
     """Amplitudes in windows of one period that share no samples, each at its own frequency, and their noise.
 
@@ -124,7 +125,7 @@ def _amplitudes(y: Array, omega: float) -> tuple[Array, float]:
     return amplitude, math.exp(log_noise)
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _evidence(count: int, coefficients: int, rest: float, variance: float) -> float:
     """Logarithm of the density of responses about a regression, its scatter integrated out.
 
@@ -142,7 +143,7 @@ def _evidence(count: int, coefficients: int, rest: float, variance: float) -> fl
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(**INLINED)
 def _courses(lost: Array, variance: float) -> Array:
     """Evidence of the first steps, by their number, as a polynomial in time: the mean over its degrees."""
     out = np.zeros(lost.size)
@@ -162,7 +163,7 @@ def _courses(lost: Array, variance: float) -> Array:
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit(**INLINED)
 def _may_begin_without_loss(amplitude: Array, lost: Array, variance: float) -> bool:
     """Whether :func:`_begins_without_loss` may hold anywhere: a law scatters no more than about the mean."""
     steps, total, square = lost.size, 0.0, 0.0
@@ -177,7 +178,7 @@ def _may_begin_without_loss(amplitude: Array, lost: Array, variance: float) -> b
     return False
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _begins_without_loss(amplitude: Array, end: int, sd: float, later: float) -> bool:
     """Whether no amplitude is lost over the first steps, nor over half of all up to ``end``.
 
@@ -190,7 +191,7 @@ def _begins_without_loss(amplitude: Array, end: int, sd: float, later: float) ->
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(**INLINED)
 def _cut(log_odds: Array) -> int:
     """First place by which a drive has surely ended; 0 where that there was one is less probable than not."""
     largest = log_odds.max()

@@ -13,6 +13,7 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_polynomial import phase_at, time_of_phase
 from friction_bayes.decay.phase_tracking import coulomb_fit, track_phase, tracked_phase
@@ -119,7 +120,7 @@ def natural_frequency_found(decay: FreeDecay, peaks: str = "highest") -> float:
     return float(small_swing_frequency(polynomial, duration, amplitude, 0.0, decay.quantity.order, swing))
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _peaks_of_periods(values: Array, step: float, polynomial: Array, highest: bool) -> tuple[Array, Array]:
     """One peak a period, on the positive side: its highest sample, or the sample where the peak is due.
 
@@ -153,7 +154,7 @@ def _peaks_of_periods(values: Array, step: float, polynomial: Array, highest: bo
     return time, value
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def period_friction(peaks: Array, centre: float, order: int, swing_frequency: float) -> Array:
     """Friction coefficient ``u`` of the signal from each two successive peaks, shape (periods - 1,).
 
@@ -172,7 +173,7 @@ def period_friction(peaks: Array, centre: float, order: int, swing_frequency: fl
     return result
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def small_swing_frequency(
     polynomial: Array, duration: float, peaks: Array, centre: float, order: int, swing_frequency: float
 ) -> float:
@@ -188,7 +189,7 @@ def small_swing_frequency(
     return (last - first) / duration / slowing
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def friction_sample_statistics(
     records: Array,
     step: float,

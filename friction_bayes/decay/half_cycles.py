@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at, time_of_phase
@@ -26,7 +27,7 @@ _MIN_SAMPLES = 6.0
 """Samples that a window about a turning point holds at least."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def turning_values(
     values: Array, step: float, polynomial: Array, order: int, swing_frequency: float
 ) -> tuple[Integers, Array, Array, float, float]:

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import INNER, KERNEL
 
 __all__ = ["find_leap", "may_leap"]
 
@@ -69,7 +70,7 @@ def _onward(skipped: int) -> Array:
 _ONWARD = tuple(_onward(0).tolist())
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def may_leap(values: Array) -> bool:
     """Whether :func:`find_leap` has anything to look at in finite ``values``, shape (n,)."""
     if values.size < 2 * _AROUND:
@@ -91,7 +92,7 @@ def may_leap(values: Array) -> bool:
     return usual <= 0.05 * values.size + 2 * (_AROUND + _SKIPPED) + 2 * _SKIPPED
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@njit(**INNER, fastmath={"contract"})
 def _wider_gaps(values: Array, limit: float) -> int:
     """How many gaps are wider than a limit; the compiler takes counts several at a time, and no largest."""
     w0, w1, w2, w3 = _ONWARD

@@ -13,11 +13,12 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import INNER, KERNEL
 
 __all__ = ["add_sample", "regression", "restricted", "solve_spd"]
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def add_sample(matrix: Array, right: Array, basis: Array, value: float, weight: float) -> None:
     """Add one sample to the moments ``X'WX`` (lower triangle) and ``X'Wy`` of a regression.
 
@@ -37,7 +38,7 @@ def add_sample(matrix: Array, right: Array, basis: Array, value: float, weight: 
             matrix[a, b] += weighted * basis[b]
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def solve_spd(matrix: Array, right: Array) -> tuple[Array, bool]:
     """Solve ``matrix x = right`` by Cholesky; False when the (scaled) matrix is not positive definite.
 
@@ -74,7 +75,7 @@ def solve_spd(matrix: Array, right: Array) -> tuple[Array, bool]:
     return x, True
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def regression(matrix: Array, right: Array, square: float) -> tuple[Array, float]:
     """Coefficients and residual sum of squares of a regression from its moments; inf when singular.
 
@@ -89,7 +90,7 @@ def regression(matrix: Array, right: Array, square: float) -> tuple[Array, float
     return x, max(rest, 0.0)
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def restricted(matrix: Array, right: Array, shift: Array) -> tuple[Array, Array]:
     """Moments of a regression whose coefficients are ``shift`` times fewer ones: lower halves."""
     size, fewer = shift.shape

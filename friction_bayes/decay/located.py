@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
+
+import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 
@@ -19,8 +21,10 @@ __all__ = [
     "Located",
 ]
 
-FOUND, NOT_FINITE, CONSTANT, NO_OSCILLATION, TOO_SHORT, NOT_DECAYING, SEVERAL_MODES, SEVERAL_DECAYS = range(8)
-"""Status of a record: its moving part was found, or why it was not."""
+FOUND, NOT_FINITE, CONSTANT, NO_OSCILLATION, TOO_SHORT, NOT_DECAYING, SEVERAL_MODES, SEVERAL_DECAYS = (
+    cast(int, status) for status in np.arange(8)
+)
+"""Status of a record: its moving part was found, or why it was not; no literals, for the kernels' sake."""
 LEAST_HALF_CYCLES = 3.0
 """Fewer show no loss of amplitude about a middle."""
 

@@ -10,11 +10,12 @@ from __future__ import annotations
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import INNER, KERNEL
 
 __all__ = ["phase_at", "rises", "time_of_phase"]
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def phase_at(polynomial: Array, position: float) -> tuple[float, float]:
     """Phase and its derivative at ``position`` in [-1, 1], from Chebyshev coefficients, shape (k,)."""
     value = polynomial[0] + polynomial[1] * position
@@ -31,7 +32,7 @@ def phase_at(polynomial: Array, position: float) -> tuple[float, float]:
     return value, slope
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def time_of_phase(polynomial: Array, target: float, duration: float) -> float:
     """Time in ``[0, duration]``, or a little outside, at which a rising phase reaches ``target``."""
     start, _ = phase_at(polynomial, -1.0)
@@ -46,7 +47,7 @@ def time_of_phase(polynomial: Array, target: float, duration: float) -> float:
     return 0.5 * (position + 1.0) * duration
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def rises(polynomial: Array) -> bool:
     """Whether the phase rises throughout, by a factor of at most 3 about its mean rate."""
     start, _ = phase_at(polynomial, -1.0)

@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array, Mask
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at, rises
@@ -30,7 +31,7 @@ _FREQUENCY_WANDER = 0.003
 _PHASE_SD = 0.5
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _fit_window(
     values: Array, first: int, last: int, step: float, centre: float, chi: float, omega: float
 ) -> tuple[float, float, float, bool]:
@@ -52,7 +53,7 @@ def _fit_window(
     return x[1], x[2], max(residual, 0.0) / max(last - first - 3, 1), ok
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _track(values: Array, step: float, frequency: float, chi0: float) -> tuple[Array, Array, Array]:
     """Follow the phase of the signal through successive windows of one period (more when sparsely sampled).
 
@@ -101,7 +102,7 @@ def _track(values: Array, step: float, frequency: float, chi0: float) -> tuple[A
     return times, phases, weights
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _polynomial_through(
     times: Array, phases: Array, weights: Array, duration: float, degree: int
 ) -> tuple[Array, bool]:
@@ -120,7 +121,7 @@ def _polynomial_through(
     return solve_spd(matrix, right)
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _refine(
     values: Array, order: int, polynomial: Array, amplitude: float, friction: float, free: int
 ) -> tuple[Array, bool]:
@@ -146,7 +147,7 @@ def _refine(
     return solve_spd(matrix, right)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def coulomb_fit(values: Array, order: int, polynomial: Array) -> tuple[float, float, float]:
     """Least-squares rest position, initial amplitude and friction coefficient at a given phase, or NaN."""
     found, ok = _refine(values, order, polynomial, 0.0, 0.0, ZERO)
@@ -155,7 +156,7 @@ def coulomb_fit(values: Array, order: int, polynomial: Array) -> tuple[float, fl
     return found[0], found[1], found[2]
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def track_phase(values: Array, step: float, frequency: float, phase: float, order: int) -> Array:
     r"""Find the phase of a free decay as a Chebyshev polynomial of time.
 

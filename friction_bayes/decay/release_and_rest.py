@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import INLINED, INNER, KERNEL
 from friction_bayes.decay.amplitude_loss import amplitude_falls
 from friction_bayes.decay.demodulation import (
     EVIDENCE,
@@ -52,7 +53,7 @@ _TWO_LEVELS = 1.5
 """Steps of the sensor that two neighbouring levels span at most, printed with few digits."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _release(y: Array, polynomial: Array, scale: float, first_full: float, amplitude: float) -> int:
     """First sample of the free decay: a constant before it, an oscillation of straight amplitude after.
 
@@ -106,7 +107,7 @@ def _release(y: Array, polynomial: Array, scale: float, first_full: float, ampli
     return begin + best
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+@njit(**INNER, fastmath={"reassoc", "contract"})
 def _about(y: Array, mean: float) -> tuple[float, float]:
     """Sum of the samples less a mean, and of their squares."""
     total = square = 0.0
@@ -116,7 +117,7 @@ def _about(y: Array, mean: float) -> tuple[float, float]:
     return total, square
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _phasors(polynomial: Array, scale: float, start: int, n: int) -> tuple[Array, Array]:
     """Cosine and sine of a cubic phase from ``start`` on, turned by its differences, which a cubic ends."""
     cosine, sine = np.empty(n), np.empty(n)
@@ -125,9 +126,9 @@ def _phasors(polynomial: Array, scale: float, start: int, n: int) -> tuple[Array
     c = s = c1 = s1 = c2 = s2 = 0.0
     for j in range(n):
         if j % _RESYNCHRONISED == 0:
-            here = phase_of(polynomial, scale, start + j)
-            first = phase_of(polynomial, scale, start + j + 1) - here
-            second = phase_of(polynomial, scale, start + j + 2) - here - 2.0 * first
+            here = phase_of(polynomial, scale, float(start + j))
+            first = phase_of(polynomial, scale, float(start + j + 1)) - here
+            second = phase_of(polynomial, scale, float(start + j + 2)) - here - 2.0 * first
             c, s = math.cos(here), math.sin(here)
             c1, s1 = math.cos(first), math.sin(first)
             c2, s2 = math.cos(second), math.sin(second)
@@ -138,7 +139,7 @@ def _phasors(polynomial: Array, scale: float, start: int, n: int) -> tuple[Array
     return cosine, sine
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _copy_moments(to_matrix: Array, to_right: Array, matrix: Array, right: Array) -> None:
     """Copy moments, by loops: slice assignment costs the compiler seconds."""
     for a in range(right.size):
@@ -147,7 +148,7 @@ def _copy_moments(to_matrix: Array, to_right: Array, matrix: Array, right: Array
             to_matrix[a, b] = matrix[a, b]
 
 
-@njit(cache=True, nogil=True)
+@njit(**INLINED)
 def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float, float, float]:
     """Where the amplitude meets zero, constant samples after.
 
@@ -164,7 +165,7 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
         is hardly a share of the whole, as in a record that only drifts.
     """
     n = y.size - start
-    half = math.pi / rate_of(polynomial, scale, start)
+    half = math.pi / rate_of(polynomial, scale, float(start))
     mean, _ = _about(y[start:], 0.0)
     mean /= n
     matrix, right, square = np.zeros((6, 6)), np.zeros(6), 0.0
@@ -223,7 +224,7 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
     return best, centre + mean, explained
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _still_from(y: Array, resolution: float) -> int:
     """First of the last samples that lie on one level of the sensor or two neighbouring ones.
 
@@ -238,7 +239,7 @@ def _still_from(y: Array, resolution: float) -> int:
     return first
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _median(values: Array) -> float:
     """Upper median by selection; a library sort costs the compiler seconds."""
     kept = values.copy()
@@ -264,7 +265,7 @@ def _median(values: Array) -> float:
     return kept[sought]
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _nearest_turn(hinge: float, polynomial: Array, scale: float, order: int) -> float:
     """Turning point nearest to ``hinge``, in samples: dry friction stops a motion nowhere else."""
     theta = phase_of(polynomial, scale, hinge) - 0.5 * math.pi * order
@@ -272,7 +273,7 @@ def _nearest_turn(hinge: float, polynomial: Array, scale: float, order: int) -> 
     return hinge + (turn - theta) / rate_of(polynomial, scale, hinge)
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc"})
+@njit(**INNER, fastmath={"reassoc"})
 def _thinned(y: Array, first: int, width: int, offset: float) -> Array:
     """Means of blocks of ``width`` samples from ``first`` on, less ``offset``."""
     out = np.empty((y.size - first) // width)
@@ -285,7 +286,7 @@ def _thinned(y: Array, first: int, width: int, offset: float) -> Array:
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def locate_moving_parts(
     values: Array,
     seen: Extremes,
@@ -324,15 +325,15 @@ def locate_moving_parts(
     for r in range(values.shape[0]):
         y, omega, resolution = values[r], frequencies[r], resolutions[r]
         low, high = seen.low[r], seen.high[r]
-        # to numba True is a type, for which it would compile all of it once more
         undriven = 0
-        found = _moving_part(y, low, high, omega, resolution, order, given_start, alone, judged, undriven > 0)
-        undriven = found[8]
-        if undriven > 0:
-            # phase and rest of the free part are its own, and it is taken to hold one decay
-            found = _moving_part(
-                y, low, high, omega, resolution, order, undriven, undriven > 0, judged, undriven > 0
-            )
+        for again in range(2):
+            # phase and rest of a part freed from a drive are its own, and it is taken to hold one decay
+            given, single = (undriven, True) if again > 0 else (given_start, alone)
+            found = _moving_part(y, low, high, omega, resolution, order, given, single, judged, again > 0)
+            if again == 0:
+                undriven = found[8]
+            if undriven == 0:
+                break
         (
             located.status[r],
             located.start[r],
@@ -347,7 +348,7 @@ def locate_moving_parts(
         located.driven[r] = undriven > 0
 
 
-@njit(cache=True, nogil=True)
+@njit(**INLINED)
 def _moving_part(
     y: Array,
     low: float,
@@ -406,7 +407,7 @@ def _moving_part(
         stop = min(math.floor(begin + turn * width + shift) + 1, stop)
     disturbed, undriven = 0, 0
     if given_start < 0 and judged:
-        half = math.pi / rate_of(polynomial, scale, start)
+        half = math.pi / rate_of(polynomial, scale, float(start))
         # where the record begins with a hold, the release is known to about half a half cycle
         free = start + int(0.5 * half) if start > 0 else 0
         swing = moving[free : (stop - begin) // width] - rest
@@ -442,6 +443,6 @@ def _moving_part(
     return FOUND, first_sample, stop, rate, phase, rest + offset, stop < y.size, disturbed, undriven
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _nothing(status: int) -> tuple[int, int, int, float, float, float, bool, int, int]:
     return status, 0, 0, 0.0, 0.0, 0.0, False, 0, 0

@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array, Integers
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.block_means import block_means
 from friction_bayes.decay.demodulation import demodulate
 
@@ -39,13 +40,13 @@ _MOVED = 0.1
 """Share of a decay's amplitude by which its rest position moves where a hand takes hold."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def samples_averaged(omega: float) -> int:
     """How many samples are averaged into one to look for the motion, ``omega`` in rad/sample."""
     return max(int(2.0 * math.pi / omega / _BLOCKS_PER_PERIOD), 1)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def peaks_after_releases(amplitude: Array, floor: float) -> Integers:
     """Windows in which the amplitude is largest after each release; a record may begin in motion.
 
@@ -83,7 +84,7 @@ def peaks_after_releases(amplitude: Array, floor: float) -> Integers:
     return peaks[:count]
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _rises_at_once(amplitude: Array, top: int) -> bool:
     """Whether the amplitude reaches its height in window ``top`` fast, or had it as the record began."""
     low = top
@@ -95,7 +96,7 @@ def _rises_at_once(amplitude: Array, top: int) -> bool:
     return high - low <= _AT_ONCE
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _rests(amplitude: Array, after: int, top: int, noise: float) -> bool:
     """Whether what reaches its height in window ``top`` was at rest between window ``after`` and then."""
     run = 0

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.records.quantisation import ROUNDING
 
 __all__ = ["Extremes", "extremes", "far_within_three", "flat_extremes"]
@@ -34,7 +35,7 @@ def extremes(values: Array) -> Extremes:
     return Extremes(values.min(axis=1, initial=np.inf), values.max(axis=1, initial=-np.inf))
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def far_within_three(values: Array, limit: Array) -> Mask:
     """Whether two samples up to three apart differ by more than a limit, in each record, shape (records,)."""
     found = np.zeros(values.shape[0], np.bool_)
@@ -54,7 +55,7 @@ def far_within_three(values: Array, limit: Array) -> Mask:
     return found
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def flat_extremes(values: Array, seen: Extremes) -> Mask:
     """Whether three neighbours are equal at an extreme, in each record, shape (records,).
 

@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Indices, Mask
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.decay.spans import extremes
 
 __all__ = ["BAND", "SpectralModes", "spectral_modes"]
@@ -113,7 +114,7 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
     return alone
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc"})
+@njit(**KERNEL, fastmath={"reassoc"})
 def _fill_means(values: Array, finite: Mask, width: int, means: Array) -> None:
     """Means of blocks; samples that are not finite count as zero."""
     for r in range(values.shape[0]):
@@ -130,7 +131,7 @@ def _fill_means(values: Array, finite: Mask, width: int, means: Array) -> None:
             means[r, k] = total / width
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _beyond_skirts(amplitude: Array, grid: Array, peak: Indices, long: Array) -> Mask:
     """Whether any maximum apart from the strongest stands out of its skirts, shape (records,).
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from friction_bayes.core.checks import finite, non_negative
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.kernels import INNER
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.motion import Motion, sample_times
 
@@ -135,7 +136,7 @@ def _half_cycles_to_rest(first_amplitude: float, d: float) -> float:
     return float(math.ceil(ratio * (1.0 - 8.0 * np.finfo(float).eps)))
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def coulomb_shapes(theta: float, order: int) -> tuple[float, float, float, int]:
     """Return how amplitude and friction show in one sample of a Coulomb decay.
 

@@ -14,6 +14,8 @@ import numpy as np
 from numba import njit
 from scipy.integrate import DOP853
 
+from friction_bayes.core.kernels import INNER_OF_A_FUNCTION
+
 __all__ = [
     "DENSE",
     "SLOPES",
@@ -52,7 +54,7 @@ class Law(NamedTuple):
     duration: float
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def acceleration(force, law, p, t, x, v, direction):  # type: ignore[no-untyped-def]
     """Acceleration while the motion goes in ``direction`` (+1 or -1), [m/s2 or rad/s2]."""
     restoring = law.stiffness * (math.sin(x) if law.pendulum else x)
@@ -60,7 +62,7 @@ def acceleration(force, law, p, t, x, v, direction):  # type: ignore[no-untyped-
     return -(restoring + law.friction * direction + extra) / law.mass
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def step(force, law, p, t, x, v, direction, h, kx, kv):  # type: ignore[no-untyped-def]
     """Advance by ``h``; ``kx, kv`` hold the slopes, of which ``[0]`` must be set, and receive the others.
 
@@ -90,7 +92,7 @@ def step(force, law, p, t, x, v, direction, h, kx, kv):  # type: ignore[no-untyp
     return x, v
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def error_norm(h, kx, kv, tolerance_x, tolerance_v):  # type: ignore[no-untyped-def]
     """Estimated local error over its tolerance; at most 1 for a step to be accepted."""
     x3 = 0.0
@@ -109,7 +111,7 @@ def error_norm(h, kx, kv, tolerance_x, tolerance_v):  # type: ignore[no-untyped-
     return abs(h) * fifth / math.sqrt(2.0 * (fifth + 0.01 * third))
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def dense_coefficients(force, law, p, t, x, v, direction, h, new_x, new_v, kx, kv, fx, fv):  # type: ignore[no-untyped-def]
     """Fill ``fx, fv``, shape (DENSE,), with the coefficients of the dense output over the last step."""
     for e in range(C_EXTRA.size):
@@ -125,7 +127,7 @@ def dense_coefficients(force, law, p, t, x, v, direction, h, new_x, new_v, kx, k
     _fill(h, v, new_v, kv, fv)
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def _fill(h, old, new, k, f):  # type: ignore[no-untyped-def]
     change = new - old
     f[0] = change
@@ -138,7 +140,7 @@ def _fill(h, old, new, k, f):  # type: ignore[no-untyped-def]
         f[3 + i] = h * total
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def dense_values(time, start, h, old, f, out):  # type: ignore[no-untyped-def]
     """Fill ``out`` with the dense output at ``time`` over the step ``h`` from ``old`` at ``start``."""
     # as plain numbers the coefficients cannot alias the output, and the loop vectorises

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite, in_range, non_negative, positive
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.kernels import INNER_OF_A_FUNCTION, KERNEL
 from friction_bayes.core.system import Oscillator
 from friction_bayes.mechanics.effects import BUILT_IN, ForceEffect, force_effects, force_vector, parse_effects
 from friction_bayes.mechanics.motion import Motion, sample_times
@@ -51,13 +52,11 @@ def _total_force(effects: Sequence[ForceEffect]) -> Callable[..., float]:
 def _guarded(force: Callable[..., float], offset: int, end: int) -> Callable[..., float]:
     # an effect's force is compiled by whoever wrote it: written into a sum, it is taken from its source
     written = njit(nogil=True, inline="always")(getattr(force, "py_func", force))
+    nothing = (0.0,) * (end - offset)
 
     @njit(nogil=True, inline="always")
     def guarded(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
-        acts = False
-        for k in range(offset, end):
-            acts |= p[k] != 0.0
-        if acts:
+        if p[offset:end] != nothing:
             return written(t, x, v, direction, friction, duration, mass, stiffness, p, offset)
         return 0.0
 
@@ -65,12 +64,12 @@ def _guarded(force: Callable[..., float], offset: int, end: int) -> Callable[...
 
 
 def _sum(forces: Sequence[Callable[..., float]]) -> Callable[..., float]:
-    """Sum by halves: numba writes out a call anew on each level, of which a chain has one for each force."""
+    """Sum by halves, written into one function by LLVM: numba would copy each force anew on every level."""
     if len(forces) == 1:
         return forces[0]
     first, second = _sum(forces[: len(forces) // 2]), _sum(forces[len(forces) // 2 :])
 
-    @njit(nogil=True, inline="always")
+    @njit(**INNER_OF_A_FUNCTION, forceinline=True)
     def both(t, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
         return first(t, x, v, direction, friction, duration, mass, stiffness, p) + second(
             t, x, v, direction, friction, duration, mass, stiffness, p
@@ -106,7 +105,7 @@ def _driven(force: Callable[..., float]) -> Callable[..., float]:
 _driven_built_in_force = _driven(_built_in_force)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _propagate_driven(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
     p = _as_tuple(p[0], _BUILT_IN_PARAMETERS), p[1], p[2]
     return trajectory(
@@ -114,16 +113,21 @@ def _propagate_driven(time, x, v, friction, mass, stiffness, pendulum, duration,
     )
 
 
-@njit(cache=True, nogil=True)
-def _built_in_along(time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+@njit(**INNER_OF_A_FUNCTION)
+def _along(force, time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
     out = np.empty(time.size)
-    p = _as_tuple(p, _BUILT_IN_PARAMETERS)
     for i in range(time.size):
-        out[i] = _built_in_force(time[i], x[i], v[i], direction[i], friction, duration, mass, stiffness, p)
+        out[i] = force(time[i], x[i], v[i], direction[i], friction, duration, mass, stiffness, p)
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
+def _built_in_along(time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
+    p = _as_tuple(p, _BUILT_IN_PARAMETERS)
+    return _along(_built_in_force, time, x, v, direction, friction, duration, mass, stiffness, p)
+
+
+@njit(**KERNEL)
 def propagate(time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
     """Integrate one free decay under the built-in force effects, without checks, for repeated calls.
 
@@ -214,11 +218,8 @@ def _compiled_along(effects: tuple[ForceEffect, ...]) -> Callable[..., Any]:
 
     @njit(nogil=True)
     def along(time, x, v, direction, friction, duration, mass, stiffness, p):  # type: ignore[no-untyped-def]
-        out = np.empty(time.size)
         p = _as_tuple(p, parameters)
-        for i in range(time.size):
-            out[i] = force(time[i], x[i], v[i], direction[i], friction, duration, mass, stiffness, p)
-        return out
+        return _along(force, time, x, v, direction, friction, duration, mass, stiffness, p)
 
     return along
 

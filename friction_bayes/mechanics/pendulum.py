@@ -18,6 +18,8 @@ import math
 import numpy as np
 from numba import njit
 
+from friction_bayes.core.kernels import INNER, KERNEL
+
 __all__ = [
     "amplitude_of_fundamental",
     "angle_fundamental",
@@ -35,7 +37,7 @@ _LEAST_SLOPE = 0.2
 """Least growth of a signal's fundamental with that of the angle, relative to small swings."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def sine_integral(amplitude: float) -> float:
     """``Si(A)`` by its power series, exact to rounding for ``|A| <= pi``."""
     term = amplitude
@@ -48,7 +50,7 @@ def sine_integral(amplitude: float) -> float:
     return total
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _theta3(fundamental: float) -> tuple[float, float, float]:
     """Return ``x``, ``theta3`` and ``d(theta3)/dB`` for the fundamental ``B`` of the angle."""
     root = math.sqrt(16.0 - fundamental * fundamental)
@@ -57,7 +59,7 @@ def _theta3(fundamental: float) -> tuple[float, float, float]:
     return x, 1.0 + 2.0 * x**2 + 2.0 * x**8, (4.0 * x + 16.0 * x**7) * x_slope
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def amplitude_of_fundamental(fundamental: float) -> tuple[float, float]:
     """Amplitude [rad] of a frictionless swing whose angle has this Fourier fundamental, and its slope."""
     x, theta3, _ = _theta3(fundamental)
@@ -69,7 +71,7 @@ def amplitude_of_fundamental(fundamental: float) -> tuple[float, float]:
     return 2.0 * math.asin(k), 2.0 / math.sqrt(1.0 - k * k) * k_slope * x_slope
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def angle_fundamental(fundamental: float, order: int) -> float:
     """Fundamental ``B`` of the angle from that of its derivative over ``w0**order``, which is not negative.
 
@@ -85,14 +87,14 @@ def angle_fundamental(fundamental: float, order: int) -> float:
     return b
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def frequency_ratio(fundamental: float, order: int) -> float:
     """``Omega/w0`` of a swing, from the fundamental of its signal over ``w0**order``."""
     _, theta3, _ = _theta3(angle_fundamental(abs(fundamental), order))
     return 1.0 / theta3**2
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def linear_amplitude(fundamental: float, order: int, frequency: float) -> tuple[float, float]:
     """Amplitude that falls by ``2 u`` each half cycle, from the fundamental of a pendulum's signal.
 
@@ -124,7 +126,7 @@ def linear_amplitude(fundamental: float, order: int, frequency: float) -> tuple[
     return sign * unit * sine_integral(amplitude), si_slope * amplitude_slope / signal_slope
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def friction_of_period(first: float, second: float) -> float:
     """Friction over stiffness [rad] from two amplitudes one period apart: ``d = (sin M / M) sin(h) / 2``.
 
@@ -137,7 +139,7 @@ def friction_of_period(first: float, second: float) -> float:
     return 0.5 * ratio * math.sin(half_drop)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def swing_amplitude(peak: float, order: int, frequency: float) -> float:
     """Amplitude [rad] of a swing from the peak of its angle, angular velocity or angular acceleration.
 
@@ -152,7 +154,7 @@ def swing_amplitude(peak: float, order: int, frequency: float) -> float:
     return (2.0 if order == 1 else 1.0) * math.asin(ratio)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def third_harmonic(fundamental: float, order: int) -> float:
     """Third harmonic of the signal about its turning points, relative to the fundamental.
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import INNER_OF_A_FUNCTION
 from friction_bayes.mechanics.dormand_prince import acceleration
 
 __all__ = ["Samples", "departure", "rest"]
@@ -21,7 +22,7 @@ class Samples(NamedTuple):
     acceleration: Array
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def departure(force, law, p, t, x):  # type: ignore[no-untyped-def]
     """Direction in which a system at rest sets off, 0 when it sticks.
 
@@ -36,7 +37,7 @@ def departure(force, law, p, t, x):  # type: ignore[no-untyped-def]
     return 0.0
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def _break_away(force, law, p, still, moved, x):  # type: ignore[no-untyped-def]
     """Time between ``still`` and ``moved`` at which a sticking system sets off, by bisection to rounding."""
     while True:
@@ -49,7 +50,7 @@ def _break_away(force, law, p, still, moved, x):  # type: ignore[no-untyped-def]
             still = middle
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def rest(force, law, p, samples, t, x, j):  # type: ignore[no-untyped-def]
     """Stick at ``x`` from sample ``j`` on, and fill the samples.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array
+from friction_bayes.core.kernels import INNER_OF_A_FUNCTION
 from friction_bayes.mechanics.dormand_prince import (
     DENSE,
     SLOPES,
@@ -80,7 +81,7 @@ class Slopes(NamedTuple):
     dense_v: Array
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def _to_velocity_zero(force, law, p, t, x, v, direction, h, new_x, kx, kv):  # type: ignore[no-untyped-def]
     """Shorten the step ``h``, at whose end the velocity has reversed, so that it ends at the velocity zero.
 
@@ -110,7 +111,7 @@ def _to_velocity_zero(force, law, p, t, x, v, direction, h, new_x, kx, kv):  # t
             high = h
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def _limits(law, x, v, end, rtol):  # type: ignore[no-untyped-def]
     """The limits of a motion that starts at ``x, v``."""
     w0 = math.sqrt(law.stiffness / law.mass)
@@ -128,7 +129,7 @@ def _limits(law, x, v, end, rtol):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def _half_cycle(force, law, p, limits, samples, j, now, direction, h, attempts, slopes):  # type: ignore[no-untyped-def]
     """Move in one direction until the velocity is zero or the samples are over, and fill them.
 
@@ -204,7 +205,7 @@ def _half_cycle(force, law, p, limits, samples, j, now, direction, h, attempts, 
     return DONE, State(t, x, v), j, h, attempts
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def _noted(values, count, value):  # type: ignore[no-untyped-def]
     """Put ``value`` at place ``count``, in an array of twice the size where it is full."""
     if count == values.size:
@@ -217,7 +218,7 @@ def _noted(values, count, value):  # type: ignore[no-untyped-def]
     return values
 
 
-@njit(nogil=True)
+@njit(**INNER_OF_A_FUNCTION)
 def trajectory(force, time, x, v, friction, mass, stiffness, pendulum, duration, p, rtol, order):  # type: ignore[no-untyped-def]
     """Integrate one free decay; see :func:`friction_bayes.mechanics.integrate.propagate`."""
     n = time.size

@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtr
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.monitor.wear import WearPosterior
 
 __all__ = ["RemainingLife", "remaining_life"]
@@ -83,7 +84,7 @@ class RemainingLife:
         return float(np.exp(np.interp(probability, self.cumulative, np.log(self.time))))
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _density(time: Array, nodes: Array) -> Array:
     """Density of the first passage at each time, averaged over the nodes, shape (nodes, 7)."""
     result = np.zeros(time.size)

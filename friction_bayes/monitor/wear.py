@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.kernels import KERNEL
 
 __all__ = ["WearPosterior", "WearPrior", "default_wear_prior", "fit_wear"]
 
@@ -109,7 +110,7 @@ def default_wear_prior(times: Array, friction: Array) -> WearPrior:
 
 
 # error_model: a check of every division for a zero would keep the nodes from being taken together
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(**KERNEL, error_model="numpy")
 def _filter(
     times: Array, friction: Array, sd: Array, wander: Array, scatter: Array, prior: Array
 ) -> tuple[Array, Array]:

@@ -7,13 +7,14 @@ import math
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import INNER, KERNEL
 
 __all__ = ["factor", "forward"]
 
 _LEAST_PIVOT = 1e-300
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def factor(a: Array, size: int) -> float:
     """Cholesky in place, lower triangle; returns the log determinant."""
     for i in range(size):
@@ -28,7 +29,7 @@ def factor(a: Array, size: int) -> float:
     return log_determinant
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def forward(a: Array, rhs: Array, size: int, out: Array) -> float:
     """Solve with the lower triangle; returns the squared length of the solution."""
     square = 0.0

@@ -21,6 +21,7 @@ from numba import njit
 from scipy.linalg import solve_toeplitz, toeplitz
 
 from friction_bayes.core.arrays import Array, Indices
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.transition import ForcedSteps
 
 __all__ = [
@@ -148,13 +149,13 @@ def burg(residual: Array, fitted: float) -> tuple[Autoregression, float]:
     return Autoregression(coefficients[order, :order].copy(), float(variances[order]), penalty), power
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def most_lags(samples: int) -> int:
     """Highest order that is looked for."""
     return min(MOST_LAGS, samples // _SAMPLES_PER_LAG)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def order_cost(samples: int, order: int, most: int, variance: float) -> float:
     """Minus the log evidence of an order of innovations of that variance, and a penalty: zero for none."""
     cost = 0.5 * samples * math.log(variance) + 0.5 * order * math.log(samples)
@@ -162,7 +163,7 @@ def order_cost(samples: int, order: int, most: int, variance: float) -> float:
     return cost + math.log(most) if order > 0 else cost
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _run(coefficients: Array, kicks: Array) -> Array:
     """An autoregression driven by kicks, the first ones its own values."""
     values, p = kicks.copy(), coefficients.size
@@ -172,7 +173,7 @@ def _run(coefficients: Array, kicks: Array) -> Array:
     return values
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def burg_recursion(x: Array, most: int) -> tuple[Array, Array]:
     """Coefficients, row ``m`` those of order ``m``, and variances of the innovations, for unit variance."""
     n = x.size
@@ -196,7 +197,7 @@ def burg_recursion(x: Array, most: int) -> tuple[Array, Array]:
     return coefficients, variances
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def coloured_gains(force: ForcedSteps, noise: LaggedNoise, rows: Array, variance: Array) -> Array:
     """Gains, shape (n, m + 1), of the ``m = 3 + p`` states, and last one over the innovation's sd.
 
@@ -248,7 +249,7 @@ def coloured_gains(force: ForcedSteps, noise: LaggedNoise, rows: Array, variance
     return gains
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(**INNER, inline="always")
 def _learned(before: Array, row: Array, variance: float, gain: Array, cov: Array) -> None:
     """Fill the gains of a sample that is used, and the covariance once it is known."""
     m = before.shape[0]
@@ -266,7 +267,7 @@ def _learned(before: Array, row: Array, variance: float, gain: Array, cov: Array
             cov[a, b] = before[a, b] - gain[a] * gain[b]
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _advanced(matrix: Array, f: Array, coefficients: Array, out: Array) -> None:
     """Fill the transpose of the states' transition times a matrix, (m, m)."""
     m = matrix.shape[0]
@@ -282,7 +283,7 @@ def _advanced(matrix: Array, f: Array, coefficients: Array, out: Array) -> None:
             out[j, 3 + k] = matrix[2 + k, j]
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _close(first: Array, second: Array, added: float) -> bool:
     """Whether two covariances are the same to rounding; values of the noise that are known have none."""
     m = first.shape[0]
@@ -295,7 +296,7 @@ def _close(first: Array, second: Array, added: float) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def coloured_innovations(
     columns: Array, index: Indices, transitions: Array, rows: Array, coefficients: Array, gains: Array
 ) -> Array:

@@ -26,6 +26,7 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.coloured_noise import (
     Autoregression,
     coloured_gains,
@@ -366,7 +367,7 @@ def _smoothed(
     return _looked_back(states, innovations, index, transitions, decays, rows, gains, predicted)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _with_law(beside: Array, step: Indices, transitions: Array, added: Array) -> tuple[Array, Array]:
     """Transitions and covariances of steps, and after them of those that a law takes part in."""
     m = len(transitions)
@@ -395,7 +396,7 @@ def _with_law(beside: Array, step: Indices, transitions: Array, added: Array) ->
     return all_transitions, all_added
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _predicted(  # type: ignore[no-untyped-def]
     cov, f: Array, forced: Array, decay: float, added: float
 ):
@@ -424,7 +425,7 @@ def _predicted(  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _read(cov, row: Array, variance: float):  # type: ignore[no-untyped-def]
     """Covariances of the states with the sample, and the variance of its innovation."""
     xx, xv, xd, xu, vv, vd, vu, dd, du, uu = cov
@@ -435,7 +436,7 @@ def _read(cov, row: Array, variance: float):  # type: ignore[no-untyped-def]
     return x, v, d, u, row[0] * x + row[1] * v + row[2] * d + u + variance
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _learned(cov, x: float, v: float, d: float, u: float):  # type: ignore[no-untyped-def]
     """The covariance once a sample is known, from the gains of its innovation of unit variance."""
     xx, xv, xd, xu, vv, vd, vu, dd, du, uu = cov
@@ -453,7 +454,7 @@ def _learned(cov, x: float, v: float, d: float, u: float):  # type: ignore[no-un
     )
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _same(first, second) -> bool:  # type: ignore[no-untyped-def]
     """Whether two covariances are the same to rounding, each entry over the two sds that it belongs to."""
     for j in range(10):
@@ -463,7 +464,7 @@ def _same(first, second) -> bool:  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def filter_gains(
     force: ForcedSteps, error: ErrorSteps, rows: Array, variance: Array, predicted: Array
 ) -> Array:
@@ -512,7 +513,7 @@ def filter_gains(
     return gains
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@njit(**KERNEL, fastmath={"contract"})
 def whitened_innovations(
     columns: Array, index: Indices, transitions: Array, decays: Array, rows: Array, gains: Array
 ) -> Array:
@@ -548,7 +549,7 @@ def whitened_innovations(
     return white
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@njit(**KERNEL, fastmath={"contract"})
 def _coloured(
     white: Array, index: Indices, transitions: Array, decays: Array, rows: Array, gains: Array
 ) -> Array:
@@ -579,7 +580,7 @@ def _coloured(
     return columns
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _product(left: Array, right: Array, out: Array) -> Array:
     """Fill ``out = left' right``, which is none of the two, and return it; ``left`` is 4 x 4."""
     for b in range(right.shape[1]):
@@ -591,7 +592,7 @@ def _product(left: Array, right: Array, out: Array) -> Array:
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _looked_ahead(
     columns: Array, index: Indices, transitions: Array, decays: Array, rows: Array, gains: Array
 ) -> tuple[Array, Array]:
@@ -625,7 +626,7 @@ def _looked_ahead(
     return states, innovations
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _looked_back(
     states: Array,
     innovations: Array,

@@ -34,6 +34,7 @@ from scipy.special import erf
 
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.transition import initial_response
 
 __all__ = ["LEEWAY", "NEAR_TURN", "MeasuredPath", "Points", "stiffness_along"]
@@ -206,7 +207,7 @@ def stiffness_along(phase: Array, x: Array, v: Array) -> tuple[Array, Array]:
     return np.ones_like(stiffness), np.ones_like(slope)
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _force_between(x0: float, v0: float, x1: float, v1: float, h: float) -> tuple[float, float]:
     """``f0, f1`` of the force ``f0 + f1 s`` that leads from one state to the next in ``h``.
 
@@ -236,7 +237,7 @@ def _force_between(x0: float, v0: float, x1: float, v1: float, h: float) -> tupl
     return (rise * dx - slack * dv) / determinant, (rise * dv - sine * dx) / determinant
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _state(x0: float, v0: float, f0: float, f1: float, s: float) -> tuple[float, float]:
     """Displacement and velocity a phase ``s`` later, under the force ``f0 + f1 s``."""
     cosine, sine = math.cos(s), math.sin(s)
@@ -249,7 +250,7 @@ def _state(x0: float, v0: float, f0: float, f1: float, s: float) -> tuple[float,
     return x0 * cosine + v0 * sine + f0 * rise + f1 * slack, -x0 * sine + v0 * cosine + f0 * sine + f1 * rise
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _crossing(x0: float, v0: float, f0: float, f1: float, h: float) -> float:
     """Phase at which the velocity changes sign, by secants kept inside a shrinking bracket."""
     low, high, v_low = 0.0, h, v0
@@ -270,7 +271,7 @@ def _crossing(x0: float, v0: float, f0: float, f1: float, h: float) -> float:
     return 0.5 * (low + high)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _nodes(phase: Array, x: Array, v: Array, abscissae: Array, weights: Array) -> tuple[Array, Array]:
     """Nodes, shape (6, m): interval, phase, x, v, direction, weight; turning points, shape (2, k)."""
     n = phase.size
@@ -318,7 +319,7 @@ def _nodes(phase: Array, x: Array, v: Array, abscissae: Array, weights: Array) -
     return nodes[:, :m].copy(), turning
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _turn(
     phase: Array, x: Array, v: Array, force: Array, crosses: Mask, i: int
 ) -> tuple[float, float, bool, float, float]:

@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.cholesky import factor, forward
 
 __all__ = ["confine", "cut_moments", "log_normal_mass"]
@@ -31,7 +32,7 @@ _ROUNDING = 1e-16
 """Share of a variance below which what a constraint leaves of it is lost in rounding."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def log_normal_mass(z: float) -> float:
     """``log Phi(z)``."""
     if z > _FAR:
@@ -41,7 +42,7 @@ def log_normal_mass(z: float) -> float:
     return -0.5 * z * z - math.log(-z) - _LOG_SQRT_2PI + math.log1p(series)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def cut_moments(mean: float, variance: float) -> tuple[float, float, float]:
     """Log mass above zero of ``N(mean, variance)``, and mean and variance of what lies there."""
     sd = math.sqrt(variance)
@@ -56,7 +57,7 @@ def cut_moments(mean: float, variance: float) -> tuple[float, float, float]:
     return log_mass, mean + sd * hazard, variance * (1.0 - hazard * (z + hazard))
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def confine(mean: Array, cov: Array, positive: Mask, location: Array, scale2: Array) -> float:
     """Log probability that the components named by ``positive`` are positive, and all marginals.
 
@@ -121,7 +122,7 @@ def confine(mean: Array, cov: Array, positive: Mask, location: Array, scale2: Ar
     return min(log_mass, most) if math.isfinite(log_mass) else -math.inf
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _places(chosen: Mask) -> Integers:
     """Places of what is chosen, as ``np.flatnonzero``, which takes the compiler a second, gives them."""
     places = np.empty(chosen.size, np.int64)
@@ -133,7 +134,7 @@ def _places(chosen: Mask) -> Integers:
     return places[:count]
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _log_integral(mean: Array, cov: Array, chosen: Integers, tilt: Array, shift: Array) -> float:
     """``log int N(b; m, C) prod exp(shift b - tilt b**2 / 2) db`` over the constrained components.
 

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Indices
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.statespace.kalman import Clock
 from friction_bayes.statespace.transition import transition_table
 
@@ -56,7 +57,7 @@ def drawn_noise(clock: Clock, rng: np.random.Generator) -> Array:
     return np.asarray(noise)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _run(index: Indices, transitions: Array, covariances: Array, normal: Array) -> Array:
     roots = np.zeros_like(covariances)
     for k in range(len(covariances)):

@@ -24,6 +24,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array, Indices
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.measured_path import LEEWAY, MeasuredPath
 from friction_bayes.statespace.transition import free_motion
 
@@ -162,7 +163,7 @@ def _course(path: MeasuredPath) -> _Course:
     return _Course(path.phase, path.stiffness, path.interval, path.node_phase, path.node_weight, path.turning)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _drive(course: _Course, forces: Array, slope: Array, passed: Array, states: Array) -> None:
     """Fill the states, shape (n, 2, p), from the first on: forces act as impulses at the nodes."""
     k = turn = ZERO
@@ -173,7 +174,7 @@ def _drive(course: _Course, forces: Array, slope: Array, passed: Array, states: 
         k, turn = _over(course, i, k, turn, forces, slope, passed, states[i + 1])
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _perturb(course: _Course, forces: Array, slope: Array, passed: Array, moved: Array) -> None:
     """Fill what each interval makes of a unit displacement and velocity, less what the oscillator does."""
     k = turn = ZERO
@@ -190,7 +191,7 @@ def _perturb(course: _Course, forces: Array, slope: Array, passed: Array, moved:
             moved[i, row, 1] = state[row, 1] * cosine - state[row, 0] * sine
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _over(  # type: ignore[no-untyped-def]
     course: _Course, i: int, k: int, turn: int, forces: Array, slope: Array, passed: Array, state: Array
 ):

@@ -25,6 +25,7 @@ from numba import njit
 from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.core.arrays import Array, Indices, Integers, Mask
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.cholesky import factor, forward
 from friction_bayes.statespace.kalman import Whitened
 from friction_bayes.statespace.positive_orthant import confine
@@ -285,7 +286,7 @@ def weigh_bounded(
     return WeighedSets(log_weight, bounds.noise2, bounds.full_noise2)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _full_noise(gram: Array, used: int, work: Array, half: Array) -> float:
     """Noise variance of least squares with all columns."""
     p = work.shape[0]
@@ -301,7 +302,7 @@ def _full_noise(gram: Array, used: int, work: Array, half: Array) -> float:
     return max(gram[p, p] - explained, _LEAST) / max(used - p, 1)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _bound_sets(
     regression: _Regression, nested: NestedSets, log_prior: Array, lam: float, least_noise2: float
 ) -> tuple[Array, Array]:
@@ -358,7 +359,7 @@ def _bound_sets(
     return bound, noise2
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _take_step(before: Array, after: Array, j: int, taken: bool, reference: Array, lam: float) -> None:
     """Fill what is left of the sums of the columns after ``j``, and of the record with them."""
     p = reference.size
@@ -371,7 +372,7 @@ def _take_step(before: Array, after: Array, j: int, taken: bool, reference: Arra
         after[a, p] = before[a, p] + weight * before[j, a]
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _penalised(
     gram: Array,
     lam: float,
@@ -405,7 +406,7 @@ def _penalised(
     return size
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _weigh_sets(regression: _Regression, sets: Mask, order: Indices, bounds: SetBounds, best: float) -> Array:
     """Log weights: bounds and the mass of positive coefficients. ``order`` is that of falling bounds."""
     gram, reference, positive = regression.gram, regression.reference, regression.positive
@@ -443,7 +444,7 @@ def _weigh_sets(regression: _Regression, sets: Mask, order: Indices, bounds: Set
     return log_weight
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _inverse_column(lower: Array, size: int, a: int, column: Array) -> None:
     """Fill column ``a`` of the inverse of a triangular factor, from its diagonal on."""
     column[a] = 1.0 / lower[a, a]

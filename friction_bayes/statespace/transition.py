@@ -22,6 +22,7 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array, Indices
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.kernels import INNER, KERNEL
 
 __all__ = [
     "ForcedSteps",
@@ -58,7 +59,7 @@ class ForcedSteps(NamedTuple):
     square: float
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def discretise(step: float, stiffness: float, tau: float, transition: Array, covariance: Array) -> None:
     """Fill transition and covariance, both of shape (3, 3), of one step of a force of unit sd.
 
@@ -121,7 +122,7 @@ def discretise(step: float, stiffness: float, tau: float, transition: Array, cov
     covariance[2, 0], covariance[2, 1], covariance[2, 2] = xd, vd, dd
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def free_motion(h: float, stiffness: float) -> tuple[float, float]:
     """What is left of a unit displacement, and what a unit velocity leads to, after a phase ``h``."""
     if stiffness > 0.0:
@@ -141,7 +142,7 @@ def initial_response(phase: Array, stiffness: Array | None = None) -> Array:
     return _free_states(phase, np.ones(phase.size - 1) if stiffness is None else stiffness)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _free_states(phase: Array, stiffness: Array) -> Array:
     states = np.zeros((phase.size, 2, 2))
     states[0, 0, 0] = states[0, 1, 1] = 1.0
@@ -154,7 +155,7 @@ def _free_states(phase: Array, stiffness: Array) -> Array:
     return states
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def transition_table(steps: Array, stiffness: Array, tau: float) -> tuple[Array, Array]:
     """Transitions and covariances for unit sd, both of shape (m, 3, 3), of steps and stiffnesses, (m,)."""
     transitions = np.empty((steps.size, 3, 3))

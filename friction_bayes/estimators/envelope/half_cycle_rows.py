@@ -22,6 +22,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array, Integers
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at
 from friction_bayes.decay.phase_tracking import MAX_DEGREE, coulomb_fit, track_phase
@@ -40,7 +41,7 @@ _MIN_SAMPLES = 6.0
 _SMALLEST_SHARE = 1e-3
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def half_cycle_rows(
     values: Array, polynomial: Array, order: int, swing_frequency: float
 ) -> tuple[Array, Array, int]:
@@ -110,7 +111,7 @@ def half_cycle_rows(
     return response, design, used
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _products(
     values: Array,
     polynomial: Array,
@@ -153,7 +154,7 @@ def _products(
     return with_slope, with_f, with_one
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _remove(products: Array, others: Array, other: int) -> None:
     """Make one function orthogonal to another, given the inner products of each with all functions."""
     share = products[other] / others[other]
@@ -161,7 +162,7 @@ def _remove(products: Array, others: Array, other: int) -> None:
         products[b] -= share * others[b]
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _put(response: Array, design: Array, at: int, products: Array, square: float) -> None:
     """Enter one projection, scaled to unit norm."""
     norm = math.sqrt(square)
@@ -171,7 +172,7 @@ def _put(response: Array, design: Array, at: int, products: Array, square: float
     response[at] = products[_SIGNAL] / norm
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _straighten(response: Array, design: Array, amplitudes: int, order: int, swing_frequency: float) -> None:
     """Replace a pendulum's Fourier amplitudes, in place, by ones linear in friction; same noise variance."""
     found, ok, _, _ = least_squares(design, response)
@@ -184,7 +185,7 @@ def _straighten(response: Array, design: Array, amplitudes: int, order: int, swi
         design[i, _U] /= slope
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def least_squares(design: Array, response: Array) -> tuple[Array, bool, float, Array]:
     """Coefficients, whether they are determined, residual sum of squares, and the moment matrix ``X'X``."""
     rows, size = design.shape
@@ -229,7 +230,7 @@ class EnvelopeStatistics(NamedTuple):
     polynomial: Array
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def envelope_statistics(
     records: Array,
     step: float,

@@ -25,6 +25,7 @@ from scipy.special import expit, logsumexp
 
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.phase_tracking import tracked_phase
 from friction_bayes.decay.sensor_calibration import swing_frequency
@@ -173,7 +174,7 @@ def _regressed(response: Array, design: Array, exact: float = _EXACT) -> _Regres
     return _Regressed(float(weight @ location[:, _AMPLITUDE]), marginal(_FRICTION), marginal(-1))
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _whitened(columns: Array, loading: Array, steps: Array) -> tuple[Array, Array]:
     """Innovations of columns, shape (n, p), under walks of these steps over the noise; log determinants."""
     n, p = columns.shape

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.mechanics.pendulum import frequency_ratio, linear_amplitude, third_harmonic
 
 __all__ = ["envelope_signal", "small_motion_frequency"]
@@ -87,7 +88,7 @@ def _fundamental(amplitude: Array, order: int, swing: float) -> Array:
     return np.sign(amplitude) * np.interp(np.abs(amplitude), table[rising], grid[rising])
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _frequency_ratios(fundamental: Array, order: int) -> Array:
     """``Omega/w0`` of many swings, any number of records."""
     ratio = np.empty(fundamental.shape)

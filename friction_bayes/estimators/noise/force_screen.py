@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.statespace.kalman import ErrorSteps, filter_gains, whitened_innovations
 from friction_bayes.statespace.transition import ForcedSteps, discretise
 
@@ -65,7 +66,7 @@ class ForceTable(NamedTuple):
     sums: Array
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def force_table(step: float, n: int, row: Array, order: int, forces: ForcesBeside) -> ForceTable:
     """Prepare the filters of ``n`` samples.
 
@@ -111,7 +112,7 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ForcesBesid
     return ForceTable(step, transitions, gains, whitened, sums)
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@njit(**KERNEL, fastmath={"contract"})
 def probability_of_none(residual: Array, row: Array, forces: ForcesBeside, table: ForceTable) -> float:
     """Probability that no force acts on what has this residual, shape (m,), of at most the table's samples.
 

@@ -26,6 +26,7 @@ from numba import njit
 from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.decay.block_means import block_means
 from friction_bayes.estimators.noise.force_screen import ForcesBeside
 from friction_bayes.statespace.coloured_noise import Autoregression, burg
@@ -137,7 +138,7 @@ def _samples_in_mean(phase: Array) -> int:
     return samples_in_mean(float(phase[-1] - phase[0]) / (phase.size - 1))
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def samples_in_mean(angle: float) -> int:
     """How many samples are averaged into one, ``angle`` apart in phase."""
     return max(int(2.0 * math.pi / angle / _PER_PERIOD), 1)

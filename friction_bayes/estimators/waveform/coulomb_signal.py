@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
     AMPLITUDE,
@@ -51,7 +52,7 @@ CURVED_PAIRS = (
 """Pairs of coefficients whose second derivative is not zero."""
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _value(s: float, order: int, half: int, stop: int, p: Array, kappa: float) -> float:
     """Signal at ``s``, taken to lie in half cycle ``half`` (at rest from ``stop`` on) wherever that is."""
     sign = 1.0 if min(half, stop) % 2 == 0 else -1.0
@@ -62,7 +63,7 @@ def _value(s: float, order: int, half: int, stop: int, p: Array, kappa: float) -
     return value + sign * p[FRICTION] if order == 0 else value
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _half_cycle_end(half: int, stop: int, p: Array, samples: Samples) -> int:
     """First sample after half cycle ``half``; the end of the record once at rest."""
     if half >= stop:
@@ -70,7 +71,7 @@ def _half_cycle_end(half: int, stop: int, p: Array, samples: Samples) -> int:
     return first_at(samples, ((half + 1) * math.pi - p[PHASE]) / p[ADVANCE])
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def signals(samples: Samples, order: int, p: Array, kappa: float, stop: int) -> Array:
     """Signals of many coefficients, shape (m, 5), over ``n`` samples, shape (m, n)."""
     out = np.empty((p.shape[0], samples.size))
@@ -79,7 +80,7 @@ def signals(samples: Samples, order: int, p: Array, kappa: float, stop: int) -> 
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def fill_signal(samples: Samples, order: int, p: Array, kappa: float, stop: int, out: Array) -> None:
     """Fill ``out``, shape (n,), with the signal of coefficients of shape (5,)."""
     n = samples.size
@@ -112,7 +113,7 @@ def states(samples: Samples, p: Array, kappa: float, stop: int) -> Array:
     return np.column_stack([signals(samples, order, about_rest, kappa, stop)[0] for order in (0, 1)])
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def turning_samples(samples: Samples, p: Array, stop: int) -> Integers:
     """First sample of every half cycle of the record, zero first, and of the rest."""
     n = samples.size
@@ -126,7 +127,7 @@ def turning_samples(samples: Samples, p: Array, stop: int) -> Integers:
     return first
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def near_turns(samples: Samples, p: Array, stop: int) -> Mask:
     """Which samples lie so near a turning point that they may be of either half cycle, shape (n,)."""
     near = np.zeros(samples.size, dtype=np.bool_)
@@ -137,7 +138,7 @@ def near_turns(samples: Samples, p: Array, stop: int) -> Mask:
     return near
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def signal_derivatives(
     samples: Samples, order: int, p: Array, kappa: float, stop: int
 ) -> tuple[Array, Array]:
@@ -177,7 +178,7 @@ def signal_derivatives(
     return jacobian, curvature
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def exact_misfit(y: Array, samples: Samples, order: int, p: Array, kappa: float, stop: int) -> Array:
     """Sum of squared residuals of many coefficients, shape (m, 5) to (m,)."""
     out = np.empty(p.shape[0])
@@ -188,7 +189,7 @@ def exact_misfit(y: Array, samples: Samples, order: int, p: Array, kappa: float,
     return out
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def crossing_misfit(
     y: Array, samples: Samples, order: int, centre: Array, p: Array, kappa: float, stop: int
 ) -> Array:

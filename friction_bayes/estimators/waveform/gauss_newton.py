@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.linear_least_squares import solve_spd
 from friction_bayes.estimators.waveform.coulomb_signal import near_turns, signal_derivatives, signals
 from friction_bayes.estimators.waveform.normal_equations import (
@@ -53,13 +54,13 @@ class Penalty(NamedTuple):
     mean: Array
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _blank() -> NormalEquations:
     p, gradient = np.zeros(COEFFICIENTS), np.zeros(COEFFICIENTS)
     return NormalEquations(p, np.zeros((COEFFICIENTS, COEFFICIENTS)), gradient)
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _keep(at: NormalEquations, trial: NormalEquations) -> None:
     """Take a trial over, by loops: slice assignment costs the compiler seconds."""
     for a in range(COEFFICIENTS):
@@ -68,7 +69,7 @@ def _keep(at: NormalEquations, trial: NormalEquations) -> None:
             at.matrix[a, b] = trial.matrix[a, b]
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _step(at: NormalEquations, prior: Penalty, damping: float, size: int) -> tuple[Array, bool]:
     """Levenberg-Marquardt step of the first ``size`` coefficients; infinite weight holds a coefficient."""
     normal = np.zeros((size, size))
@@ -83,7 +84,7 @@ def _step(at: NormalEquations, prior: Penalty, damping: float, size: int) -> tup
     return solve_spd(normal, right)
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _penalty(p: Array, prior: Penalty) -> float:
     total = 0.0
     for a in range(p.size):
@@ -92,7 +93,7 @@ def _penalty(p: Array, prior: Penalty) -> float:
     return total
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _promised_fall(at: NormalEquations, step: Array, prior: Penalty) -> float:
     """By how much the linearised cost falls with a step."""
     fall = 0.0
@@ -102,7 +103,7 @@ def _promised_fall(at: NormalEquations, step: Array, prior: Penalty) -> float:
     return fall
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _minimise(
     signal: Signal, squares: float, at: NormalEquations, held: Array, stop: int, prior: Penalty
 ) -> tuple[float, bool]:
@@ -145,7 +146,7 @@ def _minimise(
     return misfit, False
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _settle_jumps(
     signal: Signal, squares: float, at: NormalEquations, stop: int, misfit: float, prior: Penalty
 ) -> float:
@@ -172,7 +173,7 @@ def _settle_jumps(
     return misfit
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def fit_waveform(signal: Signal, at: NormalEquations, prior: Penalty) -> tuple[float, int, bool]:
     """Minimise squared residuals plus ``weight (p - mean)**2``, from phase and frequency in ``at.p``.
 

@@ -15,6 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 from friction_bayes.decay.located import Located
 from friction_bayes.estimators.base import Glance
@@ -76,7 +77,7 @@ def glance(values: Array, located: Located, order: int, fits: WaveformFits) -> G
     return found
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _glance_all(
     values: Array,
     located: Located,
@@ -109,13 +110,13 @@ def _glance_all(
                 found.white[r] = probability_of_none(means, row, forces, table) >= _NONE
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _subtract(values: Array, out: Array) -> None:
     for i in range(out.size):
         out[i] = values[i] - out[i]
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc"})
+@njit(**INNER, fastmath={"reassoc"})
 def _centre(out: Array) -> None:
     """Take the mean off, and make the mean square one."""
     total, square = 0.0, 0.0
@@ -128,14 +129,14 @@ def _centre(out: Array) -> None:
         out[i] = (out[i] - mean) * scale
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _shorten(values: Array, out: NDArray[np.float32]) -> None:
     """In single precision, of which twice as many are read at a time."""
     for i in range(out.size):
         out[i] = values[i]
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+@njit(**INNER, fastmath={"reassoc", "contract"})
 def _lagged_products(x: NDArray[np.float32], lag: int) -> tuple[float, float, float]:
     """Sums of the products with the values one, two and three lags on, from ``lag``."""
     n = x.size - lag
@@ -149,7 +150,7 @@ def _lagged_products(x: NDArray[np.float32], lag: int) -> tuple[float, float, fl
     return float(one), float(two + x[n - 2] * second[n - 2]), float(three)
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _surely_uncorrelated(x: NDArray[np.float32]) -> bool:
     """Whether no order of an autoregression is as probable as none, by the Yule-Walker equations."""
     most = most_lags(x.size)
@@ -174,7 +175,7 @@ def _surely_uncorrelated(x: NDArray[np.float32]) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc"})
+@njit(**INNER, fastmath={"reassoc"})
 def _means(x: Array, block: int) -> Array:
     """Means of successive blocks; an odd end is left out."""
     means = np.empty(x.size // block)
@@ -186,7 +187,7 @@ def _means(x: Array, block: int) -> Array:
     return means
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _order_zero(means: Array) -> bool:
     """Whether Burg's autoregression of the means is none, exactly as the long form has it."""
     x = means.copy()
@@ -200,7 +201,7 @@ def _order_zero(means: Array) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _table_for(
     step: float, n: int, row: Array, order: int, forces: ForcesBeside, table: ForceTable
 ) -> ForceTable:
@@ -211,7 +212,7 @@ def _table_for(
     return force_table(step, n, row, order, forces)
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _straight(residual: Array, order: int, p: Array, kappa: float, stop: int) -> bool:
     """Whether the residual surely has no part that falls faster while the amplitude is larger.
 
@@ -248,7 +249,7 @@ def _straight(residual: Array, order: int, p: Array, kappa: float, stop: int) ->
     return _log_bayes_factor(fitted[2], column[2] * rest / (count - 3)) < _ODDS_OF_FASTER_LOSS - _MARGIN
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _log_bayes_factor(exponent: float, variance: float) -> float:
     """Of a half-normal exponent of unit scale, found with a variance, over none."""
     wider = 1.0 + variance

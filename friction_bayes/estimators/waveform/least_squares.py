@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.sufficient_statistics import RegressionStatistics
 from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.estimators.waveform.gauss_newton import Penalty, fit_waveform, leave_out_turns
 from friction_bayes.estimators.waveform.normal_equations import (
@@ -148,7 +149,7 @@ def _regular(normal: Array) -> Mask:
     return np.asarray(np.linalg.eigvalsh(correlation)[:, 0] > _LEAST_EIGENVALUE)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _fit_all(
     values: Array, places: Array, located: Located, order: int, weight: Array, fits: WaveformFits
 ) -> None:

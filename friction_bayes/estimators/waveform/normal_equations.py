@@ -30,6 +30,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array
+from friction_bayes.core.kernels import INNER, KERNEL
 
 __all__ = [
     "ADVANCE",
@@ -79,7 +80,7 @@ class Samples(NamedTuple):
     places: Array
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def place(samples: Samples, i: int) -> float:
     """Place of sample ``i``."""
     if samples.places.size > 0:
@@ -88,7 +89,7 @@ def place(samples: Samples, i: int) -> float:
     return (i - middle) / middle
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def first_at(samples: Samples, s: float) -> int:
     """First sample that lies at ``s`` or behind it, from 0 to ``samples.size``."""
     if samples.places.size > 0:
@@ -133,7 +134,7 @@ class _Sums(NamedTuple):
     rr: float
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def stopping_turn(p: Array, kappa: float) -> int:
     """Number of the turning point where the motion ends: the first with ``|a - 2 n u| <= u``."""
     first = math.floor((p[PHASE] - p[ADVANCE]) / math.pi)
@@ -143,7 +144,7 @@ def stopping_turn(p: Array, kappa: float) -> int:
     return max(math.ceil((a - p[FRICTION]) / (2.0 * p[FRICTION])), first + 1)
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def accumulate(signal: Signal, at: NormalEquations, held: Array, stop: int) -> float:
     """Sum of squared residuals at ``at.p``, and the normal equations there in place.
 
@@ -195,7 +196,7 @@ class Turns(NamedTuple):
     sums: Array
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def half_cycle_table(samples: Samples, advance: float, held: float) -> Turns:
     """Table of one half cycle of evenly spaced samples, empty where they are not.
 
@@ -237,7 +238,7 @@ def half_cycle_table(samples: Samples, advance: float, held: float) -> Turns:
     return Turns(cosine, sine, sums)
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def even_sums(
     y: Array, turns: Turns, start: int, middle: float, order: int, p: Array, constant: float, swing: float
 ) -> _Sums:
@@ -278,7 +279,7 @@ def even_sums(
     )
 
 
-@njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
+@njit(**INNER, fastmath={"reassoc", "contract"})
 def _residual_sums(  # type: ignore[no-untyped-def]
     y: Array, cosine: Array, sine: Array, constant: float, along: float, across: float
 ):
@@ -299,7 +300,7 @@ def _residual_sums(  # type: ignore[no-untyped-def]
     return sum_r, sum_rc, sum_rs, sum_rc1, sum_rs1, sum_rr
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _uneven_sums(
     y: Array, samples: Samples, start: int, end: int, order: int, p: Array, constant: float, swing: float
 ) -> _Sums:
@@ -332,7 +333,7 @@ def _uneven_sums(
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _add_half_cycle(matrix: Array, gradient: Array, sums: _Sums, k: float, e: float, swing: float) -> None:
     """Add the products of the columns ``(1, f, e + k f, w h, w g)`` of one half cycle."""
     matrix[OFFSET, OFFSET] += sums.ones
@@ -357,7 +358,7 @@ def _add_half_cycle(matrix: Array, gradient: Array, sums: _Sums, k: float, e: fl
     gradient[PHASE] += swing * sums.rg
 
 
-@njit(cache=True, nogil=True)
+@njit(**INNER)
 def _add_rest(signal: Signal, at: NormalEquations, stop: int, start: int, total: float) -> float:
     """Add the samples at rest, from ``start`` on; return ``total`` with their squared residuals."""
     y, p, matrix, gradient = signal.y, at.p, at.matrix, at.gradient

@@ -20,6 +20,7 @@ from scipy.special import logsumexp
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.core.errors import InputError
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.sensor_calibration import swing_frequency
 from friction_bayes.estimators.waveform.coulomb_signal import signal_derivatives, signals
@@ -112,7 +113,7 @@ def refuse_saturated(decay: FreeDecay) -> None:
         )
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _gains(
     away: Array,
     expected: Array,

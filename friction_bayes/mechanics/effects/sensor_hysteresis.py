@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.mechanics.effects.effect import Parameter, SensorEffect
 from friction_bayes.mechanics.effects.prior import half_normal
 
@@ -22,7 +23,7 @@ def _distort(signal: Array, time: Array, half_width: float, play: float) -> Arra
     return signal - half_width * np.sign(np.gradient(signal, time))
 
 
-@njit(cache=True, nogil=True)
+@njit(**KERNEL)
 def _side(signal: Array, play: float) -> Array:
     """On which side of the play the reading is, -1 to 1; it begins in the middle."""
     side = np.zeros_like(signal)
