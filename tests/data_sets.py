@@ -17,10 +17,10 @@ PAGE = Path(__file__).parents[1] / "docs" / "datasets.md"
 
 _HEAD = """# Measured data sets
 
-Made by `python tests/data_sets.py` from the registry, `friction_bayes/records/dataset_registry.toml`. How they
-are fetched is under [records and data sets](data.md#measured-data-sets). A set with a licence may be passed on
-under it. One that states none leaves every right with its author: its files are fetched from there to be read,
-and never shipped by this package or its archive of results.
+Made by `python tests/data_sets.py` from the registry, `friction_bayes/records/dataset_registry.toml`. How
+they are fetched is under [records and data sets](data.md#measured-data-sets). A set with a licence may be
+passed on under it. One that states none leaves every right with its author: its files are fetched from there
+to be read, and never shipped by this package or its archive of results.
 """
 
 
