@@ -153,7 +153,8 @@ class LoopReport(Shown):
         ``trusted``, the one that friction is computed with, None where its interval spans both.
     random_force : dict or None
         ``probability`` of a force that fluctuates, and given that there is one its ``sd``,
-        ``share_of_friction`` (None without friction) and ``correlation_time_s``; None where none was evaluated.
+        ``share_of_friction`` (None without friction) and ``correlation_time_s``;
+        None where none was evaluated.
     witnesses : dict or None
         Friction by the ``loss`` of amplitude and by the ``shape`` within a cycle, and whether they ``agree``;
         None where the most probable candidate was not evaluated along the measured motion, and of several
