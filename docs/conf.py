@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 from docutils import nodes
@@ -54,7 +55,28 @@ def _link_within_site(app: Any, page: str, source: list[str]) -> None:
     source[0] = re.sub(r"\[[\w-]+\.md\]\(", "[](", text)
 
 
+_BARRIERS = {
+    'role="heading">': 'role="heading" aria-level="2">',
+    '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="All pages">',
+    '<aside class="toc-drawer': '<aside aria-label="On this page" class="toc-drawer',
+    "<pre>": '<pre tabindex="0">',
+}
+"""What axe finds in the theme's pages: headings without a level, landmarks without a name, and blocks that
+scroll and that no key reaches."""
+
+
+def _remove_barriers(app: Any, exception: Exception | None) -> None:
+    """Mend the pages as they were written, of which the theme's templates make parts."""
+    if exception is None:
+        for page in Path(app.outdir).rglob("*.html"):
+            text = page.read_text(encoding="utf-8")
+            for found, mended in _BARRIERS.items():
+                text = text.replace(found, mended)
+            page.write_text(text, encoding="utf-8")
+
+
 def setup(app: Any) -> None:
-    """Let equations be MathML, which browsers draw by themselves."""
+    """Let equations be MathML, which browsers draw by themselves, and pages work for keys and readers."""
     app.add_html_math_renderer("mathml", (_inline_math, None), (_display_math, None))
     app.connect("source-read", _link_within_site)
+    app.connect("build-finished", _remove_barriers)

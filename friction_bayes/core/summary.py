@@ -1,6 +1,6 @@
 """The summary of an uncertain number: mean, standard deviation and central 90 % interval, with its unit.
 
-A mean that a few far values carry out of the central 90 % would stand beside an interval without it: the
+A mean that a few far values carry out of the central 90 % would lie outside the interval printed with it: the
 interval then reaches to the mean.
 """
 

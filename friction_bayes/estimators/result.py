@@ -35,7 +35,7 @@ from friction_bayes.estimators.equally_probable import EquallyProbable
 __all__ = ["Estimate", "far_apart", "force_notes", "rather_a_push"]
 
 _NO_FLUCTUATION = 5.0
-"""Times friction itself, beyond which a random force stands for something else: a warning is given then."""
+"""Times friction itself, beyond which a random force is rather another effect: a warning is given then."""
 _SUSPECT_PERIODS = 0.02
 """Correlation time of a random force below which a note doubts that it is one: the prior ends at 0.01."""
 _SUMMARISED = ("friction", "friction_over_stiffness", "precision", "frequency", "noise_sd", "rest_position")
@@ -70,7 +70,7 @@ class Estimate(Shown):
     friction_unit : str
         N or N m; the signal's own unit where the sensor was not calibrated.
     friction_as_declared : frozen scipy.stats distribution
-        The posterior that a sampler samples: mass and stiffness taken as exact, no witness beside it.
+        The posterior that a sampler samples: mass and stiffness taken as exact, without the witness.
     force_factors : tuple of ForceFactor
         From the signal's friction coefficient to the friction force, one or two equally probable.
     force_factor : float
@@ -383,7 +383,7 @@ def far_apart(system: Oscillator, frequency: float, frequency_sd: float) -> bool
 
 
 def rather_a_push(force: RandomForce | None) -> bool:
-    """Whether a random force is so large that it stands for something else, and a warning is given."""
+    """Whether a random force is so large that it is rather another effect, and a warning is given."""
     return force is not None and force.probability > 0.5 and force.share_of_friction > _NO_FLUCTUATION
 
 

@@ -1,4 +1,4 @@
-"""Laws of wear weighed by their evidence, and the remaining life averaged over them.
+"""Laws of wear with their evidence, and the remaining life averaged over them.
 
 Steady, accelerating, decelerating, saturating and kinked wear, and wear in jumps, are equally probable
 beforehand; so are the values of the shape parameters that a law has, over their range. Each value is a clock
@@ -28,7 +28,7 @@ _NODES = 7
 """Values of a shape parameter at first."""
 _HALVINGS = 6
 _NUMBERS_OF_JUMPS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
-"""Those that are weighed, up to half of the steps between detection points."""
+"""Those that are evaluated, up to half of the steps between detection points."""
 _STEP = 1.0
 """Difference of log-evidence above which there is a further value between two."""
 _NEGLIGIBLE = 7.0
@@ -194,7 +194,7 @@ class WearLaws:
 
 
 def fit_laws(times: Array, friction: Array, sd: Array) -> WearLaws:
-    """Weigh the laws of wear by the estimates of at least two detection points.
+    """Evaluate the laws of wear by the estimates of at least two detection points.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ __all__ = ["DISCOUNTS", "Track", "choose_discount", "track"]
 
 
 DISCOUNTS = np.logspace(-8.0, 0.0, 161)
-"""Discounts to choose from. At the smallest the past weighs next to nothing: its standard deviation has
+"""Discounts to choose from. At the smallest the past counts next to nothing: its standard deviation has
 grown ten thousandfold."""
 
 

@@ -33,7 +33,7 @@ def plot_fit(
     record: xr.DataArray | None = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw the signal with its fit, its last cycles beside, and the residual below.
+    """Draw the signal with its fit, its last cycles next to it, and the residual below.
 
     Parameters
     ----------

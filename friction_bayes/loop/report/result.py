@@ -32,7 +32,7 @@ class FluctuationTrace:
     knocks : tuple of (float, float)
         Start and end of each knock, seconds in the record.
     fluctuates : bool
-        Whether it acts beside the knocks too.
+        Whether it acts in addition to the knocks.
     """
 
     force: Array
@@ -141,11 +141,11 @@ class LoopReport(Shown):
         a probability of 95 %; False where the record is unexplained.
     dry_friction : dict
         Whether dry friction matters: ``probability`` that it takes more than the tolerance's share of the
-        loss of amplitude, ``upper95`` below which it lies with 95 % if there is any, and ``unit``.
+        loss of amplitude, ``upper95``, its 95 % upper limit if there is any, and ``unit``.
     prior_sensitivity : dict
         By how many of its sd the mean of friction after would move were the priors of all effects ``0.1`` or
         ``10`` times as wide, and were each effect half or twice as probable before the record
-        (``inclusion_halved``, ``inclusion_doubled``); None where the draws do not tell.
+        (``inclusion_halved``, ``inclusion_doubled``); None where it cannot be computed from these draws.
     held_out_error, residual, noise, paper_procedure : dict
     frequency : dict
         Mean and sd of what was found, ``declared`` sqrt(k/m), unit; where they differ ``from_stiffness`` and
@@ -153,10 +153,11 @@ class LoopReport(Shown):
         ``trusted``, the one that friction is computed with, None where its interval spans both.
     random_force : dict or None
         ``probability`` of a force that fluctuates, and given that there is one its ``sd``,
-        ``share_of_friction`` (None without friction) and ``correlation_time_s``; None where none was weighed.
+        ``share_of_friction`` (None without friction) and ``correlation_time_s``;
+        None where none was evaluated.
     witnesses : dict or None
         Friction by the ``loss`` of amplitude and by the ``shape`` within a cycle, and whether they ``agree``;
-        None where the most probable candidate was not weighed along the measured motion, and of several
+        None where the most probable candidate was not evaluated along the measured motion, and of several
         records.
     left : dict
         What the law leaves that depends on the motion, of the ``record`` where that could do most:
@@ -167,11 +168,11 @@ class LoopReport(Shown):
         The part of the first record that was fitted: ``from_s``, ``to_s``, ``samples`` as recorded,
         ``half_cycles`` and how many samples were ``set_aside``.
     friction_between_records : dict or None
-        Where several records were weighed together: ``probability`` that friction differs between them, its
+        Where several records were fitted together: ``probability`` that friction differs between them, its
         ``spread`` given that, ``share_of_friction``, ``reduced_chi_square`` of the frictions that each has by
         itself, and ``records`` with ``name`` and ``friction`` of each.
     notes : tuple of str
-        What was done to the records before any model, and which effects were asked for and not weighed.
+        What was done to the records before any model, and which effects were asked for and not evaluated.
     next_experiment : str or None
     reference_check : dict or None
         Of the sampler, or against a reference friction.
