@@ -62,6 +62,7 @@ def torn_blocks(time: Array, block: int) -> Mask:
     return np.asarray(inside.max(axis=1) > LONGEST_BRIDGED_GAP * float(np.median(inside)))
 
 
+@njit(cache=True, nogil=True)
 def amplitude_kept(samples_per_period: float, block: int) -> float:
     """Amplitude of the block means of a sinusoid over its own."""
     half_step = math.pi / samples_per_period

@@ -67,11 +67,16 @@ def _onward(skipped: int) -> Array:
 
 
 _ONWARD = tuple(_onward(0).tolist())
+_IN_STEPS = float(np.abs(np.cumsum(_ONWARD[::-1])).sum() * 2.0 - 1.0)
+"""Widest gap in the middle of an interval over the widest step between neighbours."""
 
 
 @njit(cache=True, nogil=True)
-def may_leap(values: Array) -> bool:
-    """Whether :func:`find_leap` has anything to look at in finite ``values``, shape (n,)."""
+def may_leap(values: Array, widest: float) -> bool:
+    """Whether :func:`find_leap` has anything to look at in finite ``values``, shape (n,).
+
+    ``widest`` is no less than the largest distance of two neighbours.
+    """
     if values.size < 2 * _AROUND:
         return False
     low = high = values[0]
@@ -80,7 +85,7 @@ def may_leap(values: Array) -> bool:
         low, high = min(low, values[i]), max(high, values[i])
     # rounding in another order is no evidence
     limit = (1.0 - 1e-9) * _LEAST_LEAP * (high - low)
-    if _wider_gaps(values, limit) == 0:
+    if _IN_STEPS * widest <= limit or _wider_gaps(values, limit) == 0:
         return False
     if not limit > 0.0:
         return True

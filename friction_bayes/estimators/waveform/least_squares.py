@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.sufficient_statistics import RegressionStatistics
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.decay.block_means import fill_block_means
+from friction_bayes.decay.block_means import amplitude_kept, fill_block_means
 from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.releases import samples_averaged
 from friction_bayes.estimators.waveform.gauss_newton import (
@@ -24,8 +24,10 @@ from friction_bayes.estimators.waveform.gauss_newton import (
 )
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
+    AMPLITUDE,
     COEFFICIENTS,
     EVENLY,
+    FRICTION,
     OFFSET,
     PHASE,
     NormalEquations,
@@ -162,11 +164,13 @@ def _fit_all(
     values: Array, places: Array, located: Located, order: int, weight: Array, fits: WaveformFits
 ) -> None:
     """Fit each record about its rest position."""
-    prior = Penalty(weight, np.zeros(COEFFICIENTS))
+    prior, work = Penalty(weight, np.zeros(COEFFICIENTS)), np.empty(values.shape[1])
     for r in range(values.shape[0]):
         if located.status[r] == FOUND:
             reference = located.rest_position[r]
-            y = values[r, located.start[r] : located.stop[r]] - reference
+            y, first = work[: located.stop[r] - located.start[r]], located.start[r]
+            for i in range(y.size):
+                y[i] = values[r, first + i] - reference
             p = np.zeros(COEFFICIENTS)
             p[ADVANCE] = located.frequency[r] * 0.5 * (y.size - 1)
             p[PHASE] = located.phase[r] + p[ADVANCE]
@@ -216,6 +220,8 @@ def _fit_means(
         for a in range(COEFFICIENTS):
             at.p[a] = p[a]
         at.p[ADVANCE] = p[ADVANCE] * longer
+        kept = amplitude_kept(2.0 * math.pi * middle / at.p[ADVANCE], width)
+        at.p[AMPLITUDE], at.p[FRICTION] = p[AMPLITUDE] / kept, p[FRICTION] / kept
         at.p[PHASE] = p[PHASE] - p[ADVANCE] * longer * away
     return squares * width, found
 
