@@ -325,10 +325,9 @@ def _estimate_chunk(
     status = np.where((located.status == FOUND) & ~found, _NO_FIT, located.status)
     coefficient = tuple(np.where(found, parameter, np.nan) for parameter in fits.parameters)
     location, spread = (_finite(moment(*coefficient)) for moment in (family.mean, family.std))
-    friction = _friction(family, coefficient, like, fits.frequency, fits.frequency_sd)
-    length = fits.frequency**-kind.order
-    over_low, over_high = (family.ppf(q, *coefficient) * length for q in TAILS)
-    columns = (*friction, location * length, spread * length, over_low, over_high)
+    told = np.array([location, spread, *(family.ppf(q, *coefficient) for q in TAILS)])
+    friction = _friction(family, coefficient, told, like, fits.frequency, fits.frequency_sd)
+    columns = (*friction, *(told * fits.frequency**-kind.order))
     rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
     table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
     flags = np.where(mended, _BIT["samples_set_aside"], 0)
@@ -434,23 +433,36 @@ def _without_excursions(values: Array, angle: float, seen: Extremes) -> tuple[Ar
 
 
 def _friction(
-    family: Any, coefficient: tuple[Array, ...], like: FreeDecays, frequency: Array, frequency_sd: Array
+    family: Any,
+    coefficient: tuple[Array, ...],
+    told: Array,
+    like: FreeDecays,
+    frequency: Array,
+    frequency_sd: Array,
 ) -> Array:
-    """Mean, sd and 90 % interval of friction from the posteriors of the coefficient, shape (4, records)."""
+    """Mean, sd and 90 % interval of friction from ``told``, those of the coefficient, shape (4, records)."""
     system, kind = like.system, like.quantity
     if like.unit in UNCALIBRATED_UNITS:
-        return _in_force(family, coefficient, (ForceFactor(1.0, 0.0),))
+        return told
     table = np.full((4, frequency.size), np.nan)
     disagree = frequencies_disagree(system, frequency, frequency_sd)
     for rows, both in ((~disagree, False), (disagree, True)):
         if rows.any():
             factors = declared_forces(system, kind, frequency[rows], disagree=both)
-            table[:, rows] = _in_force(family, tuple(each[rows] for each in coefficient), factors)
+            own = tuple(each[rows] for each in coefficient)
+            table[:, rows] = _in_force(family, own, told[:, rows], factors)
     return table
 
 
-def _in_force(family: Any, coefficient: tuple[Array, ...], factors: tuple[ForceFactor, ...]) -> Array:
-    """Mean, sd and interval of variables times one of some equally probable factors, shape (4, m)."""
+def _in_force(
+    family: Any, coefficient: tuple[Array, ...], told: Array, factors: tuple[ForceFactor, ...]
+) -> Array:
+    """Mean, sd and interval of variables times one of some equally probable factors, shape (4, m).
+
+    Those of the variables are ``told``.
+    """
+    if len(factors) == 1 and factors[0].relative_sd == 0.0:
+        return told * factors[0].factor
     *shapes, location, scale = coefficient
     scaled_by = [((*shapes, location * factor, scale * factor), sd) for factor, sd in factors]
     moments = [scaled_moments(family.mean(*own), family.std(*own), 1.0, sd) for own, sd in scaled_by]
