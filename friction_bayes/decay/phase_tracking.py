@@ -159,6 +159,32 @@ def _refine(
 
 
 @njit(cache=True, nogil=True)
+def _settle(values: Array, begin: float, spacing: float, order: int, result: Array, degree: int) -> None:
+    """Gauss-Newton of phase, amplitudes and middle, while the phase in ``result`` rises."""
+    polynomial = result[: degree + 1].copy()
+    found, ok = _refine(values, begin, spacing, order, polynomial, 0.0, 0.0, ZERO)
+    for _ in range(12):
+        if ok:
+            found, ok = _refine(
+                values, begin, spacing, order, polynomial, found[1], found[2], polynomial.size
+            )
+        if not ok:
+            break
+        largest = 0.0
+        for k in range(degree + 1):
+            largest += abs(found[3 + k])
+        scale = 0.5 / largest if largest > 0.5 else 1.0
+        for k in range(degree + 1):
+            polynomial[k] += scale * found[3 + k]
+        if not rises(polynomial):
+            break
+        for k in range(degree + 1):
+            result[k] = polynomial[k]
+        if largest < 1e-7:
+            break
+
+
+@njit(cache=True, nogil=True)
 def coulomb_fit(values: Array, order: int, polynomial: Array) -> tuple[float, float, float]:
     """Least-squares rest position, initial amplitude and friction coefficient at a given phase, or NaN."""
     spacing = 2.0 / (values.size - 1)
@@ -191,8 +217,8 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
 
     Notes
     -----
-    Means of a forty-eighth of a period have all of the phase; an acceleration jumps within them, and its
-    samples are taken one by one.
+    The samples refine what means of a forty-eighth of a period have nearly all of; not those of an
+    acceleration, which jumps within them.
     """
     n = values.size
     duration = (n - 1) * step
@@ -222,27 +248,9 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
                 result[k] = coefficients[k] if k <= trial else 0.0
             break
 
-    polynomial = result[: degree + 1].copy()
-    found, ok = _refine(means, begin, spacing, order, polynomial, 0.0, 0.0, ZERO)
-    for _ in range(12):
-        if ok:
-            found, ok = _refine(
-                means, begin, spacing, order, polynomial, found[1], found[2], polynomial.size
-            )
-        if not ok:
-            break
-        largest = 0.0
-        for k in range(degree + 1):
-            largest += abs(found[3 + k])
-        scale = 0.5 / largest if largest > 0.5 else 1.0
-        for k in range(degree + 1):
-            polynomial[k] += scale * found[3 + k]
-        if not rises(polynomial):
-            break
-        for k in range(degree + 1):
-            result[k] = polynomial[k]
-        if largest < 1e-7:
-            break
+    if width > 1:
+        _settle(means, begin, spacing, order, result, degree)
+    _settle(values, -1.0, 2.0 / (n - 1), order, result, degree)
     return result
 
 

@@ -63,7 +63,7 @@ def extremes(values: Array) -> Extremes:
             bottom, top = low[r] + rounding, high[r] - rounding
             flat[r] = _beyond(y, bottom, top) >= _NEIGHBOURS and _flat(y, bottom, top)
         else:
-            high[r] = widest[r] = np.inf
+            low[r], high[r], widest[r] = -np.inf, np.inf, np.inf
     return Extremes(low, high, widest, flat)
 
 
