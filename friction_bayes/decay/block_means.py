@@ -33,7 +33,7 @@ def block_means(values: Array, block: int) -> Array:
 
 @njit(cache=True, nogil=True)
 def fill_block_means(values: Array, block: int, offset: float, means: Array) -> None:
-    """The same less ``offset`` in ``means``, shape (blocks,); four at a time, none of which awaits another."""
+    """The same less ``offset`` in ``means``, shape (blocks,); four at a time."""
     count, weight = means.size, 1.0 / block
     for k in range(0, count - 3, 4):
         part = values[k * block : (k + 4) * block]

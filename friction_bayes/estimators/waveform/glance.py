@@ -97,9 +97,7 @@ def _glance_all(
         # about a fitted offset the residual has no mean
         scale = math.sqrt(n / max(fits.misfit[r], 1e-300))
         moving = values[r, located.start[r] : located.stop[r]]
-        found.straight[r] = _straight(
-            moving, order, p, fits.kappa[r], fits.stop[r], scale, residual, single
-        )
+        found.straight[r] = _straight(moving, order, p, fits.kappa[r], fits.stop[r], scale, residual, single)
         if _surely_uncorrelated(single):
             angle = 2.0 * p[ADVANCE] / (n - 1)
             block = samples_in_mean(angle)

@@ -192,9 +192,7 @@ def _fit_all(
 
 
 @njit(cache=True, nogil=True)
-def _fit_means(
-    signal: Signal, at: NormalEquations, prior: Penalty, width: int
-) -> tuple[float, bool]:
+def _fit_means(signal: Signal, at: NormalEquations, prior: Penalty, width: int) -> tuple[float, bool]:
     """Fit means of ``width`` samples and put what they say in ``at.p``: the samples are then read twice only.
 
     Returns
