@@ -131,7 +131,7 @@ def parts_table(records: Array) -> list[str]:
         "extremes, flat tops, stray samples": scan,
         "leaps": lambda: [may_leap(*each) for each in zip(records, widest, strict=True)],
         "where the decay lies": lambda: locate_free_decays(records, step, frequency, 0),
-        "fit, five readings": lambda: fit_waveforms(records, located, 0, 0.0),
+        "fit, two readings": lambda: fit_waveforms(records, located, 0, 0.0),
         "residual: whiteness, force, shape of the loss": lambda: glance(records, located, 0, fits),
         "all, with posteriors and table": lambda: batch(records),
     }
