@@ -25,7 +25,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.decay.excursions import excursions_possible
 from friction_bayes.decay.leaps import may_leap
 from friction_bayes.decay.location import locate_free_decays
-from friction_bayes.decay.spans import extremes, flat_extremes
+from friction_bayes.decay.spans import extremes
 from friction_bayes.estimators.waveform.glance import glance
 from friction_bayes.estimators.waveform.least_squares import fit_waveforms
 from friction_bayes.mechanics.simulate import simulate
@@ -119,20 +119,19 @@ def methods_table(records: Array) -> list[str]:
 def parts_table(records: Array) -> list[str]:
     """Processor time of each part of the default, for one record and one sample of it."""
     step, frequency = 1.0 / RATE, PAPER_SYSTEM.natural_frequency
-    located = locate_free_decays(records, step, frequency, 0)
+    located, widest = locate_free_decays(records, step, frequency, 0), extremes(records).widest
     fits = fit_waveforms(records, located, 0, 0.0)
 
     def scan() -> None:
         seen = extremes(records)
-        flat_extremes(records, seen)
-        excursions_possible(records, seen)
+        excursions_possible(seen)
 
     works: dict[str, Callable[[], Any]] = {
         "`numpy.sum`": records.sum,
         "extremes, flat tops, stray samples": scan,
-        "leaps": lambda: [may_leap(row) for row in records],
+        "leaps": lambda: [may_leap(*each) for each in zip(records, widest, strict=True)],
         "where the decay lies": lambda: locate_free_decays(records, step, frequency, 0),
-        "fit, five readings": lambda: fit_waveforms(records, located, 0, 0.0),
+        "fit, two readings": lambda: fit_waveforms(records, located, 0, 0.0),
         "residual: whiteness, force, shape of the loss": lambda: glance(records, located, 0, fits),
         "all, with posteriors and table": lambda: batch(records),
     }

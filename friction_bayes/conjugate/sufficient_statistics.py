@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import solve_triangular
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.checks import finite_array
@@ -145,9 +144,12 @@ def solve_each(triangular: Array, right: Array, *, lower: bool = False) -> Array
     lower : bool
         Which of the two.
     """
+    size = right.shape[1]
     solution = np.empty(right.shape)
-    for k in range(len(right)):
-        solution[k] = solve_triangular(triangular[k], right[k], lower=lower)
+    for i in range(size) if lower else reversed(range(size)):
+        known = slice(i) if lower else slice(i + 1, size)
+        told = np.sum(triangular[:, i, known] * solution[:, known], axis=1)
+        solution[:, i] = (right[:, i] - told) / triangular[:, i, i]
     return solution
 
 

@@ -9,11 +9,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba import njit
 
 from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.records.clock import LONGEST_BRIDGED_GAP
 
-__all__ = ["amplitude_kept", "block_means", "samples_in_block", "torn_blocks"]
+__all__ = ["amplitude_kept", "block_means", "fill_block_means", "samples_in_block", "torn_blocks"]
 
 _KEPT_SAMPLES = 200.0
 """Least number of values a period that averaging leaves."""
@@ -30,6 +32,28 @@ def block_means(values: Array, block: int) -> Array:
     return np.asarray(values[:n].reshape(-1, block).mean(axis=1))
 
 
+@njit(**KERNEL)
+def fill_block_means(values: Array, block: int, offset: float, means: Array) -> None:
+    """The same less ``offset`` in ``means``, shape (blocks,); four at a time."""
+    count, weight = means.size, 1.0 / block
+    for k in range(0, count - 3, 4):
+        part = values[k * block : (k + 4) * block]
+        second, third, fourth = part[block:], part[2 * block :], part[3 * block :]
+        a = b = c = d = 0.0
+        for i in range(block):
+            a += part[i]
+            b += second[i]
+            c += third[i]
+            d += fourth[i]
+        means[k], means[k + 1] = a * weight - offset, b * weight - offset
+        means[k + 2], means[k + 3] = c * weight - offset, d * weight - offset
+    for k in range(count - count % 4, count):
+        total = 0.0
+        for i in range(k * block, (k + 1) * block):
+            total += values[i]
+        means[k] = total * weight - offset
+
+
 def torn_blocks(time: Array, block: int) -> Mask:
     """Which blocks, shape (n // block,), have a gap of the times, shape (n,), inside: of no one time."""
     n = time.size // block * block
@@ -39,6 +63,7 @@ def torn_blocks(time: Array, block: int) -> Mask:
     return np.asarray(inside.max(axis=1) > LONGEST_BRIDGED_GAP * float(np.median(inside)))
 
 
+@njit(**KERNEL)
 def amplitude_kept(samples_per_period: float, block: int) -> float:
     """Amplitude of the block means of a sinusoid over its own."""
     half_step = math.pi / samples_per_period

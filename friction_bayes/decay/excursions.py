@@ -16,7 +16,7 @@ from scipy.ndimage import median_filter
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.errors import InputError, RecordWarning
 from friction_bayes.core.system import Oscillator
-from friction_bayes.decay.spans import Extremes, far_within_three
+from friction_bayes.decay.spans import Extremes
 from friction_bayes.records.clock import LOST, place_of_sample, sampling_interval
 from friction_bayes.records.record import record_name, with_values
 
@@ -41,7 +41,7 @@ _SUPPORT = 4
 it takes up to half a period."""
 
 
-def excursions_possible(values: Array, seen: Extremes) -> Mask:
+def excursions_possible(seen: Extremes) -> Mask:
     """Which records :func:`without_excursions` may find any in, shape (records,); none that are not finite.
 
     The median of seven is no farther from their middle one than the samples up to three apart are from each
@@ -49,7 +49,7 @@ def excursions_possible(values: Array, seen: Extremes) -> Mask:
     """
     finite = seen.finite
     span = np.where(finite, seen.high - seen.low, np.inf)
-    return finite & far_within_three(values, _OUT_OF_MOTION / (1.0 + 2.0 * _OUT_OF_MOTION) * span)
+    return np.asarray(finite & (seen.widest > _OUT_OF_MOTION / (1.0 + 2.0 * _OUT_OF_MOTION) * span))
 
 
 def without_excursions(values: Array, angle: float) -> tuple[Array, Indices]:

@@ -231,7 +231,9 @@ def friction_sample_statistics(
         values = values - values.mean()
         polynomial = track_phase(values, step, frequency[k], phase[k], order)
         _, peaks = _peaks_of_periods(values, step, polynomial, highest)
-        centre, _, _ = coulomb_fit(values, order, polynomial)
+        centre = 0.0
+        if swing_frequency > 0.0:
+            centre, _, _ = coulomb_fit(values, order, polynomial)
         samples = period_friction(peaks, centre, order, swing_frequency)
         if samples.size > 0:
             count[k] = samples.size

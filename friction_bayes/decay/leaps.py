@@ -16,8 +16,8 @@ _SKIPPED = 2
 """Samples beside the interval without which a leap is still there, and a stray sample is not."""
 _LEAST_LEAP = 0.1
 """Share of the range of all samples that a leap exceeds."""
-_EVERY = 8
-"""Samples of which one is looked at for the range."""
+_FIRST, _SHARE = 1000, 16
+"""First samples, whose range is looked at: so many, or one part in so many; a decay goes farthest there."""
 _CLOSER = 1.25
 """Factor between limits in which the largest gap is enclosed."""
 _OF_OTHERS = 4.0
@@ -68,20 +68,25 @@ def _onward(skipped: int) -> Array:
 
 
 _ONWARD = tuple(_onward(0).tolist())
+_IN_STEPS = float(np.abs(np.cumsum(_ONWARD[::-1])).sum() * 2.0 - 1.0)
+"""Widest gap in the middle of an interval over the widest step between neighbours."""
 
 
 @njit(**KERNEL)
-def may_leap(values: Array) -> bool:
-    """Whether :func:`find_leap` has anything to look at in finite ``values``, shape (n,)."""
+def may_leap(values: Array, widest: float) -> bool:
+    """Whether :func:`find_leap` has anything to look at in finite ``values``, shape (n,).
+
+    ``widest`` is no less than the largest distance of two neighbours.
+    """
     if values.size < 2 * _AROUND:
         return False
     low = high = values[0]
-    # of some of the samples: the range of all is no less
-    for i in range(0, values.size, _EVERY):
+    # the range of all is no less
+    for i in range(min(max(_FIRST, values.size // _SHARE), values.size)):
         low, high = min(low, values[i]), max(high, values[i])
     # rounding in another order is no evidence
     limit = (1.0 - 1e-9) * _LEAST_LEAP * (high - low)
-    if _wider_gaps(values, limit) == 0:
+    if _IN_STEPS * widest <= limit or _wider_gaps(values, limit) == 0:
         return False
     if not limit > 0.0:
         return True

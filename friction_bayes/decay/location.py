@@ -71,7 +71,7 @@ def decays_within(
     decays = []
     for part in parts_between_releases(values, omega):
         one = np.ascontiguousarray(values[None, part])
-        found = _locate(one, step, natural_frequency, order, -1, resolution, alone=True)
+        found = _locate(one, extremes(one), step, natural_frequency, order, -1, resolution, alone=True)
         if found.status[0] == FOUND:
             start, stop = int(found.start[0]), int(found.stop[0])
             frequency = float(found.frequency[0])
@@ -92,6 +92,7 @@ def locate_free_decays(
     order: int,
     start: int = -1,
     resolution: float | None = None,
+    seen: Extremes | None = None,
 ) -> Located:
     """Find the moving parts of many records.
 
@@ -109,18 +110,22 @@ def locate_free_decays(
         First sample of the free decay if known, else -1.
     resolution : float, optional
         Step of the sensor, unit of the signal; found record by record when left out.
+    seen : Extremes, optional
+        Of the records, where they are known.
 
     Returns
     -------
     Located
     """
-    located = _locate(values, step, natural_frequency, order, start, resolution, alone=False)
+    seen = extremes(values) if seen is None else seen
+    located = _locate(values, seen, step, natural_frequency, order, start, resolution, alone=False)
     for row in np.flatnonzero(located.status == SEVERAL_DECAYS).tolist():
         after = values[row, max(start, 0) :]
         if len(decays_within(after, step, natural_frequency, order, resolution)) > 1:
             continue
         # what rises once more is no decay: a hand, or a push
-        alone = _locate(values[row : row + 1], step, natural_frequency, order, start, resolution, alone=True)
+        one = values[row : row + 1]
+        alone = _locate(one, extremes(one), step, natural_frequency, order, start, resolution, alone=True)
         for field, found in zip(located, alone, strict=True):
             field[row] = found[0]
     return located
@@ -128,6 +133,7 @@ def locate_free_decays(
 
 def _locate(
     values: Array,
+    seen: Extremes,
     step: float,
     natural_frequency: float,
     order: int,
@@ -154,7 +160,6 @@ def _locate(
         disturbed=np.zeros(records, dtype=np.int64),
         driven=np.zeros(records, dtype=np.bool_),
     )
-    seen = extremes(values)
     locate_moving_parts(values, seen, modes.frequency, resolutions, order, start, alone, True, located)
     for row in np.flatnonzero(located.driven | (located.disturbed > 0)).tolist():
         if clipped_fraction(values[row])[1] is not None:
@@ -163,7 +168,7 @@ def _locate(
             own = Located._make(field[one] for field in located)
             locate_moving_parts(
                 values[one],
-                Extremes(seen.low[one], seen.high[one]),
+                Extremes._make(field[one] for field in seen),
                 modes.frequency[one],
                 resolutions[one],
                 order,

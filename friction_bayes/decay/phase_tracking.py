@@ -15,9 +15,11 @@ from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array, Mask
 from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.decay.block_means import fill_block_means
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at, rises
+from friction_bayes.decay.releases import samples_averaged
 from friction_bayes.mechanics.coulomb import coulomb_shapes
 
 __all__ = ["MAX_DEGREE", "coulomb_fit", "nearest_turning_points", "track_phase", "tracked_phase"]
@@ -123,9 +125,19 @@ def _polynomial_through(
 
 @njit(**INNER)
 def _refine(
-    values: Array, order: int, polynomial: Array, amplitude: float, friction: float, free: int
+    values: Array,
+    begin: float,
+    spacing: float,
+    order: int,
+    polynomial: Array,
+    amplitude: float,
+    friction: float,
+    free: int,
 ) -> tuple[Array, bool]:
-    """One Gauss-Newton step in (c, a, u) and in ``free`` coefficients of the phase, all of them or none."""
+    """One Gauss-Newton step in (c, a, u) and in ``free`` coefficients of the phase, all of them or none.
+
+    The positions of the values are ``begin + i spacing``.
+    """
     n = values.size
     columns = 3 + free
     matrix = np.zeros((columns, columns))
@@ -133,7 +145,7 @@ def _refine(
     basis = np.ones(columns)
     shift = 0.5 * order * math.pi
     for i in range(n):
-        position = 2.0 * i / (n - 1) - 1.0
+        position = begin + i * spacing
         chi, _ = phase_at(polynomial, position)
         basis[1], basis[2], slope, half = coulomb_shapes(chi - shift, order)
         if free > 0:
@@ -148,9 +160,36 @@ def _refine(
 
 
 @njit(**KERNEL)
+def _settle(values: Array, begin: float, spacing: float, order: int, result: Array, degree: int) -> None:
+    """Gauss-Newton of phase, amplitudes and middle, while the phase in ``result`` rises."""
+    polynomial = result[: degree + 1].copy()
+    found, ok = _refine(values, begin, spacing, order, polynomial, 0.0, 0.0, ZERO)
+    for _ in range(12):
+        if ok:
+            found, ok = _refine(
+                values, begin, spacing, order, polynomial, found[1], found[2], polynomial.size
+            )
+        if not ok:
+            break
+        largest = 0.0
+        for k in range(degree + 1):
+            largest += abs(found[3 + k])
+        scale = 0.5 / largest if largest > 0.5 else 1.0
+        for k in range(degree + 1):
+            polynomial[k] += scale * found[3 + k]
+        if not rises(polynomial):
+            break
+        for k in range(degree + 1):
+            result[k] = polynomial[k]
+        if largest < 1e-7:
+            break
+
+
+@njit(**KERNEL)
 def coulomb_fit(values: Array, order: int, polynomial: Array) -> tuple[float, float, float]:
     """Least-squares rest position, initial amplitude and friction coefficient at a given phase, or NaN."""
-    found, ok = _refine(values, order, polynomial, 0.0, 0.0, ZERO)
+    spacing = 2.0 / (values.size - 1)
+    found, ok = _refine(values, -1.0, spacing, order, polynomial, 0.0, 0.0, ZERO)
     if not ok:
         return np.nan, np.nan, np.nan
     return found[0], found[1], found[2]
@@ -176,6 +215,11 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
     ndarray, shape (MAX_DEGREE + 1,)
         Coefficients of the phase ``chi = theta + q pi/2`` of the *signal* (zero at a positive extremum),
         over position -1 (first sample) to 1 (last). Degree one for every six half cycles, at least 1.
+
+    Notes
+    -----
+    The samples refine what means of a forty-eighth of a period have nearly all of; not those of an
+    acceleration, which jumps within them.
     """
     n = values.size
     duration = (n - 1) * step
@@ -185,7 +229,15 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
     result[1] = 0.5 * frequency * duration
     if n < 8:
         return result
-    times, phases, weights = _track(values, step, frequency, chi0)
+    width = samples_averaged(frequency * step) if order < 2 else 1
+    means = np.empty(n // width)
+    fill_block_means(values, width, 0.0, means)
+    middle = 0.5 * (width - 1)
+    begin, spacing = 2.0 * middle / (n - 1) - 1.0, 2.0 * width / (n - 1)
+    after = middle * step
+    times, phases, weights = _track(means, width * step, frequency, chi0 + frequency * after)
+    for w in range(times.size):
+        times[w] += after
     half_cycles = frequency * duration / math.pi
     degree = min(MAX_DEGREE, max(1, int(half_cycles / 6.0)))
     for trial in (min(degree, times.size - 2), 1):
@@ -197,25 +249,9 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
                 result[k] = coefficients[k] if k <= trial else 0.0
             break
 
-    polynomial = result[: degree + 1].copy()
-    found, ok = _refine(values, order, polynomial, 0.0, 0.0, ZERO)
-    for _ in range(12):
-        if ok:
-            found, ok = _refine(values, order, polynomial, found[1], found[2], polynomial.size)
-        if not ok:
-            break
-        largest = 0.0
-        for k in range(degree + 1):
-            largest += abs(found[3 + k])
-        scale = 0.5 / largest if largest > 0.5 else 1.0
-        for k in range(degree + 1):
-            polynomial[k] += scale * found[3 + k]
-        if not rises(polynomial):
-            break
-        for k in range(degree + 1):
-            result[k] = polynomial[k]
-        if largest < 1e-7:
-            break
+    if width > 1:
+        _settle(means, begin, spacing, order, result, degree)
+    _settle(values, -1.0, 2.0 / (n - 1), order, result, degree)
     return result
 
 

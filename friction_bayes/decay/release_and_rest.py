@@ -15,6 +15,7 @@ from numba import njit
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INLINED, INNER, KERNEL
 from friction_bayes.decay.amplitude_loss import amplitude_falls
+from friction_bayes.decay.block_means import fill_block_means
 from friction_bayes.decay.demodulation import (
     EVIDENCE,
     demodulate,
@@ -148,7 +149,64 @@ def _copy_moments(to_matrix: Array, to_right: Array, matrix: Array, right: Array
             to_matrix[a, b] = matrix[a, b]
 
 
-@njit(**INLINED)
+@njit(**KERNEL)
+def _add_swings(
+    y: Array, mean: float, cosine: Array, sine: Array, first: int, last: int, matrix: Array, right: Array
+) -> float:
+    """Add samples ``first <= j < last`` to the moments of columns ``1, c, hc, hhc, s, hs``, ``h = j / n``.
+
+    Many of these moments are the same.
+
+    Returns
+    -------
+    float
+        The sum of squares of the samples less ``mean``.
+    """
+    c0 = c1 = c2 = s0 = s1 = cc0 = cc1 = cc2 = cc3 = cc4 = cs0 = cs1 = cs2 = cs3 = ss0 = ss1 = ss2 = 0.0
+    one = yc0 = yc1 = yc2 = ys0 = ys1 = square = 0.0
+    share = 1.0 / cosine.size
+    for j in range(first, last):
+        h, c, s, value = j * share, cosine[j], sine[j], y[j] - mean
+        hc, hs = h * c, h * s
+        hhc = h * hc
+        c0, c1, c2, s0, s1 = c0 + c, c1 + hc, c2 + hhc, s0 + s, s1 + hs
+        cc0, cc1, cc2, cc3, cc4 = cc0 + c * c, cc1 + hc * c, cc2 + hc * hc, cc3 + hhc * hc, cc4 + hhc * hhc
+        cs0, cs1, cs2, cs3 = cs0 + c * s, cs1 + c * hs, cs2 + hc * hs, cs3 + hhc * hs
+        ss0, ss1, ss2 = ss0 + s * s, ss1 + hs * s, ss2 + hs * hs
+        one, square = one + value, square + value * value
+        yc0, yc1, yc2 = yc0 + value * c, yc1 + value * hc, yc2 + value * hhc
+        ys0, ys1 = ys0 + value * s, ys1 + value * hs
+    matrix[0, 0] += last - first
+    matrix[1, 0] += c0
+    matrix[1, 1] += cc0
+    matrix[2, 0] += c1
+    matrix[2, 1] += cc1
+    matrix[2, 2] += cc2
+    matrix[3, 0] += c2
+    matrix[3, 1] += cc2
+    matrix[3, 2] += cc3
+    matrix[3, 3] += cc4
+    matrix[4, 0] += s0
+    matrix[4, 1] += cs0
+    matrix[4, 2] += cs1
+    matrix[4, 3] += cs2
+    matrix[4, 4] += ss0
+    matrix[5, 0] += s1
+    matrix[5, 1] += cs1
+    matrix[5, 2] += cs2
+    matrix[5, 3] += cs3
+    matrix[5, 4] += ss1
+    matrix[5, 5] += ss2
+    right[0] += one
+    right[1] += yc0
+    right[2] += yc1
+    right[3] += yc2
+    right[4] += ys0
+    right[5] += ys1
+    return square
+
+
+@njit(**KERNEL)
 def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float, float, float]:
     """Where the amplitude meets zero, constant samples after.
 
@@ -169,7 +227,6 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
     mean, _ = _about(y[start:], 0.0)
     mean /= n
     matrix, right, square = np.zeros((6, 6)), np.zeros(6), 0.0
-    basis = np.ones(6)
     tail_sum, tail_square = _about(y[start:], mean)
     variance = tail_square
     places = int(max(n - 3.0 * half, 0.0) / (0.25 * half)) + 3
@@ -177,22 +234,20 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
     squares, tails, at = np.zeros(places), np.zeros(places), np.zeros(places, np.int64)
     count, next_candidate = 0, 3.0 * half
     c, s = _phasors(polynomial, scale, start, n)
+    done = 0
     for j in range(n):
         if j >= next_candidate or j == n - 1:
             next_candidate += 0.25 * half
+            square += _add_swings(y[start:], mean, c, s, done, j, matrix, right)
             _copy_moments(matrices[count], rights[count], matrix, right)
             squares[count], at[count] = square, j
             tails[count] = max(tail_square - tail_sum * tail_sum / (n - j), 0.0)
             count += 1
-        h = j / n
-        basis[1], basis[4] = c[j], s[j]
-        basis[2], basis[5] = h * c[j], h * s[j]
-        basis[3] = h * basis[2]
+            done = j
         value = y[start + j] - mean
-        add_sample(matrix, right, basis, value, 1.0)
-        square += value * value
         tail_sum -= value
         tail_square -= value * value
+    square += _add_swings(y[start:], mean, c, s, done, n, matrix, right)
     shift = np.zeros((6, 5))
     best, best_cost, centre = math.inf, math.inf, 0.0
     bent, bent_cost, bent_centre = math.inf, math.inf, 0.0
@@ -271,19 +326,6 @@ def _nearest_turn(hinge: float, polynomial: Array, scale: float, order: int) -> 
     theta = phase_of(polynomial, scale, hinge) - 0.5 * math.pi * order
     turn = math.pi * round(theta / math.pi)
     return hinge + (turn - theta) / rate_of(polynomial, scale, hinge)
-
-
-@njit(**INNER, fastmath={"reassoc"})
-def _thinned(y: Array, first: int, width: int, offset: float) -> Array:
-    """Means of blocks of ``width`` samples from ``first`` on, less ``offset``."""
-    out = np.empty((y.size - first) // width)
-    for k in range(out.size):
-        block = y[first + k * width : first + (k + 1) * width]
-        total = 0.0
-        for i in range(width):
-            total += block[i]
-        out[k] = total / width - offset
-    return out
 
 
 @njit(**KERNEL)
@@ -371,7 +413,8 @@ def _moving_part(
     # positions below are counted in blocks, whose centres lie ``shift`` samples after their first
     width = samples_averaged(omega)
     shift = 0.5 * (width - 1)
-    moving = _thinned(y, begin, width, offset)
+    moving = np.empty((y.size - begin) // width)
+    fill_block_means(y[begin:], width, offset, moving)
     centre, inphase, quadrature, noise = demodulate(moving, omega * width)
     if centre.size < 2:
         return _nothing(TOO_SHORT)

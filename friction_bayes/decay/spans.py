@@ -15,14 +15,34 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.kernels import KERNEL
 from friction_bayes.records.quantisation import ROUNDING
 
-__all__ = ["Extremes", "extremes", "far_within_three", "flat_extremes"]
+__all__ = ["Extremes", "extremes"]
+
+_NEIGHBOURS = 3
+"""Equal samples at an extreme that may be a flat top."""
+_APART = 3
+"""Samples that those compared with each other are apart at most."""
+_AT_A_TIME = 256
+"""Samples in which those that go farther than all before are counted."""
 
 
 class Extremes(NamedTuple):
-    """Lowest and highest samples of many records, shape (records,) each; not finite where a sample is not."""
+    """What goes farthest in many records, shape (records,) each; not finite where a sample is not.
+
+    Attributes
+    ----------
+    low, high : ndarray
+        Lowest and highest samples.
+    widest : ndarray
+        Largest distance of two samples up to three apart.
+    flat : ndarray of bool
+        Whether three neighbours are equal at an extreme. As many raise the question whether the sensor ends
+        there, see :func:`friction_bayes.records.clipping.clipped_fraction`.
+    """
 
     low: Array
     high: Array
+    widest: Array
+    flat: Mask
 
     @property
     def finite(self) -> Mask:
@@ -30,46 +50,78 @@ class Extremes(NamedTuple):
         return np.isfinite(self.low) & np.isfinite(self.high)
 
 
+@njit(**KERNEL)
 def extremes(values: Array) -> Extremes:
-    """Extremes of records, shape (records, n)."""
-    return Extremes(values.min(axis=1, initial=np.inf), values.max(axis=1, initial=-np.inf))
+    """Extremes of records, shape (records, n), each read while it is near."""
+    count = values.shape[0]
+    low, high, widest = np.full(count, np.inf), np.full(count, -np.inf), np.zeros(count)
+    flat = np.zeros(count, np.bool_)
+    for r in range(count):
+        y = values[r]
+        if _finite(y):
+            low[r], high[r], widest[r] = _farthest(y)
+            rounding = ROUNDING * (high[r] - low[r])
+            bottom, top = low[r] + rounding, high[r] - rounding
+            flat[r] = _beyond(y, bottom, top) >= _NEIGHBOURS and _flat(y, bottom, top)
+        else:
+            low[r], high[r], widest[r] = -np.inf, np.inf, np.inf
+    return Extremes(low, high, widest, flat)
+
+
+@njit(**KERNEL, fastmath={"reassoc"})
+def _finite(y: Array) -> bool:
+    total = 0.0
+    for i in range(y.size):
+        # of what is not finite this is not a number
+        total += 0.0 * y[i]
+    return total == 0.0
 
 
 @njit(**KERNEL)
-def far_within_three(values: Array, limit: Array) -> Mask:
-    """Whether two samples up to three apart differ by more than a limit, in each record, shape (records,)."""
-    found = np.zeros(values.shape[0], np.bool_)
-    for r in range(values.shape[0]):
-        y, far = values[r], limit[r]
-        first, second, third = y[1:], y[2:], y[3:]
-        # counts in place of the largest: those the compiler takes several at a time
-        count = 0
-        for i in range(y.size - 3):
-            count += abs(first[i] - y[i]) > far
-            count += abs(second[i] - y[i]) > far
-            count += abs(third[i] - y[i]) > far
-        for i in range(max(y.size - 3, 0), y.size):
-            for j in range(i + 1, y.size):
-                count += abs(y[j] - y[i]) > far
-        found[r] = count > 0
-    return found
+def _farthest(y: Array) -> tuple[float, float, float]:
+    """Extremes of finite samples, and the largest distance of two up to three apart.
 
-
-@njit(**KERNEL)
-def flat_extremes(values: Array, seen: Extremes) -> Mask:
-    """Whether three neighbours are equal at an extreme, in each record, shape (records,).
-
-    As many raise the question whether the sensor ends there, see
-    :func:`friction_bayes.records.clipping.clipped_fraction`.
+    Samples that go farther are counted, several at a time, and looked at where there are any: seldom.
     """
-    found = np.zeros(values.shape[0], np.bool_)
-    for r in range(values.shape[0]):
-        y, rounding = values[r], ROUNDING * (seen.high[r] - seen.low[r])
-        low, high = seen.low[r] + rounding, seen.high[r] - rounding
-        first, second = y[1:], y[2:]
-        count = 0
-        for i in range(y.size - 2):
-            count += (y[i] >= high) & (first[i] >= high) & (second[i] >= high)
-            count += (y[i] <= low) & (first[i] <= low) & (second[i] <= low)
-        found[r] = count > 0
-    return found
+    low, high, widest = np.inf, -np.inf, 0.0
+    for begin in range(0, y.size, _AT_A_TIME):
+        part = y[begin : begin + _AT_A_TIME + _APART]
+        if _farther(part, low, high, widest) > 0:
+            for i in range(part.size):
+                low, high = min(low, part[i]), max(high, part[i])
+                for j in range(i + 1, min(i + 1 + _APART, part.size)):
+                    widest = max(widest, abs(part[j] - part[i]))
+    return low, high, widest
+
+
+@njit(**KERNEL)
+def _farther(part: Array, low: float, high: float, widest: float) -> int:
+    first, second, third = part[1:], part[2:], part[3:]
+    count = 0
+    for i in range(third.size):
+        count += (part[i] < low) | (part[i] > high) | (abs(first[i] - part[i]) > widest)
+        count += (abs(second[i] - part[i]) > widest) | (abs(third[i] - part[i]) > widest)
+    for i in range(third.size, part.size):
+        count += (part[i] < low) | (part[i] > high)
+        for j in range(i + 1, part.size):
+            count += abs(part[j] - part[i]) > widest
+    return count
+
+
+@njit(**KERNEL)
+def _beyond(y: Array, bottom: float, top: float) -> int:
+    count = 0
+    for i in range(y.size):
+        count += (y[i] >= top) | (y[i] <= bottom)
+    return count
+
+
+@njit(**KERNEL)
+def _flat(y: Array, bottom: float, top: float) -> bool:
+    above = below = 0
+    for i in range(y.size):
+        above = above + 1 if y[i] >= top else 0
+        below = below + 1 if y[i] <= bottom else 0
+        if above >= _NEIGHBOURS or below >= _NEIGHBOURS:
+            return True
+    return False

@@ -18,7 +18,7 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.core.kernels import KERNEL
-from friction_bayes.decay.spans import extremes
+from friction_bayes.decay.block_means import fill_block_means
 
 __all__ = ["BAND", "SpectralModes", "spectral_modes"]
 
@@ -75,7 +75,7 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
         return alone
     expected = expected * width
     clean = np.empty((rows, n))
-    _fill_means(values, extremes(values).finite, width, clean)
+    _fill_means(values, width, clean)
     clean -= clean.mean(axis=1, keepdims=True)
     length = 1 << max(2 * n - 1, 8).bit_length()
     grid = np.arange(length // 2 + 1) * (2.0 * math.pi / length)
@@ -114,21 +114,17 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
     return alone
 
 
-@njit(**KERNEL, fastmath={"reassoc"})
-def _fill_means(values: Array, finite: Mask, width: int, means: Array) -> None:
+@njit(**KERNEL)
+def _fill_means(values: Array, width: int, means: Array) -> None:
     """Means of blocks; samples that are not finite count as zero."""
     for r in range(values.shape[0]):
-        y = values[r]
+        fill_block_means(values[r], width, 0.0, means[r])
+        total = 0.0
         for k in range(means.shape[1]):
-            block = y[k * width : (k + 1) * width]
-            total = 0.0
-            if finite[r]:
-                for i in range(width):
-                    total += block[i]
-            else:
-                for i in range(width):
-                    total += block[i] if math.isfinite(block[i]) else 0.0
-            means[r, k] = total / width
+            total += means[r, k]
+        if not math.isfinite(total):
+            finite = np.where(np.isfinite(values[r]), values[r], 0.0)
+            fill_block_means(finite, width, 0.0, means[r])
 
 
 @njit(**KERNEL)

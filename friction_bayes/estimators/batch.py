@@ -29,8 +29,8 @@ from friction_bayes.decay.leaps import find_leap, may_leap
 from friction_bayes.decay.located import FOUND, NOT_DECAYING, Located
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
-from friction_bayes.decay.sensor_calibration import force_factor, force_factors
-from friction_bayes.decay.spans import Extremes, extremes, flat_extremes
+from friction_bayes.decay.sensor_calibration import force_factor, force_factors, swing_frequency
+from friction_bayes.decay.spans import Extremes, extremes
 from friction_bayes.estimators.base import SURELY_NEGATIVE, Estimator, Fit, Fits, FreeDecays
 from friction_bayes.estimators.equally_probable import EquallyProbable
 from friction_bayes.estimators.estimate import check_choices, surely_faster_loss
@@ -310,24 +310,24 @@ def _estimate_chunk(
     """Estimate rows of the system and sensor that ``like`` declares."""
     system, kind = like.system, like.quantity
     seen = extremes(values)
-    flat = flat_extremes(values, seen)
     values, mended = _without_excursions(values, system.natural_frequency * like.step, seen)
-    located = locate_free_decays(values, like.step, system.natural_frequency, kind.order)
-    for row in np.flatnonzero((located.status == FOUND) & (flat | mended)).tolist():
+    doubtful = seen.flat | mended
+    seen = extremes(values) if mended.any() else seen
+    located = locate_free_decays(values, like.step, system.natural_frequency, kind.order, seen=seen)
+    for row in np.flatnonzero((located.status == FOUND) & doubtful).tolist():
         if clipped_fraction(values[row])[1] is not None:
             located.status[row] = _CLIPPED
     if kind.order == 0:
-        _set_leaps_apart(values, located)
+        _set_leaps_apart(values, located, seen.widest)
     decays = replace(like, values=values, located=located)
     fits = estimator.fit_many(decays, prior, peaks=peaks)
     found, family = fits.found, fits.family
     status = np.where((located.status == FOUND) & ~found, _NO_FIT, located.status)
     coefficient = tuple(np.where(found, parameter, np.nan) for parameter in fits.parameters)
     location, spread = (_finite(moment(*coefficient)) for moment in (family.mean, family.std))
-    friction = _friction(family, coefficient, like, fits.frequency, fits.frequency_sd)
-    length = fits.frequency**-kind.order
-    over_low, over_high = (family.ppf(q, *coefficient) * length for q in TAILS)
-    columns = (*friction, location * length, spread * length, over_low, over_high)
+    told = np.array([location, spread, *(family.ppf(q, *coefficient) for q in TAILS)])
+    friction = _friction(family, coefficient, told, like, fits.frequency, fits.frequency_sd)
+    columns = (*friction, *(told * fits.frequency**-kind.order))
     rest = (fits.noise_sd, fits.frequency, fits.frequency_sd, fits.rest_position)
     table = np.column_stack([*columns, *(np.where(found, each, np.nan) for each in rest), status])
     flags = np.where(mended, _BIT["samples_set_aside"], 0)
@@ -335,9 +335,13 @@ def _estimate_chunk(
     used = {row: decays.decay(row) for row in np.flatnonzero(found).tolist()}
     white, straight = np.zeros((2, len(values)), dtype=np.bool_)
     if judge or with_force:
-        if fits.glance is not None:
-            white, straight = fits.glance()
-        _look_longer(white, used, fits)
+        seen_through = fits if fits.glance is not None else _whole_signals(decays)
+        if seen_through is not None and seen_through.glance is not None:
+            white, straight = seen_through.glance()
+            if fits.glance is None:
+                # amplitudes of a motion that has ended are judged as the method sees them
+                straight &= ~located.stops
+            _look_longer(white, used, seen_through)
         _refuse_saturated(table, used, white)
     if with_force:
         table = _answered(table, used, flags, white, partial(estimator.fit, prior=prior, peaks=PEAKS[0]))
@@ -350,12 +354,23 @@ def _refuse(table: Array, row: int, status: int) -> None:
     table[row, _STATUS] = status
 
 
+def _whole_signals(decays: FreeDecays) -> Fits | None:
+    """Fit the whole signals, of which a method that uses amplitudes alone leaves no residual to be judged.
+
+    None of a pendulum, whose large swings are not fitted in a batch.
+    """
+    if swing_frequency(decays.system, decays.unit) > 0.0:
+        return None
+    waveform = WaveformEstimator()
+    return waveform.fit_many(decays, waveform.default_prior(decays), peaks=PEAKS[0])
+
+
 def _look_longer(white: Mask, used: Mapping[int, FreeDecay], fits: Fits) -> None:
     """Mark those residuals that a longer look finds white; none of a method that leaves no residual."""
     if fits.residual is None:
         return
     for row, decay in used.items():
-        if not white[row] and decay.values.size >= LEAST_SAMPLES:
+        if fits.found[row] and not white[row] and decay.values.size >= LEAST_SAMPLES:
             phase = fits.frequency[row] * decay.time
             white[row] = looks_white(fits.residual(row), phase, decay.quantity.order, _COEFFICIENTS)
 
@@ -391,12 +406,12 @@ def _judged(table: Array, used: Mapping[int, FreeDecay], flags: Integers, straig
     return judged
 
 
-def _set_leaps_apart(values: Array, located: Located) -> None:
+def _set_leaps_apart(values: Array, located: Located, widest: Array) -> None:
     """Begin decays behind a leap from a rest, and mark those that leap in mid-motion."""
     for row in np.flatnonzero(located.status == FOUND).tolist():
         begin, end, omega = int(located.start[row]), int(located.stop[row]), float(located.frequency[row])
         _, around = around_release(values[row, :end], begin, omega)
-        if not (may_leap(around) or may_leap(values[row, begin:end])):
+        if not (may_leap(around, widest[row]) or may_leap(values[row, begin:end], widest[row])):
             continue
         released = after_leap(values[row, :end], begin, omega)
         located.start[row] = released
@@ -409,7 +424,7 @@ def _without_excursions(values: Array, angle: float, seen: Extremes) -> tuple[Ar
     """Rows in which isolated excursions are replaced, and which; those that are not finite as they are."""
     which = np.zeros(len(values), dtype=np.bool_)
     mended = values
-    for row in np.flatnonzero(excursions_possible(values, seen)).tolist():
+    for row in np.flatnonzero(excursions_possible(seen)).tolist():
         own, stray = without_excursions(values[row], angle)
         if stray.size:
             mended = values.copy() if mended is values else mended
@@ -418,23 +433,36 @@ def _without_excursions(values: Array, angle: float, seen: Extremes) -> tuple[Ar
 
 
 def _friction(
-    family: Any, coefficient: tuple[Array, ...], like: FreeDecays, frequency: Array, frequency_sd: Array
+    family: Any,
+    coefficient: tuple[Array, ...],
+    told: Array,
+    like: FreeDecays,
+    frequency: Array,
+    frequency_sd: Array,
 ) -> Array:
-    """Mean, sd and 90 % interval of friction from the posteriors of the coefficient, shape (4, records)."""
+    """Mean, sd and 90 % interval of friction from ``told``, those of the coefficient, shape (4, records)."""
     system, kind = like.system, like.quantity
     if like.unit in UNCALIBRATED_UNITS:
-        return _in_force(family, coefficient, (ForceFactor(1.0, 0.0),))
+        return told
     table = np.full((4, frequency.size), np.nan)
     disagree = frequencies_disagree(system, frequency, frequency_sd)
     for rows, both in ((~disagree, False), (disagree, True)):
         if rows.any():
             factors = declared_forces(system, kind, frequency[rows], disagree=both)
-            table[:, rows] = _in_force(family, tuple(each[rows] for each in coefficient), factors)
+            own = tuple(each[rows] for each in coefficient)
+            table[:, rows] = _in_force(family, own, told[:, rows], factors)
     return table
 
 
-def _in_force(family: Any, coefficient: tuple[Array, ...], factors: tuple[ForceFactor, ...]) -> Array:
-    """Mean, sd and interval of variables times one of some equally probable factors, shape (4, m)."""
+def _in_force(
+    family: Any, coefficient: tuple[Array, ...], told: Array, factors: tuple[ForceFactor, ...]
+) -> Array:
+    """Mean, sd and interval of variables times one of some equally probable factors, shape (4, m).
+
+    Those of the variables are ``told``.
+    """
+    if len(factors) == 1 and factors[0].relative_sd == 0.0:
+        return told * factors[0].factor
     *shapes, location, scale = coefficient
     scaled_by = [((*shapes, location * factor, scale * factor), sd) for factor, sd in factors]
     moments = [scaled_moments(family.mean(*own), family.std(*own), 1.0, sd) for own, sd in scaled_by]

@@ -28,7 +28,7 @@ from friction_bayes.estimators.waveform.normal_equations import (
     stopping_turn,
 )
 
-__all__ = ["Penalty", "fit_waveform", "leave_out_turns"]
+__all__ = ["Penalty", "fit_waveform", "leave_out_turns", "start_waveform"]
 
 _LINEAR = ZERO + 3
 """The first coefficients, in which the signal is linear once frequency and phase are given."""
@@ -173,9 +173,29 @@ def _settle_jumps(
     return misfit
 
 
-@njit(**INNER)
-def fit_waveform(signal: Signal, at: NormalEquations, prior: Penalty) -> tuple[float, int, bool]:
-    """Minimise squared residuals plus ``weight (p - mean)**2``, from phase and frequency in ``at.p``.
+@njit(**KERNEL)
+def start_waveform(signal: Signal, at: NormalEquations, prior: Penalty) -> tuple[float, bool]:
+    """Offset, amplitude and friction that go with the phase and frequency in ``at.p``, put in there.
+
+    Returns
+    -------
+    float, bool
+        The signal's sum of squares, and whether there are any.
+    """
+    at.p[AMPLITUDE], at.p[FRICTION] = 0.0, 0.0
+    squares = accumulate(signal, at, at.p, NEVER)
+    step, ok = _step(at, prior, 0.0, _LINEAR)
+    if ok:
+        for a in range(_LINEAR):
+            at.p[a] += step[a]
+    return squares, ok
+
+
+@njit(**KERNEL)
+def fit_waveform(
+    signal: Signal, squares: float, at: NormalEquations, prior: Penalty, rough: bool
+) -> tuple[float, int, bool]:
+    """Minimise squared residuals plus ``weight (p - mean)**2``, from ``at.p``.
 
     The turning point where the motion ends is held within a minimisation, where the signal is then smooth,
     and is put right between them; so are the half cycles of an acceleration.
@@ -184,11 +204,14 @@ def fit_waveform(signal: Signal, at: NormalEquations, prior: Penalty) -> tuple[f
     ----------
     signal : Signal
         What is fitted.
+    squares : float
+        Its sum of squares.
     at : NormalEquations
-        Its ``p`` holds the rough phase advance and phase, and the offset if its weight is infinite. Receives
-        the optimum.
+        Its ``p`` holds what is known, the offset itself if its weight is infinite. Receives the optimum.
     prior : Penalty
         Prior precisions relative to that of a sample (infinite: held) and prior means.
+    rough : bool
+        Whether that is too rough to say where the motion ends.
 
     Returns
     -------
@@ -197,19 +220,12 @@ def fit_waveform(signal: Signal, at: NormalEquations, prior: Penalty) -> tuple[f
         sight), and whether a minimum was reached.
     """
     trial = _blank()
-    at.p[AMPLITUDE], at.p[FRICTION] = 0.0, 0.0
-    squares = accumulate(signal, at, at.p, NEVER)
-    step, ok = _step(at, prior, 0.0, _LINEAR)
-    if not ok:
-        return math.inf, NEVER, False
-    for a in range(_LINEAR):
-        at.p[a] += step[a]
     stop, misfit, found = NEVER, math.inf, False
-    for turn in range(_MAX_ROUNDS):
+    for turn in range(0 if rough else 1, _MAX_ROUNDS):
         proposed = NEVER if turn == 0 else stopping_turn(at.p, signal.kappa)
         if min(proposed, stop) > (at.p[PHASE] + at.p[ADVANCE]) / math.pi:
             proposed = stop
-        if turn > 0 and proposed == stop and signal.order < 2:
+        if found and proposed == stop and signal.order < 2:
             break
         for a in range(COEFFICIENTS):
             trial.p[a] = at.p[a]

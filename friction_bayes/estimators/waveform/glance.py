@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.decay.block_means import fill_block_means
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 from friction_bayes.decay.located import Located
 from friction_bayes.estimators.base import Glance
@@ -28,7 +29,6 @@ from friction_bayes.estimators.noise.force_screen import (
     probability_of_none,
 )
 from friction_bayes.estimators.noise.noise_level import forces_beside, samples_in_mean
-from friction_bayes.estimators.waveform.coulomb_signal import fill_signal
 from friction_bayes.estimators.waveform.least_squares import WaveformFits
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
@@ -36,9 +36,10 @@ from friction_bayes.estimators.waveform.normal_equations import (
     COEFFICIENTS,
     EVENLY,
     FRICTION,
+    OFFSET,
     PHASE,
     Samples,
-    even_sums,
+    Turns,
     first_at,
     half_cycle_table,
 )
@@ -93,30 +94,22 @@ def _glance_all(
         n = located.stop[r] - located.start[r]
         if not fits.found[r] or n < LEAST_SAMPLES:
             continue
-        p, residual = fits.coefficients[r], work[:n]
-        fill_signal(Samples(n, EVENLY), order, p, fits.kappa[r], fits.stop[r], residual)
-        _subtract(values[r, located.start[r] : located.stop[r]], residual)
-        found.straight[r] = _straight(residual, order, p, fits.kappa[r], fits.stop[r])
-        # of the innovations of an autoregression, mean and fitted numbers are a matter of rounding
-        _centre(residual)
-        single = short[:n]
-        _shorten(residual, single)
+        p, residual, single = fits.coefficients[r], work[:n], short[:n]
+        # about a fitted offset the residual has no mean
+        scale = math.sqrt(n / max(fits.misfit[r], 1e-300))
+        moving = values[r, located.start[r] : located.stop[r]]
+        found.straight[r] = _straight(moving, order, p, fits.kappa[r], fits.stop[r], scale, residual, single)
         if _surely_uncorrelated(single):
             angle = 2.0 * p[ADVANCE] / (n - 1)
             block = samples_in_mean(angle)
-            means = _means(residual, block)
+            means = np.empty(n // block)
+            fill_block_means(residual, block, 0.0, means)
             if means.size > COEFFICIENTS and _order_zero(means):
                 table = _table_for(angle * block, means.size, row, order, forces, table)
                 found.white[r] = probability_of_none(means, row, forces, table) >= _NONE
 
 
-@njit(**INNER)
-def _subtract(values: Array, out: Array) -> None:
-    for i in range(out.size):
-        out[i] = values[i] - out[i]
-
-
-@njit(**INNER, fastmath={"reassoc"})
+@njit(**KERNEL, fastmath={"reassoc"})
 def _centre(out: Array) -> None:
     """Take the mean off, and make the mean square one."""
     total, square = 0.0, 0.0
@@ -129,14 +122,7 @@ def _centre(out: Array) -> None:
         out[i] = (out[i] - mean) * scale
 
 
-@njit(**INNER)
-def _shorten(values: Array, out: NDArray[np.float32]) -> None:
-    """In single precision, of which twice as many are read at a time."""
-    for i in range(out.size):
-        out[i] = values[i]
-
-
-@njit(**INNER, fastmath={"reassoc", "contract"})
+@njit(**KERNEL, fastmath={"reassoc", "contract"})
 def _lagged_products(x: NDArray[np.float32], lag: int) -> tuple[float, float, float]:
     """Sums of the products with the values one, two and three lags on, from ``lag``."""
     n = x.size - lag
@@ -175,19 +161,7 @@ def _surely_uncorrelated(x: NDArray[np.float32]) -> bool:
     return True
 
 
-@njit(**INNER, fastmath={"reassoc"})
-def _means(x: Array, block: int) -> Array:
-    """Means of successive blocks; an odd end is left out."""
-    means = np.empty(x.size // block)
-    for k in range(means.size):
-        part, total = x[k * block : (k + 1) * block], 0.0
-        for i in range(block):
-            total += part[i]
-        means[k] = total / block
-    return means
-
-
-@njit(**INNER)
+@njit(**KERNEL)
 def _order_zero(means: Array) -> bool:
     """Whether Burg's autoregression of the means is none, exactly as the long form has it."""
     x = means.copy()
@@ -212,33 +186,81 @@ def _table_for(
     return force_table(step, n, row, order, forces)
 
 
-@njit(**INNER)
-def _straight(residual: Array, order: int, p: Array, kappa: float, stop: int) -> bool:
-    """Whether the residual surely has no part that falls faster while the amplitude is larger.
+@njit(**KERNEL, fastmath={"reassoc", "contract"})
+def _leave(  # type: ignore[no-untyped-def]
+    y: Array,
+    turns: Turns,
+    constant: float,
+    along: float,
+    across: float,
+    scale: float,
+    out: Array,
+    single: NDArray[np.float32],
+):
+    """Fill in what a half cycle leaves, times a scale, twice; its sums of ``rc`` and ``rs`` as they are."""
+    cosine, sine = turns.cosine, turns.sine
+    sum_rc = sum_rs = 0.0
+    for j in range(y.size):
+        r = y[j] - constant - along * cosine[j] + across * sine[j]
+        sum_rc += r * cosine[j]
+        sum_rs += r * sine[j]
+        out[j] = r * scale
+        single[j] = r * scale
+    return sum_rc, sum_rs
 
-    The amplitudes of the half cycles by what is left of each, as in the long form.
+
+@njit(**KERNEL)
+def _straight(
+    y: Array,
+    order: int,
+    p: Array,
+    kappa: float,
+    stop: int,
+    scale: float,
+    residual: Array,
+    single: NDArray[np.float32],
+) -> bool:
+    """Whether a fit surely leaves nothing that falls faster while the amplitude is larger.
+
+    The amplitudes of the half cycles by what is left of each, as in the long form. The residual times a scale
+    is filled in, in both precisions.
     """
-    samples = Samples(residual.size, EVENLY)
+    samples = Samples(y.size, EVENLY)
     turns = half_cycle_table(samples, p[ADVANCE], p[ADVANCE])
-    n, middle = residual.size, 0.5 * (residual.size - 1)
+    n, middle = y.size, 0.5 * (y.size - 1)
     half = math.floor((p[PHASE] - p[ADVANCE]) / math.pi)
     total = 2.0 * p[ADVANCE] / math.pi
     matrix, right, square, basis = np.zeros((3, 3)), np.zeros(3), 0.0, np.ones(3)
     lost, count, i = 0.0, 0, 0
     while i < n and half < stop:
         end = max(first_at(samples, ((half + 1) * math.pi - p[PHASE]) / p[ADVANCE]), i)
-        sums = even_sums(residual[i:end], turns, i, middle, order, p, 0.0, 0.0)
         k = kappa - 2.0 * half - 1.0
         swing = p[AMPLITUDE] + k * p[FRICTION]
+        angle = p[PHASE] + p[ADVANCE] * (i - middle) / middle + 0.5 * math.pi * order
+        c, s = math.cos(angle), math.sin(angle)
+        constant = p[OFFSET]
+        if order == 0:
+            constant += p[FRICTION] if half % 2 == 0 else -p[FRICTION]
+        rc, rs = _leave(
+            y[i:end], turns, constant, swing * c, swing * s, scale, residual[i:end], single[i:end]
+        )
+        table = turns.sums[end - i]
+        rf, ff = c * rc - s * rs, c * c * table[4] - 2.0 * c * s * table[5] + s * s * table[6]
         lost += 0.5 * swing / total
-        if sums.ff > 0.0:
+        if ff > 0.0:
             basis[1], basis[2] = k, -lost
-            add_sample(matrix, right, basis, sums.rf / sums.ff, sums.ff)
-            square += sums.rf * sums.rf / sums.ff
+            add_sample(matrix, right, basis, rf / ff, ff)
+            square += rf * rf / ff
             count += 1
         lost += 0.5 * swing / total
         i = end
         half += 1
+    if i < n:
+        rest = p[OFFSET]
+        if order == 0:
+            rest += (1.0 if stop % 2 == 0 else -1.0) * (p[AMPLITUDE] + (kappa - 2.0 * stop) * p[FRICTION])
+        for j in range(i, n):
+            residual[j] = single[j] = (y[j] - rest) * scale
     if count < _FEWEST:
         return False
     fitted, rest = regression(matrix, right, square)

@@ -14,12 +14,21 @@ from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.sufficient_statistics import RegressionStatistics
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.kernels import KERNEL
+from friction_bayes.decay.block_means import amplitude_kept, fill_block_means
 from friction_bayes.decay.located import FOUND, Located
-from friction_bayes.estimators.waveform.gauss_newton import Penalty, fit_waveform, leave_out_turns
+from friction_bayes.decay.releases import samples_averaged
+from friction_bayes.estimators.waveform.gauss_newton import (
+    Penalty,
+    fit_waveform,
+    leave_out_turns,
+    start_waveform,
+)
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
+    AMPLITUDE,
     COEFFICIENTS,
     EVENLY,
+    FRICTION,
     OFFSET,
     PHASE,
     NormalEquations,
@@ -31,6 +40,8 @@ __all__ = ["WaveformFits", "fit_waveforms", "prior_of"]
 
 _LEAST_EIGENVALUE = 1e-12
 """Of the normal equations over their diagonal: rounding leaves nothing of what is smaller."""
+_LEAST_AVERAGED = 4
+"""Samples in a mean, below which to fit means first takes longer than it saves."""
 FLAT = 2
 """Frequency and phase, the last two coefficients, never have a prior precision."""
 
@@ -154,11 +165,13 @@ def _fit_all(
     values: Array, places: Array, located: Located, order: int, weight: Array, fits: WaveformFits
 ) -> None:
     """Fit each record about its rest position."""
-    prior = Penalty(weight, np.zeros(COEFFICIENTS))
+    prior, work = Penalty(weight, np.zeros(COEFFICIENTS)), np.empty(values.shape[1])
     for r in range(values.shape[0]):
         if located.status[r] == FOUND:
             reference = located.rest_position[r]
-            y = values[r, located.start[r] : located.stop[r]] - reference
+            y, first = work[: located.stop[r] - located.start[r]], located.start[r]
+            for i in range(y.size):
+                y[i] = values[r, first + i] - reference
             p = np.zeros(COEFFICIENTS)
             p[ADVANCE] = located.frequency[r] * 0.5 * (y.size - 1)
             p[PHASE] = located.phase[r] + p[ADVANCE]
@@ -166,9 +179,50 @@ def _fit_all(
             prior.mean[OFFSET] = -reference
             signal = Signal(y, Samples(y.size, places), order, fits.kappa[r])
             at = NormalEquations(p, fits.normal[r], fits.gradient[r])
-            fits.misfit[r], fits.stop[r], fits.found[r] = fit_waveform(signal, at, prior)
+            width, squares, started = samples_averaged(located.frequency[r]), 0.0, False
+            if places.size == 0 and order < 2 and width >= _LEAST_AVERAGED:
+                squares, started = _fit_means(signal, at, prior, width)
+            rough = not started
+            if rough:
+                squares, started = start_waveform(signal, at, prior)
+            if started:
+                fitted = fit_waveform(signal, squares, at, prior, rough)
+                fits.misfit[r], fits.stop[r], fits.found[r] = fitted
             for k in range(COEFFICIENTS):
                 fits.coefficients[r, k] = p[k]
+
+
+@njit(**KERNEL)
+def _fit_means(signal: Signal, at: NormalEquations, prior: Penalty, width: int) -> tuple[float, bool]:
+    """Fit means of ``width`` samples and put what they say in ``at.p``: the samples are then read twice only.
+
+    Returns
+    -------
+    float, bool
+        The sum of squares of the samples, about, and whether the means are fitted.
+    """
+    n = signal.y.size
+    means = np.empty(n // width)
+    fill_block_means(signal.y, width, 0.0, means)
+    p, middle, end = np.zeros(COEFFICIENTS), 0.5 * (n - 1), 0.5 * (means.size - 1)
+    # where the middle of the means lies, and how much longer the samples are
+    away, longer = (width * end + 0.5 * (width - 1) - middle) / middle, middle / (width * end)
+    p[OFFSET] = at.p[OFFSET]
+    p[ADVANCE] = at.p[ADVANCE] / longer
+    p[PHASE] = at.p[PHASE] + at.p[ADVANCE] * away
+    few = NormalEquations(p, np.zeros((COEFFICIENTS, COEFFICIENTS)), np.zeros(COEFFICIENTS))
+    averaged = Signal(means, Samples(means.size, signal.samples.places), signal.order, signal.kappa)
+    squares, found = start_waveform(averaged, few, prior)
+    if found:
+        _, _, found = fit_waveform(averaged, squares, few, prior, found)
+    if found:
+        for a in range(COEFFICIENTS):
+            at.p[a] = p[a]
+        at.p[ADVANCE] = p[ADVANCE] * longer
+        kept = amplitude_kept(2.0 * math.pi * middle / at.p[ADVANCE], width)
+        at.p[AMPLITUDE], at.p[FRICTION] = p[AMPLITUDE] / kept, p[FRICTION] / kept
+        at.p[PHASE] = p[PHASE] - p[ADVANCE] * longer * away
+    return squares * width, found
 
 
 def _leave_out_turns(

@@ -8,7 +8,7 @@ import pytest
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.excursions import excursions_possible, without_excursions
 from friction_bayes.decay.leaps import find_leap, may_leap
-from friction_bayes.decay.spans import extremes, flat_extremes
+from friction_bayes.decay.spans import extremes
 from friction_bayes.records.clipping import clipped_fraction
 
 SAMPLES, ANGLE = 400, 0.06
@@ -34,9 +34,9 @@ def rows(rng: np.random.Generator) -> Array:
 def test_nothing_is_missed_and_most_is_ruled_out(rows: Array) -> None:
     seen = extremes(rows)
     possible = {
-        "stray": excursions_possible(rows, seen),
-        "leap": np.array([may_leap(row) for row in rows]),
-        "flat": flat_extremes(rows, seen),
+        "stray": excursions_possible(seen),
+        "leap": np.array([may_leap(*each) for each in zip(rows, seen.widest, strict=True)]),
+        "flat": seen.flat,
     }
     found = {
         "stray": np.array([without_excursions(row, ANGLE)[1].size > 0 for row in rows]),
@@ -53,4 +53,4 @@ def test_a_record_that_is_not_finite_is_not_looked_at(rows: Array) -> None:
     rows[:3, 7] = [np.nan, np.inf, -np.inf]
     seen = extremes(rows)
     assert seen.finite.tolist() == [False] * 3 + [True] * (len(rows) - 3)
-    assert not excursions_possible(rows, seen)[:3].any()
+    assert not excursions_possible(seen)[:3].any()

@@ -52,7 +52,7 @@ def records(quantity: str, count: int, system: Oscillator = SYSTEM) -> np.ndarra
     return np.array(rows)
 
 
-def assert_same(many: xr.Dataset, k: int, one: Estimate) -> None:
+def assert_same(many: xr.Dataset, k: int, one: Estimate, rtol: float = 1e-8) -> None:
     """Row ``k`` of a batch holds the numbers of a single estimate."""
     length = one.friction_over_stiffness
     expected = {
@@ -68,7 +68,7 @@ def assert_same(many: xr.Dataset, k: int, one: Estimate) -> None:
         "rest_position": one.rest_position,
     }
     for name, value in expected.items():
-        np.testing.assert_allclose(many[name][k], value, rtol=1e-8, err_msg=name)
+        np.testing.assert_allclose(many[name][k], value, rtol=rtol, err_msg=name)
 
 
 @pytest.mark.parametrize("quantity", ["displacement", "velocity", "acceleration"])
@@ -84,6 +84,45 @@ def test_same_numbers_as_estimate(quantity: str, method: str, stiffness_sd: floa
     assert many["friction_mean"].attrs["units"] == "N"
     assert many["friction_interval90"].dims == ("record", "bound")
     assert many.attrs["method"] == method
+
+
+@pytest.mark.parametrize("quantity", ["displacement", "velocity"])
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("friction", [0.2, 0.9])
+def test_densely_sampled_records_have_the_numbers_of_single_ones(
+    quantity: str, method: str, friction: float, rng: np.random.Generator
+) -> None:
+    """Of 628 samples a period, whose means are fitted and tracked first; of much friction one stops."""
+    decay = simulate(
+        SYSTEM,
+        friction=friction,
+        initial_displacement=0.02,
+        duration=10.0,
+        sampling_rate=1000.0,
+        quantity=quantity,
+    ).values
+    rows = np.array([decay[k : k + 8000] for k in (0, 317, 802)])
+    rows += 0.02 * decay.std() * rng.standard_normal(rows.shape) + 5.0 * decay.std()
+    many = plain_batch(rows, SYSTEM, sampling_rate=1000.0, quantity=quantity, method=method)
+    for k, row in enumerate(rows):
+        one = plain(make_record(np.arange(8000) / 1000.0, row, quantity), SYSTEM, method=method)
+        assert_same(many, k, one, rtol=1e-10)
+
+
+@pytest.mark.parametrize("method", METHODS[1:])
+def test_methods_by_amplitudes_are_warned_of_as_one_record_is(method: str) -> None:
+    """Through a fit of the whole signal, which they do not make themselves."""
+    values = doubtful()
+    with pytest.warns(RecordWarning):
+        result = estimate_batch(values, SYSTEM, sampling_rate=100.0, method=method)
+    for row, bits in zip(values, result["warnings"].values.tolist(), strict=True):
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            one = estimate(
+                make_record(np.arange(row.size) / 100.0, row, "displacement"), SYSTEM, method=method
+            )
+        texts = " ".join([*one.notes, *(str(each.message) for each in told)])
+        assert {name for name, text in SAID.items() if text in texts} == names_of(bits)
 
 
 @pytest.mark.parametrize(
