@@ -165,7 +165,7 @@ def rows(dataset: xr.Dataset) -> list[Row]:
     seconds = float(dataset["elapsed"].median())
     denied = dataset.isel(record=(dataset["verdict"] == "unexplained").values)
     if denied.sizes["record"]:
-        table.append(_coverage("unexplained, friction pooled", denied, f"{denied.sizes['record']} records"))
+        table.append(_coverage("unexplained, as reported", denied, f"{denied.sizes['record']} records"))
     return [*table, *_over_all_kinds(dataset), Row("time a record", f"{seconds:.2g} s", "", "median")]
 
 
