@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from time import process_time
 from typing import Any
 
@@ -19,8 +18,9 @@ from scipy import stats
 
 import friction_bayes as fb
 from experiments.blind.scoring import widths_off
-from experiments.method_tables import share_error, with_error
+from experiments.method_tables import percent_of
 from experiments.ordinary.recipes import RECIPES
+from experiments.ordinary_records import Config, cells
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
 from experiments.tables import Row
@@ -44,20 +44,6 @@ _NUMBERS = {
 _VERDICTS = ("adequate", "explained", "ambiguous", "unexplained")
 _SURPRISING = 0.01
 """Probability of as many misses or more under a coverage of 90 %, below which a row is named."""
-
-
-@dataclass(frozen=True)
-class Config:
-    """Records a row: a multiple of three, so that each sensor has as many."""
-
-    records: int = 6
-    records_full: int = 54
-
-
-def cells(config: Config, full: bool) -> list[Cell]:
-    """One cell a record."""
-    wanted = config.records_full if full else config.records
-    return [{"row": row, "replicate": replicate} for replicate in range(wanted) for row in RECIPES]
 
 
 def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, Any]:
@@ -110,15 +96,15 @@ def rows(dataset: xr.Dataset) -> list[Row]:
     unexplained = (dataset["verdict"] == _VERDICTS.index("unexplained")).where(answered)
     forecast = dataset["forecast"].where(answered)
     return [
-        Row("90 % intervals that cover the truth", _percent(covered), "88 to 92 %", f"too few in: {fewer}"),
-        Row("a whole interval off", _percent(dataset["off"].where(answered)), "0"),
-        Row("unexplained", _percent(unexplained), "", "of the records that were not refused"),
-        Row("an effect that is not there", _percent(dataset["imitation"].where(answered))),
+        Row("90 % intervals that cover the truth", percent_of(covered), "88 to 92 %", f"too few in: {fewer}"),
+        Row("a whole interval off", percent_of(dataset["off"].where(answered)), "0"),
+        Row("unexplained", percent_of(unexplained), "", "of the records that were not refused"),
+        Row("an effect that is not there", percent_of(dataset["imitation"].where(answered))),
         Row(
             "held-out error, after over before",
             f"median {float(forecast.median()):.2f}",
             "",
-            f"above 1.05 in {_percent((forecast > 1.05).where(np.isfinite(forecast)))}",
+            f"above 1.05 in {percent_of((forecast > 1.05).where(np.isfinite(forecast)))}",
         ),
         Row("refused", str(int(dataset["refused"].sum())), "", f"of {dataset['refused'].size}"),
     ]
@@ -127,11 +113,6 @@ def rows(dataset: xr.Dataset) -> list[Row]:
 def _too_few(covered: xr.DataArray) -> float:
     answered = covered.dropna("replicate")
     return float(stats.binom.sf(int((answered == 0.0).sum()) - 1, answered.size, 0.1))
-
-
-def _percent(hits: xr.DataArray) -> str:
-    share, error = share_error(hits)
-    return f"{with_error(100.0 * share, 100.0 * error)} %"
 
 
 def details(dataset: xr.Dataset) -> list[Mapping[str, str]]:
@@ -161,7 +142,7 @@ def _line(name: str, records: xr.Dataset) -> Mapping[str, str]:
 EXPERIMENT = Experiment(
     name="loop_ordinary",
     question="what does the loop say of the recordings an ordinary laboratory makes?",
-    config=Config(),
+    config=Config(records=6),
     cells=cells,
     run=run,
     assemble=assemble,

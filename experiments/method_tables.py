@@ -11,7 +11,15 @@ import xarray as xr
 from experiments.tables import Row
 from friction_bayes.core.arrays import Array
 
-__all__ = ["detail_lines", "share_error", "size_of_error", "summarised", "summary_rows", "with_error"]
+__all__ = [
+    "detail_lines",
+    "percent_of",
+    "share_error",
+    "size_of_error",
+    "summarised",
+    "summary_rows",
+    "with_error",
+]
 
 OURS, PAPER = "waveform", "normal-gamma, highest"
 BASE = "effect: none"
@@ -52,6 +60,12 @@ def with_error(value: float, error: float, digits: int = 2) -> str:
         return f"{value:.{digits}g}"
     decimals = max(0, -math.floor(math.log10(error)) + (1 if error < 1.0 else 0) - 1)
     return f"{value:.{decimals}f} ± {error:.{decimals}f}" if value < 1e4 else f"{value:.2g} ± {error:.1g}"
+
+
+def percent_of(hits: xr.DataArray) -> str:
+    """Write the share of ones in per cent, with its standard error."""
+    share, error = share_error(hits)
+    return f"{with_error(100.0 * share, 100.0 * error)} %"
 
 
 SUMMARY: dict[str, tuple[str, str]] = {

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from experiments.method_tables import share_error, with_error
+from experiments.method_tables import percent_of, share_error
 from experiments.ordinary.judged import ESTIMATORS, VERDICT, judged
 from experiments.ordinary.recipes import RECIPES
 from experiments.ordinary.table import lines_of, short
@@ -26,7 +26,7 @@ from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import lay_out
 from experiments.tables import Row, markdown
 
-__all__ = ["EXPERIMENT", "score"]
+__all__ = ["EXPERIMENT", "Config", "cells", "score"]
 
 _COMPARED = ("default", "no random force")
 _MOST_OFF = 0.1
@@ -88,18 +88,13 @@ def rows(dataset: xr.Dataset) -> list[Row]:
 def _over_all_rows(dataset: xr.Dataset) -> list[Row]:
     """How often each answer is whole intervals off, and in which rows the default is."""
     off = dataset["off"].mean("replicate")
-    default, without = (_percent(dataset["off"].sel(estimator=label)) for label in _COMPARED)
+    default, without = (percent_of(dataset["off"].sel(estimator=label)) for label in _COMPARED)
     worst = off.sel(estimator="default")
     wrong = dataset["row"].values[(worst > _MOST_OFF).values].tolist()
     return [
         Row("a whole interval off, all rows", default, without),
         Row(f"rows with more than {_MOST_OFF:.0%} of that", str(len(wrong)), "", ", ".join(wrong)),
     ]
-
-
-def _percent(hits: xr.DataArray) -> str:
-    share, error = share_error(hits)
-    return f"{with_error(100.0 * share, 100.0 * error)} %"
 
 
 def _row(name: str, records: xr.Dataset) -> Row:
@@ -118,7 +113,7 @@ def _words(records: xr.Dataset, label: str) -> str:
     if not np.isfinite(own["ratio"]).any():
         return "refused"
     ratio, width = (float(own[name].median()) for name in ("ratio", "width"))
-    return f"covers {_percent(own['covered'])}, {ratio:.3f} of the truth, width {short(100.0 * width)} %"
+    return f"covers {percent_of(own['covered'])}, {ratio:.3f} of the truth, width {short(100.0 * width)} %"
 
 
 def _nearest(records: xr.Dataset, labels: Sequence[str]) -> str:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from experiments.loop_ordinary import EXPERIMENT, Config, assemble, cells, details, rows, run
+from experiments.loop_ordinary import EXPERIMENT, assemble, details, rows, run
 
 
 def test_a_row_tells_what_was_refused_and_what_was_covered() -> None:
     wanted = [{"row": row, "replicate": 0} for row in ("short and clean", "steady drive alone")]
     seeds = np.random.SeedSequence(5).spawn(len(wanted))
-    results = [run(Config(), cell, seed) for cell, seed in zip(wanted, seeds, strict=True)]
+    results = [run(EXPERIMENT.config, cell, seed) for cell, seed in zip(wanted, seeds, strict=True)]
     dataset = assemble(wanted, results)
     clean, drive = details(dataset)
     assert (clean["refused"], drive["refused"]) == ("0", "1")
@@ -23,7 +23,6 @@ def test_a_row_tells_what_was_refused_and_what_was_covered() -> None:
 
 
 def test_each_sensor_has_as_many_records() -> None:
-    assert EXPERIMENT.config == Config()
-    assert Config().records % 3 == Config().records_full % 3 == 0
-    replicates = {cell["replicate"] for cell in cells(Config(), full=False)}
-    assert len(replicates) == Config().records
+    replicates = {cell["replicate"] for cell in EXPERIMENT.cells(EXPERIMENT.config, False)}
+    assert len(replicates) == EXPERIMENT.config.records
+    assert len(replicates) % 3 == 0
