@@ -86,8 +86,8 @@ def _intervals(report: Mapping[str, Any], records: int) -> Shown:
     after = f"averaged over the candidates, so that the interval includes what {what} cannot decide."
     if report["verdict"] == UNEXPLAINED:
         after = (
-            f"pooled over the ways of reading {what}, or as wide as what is left could shift it, as no "
-            "candidate explains it."
+            f"averaged over the candidates, and as wide as what is left of {what} could shift it, as none "
+            "explains it."
         )
     return Shown(
         "Friction before and after with 90 % intervals", f"Friction with 90 % intervals. After: {after}"

@@ -260,7 +260,7 @@ def loop_story(report: Report, records: int = 1) -> list[tuple[str, str]]:
         ("friction after", with_interval(report["friction_after"])),
         ("dry friction", _dry_friction(report["dry_friction"])),
     ]
-    # friction of an unexplained record is pooled over readings, not over candidates
+    # priors of effects that are no explanation tell nothing of friction
     if report["effects"] and report["verdict"] != UNEXPLAINED:
         rows.append(("prior", _sensitivity(report["prior_sensitivity"])))
     if report["friction_range"]:

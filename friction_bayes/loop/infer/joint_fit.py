@@ -168,19 +168,25 @@ def fit_together(
     motions = [fit.motion.at_frequency(w0 / fit.w0) for fit in alone]
     scales = scales_of(segments, system)
     sizes, filters = _shared_sizes(alone), _filters(alone)
-    records = tuple(
-        replace(
-            MovingRecord.of(fit.segment, system, allowed, scales, fit.samples),
-            variance=fit.clock.variance,
-            forced=fit.forced,
-            error=fit.error,
-            sizes=sizes,
-            filter=filter_,
-            jump=fit.clock.jump[fit.clock.index],
+    members = []
+    for fit, filter_ in zip(alone, filters, strict=True):
+        record = MovingRecord.of(fit.segment, system, allowed, scales, fit.samples)
+        variance = fit.clock.variance
+        if filter_ is None:
+            # what jumps is known behind a filter alone
+            variance = np.where(np.isinf(record.variance), np.inf, variance)
+        members.append(
+            replace(
+                record,
+                variance=variance,
+                forced=fit.forced,
+                error=fit.error,
+                sizes=sizes,
+                filter=filter_,
+                jump=fit.clock.jump[fit.clock.index],
+            )
         )
-        for fit, filter_ in zip(alone, filters, strict=True)
-    )
-    forced = all(fit.forced for fit in alone)
+    records, forced = tuple(members), all(fit.forced for fit in alone)
     along = _along(alone, records, motions, w0)
     spreads = spreads_weighed()
     first = _weighed(

@@ -59,8 +59,12 @@ class RecordCandidates(Candidates):
             f"sets in which friction pushes or faults hide the motion, {percent(share)} likely, are left out"
         )
         self.trail = (
-            f"along the measured motion: {len(fit.sets.effects)} sets of effects weighed with and without "
-            f"a random force, log evidence {fit.log_gain:+.1f} with it"
+            f"along the measured motion: {len(fit.sets.effects)} sets of effects weighed"
+            + (
+                f" with and without a random force, log evidence {fit.log_gain:+.1f} with it"
+                if fit.forced
+                else " without a random force"
+            )
             + (f"; lines that may be there: {lines}" if lines else ""),
             *((left_out,) if share >= LEAST_PROBABILITY else ()),
         )
