@@ -21,13 +21,14 @@ def filtered(
     rate: float = 200.0,
     both: bool = False,
     start: float = 0.05,
+    duration: float = 12.0,
 ) -> xr.DataArray:
     """A decay of 1 N through a Butterworth filter, causal or forward and backward, some samples lost."""
     record = fb.simulate(
         SYSTEM,
         friction=1.0,
         initial_displacement=start,
-        duration=12.0,
+        duration=duration,
         sampling_rate=rate,
         noise_sd=NOISE[quantity],
         seed=3,

@@ -18,7 +18,7 @@ def decay(**changed: object) -> xr.DataArray:
 
 
 def test_a_record_behind_a_filter_without_lag_is_adequate() -> None:
-    record = decay()
+    record = decay(duration=12.0)
     record = record.copy(data=filtfilt(*butter(4, 0.2), record.values))
     report = fb.close_loop([record], SYSTEM, seed=1)
     assert report.noise["model"] == "ar"
@@ -43,6 +43,7 @@ def test_a_random_force_in_an_acceleration_is_not_taken_for_colour() -> None:
 
 @pytest.mark.parametrize("noise", ["white", "ar"])
 def test_noise_that_is_asked_for_is_that_of_the_report(noise: str) -> None:
-    record = decay(duration=8.0)
+    record = decay(duration=5.0)
     record = record.copy(data=filtfilt(*butter(4, 0.2), record.values))
-    assert fb.close_loop([record], SYSTEM, seed=1, noise=noise).noise["model"] == noise
+    offered = ["viscous_damping", "friction_drift", "cubic_stiffness", "random_force"]
+    assert fb.close_loop([record], SYSTEM, seed=1, noise=noise, effects=offered).noise["model"] == noise
