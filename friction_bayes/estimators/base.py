@@ -216,11 +216,6 @@ class Fit:
         return max(behind, key=lambda each: each.probability).filter
 
     @property
-    def seems_filtered(self) -> bool:
-        """Whether dry friction alone behind a filter is more probable than all else."""
-        return sum(each.probability for each in self.accounts if each.seems_filtered) > 0.5
-
-    @property
     def target(self) -> Target:
         """The same posterior for the sampler, built anew: its functions could not be pickled."""
         return self.build_target()

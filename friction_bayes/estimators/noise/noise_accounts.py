@@ -106,12 +106,6 @@ class NoiseAccount:
         return not self.forced and (plain or self.filter is not None)
 
     @property
-    def seems_filtered(self) -> bool:
-        """Whether noise or corners are as behind a filter, without a random force."""
-        doubtful = self.coloured or self.weaker_above or self.free_corners or self.filter is not None
-        return not self.forced and doubtful
-
-    @property
     def name(self) -> str:
         """In words."""
         words = ["coloured noise" if self.coloured else "white noise"]
