@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,16 +13,24 @@ from friction_bayes.loop.infer.moving_record import MovingRecord
 from friction_bayes.loop.simulation.coulomb import coulomb_fit
 from friction_bayes.statespace.smoother import Motion
 
-__all__ = ["coulomb_motion"]
+__all__ = ["CoulombMotion", "coulomb_motion"]
 
 
-def coulomb_motion(record: MovingRecord) -> tuple[float, Motion, LawBefore] | None:
+class CoulombMotion(NamedTuple):
+    """The frequency of the natural units [rad/s], a motion in these, and the Coulomb law that it follows."""
+
+    w0: float
+    motion: Motion
+    law: LawBefore
+
+
+def coulomb_motion(record: MovingRecord) -> CoulombMotion | None:
     """Simulate the Coulomb law that fits the samples of a record best.
 
     Returns
     -------
-    tuple or None
-        Frequency of the natural units [rad/s], the motion in these, and the law. None where no such law can
+    CoulombMotion or None
+        None where no such law can
         be fitted, or its mass stops or does not turn within the samples.
     """
     n = record.samples
@@ -42,4 +51,4 @@ def coulomb_motion(record: MovingRecord) -> tuple[float, Motion, LawBefore] | No
         return None
     sizes = np.zeros(found.law.scale.size)
     sizes[found.law.dry_friction] = fit.model.value(fit.z, FRICTION) / found.law.unit_force
-    return w0, motion, found.law.before(sizes, np.zeros(n))
+    return CoulombMotion(w0, motion, found.law.before(sizes, np.zeros(n)))

@@ -21,7 +21,7 @@ from friction_bayes.loop.columns.law_before import LawBefore
 from friction_bayes.loop.columns.lines import Line, lines_beside_motion
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.behind_filter import filter_of
-from friction_bayes.loop.infer.coulomb_motion import coulomb_motion
+from friction_bayes.loop.infer.coulomb_motion import CoulombMotion
 from friction_bayes.loop.infer.finer_lines import finer_lines, lines_that_show
 from friction_bayes.loop.infer.finer_shapes import finer_shapes
 from friction_bayes.loop.infer.impossible import integrate_possible
@@ -88,12 +88,11 @@ class Round:
         return cls._starting(whole, noise, *whole.first_motion())
 
     @classmethod
-    def about_coulomb(cls, whole: MovingRecord, noise: str) -> Round | None:
-        """Along the motion under Coulomb friction alone that fits best; None where there is none.
+    def about_coulomb(cls, whole: MovingRecord, noise: str, start: CoulombMotion | None) -> Round | None:
+        """Along the motion under Coulomb friction alone that fits best, ``start``; None where there is none.
 
         Nothing is linear about a mass that has stopped, so that one that stops within the record is none.
         """
-        start = coulomb_motion(whole)
         return None if start is None else cls._starting(whole, noise, *start)
 
     @classmethod

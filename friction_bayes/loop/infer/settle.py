@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from friction_bayes.loop.infer.coulomb_motion import CoulombMotion, coulomb_motion
 from friction_bayes.loop.infer.moving_record import MovingRecord
 from friction_bayes.loop.infer.rounds import Round
 from friction_bayes.loop.infer.sensor_noise import weigh_sensor_noise
@@ -51,9 +52,11 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str, *, filters: 
     still = _settled(first, allowed)
     if whole.filter is not None:
         return None if still is None else _settled(still.in_its_colour_near_motion(), allowed) or still
+    coulomb = None
     if still is None or not still.with_force.is_all:
         # far from where it starts a law that is settled step by step may not arrive
-        still = _better(still, _settled(Round.about_coulomb(whole, noise), allowed))
+        coulomb = coulomb_motion(whole)
+        still = _better(still, _settled(Round.about_coulomb(whole, noise, coulomb), allowed))
     latest = None if still is None else still.with_force
     if first is not None and (latest is None or not latest.is_all):
         free = _settled(first.with_force, allowed)
@@ -64,7 +67,7 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str, *, filters: 
         best, coloured = latest, _coloured(still, allowed)
         if coloured is not None and (noise == "ar" or not _holds_against(latest, coloured, allowed)):
             best = coloured
-        behind = _behind_filter(still, allowed) if filters and not latest.is_all else None
+        behind = _behind_filter(still, coulomb, allowed) if filters and not latest.is_all else None
         if behind is not None and not _holds_against(best, behind, allowed):
             best = behind
         if best is not latest:
@@ -88,12 +91,12 @@ def _coloured(still: Round, allowed: Sequence[str]) -> Round | None:
     return _settled(still.in_its_colour(), allowed)
 
 
-def _behind_filter(still: Round, allowed: Sequence[str]) -> Round | None:
+def _behind_filter(still: Round, coulomb: CoulombMotion | None, allowed: Sequence[str]) -> Round | None:
     """The law behind the filter that a record went through; None where there is none.
 
     The filter is found along the motion of Coulomb friction, and anew along the motion behind it.
     """
-    latest = Round.about_coulomb(still.whole, still.noise) or still
+    latest = Round.about_coulomb(still.whole, still.noise, coulomb) or still
     for _ in range(_MOST_FILTERS):
         behind = latest.behind_filter()
         if behind is None or behind.whole.filter == latest.whole.filter:
