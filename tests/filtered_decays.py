@@ -12,6 +12,28 @@ SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 NOISE = {"displacement": 2e-5, "velocity": 2e-4, "acceleration": 2e-3}
 
 
+def decay(
+    quantity: str = "displacement",
+    *,
+    start: float = 0.05,
+    duration: float = 12.0,
+    rate: float = 200.0,
+    effects: dict[str, float] | None = None,
+) -> xr.DataArray:
+    """A decay under 1 N of dry friction, as it was before any filter."""
+    return fb.simulate(
+        SYSTEM,
+        friction=1.0,
+        initial_displacement=start,
+        duration=duration,
+        sampling_rate=rate,
+        noise_sd=NOISE[quantity],
+        seed=3,
+        quantity=quantity,
+        effects=effects,
+    )
+
+
 def filtered(
     quantity: str,
     corner: float,
@@ -22,18 +44,10 @@ def filtered(
     both: bool = False,
     start: float = 0.05,
     duration: float = 12.0,
+    effects: dict[str, float] | None = None,
 ) -> xr.DataArray:
-    """A decay of 1 N through a Butterworth filter, causal or forward and backward, some samples lost."""
-    record = fb.simulate(
-        SYSTEM,
-        friction=1.0,
-        initial_displacement=start,
-        duration=duration,
-        sampling_rate=rate,
-        noise_sd=NOISE[quantity],
-        seed=3,
-        quantity=quantity,
-    )
+    """Such a decay through a Butterworth filter, causal or forward and backward, some samples lost."""
+    record = decay(quantity, start=start, duration=duration, rate=rate, effects=effects)
     b, a = signal.butter(order, corner, fs=rate)
     values = (signal.filtfilt if both else signal.lfilter)(b, a, record.values)
     kept = np.ones(values.size, dtype=bool)

@@ -6,10 +6,9 @@ import math
 from dataclasses import replace
 
 import pytest
-from scipy import signal
 
 import friction_bayes as fb
-from filtered_decays import NOISE, SYSTEM, filtered
+from filtered_decays import SYSTEM, decay, filtered
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError
 
 OFFERED = [
@@ -47,19 +46,9 @@ def test_the_loop_sees_a_filter_and_takes_it_for_no_law(
 
 
 def test_the_loop_finds_the_damping_behind_a_filter() -> None:
-    record = fb.simulate(
-        SYSTEM,
-        friction=1.0,
-        initial_displacement=0.05,
-        duration=7.0,
-        sampling_rate=200.0,
-        noise_sd=NOISE["displacement"],
-        seed=3,
-        effects={"viscous_damping.damping_ratio": 0.004},
-    )
-    b, a = signal.butter(2, 12.0, fs=200.0)
-    filtered_record = record.copy(data=signal.lfilter(b, a, record.values))
-    report = fb.close_loop([filtered_record], SYSTEM, seed=1, effects=OFFERED)
+    damped = {"viscous_damping.damping_ratio": 0.004}
+    record = filtered("displacement", 12.0, duration=7.0, effects=damped)
+    report = fb.close_loop([record], SYSTEM, seed=1, effects=OFFERED)
     assert report.noise["filter"] is not None
     assert report.candidates[0]["effects"] == ["viscous_damping"]
     low, high = report.friction_after["interval90"]
@@ -67,16 +56,7 @@ def test_the_loop_finds_the_damping_behind_a_filter() -> None:
 
 
 def test_a_record_without_a_filter_is_behind_none() -> None:
-    record = fb.simulate(
-        SYSTEM,
-        friction=1.0,
-        initial_displacement=0.05,
-        duration=8.0,
-        sampling_rate=200.0,
-        noise_sd=NOISE["displacement"],
-        seed=3,
-        effects={"presliding.displacement": 1e-3},
-    )
+    record = decay(duration=8.0, effects={"presliding.displacement": 1e-3})
     assert fb.close_loop([record], SYSTEM, seed=1).noise["filter"] is None
 
 
