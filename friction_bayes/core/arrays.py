@@ -7,10 +7,13 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ZERO", "Array", "Indices", "Integers", "Mask"]
+__all__ = ["ZERO", "Array", "Complexes", "Indices", "Integers", "Mask"]
 
 Array = NDArray[np.float64]
 """Real numbers."""
+
+Complexes = NDArray[np.complex128]
+"""Complex numbers."""
 
 Integers = NDArray[np.int64]
 """Counts, signs and status codes."""

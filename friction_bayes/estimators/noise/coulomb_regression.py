@@ -160,26 +160,35 @@ class Laid:
         return replace(self, regression=replace(regression, clock=clock, least_noise=least))
 
     def behind(self, filter_: RecordingFilter, signal: Array) -> Laid:
-        """The same law as a filter shows it; ``signal``, shape (n,), in natural units."""
-        regression = self.regression
+        """The same law as a filter shows it; ``signal``, shape (n,), in natural units.
+
+        With what the filter still has of the time before the record, and how far its size is from the next's.
+        """
+        regression, path = self.regression, self.path
         n = signal.size
-        shown = Through(np.column_stack([regression.columns, signal - regression.target]))(filter_)
+        read = path.reading(self.order, path.x, path.v)
+        through = Through(np.column_stack([regression.columns, signal - regression.target, read]))
+        shown = through(filter_)
         if "rest" in regression.names:
             # zero of the recording, not of the motion
             shown[:, regression.names.index("rest")] = 1.0
-        memory = filter_.memory(n)
-        extra = memory.shape[1]
+        own = memory = filter_.memory(n)
+        amplitude = float(np.max(np.abs(signal)))
+        scale = np.full(memory.shape[1], amplitude)
+        if filter_.next is not None:
+            own = np.column_stack([memory, (through(filter_.next) - shown)[:, -1]])
+            scale = np.append(scale, 1.0)
+        extra = scale.size
         inside = np.full(n, np.inf)
         left_out = margin(filter_.angle)
         inside[left_out : n - left_out] = 1.0
-        amplitude = float(np.max(np.abs(signal)))
         filtered = replace(
             regression,
-            names=(*regression.names, *(["before"] * extra)),
-            columns=np.hstack([shown[:, :-1], memory]),
-            target=signal - shown[:, -1],
+            names=(*regression.names, *(["filter"] * extra)),
+            columns=np.hstack([shown[:, :-2], own]),
+            target=signal - shown[:, -2],
             states=np.concatenate([regression.states, np.zeros((n, 2, extra))], axis=2),
-            scale=np.append(regression.scale, np.full(extra, amplitude)),
+            scale=np.append(regression.scale, scale),
             positive=np.append(regression.positive, np.zeros(extra, np.bool_)),
             sets=np.hstack([regression.sets, np.ones((len(regression.sets), extra), np.bool_)]),
         )
@@ -269,7 +278,7 @@ class PreparedDecay:
     def filters_along(self, laid: Laid) -> tuple[list[tuple[float, RecordingFilter]], float]:
         """Filters that the samples may have gone through, and the probability that they went through any."""
         regression = laid.regression
-        if not regression.clock.even or self.decay.block > 1:
+        if not regression.clock.even:
             return [], 0.0
         free = laid.with_free_corners(self.friction).regression.columns
         phase = regression.clock.phase

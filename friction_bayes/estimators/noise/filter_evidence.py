@@ -38,8 +38,9 @@ __all__ = ["likely_filters"]
 
 _LOOKED_AT = 4096
 """Samples in which filters are looked for."""
-_BANDWIDTH, _TAPERS = 3.0, 5
-"""Of the spectral estimate, in cycles a record, and how many tapers have it."""
+_BANDWIDTH, _TAPERS = 4.0, 4
+"""Of the spectral estimate, in cycles a record, and how many tapers have it: those that leak less than 1e-4
+of their energy beyond it, for the noise at the zeros of a filter is no more than that."""
 _ABOVE = 2.0
 """Frequency over the motion's from which on spectra are compared: below, the fit takes from the noise."""
 _LATER = np.geomspace(1e-8, 1.0, 25)

@@ -15,7 +15,7 @@ from functools import cached_property, partial
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Complexes
 
 __all__ = ["FilterKind", "RecordingFilter", "Through", "kinds_for", "margin"]
 
@@ -33,6 +33,8 @@ _BELOW_NYQUIST = math.pi - 1e-6
 """Frequency at which a bilinear transform is still finite."""
 _MARGIN = 0.25
 """Of a period at either end, where a filter has not seen enough."""
+_FORGOTTEN = 1e-4
+"""Share of what was before the recording that a filter may still show where it is taken to be forgotten."""
 
 
 Response = Callable[[Array], Array]
@@ -51,8 +53,9 @@ class RecordingFilter:
         See :data:`Response`.
     angle : float
         Frequency of the motion [rad/sample].
-    settling : float
-        Rate at which it forgets what was before the recording [1/sample]; zero where that is at once.
+    settling : ndarray of complex, shape (p,)
+        Rates at which it forgets what was before the recording [1/sample], one of each conjugate pair; none
+        where that is within the :func:`margin`.
     beside : callable or None
         Response of the next filter of its kind; None where sizes are counted and one of them is right.
     log_prior : float
@@ -62,7 +65,7 @@ class RecordingFilter:
     name: str
     response: Response = field(compare=False)
     angle: float = field(compare=False)
-    settling: float = 0.0
+    settling: Complexes = field(default_factory=lambda: np.empty(0, np.complex128), compare=False)
     beside: Response | None = field(default=None, compare=False)
     log_prior: float = field(default=0.0, compare=False)
 
@@ -90,25 +93,36 @@ class RecordingFilter:
         return None if self.beside is None else replace(self, response=self.beside, beside=None)
 
     def memory(self, samples: int) -> Array:
-        """What is left of what was before the recording, shape (samples, 0 or 1): any multiple of it."""
-        if self.settling == 0.0:
-            return np.empty((samples, 0))
-        return np.exp(-self.settling * np.arange(samples))[:, None]
+        """What is left of what was before the recording, shape (samples, p): any multiples of these.
+
+        The difference between two recordings of one motion, whatever had gone through the filter before.
+        """
+        left = np.exp(np.multiply.outer(np.arange(samples), self.settling))
+        return np.hstack([left.real, left.imag[:, self.settling.imag != 0.0]])
 
 
 class Through:
-    """Columns, shape (n, p), that go through one filter or another."""
+    """Columns, shape (n, p), that go through one filter or another.
+
+    They go on beyond either end as their own mirror image about its value, and fade: a step there would ring
+    in every sample behind a filter that delays by a part of one.
+    """
 
     def __init__(self, columns: Array) -> None:
-        self._n = len(columns)
-        self._size = next_fast_len(2 * self._n, real=True)
-        self._spectrum = rfft(columns, self._size, axis=0)
+        self._n = n = len(columns)
+        self._added = added = n // 2
+        fade = np.cos(0.5 * math.pi * np.arange(1, added + 1) / (added + 1))[:, None] ** 2
+        before = (2.0 * columns[0] - columns[1 : added + 1]) * fade
+        after = (2.0 * columns[-1] - columns[-added - 1 : -1][::-1]) * fade
+        self._size = next_fast_len(n + 2 * added, real=True)
+        self._spectrum = rfft(np.concatenate([before[::-1], columns, after]), self._size, axis=0)
         self._omega = 2.0 * math.pi * np.arange(len(self._spectrum)) / self._size
 
     def __call__(self, filter_: RecordingFilter) -> Array:
         """Columns behind the filter, shape (n, p); within the :func:`margin` of either end of no meaning."""
         response = filter_.without_delay(self._omega)[:, None]
-        return np.asarray(irfft(self._spectrum * response, self._size, axis=0)[: self._n])
+        shown = irfft(self._spectrum * response, self._size, axis=0)
+        return np.asarray(shown[self._added : self._added + self._n])
 
 
 def margin(angle: float) -> int:
@@ -183,6 +197,7 @@ def _corners(lowest: float, highest: float) -> Array:
 def _low_passes(angle: float, order: int, ways: int) -> FilterKind:
     """Butterworth's, by the bilinear transform, forward or both ways."""
     poles = np.exp(0.5j * math.pi * (1.0 + (2.0 * np.arange(order) + 1.0) / order))
+    poles.imag[np.abs(poles.imag) < 1e-12] = 0.0
 
     def response(omega: Array, *, corner: float) -> Array:
         s = 1j * np.tan(0.5 * np.minimum(omega, _BELOW_NYQUIST)) / math.tan(0.5 * corner)
@@ -195,7 +210,10 @@ def _low_passes(angle: float, order: int, ways: int) -> FilterKind:
             f"a low pass of order {order}{both}, corner at {corner / angle:.3g} times the motion's frequency"
         )
         own, beside = (partial(response, corner=each) for each in (corner, corner / _APART))
-        return RecordingFilter(name, own, angle, beside=beside)
+        own_poles = math.tan(0.5 * corner) * poles[poles.imag >= 0.0]
+        rates = np.log((1.0 + own_poles) / (1.0 - own_poles))
+        slow = rates[np.exp(rates.real * margin(angle)) > _FORGOTTEN]
+        return RecordingFilter(name, own, angle, settling=slow, beside=beside)
 
     return FilterKind(_corners(_LOWEST_CORNER * angle, _HIGHEST_CORNER * math.pi), of)
 
@@ -207,6 +225,6 @@ def _couplings(angle: float) -> FilterKind:
     def of(corner: float) -> RecordingFilter:
         name = f"an AC coupling, corner at {corner / angle:.2g} times the motion's frequency"
         own, beside = (partial(response, corner=each) for each in (corner, corner / _APART))
-        return RecordingFilter(name, own, angle, settling=corner, beside=beside)
+        return RecordingFilter(name, own, angle, settling=np.array([-corner + 0.0j]), beside=beside)
 
     return FilterKind(_corners(*(share * angle for share in _COUPLING)), of)

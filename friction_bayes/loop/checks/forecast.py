@@ -162,11 +162,11 @@ def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Arra
     motion = (states[:, order] if order < 2 else np.gradient(states[:, 1], when, axis=1)).T
     through, filter_ = Through(motion), law.filter
     assert filter_ is not None
-    shown, own = through(filter_), {column.kind: j for j, column in enumerate(law.columns)}
+    shown, sizes = through(filter_), draws.coefficients[which].T
+    kinds = np.array([column.kind for column in law.columns])
     if filter_.next is not None:
-        shown = shown + (through(filter_.next) - shown) * draws.coefficients[which, own["filter"]]
-    for memory in filter_.memory(len(motion)).T:
-        shown = shown + memory[:, None] * draws.coefficients[which, own["memory"]]
+        shown = shown + (through(filter_.next) - shown) * sizes[kinds == "filter"]
+    shown = shown + filter_.memory(len(motion)) @ sizes[kinds == "memory"]
     return np.asarray((shown - motion)[before.shape[1] :].T)
 
 

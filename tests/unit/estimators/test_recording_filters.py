@@ -60,6 +60,37 @@ def test_the_motion_itself_is_not_delayed(kind: int) -> None:
     assert np.max(np.abs(left)) < 0.01
 
 
+@pytest.mark.parametrize(("kind", "order"), [(0, 1), (1, 2), (2, 4)])
+def test_a_filter_that_was_empty_differs_by_what_it_remembers(kind: int, order: int) -> None:
+    filter_ = LOW_PASSES[kind].of(5.0 * ANGLE)
+    b, a = signal.butter(order, 5.0 * ANGLE / math.pi)
+    wave = np.cos(ANGLE * np.arange(-2000, 1000))
+    left = signal.lfilter(b, a, wave[2000:]) - signal.lfilter(b, a, wave)[2000:]
+    memory, seen = filter_.memory(left.size), slice(margin(ANGLE), None)
+    assert np.max(np.abs(left[seen])) > 1e-4
+    left -= memory @ np.linalg.lstsq(memory[seen], left[seen])[0]
+    assert np.max(np.abs(left[seen])) < 1e-4
+
+
+@pytest.mark.parametrize(("order", "corner"), [(2, 12.0), (4, 8.0)])
+def test_a_record_may_begin_with_an_empty_filter(order: int, corner: float) -> None:
+    """Its corner is told by noise 80 dB below the motion, and friction to 1e-3."""
+    b, a = signal.butter(order, corner, fs=2.0 * RATE)
+    decay = fb.simulate(
+        SYSTEM,
+        friction=1.0,
+        initial_displacement=0.04,
+        duration=9.0,
+        sampling_rate=2.0 * RATE,
+        noise_sd=2e-5,
+        seed=4,
+    )
+    record = fb.make_record(decay["time"].values, signal.lfilter(b, a, decay.values), "displacement")
+    found = fb.estimate(record, SYSTEM)
+    assert found.friction.mean() == pytest.approx(1.0, abs=1e-3)
+    assert f"a low pass of order {order}" in found.to_dict()["noise"]["filter"]["name"]
+
+
 def recorded(quantity: str, process: Process, noise_sd: float, seed: int = 4) -> xr.DataArray:
     record = fb.simulate(
         SYSTEM,
