@@ -86,7 +86,8 @@ def beside_law(fit: ForceFit, forces: Array) -> BesideLaw:
         np.add.at(at_samples, fit.path.interval + 1, forces * fit.path.node_weight[:, None])
         at_samples[1:] /= np.diff(fit.path.phase)[:, None]
     answered = response_at_sensor(fit.path, fit.row, forces, at_samples, feedback=fit.law.feedback)[1]
-    block = np.column_stack([fit.law.sensor[:, law] * fit.law.scale[law], answered, fit.residual])
+    of_law = fit.law.sensor[:, law] * fit.law.scale[law]
+    block = np.column_stack([of_law, fit.law.recorded(answered), fit.residual])
     gram = whiten(block, fit.clock, fit.row, best.ratio, best.tau).gram / best.noise**2
     p = law.size
     known = gram[:p, :p] + np.eye(p)

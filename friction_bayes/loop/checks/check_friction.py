@@ -18,7 +18,7 @@ __all__ = ["check_friction"]
 
 _ENSEMBLES = 4
 _ESS = 400.0
-_MOST_STEPS = 2000
+_MOST_STEPS = 4000
 
 
 def check_friction(

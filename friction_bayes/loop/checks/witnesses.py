@@ -61,7 +61,8 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     others[friction] = False
     at_nodes, at_samples = _losing_part(fit.path, fit.law.force(friction, fit.path.nodes))
     forces = at_nodes[:, None], at_samples[:, None]
-    loss = response_at_sensor(fit.path, fit.row, *forces, feedback=fit.law.feedback)[1][:, 0]
+    loss = response_at_sensor(fit.path, fit.row, *forces, feedback=fit.law.feedback)[1]
+    loss = fit.law.recorded(loss)[:, 0]
     scale = np.append(fit.law.scale[others], [fit.law.scale[friction]] * 2)
     shape = fit.law.sensor[:, friction] - loss
     columns = np.column_stack([fit.law.sensor[:, others], loss, shape]) * scale

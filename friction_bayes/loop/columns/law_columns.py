@@ -172,6 +172,10 @@ class LawColumns:
             forces=np.column_stack([self.forces, np.zeros((n, extra))]),
         )
 
+    def recorded(self, shown: Array) -> Array:
+        """What the record has of columns that the sensor reads, shape (n, p)."""
+        return shown if self.filter is None else Through(shown)(self.filter)
+
     def behind(self, filter_: RecordingFilter) -> LawColumns:
         """The same as a filter shows it, but for lines and the zero of the recording.
 

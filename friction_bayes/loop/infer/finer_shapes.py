@@ -60,7 +60,7 @@ def finer_shapes(found: LawAlongMotion, law: Array, point: GridPoint) -> dict[st
     _, shown = response_at_sensor(path, regression.row, *forces, feedback=found.law.feedback)
     own = law != 0.0
     columns = regression.columns[:, own] * regression.scale[own]
-    block = np.column_stack([columns, shown, regression.residual(law)])
+    block = np.column_stack([columns, found.law.recorded(shown), regression.residual(law)])
     gram = whiten(block, regression.clock, regression.row, point.ratio, point.tau).gram / point.noise**2
     score = np.array([acting[0][1].column.score for acting in bent.values()])
     # the record enters as what the law leaves; each coefficient and score has a standard normal prior

@@ -267,7 +267,7 @@ class Round:
 
     def without(self, samples: Mask) -> Round | None:
         """The same without some samples, shape (n,)."""
-        if not np.isfinite(self.whole.variance[samples]).any():
+        if not np.isfinite(self.record.variance[samples]).any():
             return self
         whole = self.whole.setting_aside(samples)
         found = self._along(whole)

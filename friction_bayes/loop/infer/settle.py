@@ -113,25 +113,30 @@ def _behind_filter(still: Round, coulomb: CoulombMotion | None, allowed: Sequenc
 def _holds_against(one: Round, other: Round, allowed: Sequence[str]) -> bool:
     """Whether a round is more probable than another, on the samples that both have.
 
-    It is taken with the noise that goes best with it, growing and with outliers too, and with the lines that
+    It is taken with noise that grows with the motion where that is more probable, and with the lines that
     were found beside the other.
     """
     if not {line.effect for line in other.lines} <= {line.effect for line in one.lines}:
         one = _better(one, _settled(one.with_lines(other.lines), allowed)) or one
-    used = [np.isfinite(each.whole.variance) for each in (one, other)]
-    mine, its = (each.without(~used[0] | ~used[1]) for each in (one, other))
+    mine, its = _on_common_samples(one, other)
     if mine is None or its is None or its.log_evidence <= mine.log_evidence:
         return True
-    record = mine.whole.setting_aside(mine.ceiling)
-    noise = weigh_sensor_noise(record, mine.found, mine.outliers, allowed)[2]
+    noise = weigh_sensor_noise(mine.record, mine.found, np.zeros_like(mine.aside), allowed)[2]
     return its.log_evidence <= mine.log_evidence + noise.log_total
 
 
 def _better(one: Round | None, other: Round | None) -> Round | None:
-    """The round of the larger evidence."""
+    """The round of the larger evidence, on the samples that both have."""
     if one is None or other is None:
         return one or other
-    return max((one, other), key=lambda each: each.log_evidence)
+    mine, its = _on_common_samples(one, other)
+    return one if its is None or (mine is not None and mine.log_evidence >= its.log_evidence) else other
+
+
+def _on_common_samples(one: Round, other: Round) -> tuple[Round | None, Round | None]:
+    """Two rounds on the samples that neither sets aside; None where these are too few for a law."""
+    used = np.isfinite(one.record.variance) & np.isfinite(other.record.variance)
+    return one.without(~used), other.without(~used)
 
 
 def _settled(latest: Round | None, allowed: Sequence[str]) -> Round | None:
