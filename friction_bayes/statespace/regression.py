@@ -13,13 +13,12 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
-from scipy.linalg.lapack import dposv
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.statespace.force_grid import GridPoint, Problem
 from friction_bayes.statespace.kalman import Clock, Whitened, shown, smooth, whiten
 from friction_bayes.statespace.smoother import Motion
-from friction_bayes.statespace.subset_evidence import full_noise2
+from friction_bayes.statespace.subset_evidence import full_noise2, solved
 
 __all__ = ["LawRegression", "MarginalRegression", "frequency_change", "likely_columns", "near_least_squares"]
 
@@ -267,19 +266,11 @@ def near_least_squares(gram: Array, columns: Mask | None = None) -> Array:
 
     Of some of the ``columns`` alone, shape (p,), where these are given: the others have none.
     """
-    if columns is None:
-        return _solved(gram[:-1, :-1], gram[:-1, -1])
-    law, mine = np.zeros(len(gram) - 1), np.flatnonzero(columns)
-    law[mine] = _solved(gram[np.ix_(mine, mine)], gram[mine, -1])
+    law = np.zeros(len(gram) - 1)
+    mine = np.arange(law.size) if columns is None else np.flatnonzero(columns)
+    own = gram[np.ix_(mine, mine)]
+    law[mine] = solved(own + np.diag(_RIDGE * np.diag(own) + 1e-300), gram[mine, -1])
     return law
-
-
-def _solved(own: Array, product: Array) -> Array:
-    """By Cholesky's factors; SciPy's faces to them take longer than a few columns do."""
-    _, solution, failed = dposv(own + np.diag(_RIDGE * np.diag(own) + 1e-300), product)
-    if failed:
-        raise np.linalg.LinAlgError(f"no Cholesky factor: order {failed} of {len(own)}")
-    return np.asarray(solution)
 
 
 def frequency_change(kappa: float) -> float:
