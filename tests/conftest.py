@@ -38,11 +38,11 @@ set_blas_threads(1)
 def pytest_sessionstart() -> None:
     """Share the compilation of the kernels among the workers of a parallel run."""
     worker = os.environ.get("PYTEST_XDIST_WORKER")
-    if worker is not None:
+    if worker is not None and os.environ["PYTEST_XDIST_WORKER_COUNT"] != "1":
         # a run in one process need not load what this loads
         from first_use import use_kernels
 
-        use_kernels(int(worker.removeprefix("gw")) % 2)
+        use_kernels(int(worker.removeprefix("gw")), os.environ["PYTEST_XDIST_TESTRUNUID"])
 
 
 @pytest.fixture

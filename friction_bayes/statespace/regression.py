@@ -18,7 +18,7 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.statespace.force_grid import GridPoint, Problem
 from friction_bayes.statespace.kalman import Clock, Whitened, shown, smooth, whiten
 from friction_bayes.statespace.smoother import Motion
-from friction_bayes.statespace.subset_evidence import full_noise2
+from friction_bayes.statespace.subset_evidence import full_noise2, solved
 
 __all__ = ["LawRegression", "MarginalRegression", "frequency_change", "likely_columns", "near_least_squares"]
 
@@ -269,8 +269,7 @@ def near_least_squares(gram: Array, columns: Mask | None = None) -> Array:
     law = np.zeros(len(gram) - 1)
     mine = np.arange(law.size) if columns is None else np.flatnonzero(columns)
     own = gram[np.ix_(mine, mine)]
-    ridge = np.diag(_RIDGE * np.diag(own) + 1e-300)
-    law[mine] = cho_solve(cho_factor(own + ridge), gram[mine, -1])
+    law[mine] = solved(own + np.diag(_RIDGE * np.diag(own) + 1e-300), gram[mine, -1])
     return law
 
 

@@ -65,8 +65,9 @@ def test_an_estimate_loads_what_it_runs() -> None:
 def test_closing_the_loop_loads_what_it_runs(tmp_path: Path) -> None:
     record = fb.write_record(short_decay(seed=1), tmp_path / "decay.csv")
     out = tmp_path / "loop"
+    effects = ("--effects", "viscous_damping,sensor_offset,outliers,random_force")
     modules = loaded(
-        running("close-loop", str(record), "--mass", "10", "--stiffness", "1000", "--out", str(out))
+        running("close-loop", str(record), "--mass", "10", "--stiffness", "1000", *effects, "--out", str(out))
     )
     assert (out / "report.html").exists()
     assert "friction_bayes.loop.close_loop" in modules

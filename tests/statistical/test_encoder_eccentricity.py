@@ -1,7 +1,8 @@
 """Eccentricity of an encoder is found where it is and not where it is not.
 
 Wheels of a simulator of their own, with a force that fluctuates. Of 40 true encoders none had a probability
-above 0.001; an error of the size of the noise was found in 5 of 10, of twice that in 19 of 20.
+above 0.001, and one invented in a record of five is seen in 93 % of runs; an error of the size of the noise
+was found in 5 of 10, of twice that in 19 of 20.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ def probabilities(rng: np.random.Generator, size: float, count: int) -> np.ndarr
 
 
 def test_none_is_invented(rng: np.random.Generator) -> None:
-    assert np.sum(probabilities(rng, 0.0, 20) > 0.5) <= 1
+    assert np.all(probabilities(rng, 0.0, 12) < 0.5)
 
 
 def test_an_error_of_twice_the_noise_is_found(rng: np.random.Generator) -> None:

@@ -48,10 +48,10 @@ def force_sd(fit: ForceFit) -> float:
     return float(posterior.weight.sum(axis=1) @ sizes)
 
 
-@pytest.mark.parametrize(("order", "most"), [(0, 2), (2, 4)])
-def test_none_is_invented(order: int, most: int, rng: np.random.Generator) -> None:
-    # one in a hundred by chance, and five of an acceleration: more of twenty in one run of a thousand
-    assert sum(bool(knock_times(fit_of(rng, order=order))) for _ in range(20)) <= most
+@pytest.mark.parametrize(("order", "count", "most"), [(0, 12, 1), (2, 14, 3)])
+def test_none_is_invented(order: int, count: int, most: int, rng: np.random.Generator) -> None:
+    # one in a hundred by chance, and five of an acceleration: more in one run of 160, and of 240
+    assert sum(bool(knock_times(fit_of(rng, order=order))) for _ in range(count)) <= most
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
@@ -60,7 +60,7 @@ def test_one_is_found_where_it_is_and_the_random_force_is_what_it_was(
     force: float, order: int, rng: np.random.Generator
 ) -> None:
     steady, knocked = fit_of(np.random.default_rng(7), force=force, order=order), []
-    for start in rng.uniform(2.0, 6.0, 3):
+    for start in rng.uniform(2.0, 6.0, 2):
         fit = fit_of(np.random.default_rng(7), [start], force, order)
         knocks = knock_times(fit)
         assert len(knocks) == 1
@@ -85,7 +85,7 @@ def test_beside_one_dry_friction_alone_is_adequate(rng: np.random.Generator) -> 
 
 def test_one_in_two_records_is_none_of_the_other(rng: np.random.Generator) -> None:
     records = [record_of(rng, times, 0.0, 0) for times in ((), (4.0,))]
-    report = fb.close_loop(records, SYSTEM, seed=1)
+    report = fb.close_loop(records, SYSTEM, seed=1, effects=(*OFFERED, "random_force"))
     assert sum("knocked at" in note for note in report.notes) == 1
     assert report.friction_after["mean"] == pytest.approx(FRICTION * SYSTEM.stiffness, rel=0.01)
 

@@ -1,6 +1,7 @@
 """A force that repeats with every turn is found where it is and not where it is not.
 
-Wheels of a simulator of their own, with a force that fluctuates.
+Wheels of a simulator of their own, with a force that fluctuates. One that is invented in a record of five
+is seen in 93 % of runs.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ def probabilities(rng: np.random.Generator, size: float, count: int) -> np.ndarr
 
 
 def test_none_is_invented(rng: np.random.Generator) -> None:
-    assert np.sum(probabilities(rng, 0.0, 20) > 0.5) <= 1
+    assert np.all(probabilities(rng, 0.0, 12) < 0.5)
 
 
 def test_a_fifth_of_friction_is_found(rng: np.random.Generator) -> None:

@@ -1,8 +1,9 @@
 """A second mode is found where it is and not where it is not.
 
 Decays of a simulator of their own, with a force that fluctuates. Of 40 without a second mode none had a
-probability above 0.002, nor had any of 20 with a line that lasts; of lines of twice the noise that last 1.5 s
-5 of 10 were found, of three times the noise 9, of four times all.
+probability above 0.002, nor had any of 20 with a line that lasts; one invented in a record of five is seen
+in 93 % of runs, of six in 66 %. Of lines of twice the noise that last 1.5 s 5 of 10 were found, of three
+times the noise 9, of four times all.
 """
 
 from __future__ import annotations
@@ -23,11 +24,11 @@ def probabilities(rng: np.random.Generator, size: float, decay_time: float, coun
 
 
 def test_none_is_invented(rng: np.random.Generator) -> None:
-    assert np.sum(probabilities(rng, 0.0, 1.0, 20) > 0.5) <= 1
+    assert np.all(probabilities(rng, 0.0, 1.0, 12) < 0.5)
 
 
 def test_a_line_that_lasts_is_none(rng: np.random.Generator) -> None:
-    assert np.sum(probabilities(rng, 1.0, math.inf, 10) > 0.5) <= 1
+    assert np.all(probabilities(rng, 1.0, math.inf, 6) < 0.5)
 
 
 def test_one_of_four_times_the_noise_is_found(rng: np.random.Generator) -> None:

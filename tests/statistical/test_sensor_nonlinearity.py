@@ -1,7 +1,8 @@
 """A bent scale of the sensor is found where it is and not where it is not.
 
-Decays of a simulator of their own, with a force that fluctuates. Of 40 straight scales none had a probability
-above 0.03; an error of the size of the noise at the release was found in 5 of 10, of twice that in all of 10.
+Decays of a simulator of their own, with a force that fluctuates. Of 40 straight scales none had a
+probability above 0.03, and one invented in a record of five is seen in 93 % of runs; an error of the size
+of the noise at the release was found in 5 of 10, of twice that in all of 10.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ def probabilities(rng: np.random.Generator, curvature: float, count: int) -> np.
 
 
 def test_none_is_invented(rng: np.random.Generator) -> None:
-    assert np.sum(probabilities(rng, 0.0, 20) > 0.5) <= 1
+    assert np.all(probabilities(rng, 0.0, 12) < 0.5)
 
 
 def test_an_error_of_twice_the_noise_is_found(rng: np.random.Generator) -> None:

@@ -1,11 +1,11 @@
 """Friction beside a force where samples are clipped or are outliers.
 
 Records of a simulator of their own, a fifth to two fifths of their samples at a ceiling or a fiftieth of
-them outliers. The standardised error of friction is normal: its mean over n records lies within
-3.3 / sqrt(n), its variance within the 0.1 and 99.9 % points of a chi-square, each but once or twice in a
-thousand. With flat samples alone set aside the mean was -1.4 over the 30 records that were tried at the noise
-used here. Forces are large enough to show: one that cannot be seen leaves friction's interval too narrow,
-clipped or not.
+them outliers. The standardised error of friction is normal: its mean over n records lies within 3.3 /
+sqrt(n), its variance within the 0.1 and 99.9 % points of a chi-square, each but once or twice in a
+thousand. With flat samples alone set aside the mean was -1.4 over the 30 records that were tried at the
+noise used here; at -1 it is seen in two of three runs, at -1.4 in 97 %. Forces are large enough to show:
+one that cannot be seen leaves friction's interval too narrow, clipped or not.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from friction_bayes.loop.infer.law_draws import law_draws
 from friction_bayes.loop.infer.record_fit import ForceFit
 from unsteady_decays import FRICTION, RELEASE, SYSTEM, faulty_record, fitted
 
-RECORDS = 20
+RECORDS = 14
 OUTLIERS = {"hit": 0.02, "far": 10.0}
 CLIPPED = {"ceiling": 0.55 * RELEASE}
 
@@ -51,7 +51,8 @@ def test_friction_is_unbiased(
 
 
 def test_no_outliers_are_invented(rng: np.random.Generator) -> None:
-    # none of 80 such records had a probability above a thousandth
+    # none of 80 such records had a probability above a thousandth; invented in one of five, they show in
+    # 96 % of runs
     records = fits(rng, force=0.2, noise=2e-4)
     odds = [fit.sensor_noise.probabilities.get(frozenset({"outliers"}), 0.0) for fit in records]
-    assert np.sum(np.array(odds) > 0.5) <= 1
+    assert np.all(np.array(odds) < 0.5)

@@ -1,9 +1,9 @@
 """Jitter of the sample times is found where it is, and noise that grows is not where it does not.
 
 Records of a simulator of their own, with a force that fluctuates; noise in proportion to the signal is
-offered beside jitter. Without jitter none of 40 had a probability above 0.2; three of 24 above a half would
-be far more than chance. Of 12 with jitter that makes twice the noise of the sensor at full speed all had one
-above a half, with a median of 1.00.
+offered beside jitter. Without jitter none of 40 had a probability above 0.2; one invented in a record of
+five is seen in 86 % of runs. Of 12 with jitter that makes twice the noise of the sensor at full speed all
+had one above a half, with a median of 1.00.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def probabilities(rng: np.random.Generator, jitter: float, count: int) -> np.nda
 
 
 def test_none_is_invented(rng: np.random.Generator) -> None:
-    assert np.sum(probabilities(rng, 0.0, 24) > 0.5) <= 2
+    assert np.sum(probabilities(rng, 0.0, 16) > 0.5) <= 1
 
 
 def test_jitter_as_large_as_the_noise_is_found(rng: np.random.Generator) -> None:

@@ -111,18 +111,23 @@ class Through:
     def __init__(self, columns: Array) -> None:
         self._n = n = len(columns)
         self._added = added = n // 2
-        fade = np.cos(0.5 * math.pi * np.arange(1, added + 1) / (added + 1))[:, None] ** 2
-        before = (2.0 * columns[0] - columns[1 : added + 1]) * fade
-        after = (2.0 * columns[-1] - columns[-added - 1 : -1][::-1]) * fade
+        fade = np.cos(0.5 * math.pi * np.arange(1, added + 1) / (added + 1)) ** 2
+        rows = columns.T
+        before = (2.0 * rows[:, :1] - rows[:, 1 : added + 1]) * fade
+        after = (2.0 * rows[:, -1:] - rows[:, -added - 1 : -1][:, ::-1]) * fade
         self._size = next_fast_len(n + 2 * added, real=True)
-        self._spectrum = rfft(np.concatenate([before[::-1], columns, after]), self._size, axis=0)
-        self._omega = 2.0 * math.pi * np.arange(len(self._spectrum)) / self._size
+        self._spectrum = rfft(np.hstack([before[:, ::-1], rows, after]), self._size)
+        self._omega = 2.0 * math.pi * np.arange(self._spectrum.shape[1]) / self._size
 
     def __call__(self, filter_: RecordingFilter) -> Array:
         """Columns behind the filter, shape (n, p); within the :func:`margin` of either end of no meaning."""
-        response = filter_.without_delay(self._omega)[:, None]
-        shown = irfft(self._spectrum * response, self._size, axis=0)
-        return np.asarray(shown[self._added : self._added + self._n])
+        return np.ascontiguousarray(self.rows(filter_).T)
+
+    def rows(self, filter_: RecordingFilter) -> Array:
+        """The same, a row each, shape (p, n), as the transform has them at hand."""
+        response = filter_.without_delay(self._omega)
+        shown = irfft(self._spectrum * response, self._size)
+        return np.asarray(shown[:, self._added : self._added + self._n])
 
 
 def margin(angle: float) -> int:
@@ -201,7 +206,10 @@ def _low_passes(angle: float, order: int, ways: int) -> FilterKind:
 
     def response(omega: Array, *, corner: float) -> Array:
         s = 1j * np.tan(0.5 * np.minimum(omega, _BELOW_NYQUIST)) / math.tan(0.5 * corner)
-        one_way = np.prod(-poles / (s[:, None] - poles), axis=1)
+        product = s - poles[0]
+        for pole in poles[1:]:
+            product *= s - pole
+        one_way = np.prod(-poles) / product
         return np.asarray(np.abs(one_way) ** 2 if ways == 2 else one_way)
 
     def of(corner: float) -> RecordingFilter:
