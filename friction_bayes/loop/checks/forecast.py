@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 
 import numpy as np
 
@@ -31,9 +32,9 @@ _DRAWS = 40
 def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
     """Fit the first part of the record anew and forecast the rest; None where that fails.
 
-    The forecast is the posterior predictive mean of the best law: draws over its coefficients and, where it
-    has one, sizes of the random force, each from the state at which its own law and force leave the first
-    part. It is over all sets of effects where the first part rules that law out.
+    The forecast is the posterior predictive mean over all laws, each as probable as it is after the whole
+    record: draws over their coefficients and, where there is one, sizes of the random force, each from the
+    state at which its own law and force leave the first part.
     """
     segment = fit.segment
     head = int(settings.SETTINGS.fitted_share * segment.moving)
@@ -48,10 +49,7 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
         # which has not seen enough at the end
         step = segment.decay.step
         time = np.append(time, time[-1] + step * np.arange(1, margin(filter_.angle) + 1))
-    effects, forced = fit.sets.effects[fit.chosen], fit.posterior.best.ratio > 0.0
-    same = np.array([names == effects for names in first.sets.effects])
-    weight = first.posterior.weight * ((first.posterior.ratio > 0.0) == forced)[:, None] * same
-    draws = law_draws(first, rng, _DRAWS, weight if weight.max() > LEAST_PROBABILITY else None)
+    draws = law_draws(first, rng, _DRAWS, _as_probable(first, fit))
     points, which = np.unique(draws.point, return_inverse=True)
     states, spreads = _last_states(draws, points, which)
     simulated = [_simulated(draws, k, states[k, :2], time) for k in range(_DRAWS)]
@@ -81,6 +79,30 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
         sd=sd[ahead],
         free=segment.free[rest],
     )
+
+
+def _as_probable(first: ForceFit, whole: ForceFit) -> Array | None:
+    """Weights of the first part's cells, each law and force as probable as after the whole record.
+
+    None where the first part rules these laws out.
+    """
+    weight = first.posterior.weight.copy()
+    for forced in (False, True):
+        points = (first.posterior.ratio > 0.0) == forced
+        of_first, of_whole = (_of_effects(fit, forced=forced) for fit in (first, whole))
+        weight[points] *= [
+            of_whole[names] / max(of_first[names], LEAST_PROBABILITY) for names in first.sets.effects
+        ]
+    return weight / weight.sum() if weight.max() > LEAST_PROBABILITY else None
+
+
+def _of_effects(fit: ForceFit, *, forced: bool) -> defaultdict[frozenset[str], float]:
+    """Probability of each set of effects, with a random force or without."""
+    probabilities: defaultdict[frozenset[str], float] = defaultdict(float)
+    shares = fit.posterior.weight[(fit.posterior.ratio > 0.0) == forced].sum(axis=0)
+    for names, share in zip(fit.sets.effects, shares.tolist(), strict=True):
+        probabilities[names] += share
+    return probabilities
 
 
 def _last_states(draws: LawDraws, points: Integers, which: Integers) -> tuple[Array, Array]:
