@@ -142,7 +142,7 @@ def check_gaps(record: xr.DataArray, natural_frequency: float) -> None:
         f"{intervals[longest] / period:.3g} periods of the declared {natural_frequency:.4g} rad/s, and the "
         f"typical interval is {np.median(intervals):.6g} s",
         f"take the part before it, --end {before:.9g}, or after it, --start {after:.9g}; where the recording "
-        "pauses between releases, one by --decay N or each by --decay all (split_decays in Python)",
+        "pauses between releases, one by --decay N or each by --decay all",
     )
 
 

@@ -299,8 +299,10 @@ def _headerless(table: Table, place: str) -> InputError | None:
 def _stated(name: str, column: Column) -> tuple[Quantity | None, str | None]:
     """Return quantity and unit that the file itself or a column's name states."""
     header = read_header(name)
-    unit = header.unit if column.unit is None else plain_unit(column.unit)
-    return QUANTITIES.get(column.quantity or "") or header.quantity, unit
+    kind = QUANTITIES.get(column.quantity or "") or header.quantity
+    if column.unit is None:
+        return kind, header.unit
+    return kind or read_header(f"{name} ({column.unit})").quantity, plain_unit(column.unit)
 
 
 def _meaning(

@@ -6,6 +6,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES, TIME_UNITS, known_units
 from friction_bayes.core.unit_spelling import plain_unit
 from friction_bayes.records.readers.clock_times import is_clock_time, seconds_from_first
+from friction_bayes.records.readers.labview import completed
 from friction_bayes.records.readers.table import Column, Table
 
 __all__ = ["TEXT_SUFFIXES", "decode", "read_text", "table_of_lines"]
@@ -51,7 +53,9 @@ def read_text(path: Path, *, skip_rows: int = 0) -> Table:
     InputError
         If a row has the wrong number of cells, or a cell that is not a number; names the row.
     """
-    return table_of_lines(path, decode(path, path.read_bytes()).splitlines(), skip_rows=skip_rows)
+    lines, units = completed(path, decode(path, path.read_bytes()).splitlines())
+    columns = table_of_lines(path, lines, skip_rows=skip_rows).columns
+    return Table({name: replace(column, unit=units.get(name)) for name, column in columns.items()})
 
 
 def table_of_lines(path: Path, lines: Sequence[str], *, skip_rows: int = 0) -> Table:
