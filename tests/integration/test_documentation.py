@@ -179,6 +179,25 @@ def test_the_readme_is_short() -> None:
     assert (ROOT / "docs" / "figures" / "answer.png").stat().st_size < 150e3
 
 
+def test_the_pages_by_hand_are_short() -> None:
+    """Of all sections but the results; data sets and kinds of files are tables that are generated."""
+    index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    sections = dict(re.findall(r":caption: (.*?)\n:maxdepth: 1\n\n(.*?)```", index, re.DOTALL))
+    generated = {"kinds_of_files", "datasets", "contributing", "changelog"}
+    pages = {"index"}.union(*(sections[name].split() for name in ("Start", "Use", "Science", "Reference")))
+    texts = [(ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8") for page in pages - generated]
+    assert sum(len(text.split()) for text in texts) <= 15_000
+
+
+@pytest.mark.parametrize("page", LINKING, ids=lambda page: page.name)
+def test_no_bullet_is_long(page: Path) -> None:
+    text = BLOCK.sub("", page.read_text(encoding="utf-8"))
+    for item in re.findall(
+        r"^ *(?:-|\d+\.) (.*?)(?=^ *(?:-|\d+\.) |^\s*$|\Z)", text, re.DOTALL | re.MULTILINE
+    ):
+        assert len(item.split()) <= 80, item
+
+
 def test_the_reference_has_every_public_name() -> None:
     text = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
     for name in ("", ".testing", ".plotting", ".mechanics.effects"):
