@@ -35,7 +35,7 @@ def serve(port: int, announce: Callable[[str], object]) -> None:
     Raises
     ------
     InputError
-        If the port is none, or is in use.
+        If there is no such port, or it is in use.
     """
     # its scripts and styles come with the package, and are served from there
     pn.extension("filedropper", raw_css=[STYLE])

@@ -67,7 +67,7 @@ def add_record(parser: argparse.ArgumentParser) -> None:
         "--skip-rows",
         type=_rows,
         metavar="N",
-        help="lines above the table, where they are not told from it",
+        help="lines above the table, where they are not recognised",
     )
     group.add_argument(
         "--duplicates",

@@ -91,7 +91,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> InputError:
-    """Return the error of a name that is none of those known: all of them, and the one that is meant."""
+    """Return the error of an unknown name: all of them, and the one that is meant."""
     known = list(known)
     problem = f"unknown {kind} {name!r}{did_you_mean(str(name), known)}"
     remedy = f"give {known[0]}" if len(known) == 1 else f"give one of {', '.join(known)}"

@@ -407,9 +407,9 @@ def _random_force_notes(fit: Fit) -> list[str]:
     notes = []
     if rather_a_push(force):
         notes.append(
-            f"beside friction a force would have to act {force.share_of_friction:.0f} times as large, which "
-            "is rather a push, another law or an error of the sensor: closing the loop, or a part of the "
-            "record, shows which"
+            f"in addition to friction a force would have to act {force.share_of_friction:.0f} times as "
+            "large, which is rather a push, another law or an error of the sensor: closing the loop, or a "
+            "part of the record, shows which"
         )
         warnings.warn(notes[0], RecordWarning, stacklevel=4)
     notes += [

@@ -44,7 +44,7 @@ LONGEST_BRIDGED_GAP = 3.0
 
 LONGEST_GAP_IN_PERIODS = 0.25
 """Nor do longer ones harm up to this share of a period: what a decay is sought on is an oscillation
-there, by the samples beside it, and all else goes by the samples alone."""
+there, by the samples next to it, and all else goes by the samples alone."""
 
 LOST = (
     "remove those rows, the times need not be even; where they last a quarter of a period or more, cut the "

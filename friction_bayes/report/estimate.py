@@ -58,7 +58,7 @@ _NEXT = (
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatedRecord:
-    """What the page tells of a record.
+    """What the page says of a record.
 
     Attributes
     ----------

@@ -21,7 +21,7 @@ __all__ = [
 ]
 
 Rows = tuple[list[str], list[list[str]]]
-"""Headings of a table, whose units stand on a line of their own, and its cells."""
+"""Headings of a table, whose units are on a line of their own, and its cells."""
 
 _NAMED = 0.01
 """Laws of wear less probable than this are not shown."""

@@ -41,7 +41,7 @@ __all__ = ["add_parser"]
 _EPILOG = """verdicts:
   adequate     Coulomb friction alone leaves only noise
   explained    one set of effects holds at least 95 % of the probability
-  ambiguous    several sets hold it together; the next experiment would tell them apart
+  ambiguous    several sets hold it together; the next experiment would separate them
   unexplained  what is left, the forecast, or records or witnesses at odds forbid to use the number
 
 examples:
@@ -159,7 +159,7 @@ def _close(arguments: argparse.Namespace, folder: Path) -> tuple[dict[str, Any],
     write_loop(report, result, made, folder)
     write_manifest(folder, made)
     read = what_was_read_of_each(records)
-    # the part fitted is told of the first record
+    # the part fitted is that of the first record
     fitted = result["fitted"]
     read[0] += f"; {fitted_part(fitted['from_s'], fitted['to_s'], fitted['half_cycles'])}"
     return result, read

@@ -38,7 +38,7 @@ def completed(path: Path, lines: Sequence[str]) -> tuple[Sequence[str], dict[str
     separator = "," if any(line.startswith("Separator,") for line in lines[: ends[0]]) else "\t"
     stated = {key: cells for key, *cells in (line.split(separator) for line in lines[: ends[1]])}
     top = ends[1] + 1
-    # the cells of a header stand above those of the columns; that of the time holds the key
+    # the cells of a header are above those of the columns; that of the time holds the key
     _, *names = lines[top].split(separator)
     units = {name: unit.strip() for name, unit in zip(names, stated.get("Y_Unit_Label", ()), strict=False)}
     units[_TIME] = next(iter(stated.get("X_Unit_Label", ())), "")

@@ -62,7 +62,7 @@ def table_of_lines(path: Path, lines: Sequence[str], *, skip_rows: int = 0) -> T
     """Return the table that lines of text are.
 
     Columns are separated by semicolons, tabs, commas or blanks, whichever the rows of numbers have. What
-    stands above the header line, and lines that are blank, begin with ``#`` or are a rule of dashes, is
+    is above the header line, and lines that are blank, begin with ``#`` or are a rule of dashes, is
     passed over; a comment ``# synthetic`` marks the record. A row of units under the header line belongs to
     it. Empty cells at the top or the end of a column are no part of it: runs side by side differ in length.
 
@@ -129,7 +129,7 @@ def _by_number(count: int) -> list[str]:
 
 
 def _commented_names(above: Sequence[str], count: int) -> list[str] | None:
-    """So many names on a comment right above the numbers, as NumPy writes them; None where there are none."""
+    """So many names on a comment right above the numbers, as NumPy writes them; otherwise None."""
     line = next((line.strip() for line in reversed(above) if line.strip()), "")
     if not line.startswith("#"):
         return None
@@ -139,7 +139,7 @@ def _commented_names(above: Sequence[str], count: int) -> list[str] | None:
 
 
 def _layout(path: Path, kept: list[tuple[int, str]]) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Tell the header from what stands above it; return names and rows, each with its number in the file."""
+    """Separate the header from the lines above it; return names and rows with their numbers in the file."""
     # what most rows look like, from some strewn over all but the top of the file
     some = [line for _, line in kept[len(kept) // 4 :: max(len(kept) // _LOOKED_AT, 1)]]
     separator = Counter(map(_separator, some)).most_common(1)[0][0]
@@ -236,7 +236,7 @@ def decode(path: Path, raw: bytes) -> str:
     Raises
     ------
     InputError
-        If it is none.
+        If it is no text.
     """
     utf16 = "utf-16" if raw.startswith((b"\xff\xfe", b"\xfe\xff")) else _utf16_without_mark(raw)
     if utf16 is not None:
