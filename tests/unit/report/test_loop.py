@@ -204,7 +204,11 @@ def test_page_in_a_browser(page: Path, tmp_path: Path) -> None:
     [
         ("adequate", [], "Coulomb friction alone explains"),
         ("explained", ["quadratic_drag"], "with quadratic drag explains the record (70.0 %)"),
-        ("ambiguous", ["viscous_damping"], "viscous damping (70.0 %) and friction drift (29.0 %); friction is averaged"),
+        (
+            "ambiguous",
+            ["viscous_damping"],
+            "viscous damping (70.0 %) and friction drift (29.0 %); friction is averaged",
+        ),
         ("unexplained", ["quadratic_drag"], "quadratic drag, which is not an explanation"),
     ],
 )
