@@ -17,7 +17,7 @@ from friction_bayes.cli.console import (
     progress_bar,
 )
 from friction_bayes.cli.extensions import register_extensions
-from friction_bayes.cli.options import add_output_folder, add_seed, add_system, options_of
+from friction_bayes.cli.options import add_output_folder, add_seed, add_system, completed_by, options_of
 from friction_bayes.cli.records import (
     add_record,
     input_digests,
@@ -71,8 +71,12 @@ def add_parser(commands: Any) -> None:
     )
     model = parser.add_argument_group("loop")
     which = model.add_mutually_exclusive_group()
-    which.add_argument("--effects", metavar="A,B,..", help="try these effects only (default: the catalogue)")
-    which.add_argument("--exclude", metavar="A,..", help="try all effects but these")
+    for option, text in (
+        ("effects", "try these effects only (default: the catalogue)"),
+        ("exclude", "try all effects but these"),
+    ):
+        chosen = which.add_argument(f"--{option}", metavar="A,B,..", help=text)
+        completed_by(chosen, "friction_bayes.mechanics.effects:EFFECTS")
     model.add_argument(
         "--noise",
         default="auto",
