@@ -44,6 +44,7 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "download_all_examples": False,
     "write_computation_times": False,
+    "capture_repr": (),
 }
 
 templates_path = ["_templates"]
@@ -77,9 +78,10 @@ _BARRIERS = {
     '<aside class="toc-drawer': '<aside aria-label="On this page" class="toc-drawer',
     "<pre>": '<pre tabindex="0">',
     '<div class="table-wrapper': '<div tabindex="0" class="table-wrapper',
+    '<span class="doc">': '<span class="doc" style="display: inline; color: transparent">',
 }
-"""What axe finds in the theme's pages: headings without a level, landmarks without a name, and blocks that
-scroll and that no key reaches."""
+"""What axe finds in the theme's pages: headings without a level, landmarks without a name, blocks that
+scroll and that no key reaches, and links over the pictures of the gallery whose text is hidden from readers."""
 
 
 def _remove_barriers(app: Any, exception: Exception | None) -> None:
