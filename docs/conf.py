@@ -81,7 +81,7 @@ _BARRIERS = {
     '<span class="doc">': '<span class="doc" style="display: inline; color: transparent">',
 }
 """What axe finds in the theme's pages: headings without a level, landmarks without a name, blocks that
-scroll and that no key reaches, and links over the pictures of the gallery whose text is hidden from readers."""
+scroll and that no key reaches, and links of the gallery whose text is hidden from readers."""
 
 
 def _remove_barriers(app: Any, exception: Exception | None) -> None:
