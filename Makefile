@@ -13,7 +13,7 @@ help:
 	@echo "make demo      the main job on synthetic records: every estimator, and a closed loop, in under a minute"
 	@echo "make test      the whole test suite"
 	@echo "make docs      the site of the documentation, in build/site; runs its notebooks"
-	@echo "make paper     every result and figure of the paper, beside its numbers, and what each took; resumes what was interrupted"
+	@echo "make paper     every result and figure of the paper, next to its numbers, and what each took; resumes what was interrupted"
 	@echo "make blind     the loop on sealed synthetic records"
 	@echo "make measured  the estimators and the loop on measured records, which are downloaded"
 	@echo "make lint      style, format and types"

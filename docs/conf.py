@@ -15,7 +15,15 @@ project = "friction_bayes"
 author = "The friction_bayes developers"
 release = version = fb.__version__
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "numpydoc"]
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "numpydoc",
+    "sphinx_gallery.gen_gallery",
+]
+# pages of examples/ are made from the gallery; its notebooks are downloads
+exclude_patterns = ["gallery", "examples/*.ipynb"]
 highlight_language = "none"  # a block without a name shows a terminal
 html_theme = "furo"
 html_title = f"friction_bayes {release}"
@@ -29,6 +37,15 @@ myst_heading_anchors = 4
 nb_execution_mode = "force"
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True
+
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "examples",
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "write_computation_times": False,
+    "capture_repr": (),
+}
 
 templates_path = ["_templates"]
 autodoc_typehints = "none"  # numpydoc has the types
@@ -45,7 +62,7 @@ def _inline_math(translator: Any, node: nodes.math) -> None:
 
 def _display_math(translator: Any, node: nodes.math_block) -> None:
     equation = convert(node.astext(), display="block")
-    translator.body.append(f'<div style="margin: 1rem 0; overflow-x: auto">{equation}</div>')
+    translator.body.append(f'<div tabindex="0" style="margin: 1rem 0; overflow-x: auto">{equation}</div>')
     raise nodes.SkipNode
 
 
@@ -60,9 +77,11 @@ _BARRIERS = {
     '<aside class="sidebar-drawer">': '<aside class="sidebar-drawer" aria-label="All pages">',
     '<aside class="toc-drawer': '<aside aria-label="On this page" class="toc-drawer',
     "<pre>": '<pre tabindex="0">',
+    '<div class="table-wrapper': '<div tabindex="0" class="table-wrapper',
+    '<span class="doc">': '<span class="doc" style="display: inline; color: transparent">',
 }
-"""What axe finds in the theme's pages: headings without a level, landmarks without a name, and blocks that
-scroll and that no key reaches."""
+"""What axe finds in the theme's pages: headings without a level, landmarks without a name, blocks that
+scroll and that no key reaches, and links of the gallery whose text is hidden from readers."""
 
 
 def _remove_barriers(app: Any, exception: Exception | None) -> None:

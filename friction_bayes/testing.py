@@ -298,7 +298,7 @@ def assert_prior_recovered(
             raise InputError(place, what, "give each parameter by its name, such as {'mean': ...}")
     names = list(draws)
     if set(names) != set(prior):
-        raise AssertionError(f"draws of {sorted(names)} beside a prior of {sorted(prior)}")
+        raise AssertionError(f"draws of {sorted(names)} for a prior of {sorted(prior)}")
     rate = probability("false_alarm_rate", false_alarm_rate, such_as=0.01) / len(names)
     verdicts = {}
     for name in names:

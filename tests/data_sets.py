@@ -32,7 +32,7 @@ def page() -> str:
 def _section(found: DataSet) -> str:
     upstream = f"https://github.com/{found.repository}/tree/{found.commit}"
     declared = "assumed in part" if found.system_assumed else "as published"
-    notes = [found.note, *(f"`{part.name}`: {part.note}" for part in found.parts.values() if part.note)]
+    parts = "".join(f"- **`{part.name}`**: {part.note}\n" for part in found.parts.values() if part.note)
     return (
         f"\n## {found.name}\n\n{found.title}.\n\n"
         f"- **Source**: {found.citation}; [{found.repository}]({upstream}) @ `{found.commit[:10]}`\n"
@@ -40,7 +40,7 @@ def _section(found: DataSet) -> str:
         f"- **Signal**: {found.quantity.replace('_', ' ')}, {_parts(found)}\n"
         f"- **System**: {_system(found.system)}, {declared}: {found.system_source}\n"
         f"- **Its authors assume**: {found.authors_assume}\n"
-        f"- **Beware**: {' '.join(notes)}\n"
+        f"- **Beware**: {found.note}\n{parts}"
     )
 
 

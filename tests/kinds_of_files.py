@@ -118,6 +118,14 @@ def _labview() -> list[str]:
     return [*above, "X_Value\tDisplacement\tComment\t", *(row + "\t" for row in _rows(TIME, SIGNAL, "\t"))]
 
 
+def _labview_without_times() -> list[str]:
+    """As ``Write to Measurement File`` leaves the time column empty and the unit in the header."""
+    head = ["LabVIEW Measurement\t", "Separator\tTab", "X_Columns\tNo", "***End_of_Header***\t", "\t"]
+    above = [*head, "Channels\t1\t", "Y_Unit_Label\tMillimeters\t", "X0\t0.0\t", "Delta_X\t0.01\t"]
+    rows = [f"\t{value}" for value in 1e3 * SIGNAL]
+    return [*above, "***End_of_Header***\t\t", "X_Value\tUntitled\tComment\t", *rows]
+
+
 def _pasco() -> list[str]:
     header = ",".join(f"Time (s) Run #{k},Position (m) Run #{k}" for k in (1, 2))
     second = _rows(TIME[:400], SIGNAL[:400]) + [","] * 100
@@ -443,6 +451,9 @@ KINDS: dict[str, Kind] = {
     ),
     "LabVIEW .lvm, called .txt": Kind(
         _lines(*_labview()), "rig.txt", "Displacement [m] over X_Value [s]", ("--unit", "m")
+    ),
+    "LabVIEW .lvm, unit and times in its header": Kind(
+        _lines(*_labview_without_times()), "shaker.lvm", "Untitled [mm] over X_Value [s]"
     ),
     "PASCO Capstone, two runs": Kind(
         _lines(*_pasco()), "capstone.csv", "Position (m) [m] over Time (s) [s]", ("--run", "1")

@@ -120,7 +120,7 @@ def _number(kind: type, name: str, unit: str | None) -> Any:
 
 
 def plot(record: xr.DataArray, marks: Sequence[float], clicked: Callable[[float], object]) -> pn.pane.Bokeh:
-    """Draw a record with marks in time; a click tells its time.
+    """Draw a record with marks in time; a click returns its time.
 
     Parameters
     ----------

@@ -105,7 +105,7 @@ class Page:
             pn.FlexBox(*(self._reading[name] for name in _FIRST)),
             pn.Card(
                 pn.FlexBox(*(self._reading[name] for name in _RARE)),
-                title="rarely needed",
+                title="▸ more: scale, run, rows to skip, duplicates",
                 collapsed=True,
                 margin=(10, 5),
             ),
@@ -132,7 +132,8 @@ class Page:
             self._system,
             fields.html("<h2>4 The answer</h2>"),
             self._command,
-            pn.Row(self._button, self._stop, self._bar, self._said),
+            pn.FlexBox(self._button, self._stop, self._bar, align_items="center"),
+            self._said,
             self._problem,
             self._answer,
             max_width=1080,

@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory, mkdtemp
 from typing import Any
 
 import panel as pn
+from panel.theme import DefaultTheme
 
 from friction_bayes.app.fields import STYLE
 from friction_bayes.app.page import Page
@@ -35,10 +36,12 @@ def serve(port: int, announce: Callable[[str], object]) -> None:
     Raises
     ------
     InputError
-        If the port is none, or is in use.
+        If there is no such port, or it is in use.
     """
     # its scripts and styles come with the package, and are served from there
-    pn.extension("filedropper", raw_css=[STYLE])
+    colours = Path(DefaultTheme.base_css).read_text(encoding="utf-8")
+    # a template of one's own has none of the theme's, and buttons without them are white on white
+    pn.extension("filedropper", raw_css=[colours, STYLE])
     with TemporaryDirectory(prefix="friction-bayes-") as folder:
 
         def visited() -> Any:

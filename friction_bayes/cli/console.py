@@ -100,7 +100,9 @@ def collected_warnings() -> Iterator[list[str]]:
             warnings.simplefilter("always", category)
         yield messages
     for entry in caught:
-        if issubclass(entry.category, RecordWarning | NotConvergedWarning):
+        if isinstance(entry.message, RecordWarning):
+            messages.append(entry.message.for_command_line)
+        elif isinstance(entry.message, NotConvergedWarning):
             messages.append(str(entry.message))
         else:
             warnings.warn_explicit(entry.message, entry.category, entry.filename, entry.lineno)

@@ -67,7 +67,7 @@ def note_effects_without_part(effects: Sequence[str], command: str) -> None:
     """Warn of effects given to a command that fits dry friction alone."""
     for name in effects:
         warnings.warn(
-            f"{name} plays no part: {command} fits dry friction alone; close-loop weighs effects",
+            f"{name} plays no part: {command} fits dry friction alone; close-loop evaluates effects",
             RecordWarning,
             stacklevel=2,
         )

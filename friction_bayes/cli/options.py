@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ __all__ = [
     "add_output_folder",
     "add_seed",
     "add_system",
+    "completed_by",
     "key_values",
     "one_value_each",
     "options_of",
@@ -24,6 +26,20 @@ __all__ = [
 ]
 
 _SYSTEM_FIELDS = ("mass", "inertia", "stiffness", "mass_sd", "inertia_sd", "stiffness_sd", "trust")
+
+
+def completed_by(option: argparse.Action, place: str) -> None:
+    """Let the shell complete the value of an option by the keys of a table, ``module:NAME``.
+
+    The table is loaded when the tabulator key is pressed, and not for every command.
+    """
+
+    def names(**context: Any) -> list[str]:
+        module, _, name = place.partition(":")
+        return list(getattr(import_module(module), name))
+
+    # where argcomplete looks
+    option.completer = names  # type: ignore[attr-defined]
 
 
 def add_system(parser: argparse.ArgumentParser) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import friction_bayes as fb
 from friction_bayes.cli.extensions import add_register
-from friction_bayes.cli.options import system_of
+from friction_bayes.cli.options import completed_by, system_of
 from friction_bayes.core.errors import InputError, of_each
 from friction_bayes.core.files import sha256_of
 from friction_bayes.core.system import Oscillator
@@ -49,7 +49,10 @@ def add_record(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("record", "what the column names of the file do not say")
     group.add_argument("--time-column", metavar="NAME", help="sample times [s], by name or number from 0")
     group.add_argument("--signal-column", metavar="NAME", help="signal, by name or number from 0")
-    group.add_argument("--quantity", metavar="NAME", help="displacement, velocity, acceleration, angle, ...")
+    quantity = group.add_argument(
+        "--quantity", metavar="NAME", help="displacement, velocity, acceleration, angle, ..."
+    )
+    completed_by(quantity, "friction_bayes.core.quantities:QUANTITIES")
     group.add_argument(
         "--unit", metavar="UNIT", help="unit of the signal; V, counts, px or a.u. when not calibrated"
     )
@@ -67,7 +70,7 @@ def add_record(parser: argparse.ArgumentParser) -> None:
         "--skip-rows",
         type=_rows,
         metavar="N",
-        help="lines above the table, where they are not told from it",
+        help="lines above the table, where they are not recognised",
     )
     group.add_argument(
         "--duplicates",

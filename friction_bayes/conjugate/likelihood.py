@@ -109,7 +109,7 @@ def signal_log_likelihood(misfit: Array, log_variance: Array, n: int) -> Array:
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """A posterior as the sampler sees it, in unconstrained coordinates, beside its closed form.
+    """A posterior as the sampler sees it, in unconstrained coordinates, next to its closed form.
 
     Attributes
     ----------

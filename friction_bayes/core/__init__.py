@@ -1,1 +1,1 @@
-"""What everything else stands on: the declared system, quantities and units, errors, checks, files, text."""
+"""What everything else builds on: the declared system, quantities and units, errors, checks, files, text."""

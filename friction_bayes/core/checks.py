@@ -127,4 +127,4 @@ def in_unit(name: str, value: Any, unit: str) -> Any:
     try:
         return value.to(unit).magnitude
     except Exception as error:
-        raise InputError(name, f"{value} is not in {unit}: {error}", f"give it in {unit}") from None
+        raise InputError(name, f"{str(value)[:40]} is not in {unit}: {error}", f"give it in {unit}") from None

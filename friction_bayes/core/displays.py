@@ -44,6 +44,11 @@ DISPLAYS = {
         "friction_bayes.plotting.loop:loop_figures",
         "friction_bayes.report.story:story_of_loop",
     ),
+    "MonitorReport": Display(
+        "friction_bayes.plotting.monitor:plot_detection_points",
+        "friction_bayes.plotting.monitor:monitor_figures",
+        "friction_bayes.report.monitor_story:story_of_monitor",
+    ),
 }
 """By the name of the result's class."""
 
@@ -62,8 +67,8 @@ class Shown:
         what : str
             ``overview``, the result at a glance, or one of the figures that the command line writes: ``fit``,
             ``residual``, ``amplitudes``, ``friction`` of an estimate, ``candidates``, ``residual``,
-            ``forecast`` and more of a closed loop; those of one of several records carry its number,
-            ``residual_2``.
+            ``forecast`` and more of a closed loop, ``detection_points``, ``tracking``, ``remaining_life`` of
+            monitoring; those of one of several records carry its number, ``residual_2``.
 
         Returns
         -------

@@ -21,10 +21,16 @@ _Made = TypeVar("_Made")
 
 
 _OPTION = re.compile(
-    r"--(start|end|run|unit|scale|quantity|duplicates|time-column|signal-column|sampling-rate|skip-rows)\b"
-    r"( (?=[\d.'-]|[A-Z]+\b|(?:first|displacement|m)\b))?"
+    r"(?<![\w-])--(?P<name>[a-z]+(?:-[a-z]+)*)\b(?P<value> (?=[\d.'-]|[A-Z]+\b|(?:first|displacement|m)\b))?"
+    r"|(?<![\w/.-])close-loop\b(?![/-]|\.\w)"
 )
-"""An option of the command line that Python has as an argument, and whether its value follows."""
+"""An option of the command line, and whether its value follows; the command that is also a function."""
+_IN_PYTHON = {
+    "--decay N": "split_decays(record, system)[N - 1]",
+    "--decay all": "split_decays(record, system)",
+    "--pendulum": "Pendulum(inertia=, stiffness=)",
+}
+"""What Python has in the place of options that are no arguments of the same name."""
 
 
 class FrictionBayesError(Exception):
@@ -54,7 +60,7 @@ class InputError(FrictionBayesError, ValueError):
 
     def __init__(self, place: str, problem: str, remedy: str) -> None:
         self.for_command_line = f"{place}: {problem}; {remedy}"
-        super().__init__(_OPTION.sub(_argument, self.for_command_line))
+        super().__init__(_in_python(self.for_command_line))
         self.place = place
         self.problem = problem
         self.remedy = remedy
@@ -63,8 +69,16 @@ class InputError(FrictionBayesError, ValueError):
         return type(self), (self.place, self.problem, self.remedy)
 
 
+def _in_python(text: str) -> str:
+    for option, there in _IN_PYTHON.items():
+        text = re.sub(rf"(?<![\w-]){option}\b", there, text)
+    return _OPTION.sub(_argument, text)
+
+
 def _argument(option: re.Match[str]) -> str:
-    return option[1].replace("-", "_") + ("=" if option[2] else "")
+    if option["name"] is None:
+        return "close_loop"
+    return option["name"].replace("-", "_") + ("=" if option["value"] else "")
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
@@ -77,7 +91,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 
 def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> InputError:
-    """Return the error of a name that is none of those known: all of them, and the one that is meant."""
+    """Return the error of an unknown name: all of them, and the one that is meant."""
     known = list(known)
     problem = f"unknown {kind} {name!r}{did_you_mean(str(name), known)}"
     remedy = f"give {known[0]}" if len(known) == 1 else f"give one of {', '.join(known)}"
@@ -85,7 +99,22 @@ def unknown_name(place: str, kind: str, name: object, known: Iterable[str]) -> I
 
 
 class RecordWarning(UserWarning):
-    """Something about a record that the user should know although the estimate can be made."""
+    """Something about a record that the user should know although the estimate can be made.
+
+    Parameters
+    ----------
+    text : str
+        With options as the command line has them; the message has arguments in their place.
+
+    Attributes
+    ----------
+    for_command_line : str
+        The text with options.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.for_command_line = text
+        super().__init__(_in_python(text))
 
 
 class NotConvergedWarning(UserWarning):

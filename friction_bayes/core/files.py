@@ -171,7 +171,7 @@ def cannot_be_written(place: str, error: OSError) -> InputError:
 
 @contextmanager
 def output_folder(target: str | Path, *, force: bool = False) -> Iterator[Path]:
-    """Yield a folder beside ``target`` to write into; its files come to ``target`` if all went well.
+    """Yield a folder next to ``target`` to write into; its files come to ``target`` if all went well.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from friction_bayes.core.errors import InputError
+from friction_bayes.core.errors import InputError, unknown_name
 from friction_bayes.core.unit_spelling import plain_unit
 
 __all__ = [
@@ -100,8 +100,7 @@ def quantity_named(name: str, *, place: str = "quantity") -> Quantity:
     try:
         return QUANTITIES[name]
     except KeyError:
-        known = ", ".join(QUANTITIES)
-        raise InputError(place, f"unknown quantity {name!r}", f"give one of {known}") from None
+        raise unknown_name(place, "quantity", name, QUANTITIES) from None
 
 
 def known_units(quantity: Quantity) -> tuple[str, ...]:

@@ -235,7 +235,7 @@ class Pendulum(Oscillator):
 
 
 def check_system(system: Oscillator) -> Oscillator:
-    """Return the system, refusing what is none."""
+    """Return the system, refusing anything else."""
     if not isinstance(system, Oscillator):
         raise InputError(
             "system",

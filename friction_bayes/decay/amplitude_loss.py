@@ -23,9 +23,9 @@ _FEWEST = 6
 _MANY = 40
 """Amplitudes, of twenty periods, from which on a free decay shows that it loses some."""
 _OVERLAP = 2.0
-"""Amplitudes to one that is independent: each window shares its samples with those beside it."""
+"""Amplitudes to one that is independent: each window shares its samples with those next to it."""
 _LEAST_LOSS = 0.01
-"""Share of the largest amplitude that a free decay loses on record; one of less cannot be told from none."""
+"""Least share of the largest amplitude that a free decay loses on record: less may be nothing."""
 _CERTAIN = 4.0
 """Standard errors by which a course must be ruled out."""
 _NOT_EXCLUDED = 2.0

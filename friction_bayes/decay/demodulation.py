@@ -107,7 +107,7 @@ def rough_phase(
 ) -> tuple[Array, float, float]:
     """Phase of the signal in time: a line, or a cubic where the data ask for it.
 
-    Windows weigh as their squared amplitude.
+    Weights of windows are their squared amplitudes.
 
     Returns
     -------

@@ -29,7 +29,7 @@ _DRIVEN = 0.001
 _SURELY_FREE = 0.95
 """Probability that the drive has ended by the place of the cut."""
 _NO_LOSS = 2.0
-"""Standard errors within which a loss is none."""
+"""Standard errors within which a loss counts as zero."""
 _NOISE_FREEDOM = 2.0
 """Degrees of freedom that the noise of the samples counts for in a scatter."""
 _STEEPEST = 2.0

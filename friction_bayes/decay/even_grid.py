@@ -20,7 +20,7 @@ def even_grid(time: Array, values: Array, frequency: float) -> tuple[Array, Arra
 
     A cubic spline; between two equal samples the value is kept, so that flat tops of a clipped sensor
     stay recognisable. Interpolation correlates the noise of neighbouring samples. Over a gap of several it
-    would go by the noise of the two beside it: an oscillation by those of a quarter period is taken there.
+    would go by the noise of the two next to it: an oscillation by those of a quarter period is taken there.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def even_grid(time: Array, values: Array, frequency: float) -> tuple[Array, Arra
     # the mean where no sample is missing: the median keeps the rounding of the time stamps
     step = float(intervals[intervals <= GAP * typical].mean())
     grid = np.linspace(time[0], time[-1], round((time[-1] - time[0]) / step) + 1)
-    # a spline overshoots beside a flat top; nothing beyond the recorded range was seen
+    # a spline overshoots next to a flat top; nothing beyond the recorded range was seen
     even = np.clip(make_interp_spline(time, values, k=3)(grid), values.min(), values.max())
     left = np.clip(np.searchsorted(time, grid, side="right") - 1, 0, time.size - 2)
     flat = values[left] == values[left + 1]
@@ -55,7 +55,7 @@ def even_grid(time: Array, values: Array, frequency: float) -> tuple[Array, Arra
 
 
 def _oscillation(at: Array, time: Array, values: Array, gap: tuple[float, float], frequency: float) -> Array:
-    """The oscillation that fits the samples beside a gap, by least squares, at times inside it."""
+    """The oscillation that fits the samples next to a gap, by least squares, at times inside it."""
     middle, reach = 0.5 * (gap[0] + gap[1]), _BESIDE_GAP * 2.0 * math.pi / frequency
     near = (time > gap[0] - reach) & (time < gap[1] + reach)
 

@@ -53,12 +53,12 @@ def excursions_possible(seen: Extremes) -> Mask:
 
 
 def without_excursions(values: Array, angle: float) -> tuple[Array, Indices]:
-    """Put in the place of isolated excursions what the samples beside them say of the motion.
+    """Put in the place of isolated excursions what the samples next to them say of the motion.
 
-    A sample is one by its distance from the median of the few around it, as by Hampel's criterion: beside
+    A sample is one by its distance from the median of the few around it, as by Hampel's criterion: next to
     the range of the whole motion, the noise, and how far the samples around go, so that where a motion is
     fast or coarsely sampled only an excursion out of its range counts. What takes its place is, at its time,
-    the oscillation at the declared frequency, about any rest position, that fits the samples beside it: from
+    the oscillation at the declared frequency, about any rest position, that fits the samples next to it: from
     two on either side it scatters like a sample, so that nothing is known the better for it.
 
     Parameters

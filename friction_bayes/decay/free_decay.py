@@ -424,8 +424,7 @@ def _several(
     return InputError(
         name,
         f"holds {len(decays)} free decays, {listed}",
-        "choose one with --decay N or each with --decay all (split_decays in Python), or part of the record "
-        "with --start and --end",
+        "choose one by --decay N, each by --decay all, or part of the record by --start and --end",
     )
 
 

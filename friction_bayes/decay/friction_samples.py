@@ -179,7 +179,7 @@ def small_swing_frequency(
 ) -> float:
     """Frequency [rad/s] of a pendulum's small swings: rate of its phase over the mean slowing of its peaks.
 
-    A peak stands for the fundamental of its period, which it exceeds by less than 1 % up to 1 rad.
+    A peak is taken for the fundamental of its period, which it exceeds by less than 1 % up to 1 rad.
     """
     first, _ = phase_at(polynomial, -1.0)
     last, _ = phase_at(polynomial, 1.0)

@@ -13,7 +13,7 @@ __all__ = ["find_leap", "may_leap"]
 _AROUND = 4
 """Samples on either side through which a straight line goes on to the middle of an interval."""
 _SKIPPED = 2
-"""Samples beside the interval without which a leap is still there, and a stray sample is not."""
+"""Samples next to the interval without which a leap is still there, and a stray sample is not."""
 _LEAST_LEAP = 0.1
 """Share of the range of all samples that a leap exceeds."""
 _FIRST, _SHARE = 1000, 16

@@ -177,7 +177,7 @@ def _locate(
                 False,
                 own,
             )
-    # two modes that beat do not decay either, and are what is to be told
+    # two modes that beat do not decay either, and are to be reported
     told = (located.status == FOUND) | (located.status == NOT_DECAYING)
     located.status[told & modes.several] = SEVERAL_MODES
     frequency = np.minimum(located.frequency, _FASTER * natural_frequency * step)

@@ -101,8 +101,8 @@ def pendulum_notes(decay: FreeDecay) -> tuple[str, ...]:
     return (
         f"{decay.name}: looks like a pendulum: the frequency rises by {100.0 * found.rise:.2g} % while the "
         f"amplitude falls from {found.largest:.2g} to {found.smallest:.2g} rad, {found.share:.2f} ± "
-        f"{found.share_sd:.2g} of what a pendulum's does; --pendulum, Pendulum(inertia=, stiffness=) in "
-        "Python, takes large swings into account",
+        f"{found.share_sd:.2g} of what a pendulum's does; declare a pendulum (--pendulum, fb.Pendulum), "
+        "whose law is that of large swings",
     )
 
 

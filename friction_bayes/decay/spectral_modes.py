@@ -1,7 +1,7 @@
 """Oscillations in the spectrum of a record: the one that is followed, and whether another is there besides.
 
 A decay that begins at once has skirts that fall off as one over the distance in frequency, times the length
-of the decay; another mode must stand out of them. It must also stand by itself, with a dip before it, which
+of the decay; another mode must rise above them. It must also be separate, with a dip before it, which
 the sweep of a spring that stiffens or of a pendulum has not.
 
 The spectrum is that of the differences of the samples, brought back to the samples themselves: the signal
@@ -129,7 +129,7 @@ def _fill_means(values: Array, width: int, means: Array) -> None:
 
 @njit(**KERNEL)
 def _beyond_skirts(amplitude: Array, grid: Array, peak: Indices, long: Array) -> Mask:
-    """Whether any maximum apart from the strongest stands out of its skirts, shape (records,).
+    """Whether any maximum apart from the strongest rises above its skirts, shape (records,).
 
     Rounding aside :func:`_others` finds none where not.
     """

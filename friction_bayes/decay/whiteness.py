@@ -79,5 +79,5 @@ def residual_notes(residual: Array, prediction: Array) -> tuple[str, ...]:
         f"residuals are not white noise: successive ones correlate at {test.lag1:.3f}, Ljung-Box over "
         f"{test.lags} lags is {test.statistic:.3g} where white noise stays below "
         f"{test.limit:.3g} in 999 of 1000: the interval is too narrow, and the "
-        "model lacks an effect; close-loop looks for it",
+        "model lacks an effect; closing the loop looks for it",
     )

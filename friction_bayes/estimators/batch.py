@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from friction_bayes.conjugate.scaled_distribution import scaled, scaled_moments, scaled_quantiles
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.blas import single_threaded_blas
-from friction_bayes.core.checks import positive
 from friction_bayes.core.declared_force import ForceFactor, declared_forces, frequencies_disagree
 from friction_bayes.core.errors import InputError, RecordWarning
-from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity, quantity_named
+from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.decay.excursions import excursions_possible, without_excursions
@@ -39,11 +38,12 @@ from friction_bayes.estimators.noise.noise_level import looks_white
 from friction_bayes.estimators.priors import complete_prior
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.estimators.result import far_apart, rather_a_push
+from friction_bayes.estimators.stack import TIME_LAST, as_stack
 from friction_bayes.estimators.waveform.averaged import answered
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
 from friction_bayes.estimators.waveform.saturation import saturation_level
 from friction_bayes.records.clipping import clipped_fraction
-from friction_bayes.records.clock import is_even, sampling_interval
+from friction_bayes.records.record import MINIMUM_SAMPLES
 
 __all__ = ["STATUS", "WARNINGS", "estimate_batch"]
 
@@ -125,10 +125,12 @@ def estimate_batch(
 
     Parameters
     ----------
-    records : array_like, dask array or xarray.DataArray, shape (records, samples)
-        One record a row, SI units. A DataArray has a dimension ``time`` and one other; its ``time``
-        coordinate gives the sampling rate, its attributes ``quantity`` and ``units``. A Dask array stays
-        lazy: so does the result.
+    records : array_like, dask array, xarray.DataArray, pandas.DataFrame or sequence of records
+        An array has shape (records, samples) and SI units; what a masked array masks is missing. A DataArray
+        has a dimension ``time`` and one other, in any order; its ``time`` coordinate gives the sampling rate,
+        its attributes ``quantity`` and ``units``. A DataFrame has one column a record, and its index gives
+        the times. Records of a sequence have one quantity and one clock. A Dask array stays lazy: so does
+        the result.
     system : Oscillator
         Mass or inertia, and stiffness.
     sampling_rate : float, optional
@@ -162,7 +164,8 @@ def estimate_batch(
     Raises
     ------
     InputError
-        If the array is not two-dimensional, its sampling rate is missing, or an argument is wrong.
+        If the array is not two-dimensional, its sampling rate is missing, records lie along its second axis,
+        or an argument is wrong. Of a Dask array the axes show when it is computed.
 
     Warns
     -----
@@ -174,7 +177,7 @@ def estimate_batch(
     check_choices(peaks, random_force)
     with_force = random_force == "auto" and method == WaveformEstimator.name
     columns = (*_COLUMNS, *_FORCE_COLUMNS * with_force, *("warnings",) * judge)
-    stack, kind, unit, step = _as_stack(records, sampling_rate, quantity)
+    stack, kind, unit, step = as_stack(records, sampling_rate, quantity)
     if kind.angular != system.angular:
         expected = "inertia" if kind.angular else "mass"
         raise InputError(
@@ -212,22 +215,10 @@ def estimate_batch(
     )
     result = _as_dataset(table, columns, system, kind, unit).assign_attrs(method=method, peaks=peaks)
     if table.chunks is None:
-        turned = not isinstance(records, xr.DataArray) and stack.sizes["record"] > stack.sizes["time"]
-        said = _said(result, judge=judge, turned=turned)
+        said = _counted(result["warnings"].values) if judge else ""
         if said:
             warnings.warn(said, RecordWarning, stacklevel=2)
     return result
-
-
-def _said(result: xr.Dataset, *, judge: bool, turned: bool) -> str:
-    """What a reader must know of a batch, ``turned`` where its array has more rows than columns."""
-    status = result["status"].values
-    if turned and not (status == _OK).any():
-        return (
-            f"none of {status.size} records with fewer samples than that holds a decay (`status` says why): "
-            "give (records, samples), time last"
-        )
-    return _counted(result["warnings"].values) if judge else ""
 
 
 def _counted(found: Integers) -> str:
@@ -240,38 +231,6 @@ def _counted(found: Integers) -> str:
         f"{np.count_nonzero(found)} of {found.size} records have warnings ({listed}): `warnings` of the "
         "result says which, and estimate says more of each"
     )
-
-
-def _as_stack(
-    records: Any, sampling_rate: float | None, quantity: str
-) -> tuple[xr.DataArray, Quantity, str, float]:
-    """Return records over (record, time), what they measure, in which unit, and the sampling interval."""
-    if isinstance(records, xr.DataArray):
-        if "time" not in records.dims or records.ndim != 2:
-            raise InputError("records", f"dimensions {records.dims}", "give (record, time)")
-        stack = records.transpose(..., "time")
-        stack = stack if stack.dims[0] == "record" else stack.rename({stack.dims[0]: "record"})
-    else:
-        array = records if hasattr(records, "dask") else np.asarray(records)
-        if array.ndim != 2:
-            raise InputError("records", f"shape {array.shape}", "give (records, samples)")
-        stack = xr.DataArray(array, dims=("record", "time"))
-    if stack.dtype.kind not in "fiu":
-        raise InputError("records", f"data type {stack.dtype}", "give numbers")
-    kind = quantity_named(stack.attrs.get("quantity", quantity))
-    if stack.chunks is not None:
-        stack = stack.chunk({"time": -1})
-    if sampling_rate is not None:
-        step = 1.0 / positive("sampling_rate", sampling_rate)
-    elif "time" in stack.coords:
-        if not is_even(stack["time"].values):
-            raise InputError(
-                "records", "their times are uneven", "give them to estimate, one by one, or on an even grid"
-            )
-        step = sampling_interval(stack)
-    else:
-        raise InputError("sampling_rate", "missing", "give it, or a DataArray with a time coordinate")
-    return stack, kind, str(stack.attrs.get("units", kind.unit)), step
 
 
 @single_threaded_blas()
@@ -295,7 +254,28 @@ def _estimate_rows(
         )
         for part in np.split(values, range(rows, len(values), rows))
     ]
-    return np.concatenate(parts)
+    table = np.concatenate(parts)
+    _refuse_turned(values, table[:, _STATUS] == _OK, like)
+    return table
+
+
+def _refuse_turned(values: Array, decays: Mask, like: FreeDecays) -> None:
+    """Refuse an array more of whose columns than of its rows hold a decay, ``decays`` those of the rows.
+
+    Looked at where most rows hold none.
+    """
+    if len(values) < MINIMUM_SAMPLES or decays.mean() >= 0.5:
+        return
+    columns = np.require(values.T, np.float64, ["C", "W"])
+    along = locate_free_decays(columns, like.step, like.system.natural_frequency, like.quantity.order)
+    share = float(np.mean(along.status == FOUND))
+    if share > decays.mean():
+        raise InputError(
+            "records",
+            f"shape {values.shape}: {decays.mean():.0%} of the rows hold a decay, and {share:.0%} of the "
+            "columns",
+            TIME_LAST,
+        )
 
 
 def _estimate_chunk(

@@ -254,7 +254,7 @@ def _faster_loss_note(decay: FreeDecay) -> list[str]:
         mean, sd = (factor * value for value in (faster.coefficient.mean(), faster.coefficient.std()))
         unit = decay.unit if decay.unit in UNCALIBRATED_UNITS else decay.system.friction_unit
         text += f"with damping it is {number(mean, 3)} ± {number(sd, 2)} {unit} by the amplitudes alone"
-    text += "; close-loop tells them apart"
+    text += "; closing the loop separates them"
     warnings.warn(text, RecordWarning, stacklevel=3)
     return [text]
 

@@ -393,7 +393,7 @@ def _negative_note(fit: Fit) -> list[str]:
         return []
     text = (
         "friction is negative, which no contact has: the oscillation grows, or an error of the sensor "
-        "goes with the direction of motion, which close-loop looks for"
+        "goes with the direction of motion, which closing the loop looks for"
     )
     warnings.warn(text, RecordWarning, stacklevel=4)
     return [text]
@@ -407,26 +407,26 @@ def _random_force_notes(fit: Fit) -> list[str]:
     notes = []
     if rather_a_push(force):
         notes.append(
-            f"beside friction a force would have to act {force.share_of_friction:.0f} times as large, which "
-            "is rather a push, another law or an error of the sensor: close-loop, or a part of the record "
-            "(--start, --end), shows which"
+            f"in addition to friction a force would have to act {force.share_of_friction:.0f} times as "
+            "large, which is rather a push, another law or an error of the sensor: closing the loop, or a "
+            "part of the record, shows which"
         )
         warnings.warn(notes[0], RecordWarning, stacklevel=4)
     notes += [
         "an effect that dry friction alone lacks, such as viscous damping, can pass for such a force and "
-        "shift friction by more than the interval says; close-loop tells them apart",
+        "shift friction by more than the interval says; closing the loop separates them",
     ]
     periods = float(force.correlation_time.mean()) * fit.frequency / (2.0 * math.pi)
     if periods < _SUSPECT_PERIODS:
         notes.append(
             f"{periods:.2g} periods is as short as a fluctuation is looked for: it rather stands for an "
-            "effect that the model lacks, or for samples out of time; close-loop looks for it"
+            "effect that the model lacks, or for samples out of time; closing the loop looks for it"
         )
     test = force.innovations
     if not test.white:
         notes.append(
             "even so the residuals are not white noise: successive ones correlate at "
-            f"{test.lag1:.3f}: the model lacks an effect; close-loop looks for it"
+            f"{test.lag1:.3f}: the model lacks an effect; closing the loop looks for it"
         )
     return notes
 

@@ -1,4 +1,4 @@
-"""The first use of the kernels, which compiles them: what a caller may be told of it."""
+"""The first use of the kernels, which compiles them: how a caller may hear of it."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ _built_in_force = _total_force(_BUILT_IN_FORCES)
 def _driven(force: Callable[..., float]) -> Callable[..., float]:
     """Compile a force and one over time that drives the motion.
 
-    Beside the parameters stand the spacing of its values [s] and the values, linear in between; it acts with
+    After the parameters come the spacing of its values [s] and the values, linear in between; it acts with
     the motion, not against it as forces of the catalogue do.
     """
 
@@ -259,8 +259,8 @@ def integrate(
     duration : float, optional
         Length of the record [s], to which friction drift refers; by default that of ``time``.
     driving : tuple of float and ndarray, optional
-        A force over time beside the others: the spacing [s] and two or more values [N or N m], the first at
-        ``time[0]``, linear in between. Of effects from outside the catalogue none may act beside it.
+        One more force, over time: the spacing [s] and two or more values [N or N m], the first at
+        ``time[0]``, linear in between. Of effects from outside the catalogue none may act with it.
     rtol : float
         Local error per step over the initial amplitude.
 
@@ -292,7 +292,7 @@ def integrate(
     parameters: Any = force_vector(values)
     if driving is not None:
         if not _all_built_in(tuple(values)):
-            raise InputError("driving", "acts beside effects from outside", "leave one of them out")
+            raise InputError("driving", "acts together with effects from outside", "leave one of them out")
         propagate_forces = _propagate_driven
         parameters = (parameters, *driving)
     status, x, v, acceleration, turning_times, turning_points, stop_time = propagate_forces(

@@ -111,7 +111,7 @@ def linear_amplitude(fundamental: float, order: int, frequency: float) -> tuple[
     -------
     amplitude, slope : float
         ``w0**order Si(A)`` and its derivative with respect to ``fundamental``; NaN where the signal hardly
-        grows with the swing any more and does not tell its amplitude (above about 2.1 rad in velocity,
+        grows with the swing any more and does not show its amplitude (above about 2.1 rad in velocity,
         1.5 rad in acceleration, 3.1 rad in angle).
     """
     unit = frequency**order

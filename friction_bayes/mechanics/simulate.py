@@ -136,7 +136,7 @@ def simulate(
         if isinstance(effect, SensorEffect) and not effect.is_of(kind.name):
             others = " or ".join(effect.quantities)
             raise InputError(
-                f"effect {effect.name}", f"is none of a sensor of {kind.name}", f"measure {others}"
+                f"effect {effect.name}", f"does not apply to a sensor of {kind.name}", f"measure {others}"
             )
         if isinstance(effect, ForceEffect) and effect.rotational and not system.angular:
             raise InputError(

@@ -29,7 +29,7 @@ LAWS = ("linear", "accelerating", "decelerating", "saturating", "kinked", "jumps
 _LARGEST_EXPONENT = 600.0
 """Of e, in the reading of a clock: beyond any threshold, and far from overflow."""
 _MOST_JUMPS = 1e7
-"""Jumps up to the threshold that are told apart from never reaching it."""
+"""Jumps up to the threshold that differ from never reaching it."""
 _RATE_SHAPE = 0.5
 """Shape of the gamma prior of the rate of jumps: that of Jeffreys."""
 _ONLY_ONE = 0.5
@@ -164,7 +164,7 @@ class KinkClock(_SmoothClock):
 
 @dataclass(frozen=True)
 class JumpClock:
-    """Wear in jumps: the clock ticks at a jump and stands still otherwise.
+    """Wear in jumps: the clock ticks at a jump and stops otherwise.
 
     A jump is an increment of the Wiener process; a single one may have been the only one there ever is.
     More come as a Poisson process, whose rate has the gamma posterior of the jumps seen in the time observed,

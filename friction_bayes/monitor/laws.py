@@ -278,7 +278,7 @@ def _kinks(ratio: float, fit: Callable[[Clock], WearPosterior]) -> _Kinks:
 
 
 def _shares(shapes: Array) -> Array:
-    """Return the share of a uniform prior that each of some values stands for, by the trapezoidal rule."""
+    """Return the share of a uniform prior that belongs to each of some values, by the trapezoidal rule."""
     steps = np.diff(shapes)
     return np.asarray((np.append(steps, 0.0) + np.append(0.0, steps)) / (2.0 * (shapes[-1] - shapes[0])))
 
@@ -294,7 +294,7 @@ def _along(
         near = np.maximum(evidence[1:], evidence[:-1]) > evidence.max() - _NEGLIGIBLE
         width = np.diff(shapes)
         beside = np.minimum(np.append(width[1:], np.inf), np.append(np.inf, width[:-1]))
-        # a peak between two values of equal evidence shows in how fine the steps beside it are
+        # a peak between two values of equal evidence shows in how fine the steps next to it are
         coarse = (np.abs(np.diff(evidence)) > step) | (width > 1.5 * beside)
         wide = np.flatnonzero(near & coarse)
         if wide.size == 0:

@@ -62,7 +62,7 @@ def detection_times(
     Parameters
     ----------
     records : sequence of xarray.DataArray
-        Each may have the attribute ``detection_time`` and, beside a number, ``detection_time_units``.
+        Each may have the attribute ``detection_time`` and, with a number, ``detection_time_units``.
     times : sequence, optional
         One a record, in place of the attributes: numbers in one unit, or dates of ISO 8601.
     unit : str, optional

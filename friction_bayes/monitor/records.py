@@ -105,7 +105,7 @@ def monitor_records(
 
 
 def _spread(found: Estimate) -> float:
-    """Standard deviation of the friction with mass and stiffness exact, refusing a record that has none."""
+    """Standard deviation of the friction with mass and stiffness exact, refusing a record without one."""
     sd = float(found.friction_as_declared.std())
     if not np.isfinite(sd):
         raise InputError(found.decay.name, "too few samples for a standard deviation", "give a longer record")

@@ -37,7 +37,7 @@ _ROUNDS = 20
 _FAR = 8.0
 """Standard deviations beyond which a normal density or tail (below 1e-14) counts as nothing."""
 _DROPPED = 1e-6
-"""Nodes of the posterior that weigh less, beside the heaviest, are left out here."""
+"""Nodes of the posterior with less weight than this share of the largest are left out here."""
 _DIGITS = 6
 """Of the logarithm of time: nodes nearer to each other would be one to rounding."""
 _SHARPEST = 10.0 ** (1 - _DIGITS)

@@ -13,6 +13,7 @@ from scipy import stats
 
 from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.checks import positive
+from friction_bayes.core.displays import Shown
 from friction_bayes.core.summary import Summary
 from friction_bayes.monitor.laws import WearLaws, fit_laws
 from friction_bayes.monitor.points import DetectionPoints, per
@@ -32,7 +33,7 @@ _SURE = 0.95
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class MonitorReport:
+class MonitorReport(Shown):
     """Friction of one machine followed over its detection points.
 
     Attributes

@@ -1,4 +1,4 @@
-"""Long runs that can be interrupted: finished parts are kept beside the output folder until all are."""
+"""Long runs that can be interrupted: finished parts are kept next to the output folder until all are."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def run_key(command: str, options: Mapping[str, Any], inputs: Mapping[str, str])
 def parts_folder(
     target: str | Path, key: str, *, resume: bool, note: Callable[[str], None]
 ) -> Iterator[Path]:
-    """Yield the folder beside ``target`` for the parts of a run; it goes when the run is whole.
+    """Yield the folder next to ``target`` for the parts of a run; it goes when the run is whole.
 
     Parameters
     ----------

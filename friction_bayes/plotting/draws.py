@@ -1,4 +1,4 @@
-"""Figures of a sampler's draws, by ArviZ: whether the ensembles tell the same, and how far to trust them."""
+"""Figures of a sampler's draws, by ArviZ: whether the ensembles agree, and how far to trust them."""
 
 from __future__ import annotations
 

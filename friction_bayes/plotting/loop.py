@@ -70,7 +70,7 @@ def _name_rows(axes: Axes, labels: Sequence[str]) -> None:
 
 
 def _head(figure: Figure, text: str) -> None:
-    """Title over the whole width: beside long labels the axes have no room for it."""
+    """Title over the whole width: next to long labels the axes have no room for it."""
     figure.suptitle(text, fontweight="bold", fontsize=11.0, x=0.01, ha="left")
 
 
@@ -110,7 +110,7 @@ def _draw_candidates(axes: Axes, report: LoopReport) -> None:
 
 
 def plot_candidates(report: LoopReport) -> Figure:
-    """Draw the sets of effects that were weighed and how probable each is.
+    """Draw the sets of effects that were evaluated and how probable each is.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def plot_friction_between_records(report: LoopReport) -> Figure:
     Parameters
     ----------
     report : LoopReport
-        Of several records that were weighed together.
+        Of several records that were fitted together.
 
     Returns
     -------

@@ -39,7 +39,7 @@ __all__ = [
 Panels = NDArray[Any]
 """Axes, from top to bottom."""
 
-# Blue, vermilion and green of Okabe and Ito, told apart by colour-blind readers; in grey print by
+# Blue, vermilion and green of Okabe and Ito, distinct to colour-blind readers; in grey print by
 # lightness, and by line style where lines cross.
 DATA = "#9a9a9a"
 FAINT = "#d9d9d9"

@@ -44,7 +44,7 @@ LONGEST_BRIDGED_GAP = 3.0
 
 LONGEST_GAP_IN_PERIODS = 0.25
 """Nor do longer ones harm up to this share of a period: what a decay is sought on is an oscillation
-there, by the samples beside it, and all else goes by the samples alone."""
+there, by the samples next to it, and all else goes by the samples alone."""
 
 LOST = (
     "remove those rows, the times need not be even; where they last a quarter of a period or more, cut the "
@@ -142,7 +142,7 @@ def check_gaps(record: xr.DataArray, natural_frequency: float) -> None:
         f"{intervals[longest] / period:.3g} periods of the declared {natural_frequency:.4g} rad/s, and the "
         f"typical interval is {np.median(intervals):.6g} s",
         f"take the part before it, --end {before:.9g}, or after it, --start {after:.9g}; where the recording "
-        "pauses between releases, one by --decay N or each by --decay all (split_decays in Python)",
+        "pauses between releases, one by --decay N or each by --decay all",
     )
 
 

@@ -25,7 +25,7 @@ def read_force(path: str | Path, record: xr.DataArray) -> Array:
     ----------
     path : str or Path
         A file that :func:`friction_bayes.records.readers.read_table` reads, with ``time_s`` and ``force_N``
-        (``torque_N_m`` beside an angle); without ``time_s`` it has a row for each sample of the record.
+        (``torque_N_m`` with an angle); without ``time_s`` it has a row for each sample of the record.
     record : xarray.DataArray
         The record it belongs to.
 

@@ -18,7 +18,7 @@ _STRAIGHT = 0.05
 """Bend between readings over the usual bend at them, at the most, where no step shows that digits are printed
 with: without lines some sample between would bend as much as those."""
 _USUAL = 0.25
-"""Quantile of the bends at readings that stands for all: some bend little, where the signal does."""
+"""Quantile of the bends at readings that is taken for all: some bend little, where the signal does."""
 _FEWEST = 8
 """Readings that it takes."""
 _LONGEST = 200

@@ -32,7 +32,7 @@ def readings_alone(record: xr.DataArray, natural_frequency: float) -> tuple[xr.D
     Raises
     ------
     InputError
-        If one reading stands for so long that nothing is known of the motion meanwhile.
+        If one reading is held for so long that nothing is known of the motion meanwhile.
 
     Warns
     -----
@@ -83,7 +83,7 @@ def _check_longest(record: xr.DataArray, fewer: xr.DataArray, natural_frequency:
     periods = apart[longest] * natural_frequency / (2.0 * math.pi)
     raise InputError(
         record_name(record),
-        f"one reading stands for {apart[longest]:.6g} s, {periods:.3g} periods of the declared "
+        f"one reading is held for {apart[longest]:.6g} s, {periods:.3g} periods of the declared "
         f"{natural_frequency:.4g} rad/s, from {time[longest]:.6g} s on: no sample is missing, but the sensor "
         "says nothing new",
         f"take the part before it, --end {time[longest]:.9g}, or after it, --start {time[longest + 1]:.9g}",

@@ -17,9 +17,11 @@ from friction_bayes.records.clock import LOST, check_clock, place_of_sample
 
 __all__ = [
     "DUPLICATES",
+    "MINIMUM_SAMPLES",
     "make_record",
     "record_name",
     "record_quantity",
+    "seconds_from_first",
     "validate_record",
     "with_values",
     "within",
@@ -83,7 +85,7 @@ def make_record(
     elif hasattr(values, "magnitude"):
         raise InputError("unit", f"{unit} is given for values that have a unit", "leave unit out")
     time = in_unit("time", time, "s")
-    clock, signal = _numbers(name, "time", _seconds(time)), _numbers(name, "signal", values)
+    clock, signal = _numbers(name, "time", seconds_from_first(time)), _numbers(name, "signal", values)
     if clock.size != signal.size:
         raise InputError(
             name, f"{clock.size} times for {signal.size} samples", "give one time for each sample"
@@ -278,7 +280,7 @@ def _from_objects(name: str, what: str, raw: NDArray[np.object_]) -> Array:
     return raw.astype(float)
 
 
-def _seconds(time: ArrayLike) -> ArrayLike:
+def seconds_from_first(time: ArrayLike) -> ArrayLike:
     """Dates and time differences as seconds from the first; anything else as it is."""
     stamps = np.asarray(time)
     if stamps.dtype.kind not in "mM" or stamps.ndim != 1 or not stamps.size:

@@ -1,4 +1,4 @@
-"""The reference run beside an estimate: emcee on the same likelihood, and whether the two agree."""
+"""The reference run of an estimate: emcee on the same likelihood, and whether the two agree."""
 
 from __future__ import annotations
 

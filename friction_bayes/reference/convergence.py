@@ -50,7 +50,7 @@ class Convergence:
         )
 
     def describe(self, *, ess: float, steps: int) -> str:
-        """Give the figures beside their thresholds."""
+        """Give the figures with their thresholds."""
         return (
             f"nested R-hat {self.nested_rhat:.4f} (below {MAXIMUM_RHAT}), "
             f"bulk and tail effective sample size {self.ess_bulk:.0f} and {self.ess_tail:.0f} "

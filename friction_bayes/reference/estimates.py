@@ -83,7 +83,7 @@ def sample_estimate(
     """Sample the posterior of an estimate, each of its parts on its own.
 
     An estimate that averages over accounts of the noise has several parts. They differ in their parameters
-    and are told apart by evidence, which a sampler does not give: each is sampled on its own target, and all
+    and are compared by evidence, which a sampler does not give: each is sampled on its own target, and all
     are mixed with the closed form's probabilities. A part below a thousandth is left out.
 
     Parameters

@@ -51,14 +51,14 @@ _FOLDED = ("residual", "joint", "ranks", "ess")
 _GROUNDS = {"it rests on": "noise", "loss of amplitude": "loss of amplitude", "frequency": "frequency"}
 """Lines of the story that say what the number rests on, and what they are called under that heading."""
 _NEXT = (
-    "A narrow interval is no proof of the model: friction-bayes close-loop asks what else acts, and how "
+    "A narrow interval is no proof of the model: friction-bayes close-loop shows what else acts, and how "
     "friction changes with it."
 )
 
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatedRecord:
-    """What the page tells of a record.
+    """What the page says of a record.
 
     Attributes
     ----------

@@ -37,7 +37,7 @@ def estimate_story(result: Mapping[str, Any], notes: int | None = None) -> list[
     result : mapping
         The estimate as :meth:`Estimate.to_dict` gives it, its ``reference`` included where one was sampled.
     notes : int, optional
-        How many notes to tell at most; all where left out.
+        How many notes to give at most; all where left out.
     """
     rows = [("friction", with_interval(result["friction"]))]
     if result["random_force"] is not None:

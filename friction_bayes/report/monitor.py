@@ -109,7 +109,7 @@ def fleet_page(result: Mapping[str, Any], drawing: bytes, manifest: Mapping[str,
         shown, order = f"{len(rows)} machines", "in no order of urgency, as no threshold is given"
     return _page(
         title=f"Friction of {fleet_title(result)}",
-        sentence=f"{shown} stand below, {order}.",
+        sentence=f"{shown} are listed below, {order}.",
         summary=[],
         rests_on=[],
         figures=[(drawing, _FLEET)],

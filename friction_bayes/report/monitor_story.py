@@ -5,13 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from friction_bayes.core.text import interval90, number
+from friction_bayes.core.text import interval90, number, with_interval
 from friction_bayes.monitor.points import COUNTED, per
+from friction_bayes.monitor.report import MonitorReport
 
-__all__ = ["Rows", "fleet_rows", "fleet_title", "memory", "monitor_rows", "monitor_story", "next_step"]
+__all__ = [
+    "Rows",
+    "fleet_rows",
+    "fleet_title",
+    "memory",
+    "monitor_rows",
+    "monitor_story",
+    "next_step",
+    "story_of_monitor",
+]
 
 Rows = tuple[list[str], list[list[str]]]
-"""Headings of a table, whose units stand on a line of their own, and its cells."""
+"""Headings of a table, whose units are on a line of their own, and its cells."""
 
 _NAMED = 0.01
 """Laws of wear less probable than this are not shown."""
@@ -84,6 +94,13 @@ def monitor_story(result: Mapping[str, Any]) -> list[tuple[str, str]]:
         ]
     lines.append(("advice", result["advisory_generation"]["text"]))
     return lines + [("note", text) for text in result["notes"]]
+
+
+def story_of_monitor(report: MonitorReport) -> list[tuple[str, str]]:
+    """The lines of :func:`monitor_story` of a report, the friction at its last point first."""
+    notes = dict.fromkeys(text for known in report.manipulation for text in known.get("notes", ()))
+    result = report.to_dict() | {"notes": list(notes)}
+    return [("friction", with_interval(result["health_assessment"]["friction"])), *monitor_story(result)]
 
 
 def next_step(result: Mapping[str, Any]) -> str:

@@ -51,13 +51,13 @@ _FAULTS = {
 }
 _MOST_NAMED = 3
 _NOTABLE_ROUNDING = 0.1
-"""Rounding over sensor noise below which a step is that of printed digits, or tells nothing of the noise."""
+"""Rounding over sensor noise below which a step is that of printed digits, or says nothing of the noise."""
 _MOST_SPREAD = 0.3
 """Sd of a damping ratio over its mean up to which its inverse is near normal too."""
 _UNSEEN = 0.1
 """Probability that dry friction matters below which it is not seen."""
 _CERTAIN = 0.95
-"""The same from which on its upper limit is not told."""
+"""The same from which on its upper limit is not reported."""
 
 _LEAST_SHARE = 0.1
 """Of what depends on the motion, below which a shape does not describe it."""
@@ -122,7 +122,7 @@ def _verdict(report: Report, records: int) -> str:
         tied = [f"{set_words(c['effects'])} ({percent(c['probability'])})" for c in credible]
         if len(tied) > _MOST_NAMED:
             tied = [*tied[:_MOST_NAMED], f"{len(tied) - _MOST_NAMED} more"]
-        return f"{what.capitalize()} cannot tell {listed(tied)} apart; friction is averaged over them.{known}"
+        return f"{what.capitalize()} cannot separate {listed(tied)}; friction is averaged over them.{known}"
     against = _doubts(report, what)
     # a sentence begins with it
     against = against[0].upper() + against[1:]
@@ -141,7 +141,7 @@ def _left_over(report: Report, what: str) -> str:
     if on:
         like = _like(report["left"])
         return f"the force that is left depends on the {on}{tests}: an effect that the catalogue lacks{like}"
-    return f"what is left of {what} is neither noise nor an effect that was weighed{tests}"
+    return f"what is left of {what} is neither noise nor an effect that was evaluated{tests}"
 
 
 def _shift(report: Report, what: str) -> str:
@@ -224,14 +224,14 @@ def known_within(friction: Report) -> str:
 
 
 def _with_or_without_random_force(credible: Sequence[Report], records: int) -> str:
-    """Of two candidates that are one law, with a random force beside it and without."""
+    """Of two candidates that are one law, with a random force and without."""
     (with_one,) = (c for c in credible if "random_force" in c["effects"])
     (without,) = (c for c in credible if "random_force" not in c["effects"])
     law = f" with {set_words(without['effects'])}" if without["effects"] else ""
     does, does_not = (percent(c["probability"]) for c in (with_one, without))
     return (
-        f"Coulomb friction{law} explains {the_records(records)}. Whether the force fluctuates besides, "
-        f"{'it' if records == 1 else 'they'} cannot tell "
+        f"Coulomb friction{law} explains {the_records(records)}. Whether the force fluctuates too, "
+        f"{'it does' if records == 1 else 'they do'} not show "
         f"({does} that it does, {does_not} that it does not): a longer record or a further release would."
     )
 
@@ -260,7 +260,7 @@ def loop_story(report: Report, records: int = 1) -> list[tuple[str, str]]:
         ("friction after", with_interval(report["friction_after"])),
         ("dry friction", _dry_friction(report["dry_friction"])),
     ]
-    # priors of effects that are no explanation tell nothing of friction
+    # priors of effects that explain nothing say nothing about friction
     if report["effects"] and report["verdict"] != UNEXPLAINED:
         rows.append(("prior", _sensitivity(report["prior_sensitivity"])))
     if report["friction_range"]:
@@ -326,8 +326,8 @@ def next_step(report: Report) -> str:
     if report["next_experiment"]:
         return str(report["next_experiment"])
     return (
-        f"Use friction after, {with_interval(report['friction_after'])}: no experiment is needed to tell "
-        "candidates apart. A further release, closed together with this one, would show whether friction "
+        f"Use friction after, {with_interval(report['friction_after'])}: no experiment is needed to separate "
+        "candidates. A further release, closed together with this one, would show whether friction "
         "differs between them."
     )
 
@@ -443,7 +443,7 @@ def _residual(report: Report, when: str) -> str:
     outcome = (
         f"fails {len(failed)} of {count} tests: {failures(failed)}" if failed else f"passes all {count} tests"
     )
-    # no law predicts it, so that this RMS is no measure of a law beside the one before
+    # no law predicts it, so that this RMS is no measure of a law next to the one before
     apart = when == "after" and "random_force" in report["candidates"][0]["effects"]
     about = ", what the random force moves taken out" if apart else ""
     return f"RMS {number(tests['rms'], 3)} {unit}{about}; {outcome}"
@@ -506,8 +506,8 @@ def _witnesses(witnesses: Mapping[str, Any]) -> str:
     outcome = "they agree"
     if not witnesses["agree"]:
         outcome = (
-            "they DISAGREE: an error of the sensor that follows the direction of motion, or an effect that "
-            "the law lacks; trust the loss of amplitude"
+            "loss and shape DISAGREE: an error of the sensor that follows the direction of motion, or an "
+            "effect that the law lacks; trust the loss of amplitude"
         )
     return (
         f"{with_interval(witnesses['loss'])} by the loss of amplitude\n"
@@ -525,13 +525,16 @@ def _sensitivity(shifts: Mapping[str, float | None]) -> str:
     ]
     unknown = " or as ".join(width for width, shift in widths.items() if shift is None)
     if not told:
-        return f"the draws do not tell how far friction moves with priors of effects ten times as {unknown}"
+        return (
+            "how far friction moves with priors of effects ten times as "
+            f"{unknown} cannot be computed from these draws"
+        )
     text = f"friction would move by {' and by '.join(told)} (the priors of effects)"
-    return f"{text}; the draws do not tell how far were they ten times as {unknown}" if unknown else text
+    return f"{text}; ten times as {unknown}: cannot be computed from these draws" if unknown else text
 
 
 def _dry_friction(dry: Mapping[str, Any]) -> str:
-    limit = f"if there is any, it is below {number(dry['upper95'], 2)} {dry['unit']} with 95 %"
+    limit = f"95 % upper limit {number(dry['upper95'], 2)} {dry['unit']}"
     if dry["probability"] < _UNSEEN:
         return f"none can be seen; {limit}" if dry["upper95"] else "none can be seen"
     matters = f"matters with a probability of {percent(dry['probability'])}"

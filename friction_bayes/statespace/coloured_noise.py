@@ -233,7 +233,7 @@ def coloured_gains(force: ForcedSteps, noise: LaggedNoise, rows: Array, variance
                     for b in range(m):
                         before[a, b] = moved[a, b]
         same = i > 0 and variance[i] == variance[i - 1] < math.inf
-        # what another row tells is another covariance
+        # another row has another covariance
         same = same and not (changes and rows[i, 0] != rows[i - 1, 0])
         if steady and same:
             for a in range(m + 1):

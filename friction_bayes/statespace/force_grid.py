@@ -52,7 +52,7 @@ __all__ = [
 _REACH = (0.003, 30.0)
 """Sizes of the force, over the prior's median, between which its modes are sought."""
 _STRIPS = 7
-"""Equal strips of ``log tau`` whose middles tell how many modes there are."""
+"""Equal strips of ``log tau`` whose middles show how many modes there are."""
 _SIZE_STEPS = (0.75, 0.25)
 """Of ``u``, of the search for the best size at one correlation time: at first, and from the next strip's."""
 _MODE_STEPS = np.array([0.1, 0.3])
@@ -68,7 +68,7 @@ cell there is looked at by chance; one that lies twice as many below the best is
 _MOST_CELLS = 80
 _OUTSIDE = 1e10
 _SUBCELLS = np.stack(np.meshgrid(*2 * [np.linspace(-0.5, 0.5, 17)[1::2]]), axis=-1).reshape(-1, 2)
-"""Points of a cell, in its sides, that tell how much of it lies within the prior."""
+"""Points of a cell, in its sides, that show how much of it lies within the prior."""
 _SLIGHT = 1e-9
 """Probability of a part below which a mixture does without it."""
 
@@ -144,7 +144,7 @@ class Weighable(Protocol):
         ...
 
     def marginals(self, point: GridPoint, chosen: int) -> tuple[Array, Array]:
-        """Marginals of the coefficients in a set at a point that has been weighed, in units of ``scale``."""
+        """Marginals of the coefficients in a set at an evaluated point, in units of ``scale``."""
         ...
 
 
@@ -161,7 +161,7 @@ class Problem:
     positive : ndarray of bool, shape (p,)
         Which coefficients have to be positive.
     sets : ndarray of bool, shape (m, p)
-        Sets of columns to weigh.
+        Sets of columns to evaluate.
     log_prior : ndarray, shape (m,)
         Log prior probabilities of the sets.
     reference : ndarray, shape (p,)
@@ -199,7 +199,7 @@ class Problem:
         )
 
     def marginals(self, point: GridPoint, chosen: int) -> tuple[Array, Array]:
-        """Marginals of the coefficients in a set at a point that has been weighed, in units of ``scale``."""
+        """Marginals of the coefficients in a set at an evaluated point, in units of ``scale``."""
         gram, columns = self.whiten_at(point.ratio, point.tau).gram, self.sets[chosen]
         found = point.found
         posterior = set_posterior(
@@ -217,7 +217,7 @@ class GridPoint:
     ratio, tau : float
         ``q / sigma``, zero for no force, and the correlation time as a phase.
     log_volume : float
-        Log prior probability of the cell it stands for.
+        Log prior probability of its cell.
     found : WeighedSets
         All sets given these.
     """

@@ -55,7 +55,7 @@ _NO_FORCE = (0.0, 1.0)
 
 @dataclass(frozen=True, eq=False)
 class _Coordinates:
-    """Columns of a sampler's coordinates as what they stand for."""
+    """Columns of a sampler's coordinates by name."""
 
     scaled: Array
     log_variance: Array

@@ -56,7 +56,7 @@ _NO_CHANGE = 1e-9
 _EVEN = 0.5
 """Of the mean step, by which steps may differ: stamps with jitter, but no sample missing."""
 _TELLING = 0.02
-"""Of the median of the information on a jump, below which a sample is too near the end to tell of one."""
+"""Of the median of the information on a jump, below which a sample is too near the end to show one."""
 
 
 def sensor_row(order: int, slope: Array | None = None) -> Array:
@@ -88,7 +88,7 @@ def shown(states: Array, row: Array) -> Array:
 
 @dataclass(frozen=True)
 class CorrelatedError:
-    """An error of the sensor that neighbouring samples share, beside its white noise.
+    """An error of the sensor that neighbouring samples share, in addition to its white noise.
 
     Attributes
     ----------
@@ -322,7 +322,7 @@ def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -
     """
     if clock.autoregression is not None:
         if ratio > 0.0:
-            raise ValueError("a random force beside coloured noise is whitened, not smoothed")
+            raise ValueError("a random force with coloured noise is whitened, not smoothed")
         # nothing but the law moves
         return np.zeros((len(columns), 4, columns.shape[1])), np.zeros((len(columns), 4, 4))
     return _smoothed(columns, clock, row, ratio, tau)[:2]
@@ -333,7 +333,7 @@ def jump_scores(column: Array, clock: Clock, row: Array, ratio: float, tau: floa
 
     The derivatives of the log density of a column with respect to the jumps (de Jong and Penzer's auxiliary
     residuals): normal with the sd of the white noise, one to the next alike, where the column is what the
-    filter describes. Zero where the samples after it tell nothing of a jump.
+    filter describes. Zero where the samples after it say nothing about a jump.
 
     Parameters
     ----------
@@ -637,7 +637,7 @@ def _looked_back(
     gains: Array,
     predicted: Array,
 ) -> tuple[Array, Array, Array]:
-    """States given all samples, in place, their covariance, and what later samples tell of a jump.
+    """States given all samples, in place, their covariance, and what later samples say about a jump.
 
     That is of the force of the first column, shape (n, 2): what all later samples say of a jump and how much
     they can say.
@@ -661,7 +661,7 @@ def _looked_back(
             information = _product(_product(information, f, half), f, information)
         scale = gains[i, 4]
         if scale > 0.0:
-            # what the later samples tell of the state before this one, and this one itself
+            # what the later samples say about the state before this one, and this one itself
             both = scale * scale
             for a in range(3):
                 read[a] = rows[i if changes else 0, a]

@@ -11,7 +11,7 @@ has one direction of motion. Friction jumps there, so that no force linear in ti
 goes on from either side under the mean force of the interval before and after, and the crossing is halfway
 between where both find it.
 
-A pendulum's restoring force ``sin x`` is taken along the measured motion ``xm``, and beside it by its slope,
+A pendulum's restoring force ``sin x`` is taken along the measured motion ``xm``, and near it by its slope,
 
 .. math:: \sin x \approx \kappa x + (\sin x_m - \kappa x_m), \quad \kappa \approx \cos x_m:
 
@@ -40,7 +40,7 @@ from friction_bayes.statespace.transition import initial_response
 __all__ = ["LEEWAY", "NEAR_TURN", "MeasuredPath", "Points", "stiffness_along"]
 
 NEAR_TURN = 0.02
-"""Phase from a turning point within which an accelerometer, which jumps there, tells nothing: its sample may
+"""Phase from a turning point within which an accelerometer, which jumps there, says nothing: its sample may
 be on either side, and what a fit takes it for it would hold for certain. One sample in eighty is as near."""
 
 _ABSCISSAE, _WEIGHTS = (0.5 * each for each in np.polynomial.legendre.leggauss(3))
@@ -177,7 +177,7 @@ class MeasuredPath:
     def serves(self, x: Array, force: float) -> bool:
         """Whether the slopes along this path hold for another motion, of displacements ``x``, shape (n,).
 
-        What they leave out of the restoring force is then small beside a ``force`` that is looked for.
+        What they leave out of the restoring force is then small compared with a ``force`` that is looked for.
         """
         left_out = self.restoring(x) - self.restoring(self.x) - self.slope * (x - self.x)
         return bool(np.max(np.abs(left_out)) < _LEFT_OUT * force)

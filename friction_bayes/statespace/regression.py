@@ -1,6 +1,6 @@
 """A record as a regression on the columns of its law along the measured motion, given the random force.
 
-The first round weighs forces along a motion smoothed without a law, and only to smooth again: what the law
+The first round evaluates forces along a motion smoothed without a law, and only to smooth again: what the law
 explains is not noise of the motion. The next one goes along the motion smoothed with that law, in natural
 units of the frequency found.
 """
@@ -55,7 +55,7 @@ class LawRegression:
     positive : ndarray of bool, shape (p,)
         Which coefficients have to be positive.
     sets : ndarray of bool, shape (m, p)
-        Sets of columns to weigh.
+        Sets of columns to evaluate.
     log_prior : ndarray, shape (m,)
         Log prior probabilities of the sets.
     stiffness : int
@@ -110,7 +110,7 @@ class LawRegression:
         return {}
 
     def whiten_at(self, ratio: float, tau: float) -> Whitened:
-        """The same about the reference law, remembered: draws come from the points that were weighed."""
+        """The same about the reference law, remembered: draws come from the points that were evaluated."""
         if (ratio, tau) not in self._known:
             self._known[ratio, tau] = whiten(self._about_reference, self.clock, self.row, ratio, tau)
         return self._known[ratio, tau]
@@ -276,6 +276,6 @@ def near_least_squares(gram: Array, columns: Mask | None = None) -> Array:
 def frequency_change(kappa: float) -> float:
     """Frequency over the reference frequency for a correction of the stiffness.
 
-    A law that would stop the oscillation is none.
+    A law that would stop the oscillation does not count.
     """
     return math.sqrt(max(1.0 + kappa, 0.25))

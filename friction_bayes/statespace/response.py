@@ -149,7 +149,7 @@ def at_sensor(states: Array, row: Array, forces: Array | None = None) -> Array:
 
 
 def beside_oscillator(path: MeasuredPath, feedback: Feedback) -> Array:
-    """What a force that depends on the motion makes of a perturbation, beside the oscillator.
+    """What a force that depends on the motion makes of a perturbation, in addition to the oscillator.
 
     Over each interval, from the state that the oscillator alone would lead to, shape (n - 1, 2, 2).
     """

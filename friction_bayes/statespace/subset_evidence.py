@@ -1,4 +1,4 @@
-r"""Every set of columns of a regression weighed on one whitened Gram matrix.
+r"""Every set of columns of a regression evaluated on one whitened Gram matrix.
 
 Given size and correlation time of the random force the record is ``y = X b + noise`` with known sums
 ``G = X' inv(V) X``. Columns come multiplied by the prior sd of their coefficient, so that ``b ~ N(0, 1)`` for
@@ -132,7 +132,7 @@ def nest(sets: Mask) -> NestedSets:
     """Nest sets of columns, shape (m, p).
 
     Columns that many sets hold come first, the commonest before all, then the others from the rarest on: two
-    sets that follow each other part late, where few columns are left to be told about.
+    sets that follow each other part late, where few columns are left to differ in.
     """
     share = sets.mean(axis=0)
     often = share >= _OFTEN
@@ -221,7 +221,7 @@ def bound_sets(
     lam: float | None = None,
     nested: NestedSets | None = None,
 ) -> SetBounds:
-    """Bound the weight of all sets from above, which costs much less than to weigh them.
+    """Bound the weight of all sets from above, which costs much less than to evaluate them.
 
     Parameters
     ----------
@@ -265,7 +265,7 @@ def weigh_sets(
     least_noise2: float = 0.0,
     nested: NestedSets | None = None,
 ) -> WeighedSets:
-    """Weigh all sets; parameters as of :func:`bound_sets`."""
+    """Evaluate all sets; parameters as of :func:`bound_sets`."""
     bounds = bound_sets(
         whitened, reference, positive, sets, log_prior, least_noise2=least_noise2, nested=nested
     )
@@ -280,7 +280,7 @@ def weigh_bounded(
     bounds: SetBounds,
     best: float = -math.inf,
 ) -> WeighedSets:
-    """Weigh the sets that may matter, given what all of them can have at most.
+    """Evaluate the sets that may matter, given what all of them can have at most.
 
     Parameters
     ----------
@@ -289,7 +289,7 @@ def weigh_bounded(
     bounds : SetBounds
         What that found.
     best : float
-        Log weight of a set that is not among these, beside which they may not matter.
+        Log weight of a set that is not among these, compared with which they may not matter.
     """
     order = np.argsort(-bounds.log_weight)
     regression = _Regression(whitened.gram, whitened.log_determinant, whitened.used, reference, positive)

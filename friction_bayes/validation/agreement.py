@@ -106,7 +106,7 @@ class Check:
 
 @dataclass(frozen=True, kw_only=True)
 class Agreement:
-    """Verdict on a closed form beside draws.
+    """Verdict on a closed form compared with draws.
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ def compare(
     InputError
         If ``expected`` is no continuous distribution with its parameters, no numbers or fewer than
         ``minimum_ess`` of them; if draws are no
-        numbers or their axes are exchanged; if ``ess`` or a rate is none.
+        numbers or their axes are exchanged; if ``ess`` or a rate is no valid number.
 
     Notes
     -----

@@ -198,7 +198,7 @@ def uniformity(pit: ArrayLike, *, false_alarm_rate: float = 0.01, seed: int | No
     false_alarm_rate : float
         Of all checks of all parameters together (Bonferroni).
     seed : int, optional
-        Kept beside the result.
+        Kept with the result.
 
     Raises
     ------
@@ -262,7 +262,7 @@ def rank_pit(draws: ArrayLike, truth: ArrayLike, rng: np.random.Generator | int)
     if true.shape != values.shape[:-1]:
         raise InputError(
             "draws",
-            f"shape {values.shape} beside a truth of shape {true.shape}",
+            f"shape {values.shape} for a truth of shape {true.shape}",
             "put the draws of each truth on the last axis",
         )
     rank = (values < true[..., None]).sum(axis=-1)

@@ -184,7 +184,7 @@ def test_a_push_before_rest_is_warned_of(plain: Array, write_csv: WriteCsv, caps
     record = write_csv("decay.csv", TIME, plain + 0.008 * np.sin(10.0 * later), "displacement_m")
     assert main(["estimate", str(record), *DECLARED]) == 0
     shown = " ".join(capsys.readouterr().out.split())
-    assert -1 < shown.index("warning beside friction a force") < shown.index("friction / stiffness")
+    assert -1 < shown.index("warning in addition to friction a force") < shown.index("friction / stiffness")
     assert re.search(r"would have to act \d+ times as large, which is rather a push", shown)
 
 

@@ -179,7 +179,7 @@ def test_fleet_to_report(
     result = strict(out / "monitor.json")
     page = unescape((out / "report.html").read_text(encoding="utf-8"))
     assert page.index("<td>p2</td>") < page.index("<td>p1</td>") < page.index("<td>p3</td>")
-    assert "All machines stand below, the shortest remaining life first." in page
+    assert "All machines are listed below, the shortest remaining life first." in page
     assert page.count("<img ") == 1
     assert list(result) == ISO_13374
     # the second pump wears faster, the third cannot be followed

@@ -62,15 +62,26 @@ def test_simulated_default_comes_to_rest(tmp_path: Path, capsys: pytest.CaptureF
     assert "the record is synthetic" in result["notes"]
 
 
-def test_a_shell_is_told_how_a_line_goes_on(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize(
+    ("line", "completed"),
+    [
+        ("estimate x.csv --meth", ["--method"]),
+        ("estimate x.csv --method w", ["waveform"]),
+        ("estimate x.csv --quantity angular_v", ["angular_velocity"]),
+        ("close-loop x.csv --exclude friction_d", ["friction_drift"]),
+    ],
+)
+def test_a_shell_is_told_how_a_line_goes_on(
+    line: str, completed: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["completion", "bash"]) == 0
     assert "complete " in capsys.readouterr().out
-    line = "friction-bayes estimate x.csv --meth"
+    line = f"friction-bayes {line}"
     asked = {"_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line))}
     told = tmp_path / "told"
     asked["_ARGCOMPLETE_STDOUT_FILENAME"] = str(told)
     subprocess.run([sys.executable, "-m", "friction_bayes"], env=os.environ | asked, check=True)
-    assert told.read_text().split() == ["--method"]
+    assert told.read_text().split() == completed
 
 
 def test_datasets_list(capsys: pytest.CaptureFixture[str]) -> None:

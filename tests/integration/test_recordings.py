@@ -265,8 +265,7 @@ def test_a_decay_is_chosen_of_several(
         line = refused(*command)
         assert "holds 3 free decays, 1: 1.2" in line
         assert line.endswith(
-            "choose one with --decay N or each with --decay all (split_decays in Python), or part of the "
-            "record with --start and --end"
+            "choose one by --decay N, each by --decay all, or part of the record by --start and --end"
         )
         assert "--decay: 4, and the record holds 3 free decays" in refused(*command, "--decay", "4")
         assert "--decay: '0' is neither a number from 1 upwards nor all" in refused(*command, "--decay", "0")

@@ -17,7 +17,7 @@ from friction_bayes.cli.console import (
     progress_bar,
 )
 from friction_bayes.cli.extensions import register_extensions
-from friction_bayes.cli.options import add_output_folder, add_seed, add_system, options_of
+from friction_bayes.cli.options import add_output_folder, add_seed, add_system, completed_by, options_of
 from friction_bayes.cli.records import (
     add_record,
     input_digests,
@@ -41,7 +41,7 @@ __all__ = ["add_parser"]
 _EPILOG = """verdicts:
   adequate     Coulomb friction alone leaves only noise
   explained    one set of effects holds at least 95 % of the probability
-  ambiguous    several sets hold it together; the next experiment would tell them apart
+  ambiguous    several sets hold it together; the next experiment would separate them
   unexplained  what is left, the forecast, or records or witnesses at odds forbid to use the number
 
 examples:
@@ -71,8 +71,12 @@ def add_parser(commands: Any) -> None:
     )
     model = parser.add_argument_group("loop")
     which = model.add_mutually_exclusive_group()
-    which.add_argument("--effects", metavar="A,B,..", help="try these effects only (default: the catalogue)")
-    which.add_argument("--exclude", metavar="A,..", help="try all effects but these")
+    for option, text in (
+        ("effects", "try these effects only (default: the catalogue)"),
+        ("exclude", "try all effects but these"),
+    ):
+        chosen = which.add_argument(f"--{option}", metavar="A,B,..", help=text)
+        completed_by(chosen, "friction_bayes.mechanics.effects:EFFECTS")
     model.add_argument(
         "--noise",
         default="auto",
@@ -159,7 +163,7 @@ def _close(arguments: argparse.Namespace, folder: Path) -> tuple[dict[str, Any],
     write_loop(report, result, made, folder)
     write_manifest(folder, made)
     read = what_was_read_of_each(records)
-    # the part fitted is told of the first record
+    # the part fitted is that of the first record
     fitted = result["fitted"]
     read[0] += f"; {fitted_part(fitted['from_s'], fitted['to_s'], fitted['half_cycles'])}"
     return result, read

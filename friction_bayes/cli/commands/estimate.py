@@ -18,7 +18,14 @@ from friction_bayes.cli.console import (
     progress_bar,
 )
 from friction_bayes.cli.extensions import note_effects_without_part, register_extensions
-from friction_bayes.cli.options import add_output_folder, add_seed, add_system, key_values, options_of
+from friction_bayes.cli.options import (
+    add_output_folder,
+    add_seed,
+    add_system,
+    completed_by,
+    key_values,
+    options_of,
+)
 from friction_bayes.cli.records import (
     add_record,
     input_digests,
@@ -84,7 +91,10 @@ def add_parser(commands: Any) -> None:
     )
     parser.add_argument("records", metavar="RECORD", nargs="+", help="files, or dataset:NAME[/PART]")
     model = parser.add_argument_group("estimate")
-    model.add_argument("--method", default="waveform", metavar="NAME", help="see below (default: waveform)")
+    method = model.add_argument(
+        "--method", default="waveform", metavar="NAME", help="see below (default: waveform)"
+    )
+    completed_by(method, "friction_bayes.estimators.registry:ESTIMATORS")
     model.add_argument(
         "--prior",
         action="append",

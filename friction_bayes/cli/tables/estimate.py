@@ -90,7 +90,7 @@ def records_table(
 
 
 def comparison_table(title: str, truth: float, rows: Sequence[Mapping[str, Any]]) -> Table:
-    """Lay out estimators of one record side by side, each beside its reference run.
+    """Lay out estimators of one record side by side, each with its reference run.
 
     Parameters
     ----------

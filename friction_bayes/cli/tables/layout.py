@@ -9,7 +9,7 @@ __all__ = ["two_columns"]
 
 
 def two_columns(title: str | None = None) -> Table:
-    """Return an empty grid of labels and what they stand for."""
+    """Return an empty grid of labels and texts."""
     table = Table.grid(padding=(0, 3))
     if title is not None:
         table.title = Text(title, style="bold")

@@ -18,7 +18,7 @@ __all__ = ["fleet_table", "monitor_table"]
 _MOST = 20
 """Machines shown of a fleet; the files hold all."""
 _IN_WORDS = ("point", "record", "machine", "remaining life")
-"""Headings over words, which stand on the left."""
+"""Headings over words, which are aligned left."""
 
 
 def monitor_table(result: Mapping[str, Any], read: Sequence[str]) -> Group:

@@ -24,8 +24,8 @@ _OF_THE_SENSOR = {"whiteness", "spectrum", "tails"}
 
 _OF_RECORDS = (
     "Close the loop on each record by itself, and look for what was not the same between them: mounting, "
-    "temperature, wear, the side of the release. Where friction is known to differ --varying-friction gives "
-    "its mean and its spread."
+    "temperature, wear, the side of the release. Where friction is known to differ, fit it as varying "
+    "(--varying-friction, varying_friction=True): its mean and its spread are then found."
 )
 
 

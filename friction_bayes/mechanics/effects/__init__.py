@@ -1,6 +1,6 @@
 """The effect catalogue: what may make a record differ from a Coulomb decay with white noise.
 
-To add an effect, write one small file beside the others and name it in :data:`BUILT_IN`; from outside the
+To add an effect, write one small file next to the others and name it in :data:`BUILT_IN`; from outside the
 package, call :func:`register`.
 """
 

@@ -40,7 +40,7 @@ class Parameter:
     ----------
     name : str
     unit : str
-        For linear systems; the word ``signal`` in it stands for the unit of the signal, ``(signal)`` for that
+        For linear systems; the word ``signal`` in it means the unit of the signal, ``(signal)`` for that
         with the parentheses that a quotient needs: 1/m, but 1/(m/s).
     angular_unit : str or None
         For rotational systems, where it differs.
@@ -109,9 +109,9 @@ class Effect:
         Effects it never appears together with.
     per_record : bool
         Whether its parameters differ between records: those of the machine do not; those of what begins
-        anew with each release, or of the sensor as it stood then, do.
+        anew with each release, or of the sensor as it was mounted then, do.
     least_swing : float
-        Amplitude of the motion below which it cannot be told from another effect [m or rad].
+        Amplitude of the motion below which it cannot be distinguished from another effect [m or rad].
     series : tuple of Extent
         Of a series, how far it may reach, each as probable; empty where all of its parameters act.
     """
@@ -132,7 +132,7 @@ class Effect:
             return ""
         unit = "rad" if scales.system.angular else "m"
         return (
-            f"a swing of {scales.amplitude:.2g} {unit} does not tell it from other effects, "
+            f"a swing of {scales.amplitude:.2g} {unit} does not distinguish it from other effects, "
             f"{self.least_swing:.2g} {unit} would"
         )
 
@@ -221,7 +221,7 @@ class SensorEffect(Effect):
         Quantities whose sensors may have it; empty where those of any may.
     shapes : callable, optional
         ``shapes(size)`` returns what the parameters after the first, which shape the distortion, are taken at
-        beside a size of the first, in which alone it is linear then.
+        at a size of the first, in which alone it is linear then.
     """
 
     kind: ClassVar[str] = "sensor"
@@ -306,6 +306,6 @@ class GrowingNoiseEffect(NoiseEffect):
 
 @dataclass(frozen=True, kw_only=True)
 class ProcessEffect(Effect):
-    """A random process that drives the motion beside the forces of the law."""
+    """A random process that drives the motion in addition to the forces of the law."""
 
     kind: ClassVar[str] = "process"

@@ -1,7 +1,7 @@
 """Friction that depends on the position, ``r (1 + a x + b x^2)``: ``r`` is that at the rest.
 
 A guide that binds on one side, a weight that leaves its track at the ends of the swing. The slope takes no
-energy out of a full cycle; the curvature takes as much as quadratic drag does, and is told from it by the
+energy out of a full cycle; the curvature takes as much as quadratic drag does, and differs from it by the
 shape within a cycle.
 """
 

@@ -34,7 +34,7 @@ def _force(
     # on the way out friction is fully turned; within the dead band the contact sticks
     if p[i] <= 0.0 or x * direction >= 0.0 or pull <= friction:
         return 0.0
-    # close to the turning point the pull is constant, and the speed tells the distance: m v^2 = 2 k |x| s
+    # close to the turning point the pull is constant, and the speed gives the distance: m v^2 = 2 k |x| s
     distance = 0.5 * mass * v * v / pull
     return -2.0 * friction * direction * math.exp(-distance / p[i])
 

@@ -1,4 +1,4 @@
-r"""A force that fluctuates beside the others: an Ornstein-Uhlenbeck process.
+r"""A force that fluctuates in addition to the others: an Ornstein-Uhlenbeck process.
 
 Its values a time ``s`` apart are normal with covariance ``sd**2 exp(-|s| / correlation_time)``.
 """

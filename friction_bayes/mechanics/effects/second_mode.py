@@ -1,4 +1,4 @@
-"""Another mode of the machine or of its mount that rings beside the motion and dies out.
+"""Another mode of the machine or of its mount that rings in addition to the motion and dies out.
 
 What the sensor shows of it: the two modes are taken not to act on each other.
 """

@@ -1,7 +1,7 @@
 """A sensor that lags behind by a fixed amount on the way: an encoder's held count, backlash.
 
 With backlash the reading waits after each turning point until the play, twice the lag, is taken up. Of plays
-these two are weighed, none and twice the lag, and no third: what is told of one has no spread.
+these two are evaluated, zero and twice the lag, and no third: the size of one has no spread.
 """
 
 from __future__ import annotations

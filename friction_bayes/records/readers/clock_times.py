@@ -1,6 +1,6 @@
 """Times of the day and dates, ``12:03:04.250`` or ``2024-03-01T12:03:04.250``, as seconds from the first.
 
-The day may stand before the month, ``1.3.2024 12:03:04``, or after it, ``3/1/2024 12:03:04``. Which it is
+The day may come before the month, ``1.3.2024 12:03:04``, or after it, ``3/1/2024 12:03:04``. Which it is
 matters where a recording goes on beyond midnight alone: then it has to be clear.
 """
 
@@ -32,7 +32,7 @@ def is_clock_time(cell: str) -> bool:
 
 
 def seconds_from_first(cells: Sequence[str]) -> Array | None:
-    """Return times of the day, shape (n,), as seconds from the first; None where a cell is none.
+    """Return times of the day, shape (n,), as seconds from the first; None where a cell holds no time.
 
     Without dates a time that is earlier by more than half a day is one of the next day. So it is where dates
     do not say whether the month or the day comes first.
@@ -57,7 +57,7 @@ def seconds_from_first(cells: Sequence[str]) -> Array | None:
 def _order_of_dates(found: Sequence[re.Match[str]]) -> str:
     """Which of the first two numbers of dates that end in the year is the day; ``unknown`` if none says so.
 
-    Points stand between them where the day comes first. A number above twelve is no month, and of a night
+    There are points between them where the day comes first. A number above twelve is no month, and of a night
     that a recording goes through the number that changes is the day.
     """
     dates = {(each["first"], each["mark"], each["second"]) for each in found if each["last"]}

@@ -75,7 +75,7 @@ def hdf5_vectors(path: Path, format_name: str) -> list[Hdf5Vector]:
     """
     import h5py
 
-    # a text, say, needs no process to be told from it
+    # a text, say, needs no process to be recognised
     if not h5py.is_hdf5(path):
         raise InputError(
             str(path), f"this is not {format_name} (it begins otherwise)", "give the suffix of its format"

@@ -18,7 +18,7 @@ from friction_bayes.core.errors import InputError
 __all__ = ["arrays_read_by", "write_arrays_of"]
 
 _LONGEST = 30.0
-"""Seconds that reading may take, beside those for the size of the file."""
+"""Seconds that reading may take, in addition to those for the size of the file."""
 _BYTES_A_SECOND = 2e6
 
 Arrays = Mapping[str, NDArray[Any]]

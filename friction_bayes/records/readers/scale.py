@@ -1,4 +1,4 @@
-"""The unit of a signal and what a number of its file stands for, by the file, ``--unit`` and ``--scale``."""
+"""The unit of a signal and what a number of its file means, by the file, ``--unit`` and ``--scale``."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def unit_and_factor(
             f"give --unit, one of {units}",
         )
     calibrated = scale is not None and stated in UNCALIBRATED_UNITS
-    # what stands in brackets may be no unit at all: there the option has the word
+    # what is in brackets may be no unit at all: there the option has the word
     if stated in known_units(kind) and not calibrated and to_si(kind, chosen) != to_si(kind, stated):
         remedy = "give --scale too" if stated in UNCALIBRATED_UNITS else "give one of them"
         raise InputError(place, f"column {column!r} is in {stated}, --unit says {unit}", remedy)

@@ -155,14 +155,14 @@ def times_of(column: Column, table: Table, place: str, clock_name: str) -> NDArr
     if missing.size:
         raise InputError(
             f"{place}: row {missing[0]}",
-            f"column {clock_name}: the cell is empty beside a sample",
+            f"column {clock_name}: the cell is empty next to a sample",
             "correct or remove that row",
         )
     return time[np.searchsorted(clock.rows, column.rows)]
 
 
 def _one_run(table: Table, place: str, run: int | None) -> Table:
-    """Return the columns of one run, under names without it, beside those of no run."""
+    """Return the columns of one run, under names without it, with those of no run."""
     named = {name: split_run(name) for name in table.columns}
     runs = sorted({found for _, found in named.values() if found is not None})
     known = ", ".join(map(str, runs))
@@ -202,7 +202,7 @@ def _time_name(table: Table, place: str, wanted: str | int | None) -> str | None
     found = [name for name, column in table.columns.items() if is_time(name, column)]
     found = _outermost(found) or _in_seconds(table)
     elapsed = [name for name in found if table.columns[name].since is None]
-    # a stamp beside the seconds of a measurement says when that was
+    # a stamp next to the seconds of a measurement says when that was
     found = elapsed or found
     if len(found) > 1:
         raise InputError(place, f"several time columns: {', '.join(found)}", "name one with --time-column")
@@ -210,7 +210,7 @@ def _time_name(table: Table, place: str, wanted: str | int | None) -> str | None
 
 
 def _outermost(names: list[str]) -> list[str]:
-    """Those that are no members of a struct, if there are any: the others say more by where they stand."""
+    """Those that are no members of a struct, if there are any: the others say more by their place."""
     return [name for name in names if "." not in name] or names
 
 
@@ -299,8 +299,10 @@ def _headerless(table: Table, place: str) -> InputError | None:
 def _stated(name: str, column: Column) -> tuple[Quantity | None, str | None]:
     """Return quantity and unit that the file itself or a column's name states."""
     header = read_header(name)
-    unit = header.unit if column.unit is None else plain_unit(column.unit)
-    return QUANTITIES.get(column.quantity or "") or header.quantity, unit
+    kind = QUANTITIES.get(column.quantity or "") or header.quantity
+    if column.unit is None:
+        return kind, header.unit
+    return kind or read_header(f"{name} ({column.unit})").quantity, plain_unit(column.unit)
 
 
 def _meaning(

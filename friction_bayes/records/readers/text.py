@@ -6,6 +6,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import QUANTITIES, TIME_UNITS, known_units
 from friction_bayes.core.unit_spelling import plain_unit
 from friction_bayes.records.readers.clock_times import is_clock_time, seconds_from_first
+from friction_bayes.records.readers.labview import completed
 from friction_bayes.records.readers.table import Column, Table
 
 __all__ = ["TEXT_SUFFIXES", "decode", "read_text", "table_of_lines"]
@@ -51,14 +53,16 @@ def read_text(path: Path, *, skip_rows: int = 0) -> Table:
     InputError
         If a row has the wrong number of cells, or a cell that is not a number; names the row.
     """
-    return table_of_lines(path, decode(path, path.read_bytes()).splitlines(), skip_rows=skip_rows)
+    lines, units = completed(path, decode(path, path.read_bytes()).splitlines())
+    columns = table_of_lines(path, lines, skip_rows=skip_rows).columns
+    return Table({name: replace(column, unit=units.get(name)) for name, column in columns.items()})
 
 
 def table_of_lines(path: Path, lines: Sequence[str], *, skip_rows: int = 0) -> Table:
     """Return the table that lines of text are.
 
     Columns are separated by semicolons, tabs, commas or blanks, whichever the rows of numbers have. What
-    stands above the header line, and lines that are blank, begin with ``#`` or are a rule of dashes, is
+    is above the header line, and lines that are blank, begin with ``#`` or are a rule of dashes, is
     passed over; a comment ``# synthetic`` marks the record. A row of units under the header line belongs to
     it. Empty cells at the top or the end of a column are no part of it: runs side by side differ in length.
 
@@ -125,7 +129,7 @@ def _by_number(count: int) -> list[str]:
 
 
 def _commented_names(above: Sequence[str], count: int) -> list[str] | None:
-    """So many names on a comment right above the numbers, as NumPy writes them; None where there are none."""
+    """So many names on a comment right above the numbers, as NumPy writes them; otherwise None."""
     line = next((line.strip() for line in reversed(above) if line.strip()), "")
     if not line.startswith("#"):
         return None
@@ -135,7 +139,7 @@ def _commented_names(above: Sequence[str], count: int) -> list[str] | None:
 
 
 def _layout(path: Path, kept: list[tuple[int, str]]) -> tuple[list[str], list[tuple[int, list[str]]]]:
-    """Tell the header from what stands above it; return names and rows, each with its number in the file."""
+    """Separate the header from the lines above it; return names and rows with their numbers in the file."""
     # what most rows look like, from some strewn over all but the top of the file
     some = [line for _, line in kept[len(kept) // 4 :: max(len(kept) // _LOOKED_AT, 1)]]
     separator = Counter(map(_separator, some)).most_common(1)[0][0]
@@ -232,7 +236,7 @@ def decode(path: Path, raw: bytes) -> str:
     Raises
     ------
     InputError
-        If it is none.
+        If it is no text.
     """
     utf16 = "utf-16" if raw.startswith((b"\xff\xfe", b"\xfe\xff")) else _utf16_without_mark(raw)
     if utf16 is not None:

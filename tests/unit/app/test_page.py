@@ -202,3 +202,12 @@ def test_axe_finds_no_barrier(width: int, address: str, raw: dict[str, Path]) ->
         browser.get_by_text("samples, ").wait_for(timeout=SOON_MS)
         assert axe.Axe().run(browser)["violations"] == []
         assert browser.evaluate("document.documentElement.scrollWidth") == width
+        # axe does not see white on white
+        button = browser.get_by_role("button", name="Find friction")
+        assert shades(button.screenshot()) > 20
+        choose(browser, mass=f"{SYSTEM.mass}", stiffness=f"{SYSTEM.stiffness}")
+        button.click()
+        stop = browser.get_by_role("button", name="Stop")
+        stop.wait_for(timeout=SOON_MS)
+        assert browser.evaluate("document.documentElement.scrollWidth") == width
+        stop.click()

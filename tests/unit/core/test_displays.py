@@ -25,6 +25,25 @@ def test_figures_by_name(estimate: fb.Estimate, what: str) -> None:
     assert estimate.plot(what).axes
 
 
+@pytest.fixture(scope="module")
+def wear() -> fb.MonitorReport:
+    records = [short_decay(friction=friction, seed=k) for k, friction in enumerate((0.05, 0.06, 0.07))]
+    return fb.monitor_records(records, SYSTEM, threshold=0.2)
+
+
+@pytest.mark.parametrize("what", ["overview", "detection_points", "tracking", "remaining_life"])
+def test_figures_of_monitoring_by_name(wear: fb.MonitorReport, what: str) -> None:
+    assert wear.plot(what).axes
+    with pytest.raises(fb.InputError, match=r"detection_points, overview, remaining_life or tracking"):
+        wear.plot("fit")
+
+
+def test_a_notebook_shows_what_monitoring_advises(wear: fb.MonitorReport) -> None:
+    shown = wear._repr_html_()
+    assert wear.advice()["text"] in shown
+    assert f"{wear.to_dict()['health_assessment']['friction']['mean']:.5g} N" in shown
+
+
 def test_a_figure_that_there_is_not_is_refused_with_those_that_there_are(estimate: fb.Estimate) -> None:
     with pytest.raises(
         fb.InputError, match=r"what: 'joint' is no figure .*amplitudes, fit, friction, overview or residual"

@@ -92,7 +92,7 @@ def test_forged_manifest_removes_nothing_outside(tmp_path: Path) -> None:
 
 def test_filled_folder_needs_force(tmp_path: Path) -> None:
     (tmp_path / "x").write_text("1")
-    with pytest.raises(InputError, match="--force"), output_folder(tmp_path):
+    with pytest.raises(InputError, match="add force"), output_folder(tmp_path):
         raise AssertionError("entered")
 
 

@@ -81,8 +81,7 @@ def test_it_is_the_first_note_and_no_mass_is_doubted_for_it(seed: int) -> None:
     record = swing(PENDULUM, 1.4, seed)
     found = fb.estimate(record, SPRING, method="envelope")
     (note,) = [note for note in found.notes if "looks like a pendulum" in note]
-    assert "--pendulum" in note
-    assert "Pendulum(inertia=, stiffness=)" in note
+    assert "(--pendulum, fb.Pendulum)" in note
     assert not any("check inertia" in note for note in found.notes)
     (segment,) = cut_records([record], SPRING)
     assert "looks like a pendulum" in segment.notes[0]

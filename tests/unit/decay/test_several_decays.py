@@ -72,7 +72,7 @@ def test_a_recording_that_pauses_between_releases_holds_one_after_each_pause(
         friction = estimate(each, SYSTEM, random_force="none").friction
         assert abs(friction.mean() - 0.5) < 4.0 * friction.std()
     with pytest.raises(
-        InputError, match=r"gap of .* where the recording pauses between releases, .* --decay all"
+        InputError, match=r"gap of .* where the recording pauses between releases, .* by split_decays\("
     ):
         estimate(record, SYSTEM)
 

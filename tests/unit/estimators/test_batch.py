@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import dask.array as da
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from scipy import stats
 
-from decays import SYSTEM, long_decay, pushed_decay
+from decays import SYSTEM, long_decay, pushed_decay, short_decay
 from friction_bayes import (
     Estimate,
     InputError,
@@ -417,10 +420,85 @@ def test_records_begin_anywhere_with_their_own_offset_and_as_any_number(rng: np.
             assert many["rest_position"][k] == pytest.approx(one.rest_position, rel=1e-10)
 
 
-def test_records_and_samples_the_wrong_way_round_are_not_nan_in_silence() -> None:
-    values = records("displacement", 3).T
-    with pytest.warns(RecordWarning, match=r"none of 1800 records .* give \(records, samples\)"):
-        result = plain_batch(values, SYSTEM, sampling_rate=RATE)
-    assert not (result["status"] == STATUS.index("ok")).any()
-    named = xr.DataArray(values, dims=("time", "machine"))
-    assert (plain_batch(named, SYSTEM, sampling_rate=RATE)["status"] == STATUS.index("ok")).all()
+@pytest.mark.parametrize(
+    "kind",
+    [
+        np.asarray,
+        np.ndarray.tolist,
+        partial(xr.DataArray, dims=("record", "time")),
+        lambda turned: pd.DataFrame(turned.T),
+        da.from_array,
+        partial(da.from_array, chunks=(500, 2)),
+    ],
+    ids=["NumPy", "lists", "names exchanged", "a row a record", "Dask", "Dask in parts"],
+)
+@pytest.mark.parametrize("count", [3, 1])
+def test_records_and_samples_the_wrong_way_round_are_refused(
+    kind: Callable[[np.ndarray], Any], count: int
+) -> None:
+    turned = kind(records("displacement", count).T)
+    with pytest.raises(
+        InputError, match=r"0% of the rows hold a decay, and (100|67)% of the columns; give \(rec"
+    ):
+        plain_batch(turned, SYSTEM, sampling_rate=RATE).compute()
+
+
+def test_rows_without_a_decay_whose_columns_hold_none_either_are_flagged(rng: np.random.Generator) -> None:
+    found = plain_batch(rng.standard_normal((1000, 800)), SYSTEM, sampling_rate=RATE)
+    assert (found["status"] != STATUS.index("ok")).all()
+
+
+DAYS = np.datetime64("2024-03-01T23:59:58", "ns")
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        lambda values, time: xr.DataArray(values.T, dims=("time", "machine"), coords={"time": time}),
+        lambda values, time: xr.DataArray(
+            values, dims=("record", "time"), coords={"time": DAYS + (1e9 * time).astype("m8[ns]")}
+        ),
+        lambda values, time: pd.DataFrame(values.T, index=time),
+        lambda values, time: pd.DataFrame(values, columns=time, index=["a", "b", "c"]),
+        lambda values, time: pd.DataFrame(values.T, index=pd.to_timedelta(time, unit="s")),
+        lambda values, time: [make_record(time, row, "displacement") for row in values],
+    ],
+    ids=["time first", "dates", "DataFrame", "DataFrame, a row a record", "time differences", "records"],
+)
+def test_records_with_times_need_no_sampling_rate(kind: Callable[..., Any]) -> None:
+    values = records("displacement", 3)
+    found = plain_batch(kind(values, np.arange(values.shape[1]) / RATE), SYSTEM)
+    expected = plain_batch(values, SYSTEM, sampling_rate=RATE)["friction_mean"]
+    np.testing.assert_allclose(found["friction_mean"], expected, rtol=1e-9)
+
+
+def test_masked_samples_are_missing() -> None:
+    values = np.ma.masked_array(records("displacement", 2))
+    values[1, 7] = np.ma.masked
+    found = plain_batch(values, SYSTEM, sampling_rate=RATE)
+    np.testing.assert_array_equal(found["status"], [STATUS.index("ok"), STATUS.index("not_finite")])
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (
+            xr.DataArray(np.ones((2, 900)), dims=("record", "time"), attrs={"units": "mm"}),
+            r"'mm'; convert it to m",
+        ),
+        (
+            xr.Dataset({"x": (("record", "time"), np.ones((2, 900)))}),
+            "a Dataset; give the one of its variables",
+        ),
+        ([np.ones(900), np.ones(899)], "not of one length"),
+        (np.ones((2, 0)), r"shape \(2, 0\)"),
+        (
+            [short_decay(duration=d) for d in (5.0, 4.0)],
+            r"records\[1\]",
+        ),
+    ],
+    ids=["millimetres", "Dataset", "lengths", "empty", "two clocks"],
+)
+def test_what_is_no_batch_is_refused(given: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        plain_batch(given, SYSTEM, sampling_rate=RATE)

@@ -202,7 +202,7 @@ def test_coloured_residuals_are_told(rng: np.random.Generator) -> None:
     viscous = short_decay(friction=FRICTION, duration=10.0, effects=effects)
     decay = find_free_decay(viscous, SYSTEM)
     notes = WAVEFORM.fit(decay, WAVEFORM.default_prior(decay), peaks="highest").notes
-    assert any("close-loop" in note for note in notes)
+    assert any("closing the loop" in note for note in notes)
 
 
 @pytest.mark.parametrize("quantity", ["angle", "angular_velocity", "angular_acceleration"])

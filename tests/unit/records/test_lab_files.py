@@ -91,6 +91,35 @@ def test_labview_writes_its_time_as_x_value(tmp_path: Path) -> None:
     np.testing.assert_array_equal(read_record(path, unit="m").values, SIGNAL)
 
 
+@pytest.mark.parametrize("separator", ["\t", ","], ids=["tabs", "commas"])
+@pytest.mark.parametrize("columns", ["One", "No"])
+@pytest.mark.parametrize("name", ["Displacement", "Untitled"])
+def test_labview_states_units_and_times_in_its_header(
+    separator: str, columns: str, name: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "swing.lvm"
+    head = [
+        ["LabVIEW Measurement", ""],
+        ["Separator", {"\t": "Tab", ",": "Comma"}[separator]],
+        ["X_Columns", columns],
+        ["***End_of_Header***", ""],
+        ["Channels", "1", ""],
+        ["Y_Unit_Label", "Millimeters", ""],
+        ["X_Unit_Label", "ms", ""],
+        ["X0", "3000.0", ""],
+        ["Delta_X", f"{1e3 * float(TIME[1] - TIME[0])!r}", ""],
+        ["***End_of_Header***", "", ""],
+        ["X_Value", name, "Comment"],
+    ]
+    rows = [[f"{3e3 + 1e3 * float(t)!r}" if columns == "One" else "", x] for t, x in ROWS]
+    path.write_text("".join(separator.join(cells) + "\n" for cells in head + rows))
+    found = read_record(path)
+    np.testing.assert_allclose(found.values, 1e-3 * SIGNAL, rtol=1e-15)
+    np.testing.assert_allclose(found["time"], 3.0 + TIME - TIME[0], atol=1e-12)
+    with pytest.raises(fb.InputError, match="is in mm, unit says m"):
+        read_record(path, unit="m")
+
+
 @pytest.mark.parametrize(
     "coded",
     [

@@ -360,8 +360,8 @@ def test_a_run_of_a_file_without_runs_is_refused(tmp_path) -> None:
     [
         ([(40, 5)], r"row 41: column Angle, Ch 1\+2 \(rad\) Run #2: the cell is empty"),
         ([(40, 4)], r"row 41: column Time \(s\) Run #2: the cell is empty"),
-        ([(1, 4)], r"row 2: column Time \(s\): the cell is empty beside a sample"),
-        ([(N - 31, 4), (N - 30, 4)], r"row 90: column Time \(s\): the cell is empty beside a sample"),
+        ([(1, 4)], r"row 2: column Time \(s\): the cell is empty next to a sample"),
+        ([(N - 31, 4), (N - 30, 4)], r"row 90: column Time \(s\): the cell is empty next to a sample"),
     ],
 )
 def test_a_blank_inside_a_run_is_refused(tmp_path, blanks, message) -> None:

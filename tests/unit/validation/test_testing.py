@@ -272,7 +272,7 @@ def test_ranks_among_draws_are_uniform(rng: np.random.Generator) -> None:
         (
             np.zeros((20, 3)),
             np.zeros(3),
-            r"shape \(20, 3\) beside a truth of shape \(3,\); put the draws of each",
+            r"shape \(20, 3\) for a truth of shape \(3,\); put the draws of each",
         ),
         ([[0.0, np.nan]], [0.0], "entry 1 is nan"),
     ],
@@ -343,7 +343,7 @@ def test_prior_recovery_catches_a_missing_jacobian(rng: np.random.Generator) -> 
     # sampling log(s) with the density of s, its Jacobian forgotten, gives draws of gamma(2)
     with pytest.raises(AssertionError, match="prior of s not recovered: mean"):
         testing.assert_prior_recovered({"s": rng.gamma(2.0, size=10_000)}, {"s": prior}, ess=10_000)
-    with pytest.raises(AssertionError, match=r"draws of \['s'\] beside a prior of \['r'\]"):
+    with pytest.raises(AssertionError, match=r"draws of \['s'\] for a prior of \['r'\]"):
         testing.assert_prior_recovered({"s": np.zeros(3)}, {"r": prior})
 
 
