@@ -123,13 +123,13 @@ def next_experiment(candidates: Sequence[Contender], names: Sequence[str]) -> st
     chosen, score = decided[0][best], scores[best]
     if score < logit(settings.SETTINGS.credible_mass):
         return (
-            f"No single further record is expected to tell {names[0]} from {rivals}; "
+            f"No single further record is expected to separate {names[0]} from {rivals}; "
             f"the best, {chosen.what}, is expected to shift the odds by a factor {math.exp(score):.2g}"
             f"{_agreement_on_friction(candidates)}."
         )
     factor = f"{math.exp(score):.2g}" if score < 12.0 else "more than 1e5"
     return (
-        f"Add {chosen.what}: it is expected to tell {names[0]} from {rivals} by a Bayes factor of {factor}"
+        f"Add {chosen.what}: it is expected to separate {names[0]} from {rivals} by a Bayes factor of {factor}"
         f"{_agreement_on_friction(candidates)}."
     )
 
