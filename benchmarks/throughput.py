@@ -23,7 +23,8 @@ from benchmarks.accuracy import written_between
 from friction_bayes import RecordWarning, estimate_batch
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.excursions import excursions_possible
-from friction_bayes.decay.leaps import may_leap
+from friction_bayes.decay.leaps import leaps_possible
+from friction_bayes.decay.located import FOUND
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.decay.spans import extremes
 from friction_bayes.estimators.waveform.glance import glance
@@ -119,7 +120,8 @@ def methods_table(records: Array) -> list[str]:
 def parts_table(records: Array) -> list[str]:
     """Processor time of each part of the default, for one record and one sample of it."""
     step, frequency = 1.0 / RATE, PAPER_SYSTEM.natural_frequency
-    located, widest = locate_free_decays(records, step, frequency, 0), extremes(records).widest
+    located, gap = locate_free_decays(records, step, frequency, 0), extremes(records).gap
+    whose = located.start, located.stop, located.frequency, gap, located.status == FOUND
     fits = fit_waveforms(records, located, 0, 0.0)
 
     def scan() -> None:
@@ -129,7 +131,7 @@ def parts_table(records: Array) -> list[str]:
     works: dict[str, Callable[[], Any]] = {
         "`numpy.sum`": records.sum,
         "extremes, flat tops, stray samples": scan,
-        "leaps": lambda: [may_leap(*each) for each in zip(records, widest, strict=True)],
+        "leaps": lambda: leaps_possible(records, *whose),
         "where the decay lies": lambda: locate_free_decays(records, step, frequency, 0),
         "fit, two readings": lambda: fit_waveforms(records, located, 0, 0.0),
         "residual: whiteness, force, shape of the loss": lambda: glance(records, located, 0, fits),

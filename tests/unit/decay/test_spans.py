@@ -35,7 +35,7 @@ def test_nothing_is_missed_and_most_is_ruled_out(rows: Array) -> None:
     seen = extremes(rows)
     possible = {
         "stray": excursions_possible(seen),
-        "leap": np.array([may_leap(*each) for each in zip(rows, seen.widest, strict=True)]),
+        "leap": np.array([may_leap(*each) for each in zip(rows, seen.gap, strict=True)]),
         "flat": seen.flat,
     }
     found = {
