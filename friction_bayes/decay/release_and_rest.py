@@ -19,6 +19,7 @@ from friction_bayes.decay.block_means import fill_block_means
 from friction_bayes.decay.demodulation import (
     EVIDENCE,
     demodulate,
+    fill_turns,
     phase_of,
     rate_of,
     rough_phase,
@@ -122,6 +123,9 @@ def _about(y: Array, mean: float) -> tuple[float, float]:
 def _phasors(polynomial: Array, scale: float, start: int, n: int) -> tuple[Array, Array]:
     """Cosine and sine of a cubic phase from ``start`` on, turned by its differences, which a cubic ends."""
     cosine, sine = np.empty(n), np.empty(n)
+    if polynomial[2] == 0.0 and polynomial[3] == 0.0:
+        fill_turns(phase_of(polynomial, scale, float(start)), polynomial[1] / scale, cosine, sine)
+        return cosine, sine
     third = 6.0 * polynomial[3] / scale**3
     c3, s3 = math.cos(third), math.sin(third)
     c = s = c1 = s1 = c2 = s2 = 0.0
