@@ -29,7 +29,14 @@ from friction_bayes.estimators.noise.force_screen import (
     probability_of_none,
 )
 from friction_bayes.estimators.noise.noise_level import forces_beside, samples_in_mean
-from friction_bayes.estimators.waveform.least_squares import WaveformFits
+from friction_bayes.estimators.waveform.least_squares import (
+    WaveformFits,
+    finished,
+    fit_one,
+    fit_waveforms,
+    no_fits,
+    prior_weights,
+)
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
     AMPLITUDE,
@@ -47,7 +54,7 @@ from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
 from friction_bayes.statespace.coloured_noise import MOST_LAGS, burg_recursion, most_lags, order_cost
 from friction_bayes.statespace.kalman import sensor_row
 
-__all__ = ["glance"]
+__all__ = ["fit_and_glance"]
 
 _MARGIN = 1.0
 """Log odds by which a test passes that is not made exactly as its long form is."""
@@ -63,21 +70,26 @@ _ODDS_OF_FASTER_LOSS = math.log(SURELY_FASTER / (1.0 - SURELY_FASTER)) - PRIOR_L
 """Log Bayes factor of a loss that is surely not of dry friction alone."""
 
 
-def glance(values: Array, located: Located, order: int, fits: WaveformFits) -> Glance:
-    """Look at the residuals of fits of evenly spaced records.
+def fit_and_glance(
+    values: Array, located: Located, order: int, precision: float
+) -> tuple[WaveformFits, Glance]:
+    """Fit the moving parts of evenly spaced records, and look at what is left while it is near.
 
     Parameters
     ----------
-    values : ndarray, shape (records, n)
-    located : Located
-        Where the moving part of each lies.
-    order : int
-        Derivative order of the signal.
-    fits : WaveformFits
+    values, located, order, precision
+        As for :func:`friction_bayes.estimators.waveform.least_squares.fit_waveforms`.
     """
     found = Glance(np.zeros(len(values), np.bool_), np.zeros(len(values), np.bool_))
-    _glance_all(values, located, order, fits, sensor_row(order), forces_beside(), found)
-    return found
+    forces, row, weight = forces_beside(), sensor_row(order), prior_weights(precision, rest_known=False)
+    if order == 2:
+        # what is left of an acceleration is known once its turning points are left out
+        fits = fit_waveforms(values, located, order, precision)
+        _glance_all(values, located, order, weight, fits, row, forces, found, False)
+        return fits, found
+    fits = no_fits(len(values))
+    _glance_all(values, located, order, weight, fits, row, forces, found, True)
+    return finished(fits, located), found
 
 
 @njit(**KERNEL)
@@ -85,26 +97,32 @@ def _glance_all(
     values: Array,
     located: Located,
     order: int,
+    weight: Array,
     fits: WaveformFits,
     row: Array,
     forces: ForcesBeside,
     found: Glance,
+    to_be_fitted: bool,
 ) -> None:
-    work, short = np.empty(values.shape[1]), np.empty(values.shape[1], np.float32)
+    work, single = np.empty(values.shape[1]), np.empty(values.shape[1], np.float32)
     table = force_table(0.5, 2, row, order, forces)
     for r in range(values.shape[0]):
-        n = located.stop[r] - located.start[r]
-        if not fits.found[r] or n < LEAST_SAMPLES:
+        start, stop = located.start[r], located.stop[r]
+        y, residual = work[: stop - start], single[: stop - start]
+        if to_be_fitted:
+            fit_one(values, EVENLY, located, order, weight, r, work, fits)
+        else:
+            y = values[r, start:stop]
+        if not fits.found[r] or y.size < LEAST_SAMPLES:
             continue
-        p, residual, single = fits.coefficients[r], work[:n], short[:n]
+        p = fits.coefficients[r]
         # about a fitted offset the residual has no mean
-        scale = math.sqrt(n / max(fits.misfit[r], 1e-300))
-        moving = values[r, located.start[r] : located.stop[r]]
-        found.straight[r] = _straight(moving, order, p, fits.kappa[r], fits.stop[r], scale, residual, single)
-        if _surely_uncorrelated(single):
-            angle = 2.0 * p[ADVANCE] / (n - 1)
+        scale = math.sqrt(y.size / max(fits.misfit[r], 1e-300))
+        found.straight[r] = _straight(y, order, p, fits.kappa[r], fits.stop[r], scale, residual)
+        if _surely_uncorrelated(residual):
+            angle = 2.0 * p[ADVANCE] / (y.size - 1)
             block = samples_in_mean(angle)
-            means = np.empty(n // block)
+            means = np.empty(y.size // block)
             fill_block_means(residual, block, 0.0, means)
             if means.size > COEFFICIENTS and _order_zero(means):
                 table = _table_for(angle * block, means.size, row, order, forces, table)
@@ -211,10 +229,9 @@ def _leave(  # type: ignore[no-untyped-def]
     along: float,
     across: float,
     scale: float,
-    out: Array,
-    single: NDArray[np.float32],
+    out: NDArray[np.float32],
 ):
-    """Fill in what a half cycle leaves, times a scale, twice; its sums of ``rc`` and ``rs`` as they are."""
+    """Fill in what a half cycle leaves, times a scale; its sums of ``rc`` and ``rs`` as they are."""
     cosine, sine = turns.cosine, turns.sine
     sum_rc = sum_rs = 0.0
     for j in range(y.size):
@@ -222,7 +239,6 @@ def _leave(  # type: ignore[no-untyped-def]
         sum_rc += r * cosine[j]
         sum_rs += r * sine[j]
         out[j] = r * scale
-        single[j] = r * scale
     return sum_rc, sum_rs
 
 
@@ -234,13 +250,12 @@ def _straight(
     kappa: float,
     stop: int,
     scale: float,
-    residual: Array,
-    single: NDArray[np.float32],
+    residual: NDArray[np.float32],
 ) -> bool:
     """Whether a fit surely leaves nothing that falls faster while the amplitude is larger.
 
     The amplitudes of the half cycles by what is left of each, as in the long form. The residual times a scale
-    is filled in, in both precisions.
+    is filled in.
     """
     samples = Samples(y.size, EVENLY)
     turns = half_cycle_table(samples, p[ADVANCE], p[ADVANCE])
@@ -258,9 +273,7 @@ def _straight(
         constant = p[OFFSET]
         if order == 0:
             constant += p[FRICTION] if half % 2 == 0 else -p[FRICTION]
-        rc, rs = _leave(
-            y[i:end], turns, constant, swing * c, swing * s, scale, residual[i:end], single[i:end]
-        )
+        rc, rs = _leave(y[i:end], turns, constant, swing * c, swing * s, scale, residual[i:end])
         table = turns.sums[end - i]
         rf, ff = c * rc - s * rs, c * c * table[4] - 2.0 * c * s * table[5] + s * s * table[6]
         lost += 0.5 * swing / total
@@ -277,7 +290,7 @@ def _straight(
         if order == 0:
             rest += (1.0 if stop % 2 == 0 else -1.0) * (p[AMPLITUDE] + (kappa - 2.0 * stop) * p[FRICTION])
         for j in range(i, n):
-            residual[j] = single[j] = (y[j] - rest) * scale
+            residual[j] = (y[j] - rest) * scale
     if count < _FEWEST:
         return False
     fitted, rest = regression(matrix, right, square)
