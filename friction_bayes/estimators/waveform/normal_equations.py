@@ -30,7 +30,7 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INLINED, INNER, KERNEL
 from friction_bayes.decay.demodulation import fill_turns
 
 __all__ = [
@@ -229,7 +229,7 @@ def half_cycle_table(samples: Samples, advance: float, held: float) -> Turns:
     return Turns(cosine, sine, sums)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def even_sums(
     y: Array, turns: Turns, start: int, middle: float, order: int, p: Array, constant: float, swing: float
 ) -> _Sums:
@@ -324,7 +324,7 @@ def _uneven_sums(
     )  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _add_half_cycle(matrix: Array, gradient: Array, sums: _Sums, k: float, e: float, swing: float) -> None:
     """Add the products of the columns ``(1, f, e + k f, w h, w g)`` of one half cycle."""
     matrix[OFFSET, OFFSET] += sums.ones
