@@ -27,7 +27,7 @@ from friction_bayes.decay.leaps import leaps_possible
 from friction_bayes.decay.located import FOUND
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.decay.spans import extremes
-from friction_bayes.estimators.waveform.glance import fit_and_glance
+from friction_bayes.estimators.waveform.glance import glance
 from friction_bayes.estimators.waveform.least_squares import fit_waveforms
 from friction_bayes.mechanics.simulate import simulate
 from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM
@@ -122,6 +122,7 @@ def parts_table(records: Array) -> list[str]:
     step, frequency = 1.0 / RATE, PAPER_SYSTEM.natural_frequency
     located, gap = locate_free_decays(records, step, frequency, 0), extremes(records).gap
     whose = located.start, located.stop, located.frequency, gap, located.status == FOUND
+    fits = fit_waveforms(records, located, 0, 0.0)
 
     def scan() -> None:
         seen = extremes(records)
@@ -133,9 +134,7 @@ def parts_table(records: Array) -> list[str]:
         "leaps": lambda: leaps_possible(records, *whose),
         "where the decay lies": lambda: locate_free_decays(records, step, frequency, 0),
         "fit": lambda: fit_waveforms(records, located, 0, 0.0),
-        "fit and residual: whiteness, force, shape of the loss": lambda: fit_and_glance(
-            records, located, 0, 0.0
-        ),
+        "residual: whiteness, force, shape of the loss": lambda: glance(records, located, 0, fits),
         "all, with posteriors and table": lambda: batch(records),
     }
     for work in works.values():

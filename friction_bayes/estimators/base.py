@@ -236,8 +236,6 @@ class FreeDecays:
         Sampling interval [s].
     system, quantity, unit
         What was measured, of what, and in which unit.
-    judged : bool
-        Whether what a fit leaves is to be glanced at.
     """
 
     values: Array
@@ -246,7 +244,6 @@ class FreeDecays:
     system: Oscillator
     quantity: Quantity
     unit: str
-    judged: bool = False
 
     @property
     def usable(self) -> Mask:
@@ -316,8 +313,8 @@ class Fits:
         As in :class:`Fit`.
     residual : callable, int -> ndarray, or None
         Residual of the moving part of a record with a posterior; None where the method predicts no signal.
-    glance : Glance or None
-        What is sure of the residuals at a glance; None where none was asked for, or the method takes none.
+    glance : callable, () -> Glance, or None
+        What is sure of the residuals at a glance; None where all of them are to be looked at.
     """
 
     family: Any
@@ -327,7 +324,7 @@ class Fits:
     rest_position: Array
     noise_sd: Array
     residual: Callable[[int], Array] | None = field(default=None, repr=False)
-    glance: Glance | None = field(default=None, repr=False)
+    glance: Callable[[], Glance] | None = field(default=None, repr=False)
 
     @property
     def found(self) -> Mask:

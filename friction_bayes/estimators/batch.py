@@ -319,7 +319,7 @@ def _estimate_chunk(
             located.status[row] = _CLIPPED
     if kind.order == 0:
         _set_leaps_apart(values, located, seen.gap)
-    decays = replace(like, values=values, located=located, judged=judge or with_force)
+    decays = replace(like, values=values, located=located)
     fits = estimator.fit_many(decays, prior, peaks=peaks)
     found, family = fits.found, fits.family
     status = np.where((located.status == FOUND) & ~found, _NO_FIT, located.status)
@@ -334,10 +334,10 @@ def _estimate_chunk(
     flags[_finite(family.cdf(0.0, *coefficient)) > SURELY_NEGATIVE] |= _BIT["negative_friction"]
     used = {row: decays.decay(row) for row in np.flatnonzero(found).tolist()}
     white, straight = np.zeros((2, len(values)), dtype=np.bool_)
-    if decays.judged:
+    if judge or with_force:
         seen_through = fits if fits.glance is not None else _whole_signals(decays)
         if seen_through is not None and seen_through.glance is not None:
-            white, straight = seen_through.glance
+            white, straight = seen_through.glance()
             if fits.glance is None:
                 # amplitudes of a motion that has ended are judged as the method sees them
                 straight &= ~located.stops

@@ -37,7 +37,7 @@ from friction_bayes.estimators.waveform.coulomb_signal import (
     states,
     turning_samples,
 )
-from friction_bayes.estimators.waveform.glance import fit_and_glance
+from friction_bayes.estimators.waveform.glance import glance
 from friction_bayes.estimators.waveform.least_squares import fit_waveforms, prior_of
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
@@ -125,11 +125,9 @@ class WaveformEstimator(TabulatedPrior):
                 "give method envelope, use estimate, or declare a rotational Oscillator for small swings",
             )
         counts = decays.counts
-        precision, glance = prior["coefficient_precision"], None
-        if decays.judged:
-            fits, glance = fit_and_glance(decays.values, decays.located, decays.quantity.order, precision)
-        else:
-            fits = fit_waveforms(decays.values, decays.located, decays.quantity.order, precision)
+        fits = fit_waveforms(
+            decays.values, decays.located, decays.quantity.order, prior["coefficient_precision"]
+        )
         data = fits.linearised(counts, slice(OFFSET, COEFFICIENTS))
         posterior = CoefficientMarginals.of(prior_of(prior, COEFFICIENTS), data, fits.found)
         half_duration = np.where(counts > 1, 0.5 * (counts - 1) * decays.step, np.nan)
@@ -150,7 +148,7 @@ class WaveformEstimator(TabulatedPrior):
             rest_position=posterior.mean[:, OFFSET],
             noise_sd=posterior.noise_sd,
             residual=residual,
-            glance=glance,
+            glance=partial(glance, decays.values, decays.located, decays.quantity.order, fits),
         )
 
 

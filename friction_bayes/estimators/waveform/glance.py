@@ -29,14 +29,7 @@ from friction_bayes.estimators.noise.force_screen import (
     probability_of_none,
 )
 from friction_bayes.estimators.noise.noise_level import forces_beside, samples_in_mean
-from friction_bayes.estimators.waveform.least_squares import (
-    WaveformFits,
-    finished,
-    fit_one,
-    fit_waveforms,
-    no_fits,
-    prior_weights,
-)
+from friction_bayes.estimators.waveform.least_squares import WaveformFits
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
     AMPLITUDE,
@@ -54,7 +47,7 @@ from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
 from friction_bayes.statespace.coloured_noise import MOST_LAGS, burg_recursion, most_lags, order_cost
 from friction_bayes.statespace.kalman import sensor_row
 
-__all__ = ["fit_and_glance"]
+__all__ = ["glance"]
 
 _MARGIN = 1.0
 """Log odds by which a test passes that is not made exactly as its long form is."""
@@ -70,26 +63,21 @@ _ODDS_OF_FASTER_LOSS = math.log(SURELY_FASTER / (1.0 - SURELY_FASTER)) - PRIOR_L
 """Log Bayes factor of a loss that is surely not of dry friction alone."""
 
 
-def fit_and_glance(
-    values: Array, located: Located, order: int, precision: float
-) -> tuple[WaveformFits, Glance]:
-    """Fit the moving parts of evenly spaced records, and look at what is left while it is near.
+def glance(values: Array, located: Located, order: int, fits: WaveformFits) -> Glance:
+    """Look at the residuals of fits of evenly spaced records.
 
     Parameters
     ----------
-    values, located, order, precision
-        As for :func:`friction_bayes.estimators.waveform.least_squares.fit_waveforms`.
+    values : ndarray, shape (records, n)
+    located : Located
+        Where the moving part of each lies.
+    order : int
+        Derivative order of the signal.
+    fits : WaveformFits
     """
     found = Glance(np.zeros(len(values), np.bool_), np.zeros(len(values), np.bool_))
-    forces, row, weight = forces_beside(), sensor_row(order), prior_weights(precision, rest_known=False)
-    if order == 2:
-        # what is left of an acceleration is known once its turning points are left out
-        fits = fit_waveforms(values, located, order, precision)
-        _glance_all(values, located, order, weight, fits, row, forces, found, False)
-        return fits, found
-    fits = no_fits(len(values))
-    _glance_all(values, located, order, weight, fits, row, forces, found, True)
-    return finished(fits, located), found
+    _glance_all(values, located, order, fits, sensor_row(order), forces_beside(), found)
+    return found
 
 
 @njit(**KERNEL)
@@ -97,32 +85,26 @@ def _glance_all(
     values: Array,
     located: Located,
     order: int,
-    weight: Array,
     fits: WaveformFits,
     row: Array,
     forces: ForcesBeside,
     found: Glance,
-    to_be_fitted: bool,
 ) -> None:
-    work, single = np.empty(values.shape[1]), np.empty(values.shape[1], np.float32)
+    work = np.empty(values.shape[1], np.float32)
     table = force_table(0.5, 2, row, order, forces)
     for r in range(values.shape[0]):
-        start, stop = located.start[r], located.stop[r]
-        y, residual = work[: stop - start], single[: stop - start]
-        if to_be_fitted:
-            fit_one(values, EVENLY, located, order, weight, r, work, fits)
-        else:
-            y = values[r, start:stop]
-        if not fits.found[r] or y.size < LEAST_SAMPLES:
+        n = located.stop[r] - located.start[r]
+        if not fits.found[r] or n < LEAST_SAMPLES:
             continue
-        p = fits.coefficients[r]
+        p, residual = fits.coefficients[r], work[:n]
         # about a fitted offset the residual has no mean
-        scale = math.sqrt(y.size / max(fits.misfit[r], 1e-300))
-        found.straight[r] = _straight(y, order, p, fits.kappa[r], fits.stop[r], scale, residual)
+        scale = math.sqrt(n / max(fits.misfit[r], 1e-300))
+        moving = values[r, located.start[r] : located.stop[r]]
+        found.straight[r] = _straight(moving, order, p, fits.kappa[r], fits.stop[r], scale, residual)
         if _surely_uncorrelated(residual):
-            angle = 2.0 * p[ADVANCE] / (y.size - 1)
+            angle = 2.0 * p[ADVANCE] / (n - 1)
             block = samples_in_mean(angle)
-            means = np.empty(y.size // block)
+            means = np.empty(n // block)
             fill_block_means(residual, block, 0.0, means)
             if means.size > COEFFICIENTS and _order_zero(means):
                 table = _table_for(angle * block, means.size, row, order, forces, table)

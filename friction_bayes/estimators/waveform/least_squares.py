@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from friction_bayes.conjugate.regression import NormalInverseGamma
 from friction_bayes.conjugate.sufficient_statistics import RegressionStatistics
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import KERNEL
 from friction_bayes.decay.block_means import amplitude_kept, fill_block_means
 from friction_bayes.decay.located import FOUND, Located
 from friction_bayes.decay.releases import samples_averaged
@@ -36,15 +36,7 @@ from friction_bayes.estimators.waveform.normal_equations import (
     Signal,
 )
 
-__all__ = [
-    "WaveformFits",
-    "finished",
-    "fit_one",
-    "fit_waveforms",
-    "no_fits",
-    "prior_of",
-    "prior_weights",
-]
+__all__ = ["WaveformFits", "fit_waveforms", "prior_of"]
 
 _LEAST_EIGENVALUE = 1e-12
 """Of the normal equations over their diagonal: rounding leaves nothing of what is smaller."""
@@ -137,17 +129,8 @@ def fit_waveforms(
         Of the samples of every moving part, see
         :class:`~friction_bayes.estimators.waveform.normal_equations.Samples`.
     """
-    fits = no_fits(len(values))
-    weight = prior_weights(precision, rest_known=rest_known)
-    _fit_all(values, places, located, order, weight, fits)
-    if order == 2:
-        _leave_out_turns(values, places, located, order, weight, fits)
-    return finished(fits, located)
-
-
-def no_fits(records: int) -> WaveformFits:
-    """Room for the fits of so many records."""
-    return WaveformFits(
+    records = values.shape[0]
+    fits = WaveformFits(
         np.full((records, COEFFICIENTS), np.nan),
         np.zeros(records),
         np.zeros(records, dtype=np.int64),
@@ -157,15 +140,10 @@ def no_fits(records: int) -> WaveformFits:
         np.zeros(records, dtype=np.int64),
         np.zeros(records, dtype=np.bool_),
     )
-
-
-def prior_weights(precision: float, *, rest_known: bool) -> Array:
-    """Prior precisions of the coefficients relative to that of a sample, infinite where one is held."""
-    return np.array([math.inf if rest_known else precision, precision, precision, 0.0, 0.0])
-
-
-def finished(fits: WaveformFits, located: Located) -> WaveformFits:
-    """Bring what kernels fitted about rest positions to the records as they are."""
+    weight = np.array([math.inf if rest_known else precision, precision, precision, 0.0, 0.0])
+    _fit_all(values, places, located, order, weight, fits)
+    if order == 2:
+        _leave_out_turns(values, places, located, order, weight, fits)
     fits.coefficients[:, OFFSET] += located.rest_position
     fits.normal[:] = fits.normal + np.tril(fits.normal, -1).swapaxes(-1, -2)
     fits.found[:] &= _regular(fits.normal)
@@ -187,47 +165,31 @@ def _fit_all(
     values: Array, places: Array, located: Located, order: int, weight: Array, fits: WaveformFits
 ) -> None:
     """Fit each record about its rest position."""
-    work = np.empty(values.shape[1])
+    prior, work = Penalty(weight, np.zeros(COEFFICIENTS)), np.empty(values.shape[1])
     for r in range(values.shape[0]):
-        fit_one(values, places, located, order, weight, r, work, fits)
-
-
-@njit(**INNER)
-def fit_one(
-    values: Array,
-    places: Array,
-    located: Located,
-    order: int,
-    weight: Array,
-    r: int,
-    work: Array,
-    fits: WaveformFits,
-) -> None:
-    """Fit record ``r``; its moving samples less the rest position are put in ``work``."""
-    if located.status[r] != FOUND:
-        return
-    reference = located.rest_position[r]
-    y, first = work[: located.stop[r] - located.start[r]], located.start[r]
-    for i in range(y.size):
-        y[i] = values[r, first + i] - reference
-    p = np.zeros(COEFFICIENTS)
-    p[ADVANCE] = located.frequency[r] * 0.5 * (y.size - 1)
-    p[PHASE] = located.phase[r] + p[ADVANCE]
-    fits.kappa[r] = 2.0 * math.floor(p[PHASE] / math.pi) + 1.0
-    prior = Penalty(weight, np.zeros(COEFFICIENTS))
-    prior.mean[OFFSET] = -reference
-    signal = Signal(y, Samples(y.size, places), order, fits.kappa[r])
-    at = NormalEquations(p, fits.normal[r], fits.gradient[r])
-    width, squares, started = samples_averaged(located.frequency[r]), 0.0, False
-    if places.size == 0 and order < 2 and width >= _LEAST_AVERAGED:
-        squares, started = _fit_means(signal, at, prior, width)
-    rough = not started
-    if rough:
-        squares, started = start_waveform(signal, at, prior)
-    if started:
-        fits.misfit[r], fits.stop[r], fits.found[r] = fit_waveform(signal, squares, at, prior, rough, not rough)
-    for k in range(COEFFICIENTS):
-        fits.coefficients[r, k] = p[k]
+        if located.status[r] == FOUND:
+            reference = located.rest_position[r]
+            y, first = work[: located.stop[r] - located.start[r]], located.start[r]
+            for i in range(y.size):
+                y[i] = values[r, first + i] - reference
+            p = np.zeros(COEFFICIENTS)
+            p[ADVANCE] = located.frequency[r] * 0.5 * (y.size - 1)
+            p[PHASE] = located.phase[r] + p[ADVANCE]
+            fits.kappa[r] = 2.0 * math.floor(p[PHASE] / math.pi) + 1.0
+            prior.mean[OFFSET] = -reference
+            signal = Signal(y, Samples(y.size, places), order, fits.kappa[r])
+            at = NormalEquations(p, fits.normal[r], fits.gradient[r])
+            width, squares, started = samples_averaged(located.frequency[r]), 0.0, False
+            if places.size == 0 and order < 2 and width >= _LEAST_AVERAGED:
+                squares, started = _fit_means(signal, at, prior, width)
+            rough = not started
+            if rough:
+                squares, started = start_waveform(signal, at, prior)
+            if started:
+                fitted = fit_waveform(signal, squares, at, prior, rough, not rough)
+                fits.misfit[r], fits.stop[r], fits.found[r] = fitted
+            for k in range(COEFFICIENTS):
+                fits.coefficients[r, k] = p[k]
 
 
 @njit(**KERNEL)

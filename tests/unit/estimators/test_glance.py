@@ -59,13 +59,12 @@ def test_a_glance_passes_what_the_longer_looks_pass(rng: np.random.Generator) ->
         system=SYSTEM,
         quantity=QUANTITIES["displacement"],
         unit="m",
-        judged=True,
     )
     waveform = estimator_named("waveform")
     fits = waveform.fit_many(decays, waveform.default_prior(decays), peaks="highest")
     assert fits.glance is not None
     assert fits.residual is not None
-    white, straight = fits.glance
+    white, straight = fits.glance()
     longer = np.array(
         [looks_white(fits.residual(k), fits.frequency[k] * decays.decay(k).time, 0, 5) for k in range(24)]
     )
