@@ -123,7 +123,7 @@ def natural_frequency_found(decay: FreeDecay, peaks: str = "highest") -> float:
 
 @njit(**KERNEL)
 def _needs_refined(swing_frequency: float, highest: bool) -> bool:
-    """Whether peaks take more of the phase than which period a sample lies in: when, or how fast they swing."""
+    """Whether peaks take more of the phase than to which period a sample belongs: when, or how fast."""
     return not highest or swing_frequency > 0.0
 
 

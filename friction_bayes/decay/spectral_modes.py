@@ -84,11 +84,11 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
     sought = np.count_nonzero(grid[band] <= BAND * expected)
     if sought < 3:
         return alone
-    first, grid = int(band[0]), grid[band]
+    first, grid, found_at = int(band[0]), grid[band], alone.frequency
     spectrum = np.fft.rfft(steps, length, axis=1)
     into_samples = 0.5 / np.sin(0.5 * grid)
-    peak, tops, longs, beyond = _strongest(spectrum, first, grid, into_samples, sought, energy, alone.frequency)
-    alone.frequency[:] /= width
+    peak, tops, longs, beyond = _strongest(spectrum, first, grid, into_samples, sought, energy, found_at)
+    found_at /= width
     for row in np.flatnonzero(beyond & (tops > 0.0)).tolist():
         main, top, long = grid[peak[row]], tops[row], longs[row]
         amplitude = np.abs(spectrum[row, band]) * into_samples

@@ -37,8 +37,8 @@ _MAX_STEPS = 60
 _CONVERGED = 1e-10
 """Gauss-Newton stops when a step, in squared standard deviations, is below this."""
 _LINEAR_STEP, _LEFT_OVER = 0.05, 1e-7
-"""... or, where the samples are to be read but once, below the first of these and with less than the second to
-follow: the regression on the signal linearised there takes the step."""
+"""... or, where samples are to be read once, below the first of these with less than the second to follow:
+the regression on the signal linearised there takes the step."""
 _ROUNDING = 1e-28
 """... or below this share of the signal's sum of squares, for records without noise."""
 
