@@ -37,6 +37,8 @@ _DIP = 0.5
 """Share of the weaker mode's amplitude below which the spectrum falls between two."""
 _RIVAL = 0.5
 """Share of the strongest mode from which on the record is not that of one mode."""
+_AT_A_TIME = 1 << 16
+"""Values of spectra that are kept at a time, while they are near."""
 _NEARLY = 1.0 - 1e-9
 """Share of a limit that rounding in another order does not reach."""
 _OVERTONE = 0.1
@@ -75,36 +77,55 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
     if n < 4:
         return alone
     expected = expected * width
-    steps, energy = np.empty((rows, n - 1)), np.empty(rows)
-    _fill_steps(values, width, steps, energy)
     length = 1 << max(2 * n - 1, 8).bit_length()
     grid = np.arange(length // 2 + 1) * (2.0 * math.pi / length)
     low, high = max(expected / BAND, 2.0 * math.pi / n), min(2.0 * BAND * expected, math.pi)
     band = np.flatnonzero((grid >= low) & (grid <= high))
-    sought = np.count_nonzero(grid[band] <= BAND * expected)
+    sought = int(np.count_nonzero(grid[band] <= BAND * expected))
     if sought < 3:
         return alone
-    first, grid, found_at = int(band[0]), grid[band], alone.frequency
-    spectrum = np.fft.rfft(steps, length, axis=1)
+    first, grid = int(band[0]), grid[band]
     into_samples = 0.5 / np.sin(0.5 * grid)
-    peak, tops, longs, beyond = _strongest(spectrum, first, grid, into_samples, sought, energy, found_at)
-    found_at /= width
-    for row in np.flatnonzero(beyond & (tops > 0.0)).tolist():
-        main, top, long = grid[peak[row]], tops[row], longs[row]
-        amplitude = np.abs(spectrum[row, band]) * into_samples
-        found = _others(amplitude / top, grid, int(peak[row]), long)
-        if found.size:
-            shares, at_others = amplitude[found] / top, grid[found]
-            in_band = at_others <= BAND * expected
-            rivals = in_band & (shares >= _RIVAL)
-            if abs(main / expected - 1.0) > _APART:
-                rivals |= np.abs(at_others / expected - 1.0) < _APART
-            if main > _TOO_FAST * expected:
-                rivals |= (np.abs(at_others / main - 2.0) < 0.5 * _APART) & (shares >= _OVERTONE)
-            ranked = np.lexsort((shares, rivals))
-            alone.other[row], alone.share[row] = at_others[ranked[-1]] / width, shares[ranked[-1]]
-            alone.several[row] = rivals.any()
+    at_a_time = max(_AT_A_TIME // length, 1)
+    for begin in range(0, rows, at_a_time):
+        part = slice(begin, begin + at_a_time)
+        own = SpectralModes._make(field[part] for field in alone)
+        steps, energy = np.empty((own.frequency.size, n - 1)), np.empty(own.frequency.size)
+        _fill_steps(values[part], width, steps, energy)
+        spectrum = np.fft.rfft(steps, length, axis=1)
+        peak, tops, longs, beyond = _strongest(
+            spectrum, first, grid, into_samples, sought, energy, own.frequency
+        )
+        for row in np.flatnonzero(beyond & (tops > 0.0)).tolist():
+            amplitude = np.abs(spectrum[row, band]) * into_samples / tops[row]
+            _tell_others(own, row, amplitude, grid, int(peak[row]), longs[row], expected)
+    for frequency in (alone.frequency, alone.other):
+        frequency /= width
     return alone
+
+
+def _tell_others(
+    modes: SpectralModes,
+    row: int,
+    amplitude: Array,
+    grid: Array,
+    peak: int,
+    long: float,
+    expected: float,
+) -> None:
+    """Put what modes there are besides the strongest, whose amplitude is one, into a row."""
+    found = _others(amplitude, grid, peak, long)
+    if found.size:
+        main, shares, at_others = grid[peak], amplitude[found], grid[found]
+        in_band = at_others <= BAND * expected
+        rivals = in_band & (shares >= _RIVAL)
+        if abs(main / expected - 1.0) > _APART:
+            rivals |= np.abs(at_others / expected - 1.0) < _APART
+        if main > _TOO_FAST * expected:
+            rivals |= (np.abs(at_others / main - 2.0) < 0.5 * _APART) & (shares >= _OVERTONE)
+        ranked = np.lexsort((shares, rivals))
+        modes.other[row], modes.share[row] = at_others[ranked[-1]], shares[ranked[-1]]
+        modes.several[row] = rivals.any()
 
 
 @njit(**KERNEL)

@@ -79,9 +79,9 @@ _BIT = {name: 1 << i for i, name in enumerate(WARNINGS)}
 _COEFFICIENTS = 5
 """Fitted to each record."""
 _OK, _NO_FIT, _CLIPPED, _LEAPS = (STATUS.index(word) for word in ("ok", "no_fit", "clipped", "leaps"))
-_SHARE_OF_MEMORY = 1.0 / 16.0
-"""Of that of the records, in which samples are worked on at a time as floats."""
-_LEAST_PART, _LARGEST_PART = 500_000, 4_000_000
+_SHARE_IN_PLACE, _SHARE_COPIED = 1.0 / 4.0, 1.0 / 16.0
+"""Of the memory of the records, whose samples are worked on at a time: as they are, or copied to floats."""
+_LEAST_PART, _LARGEST_PART = 2_000_000, 16_000_000
 """So many of them."""
 
 _COLUMNS = (
@@ -286,7 +286,8 @@ def _estimate_rows(
     judge: bool,
 ) -> Array:
     """Estimate every row of an array, shape (records, n) to (records, columns)."""
-    most = min(max(int(_SHARE_OF_MEMORY * values.nbytes / 8), _LEAST_PART), _LARGEST_PART)
+    share = _SHARE_IN_PLACE if values.dtype == np.float64 else _SHARE_COPIED
+    most = min(max(int(share * values.nbytes / 8), _LEAST_PART), _LARGEST_PART)
     rows = max(most // max(values.shape[1], 1), 1)
     parts = [
         # writeable as those of a single record are: kernels are compiled for one kind of array

@@ -85,7 +85,7 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ForcesBesid
     count = forces.ratio.size
     assert count <= _LANES
     transitions, filters, sums = np.zeros(7 * _LANES), np.zeros((n, 7 * _LANES)), np.zeros((n + 1, count, 7))
-    columns = np.ones((n, _COLUMNS))
+    each, columns = np.empty((count, n, 8)), np.ones((n, _COLUMNS))
     for i in range(n):
         angle = i * step + 0.5 * math.pi * order
         columns[i, 0], columns[i, 1] = math.cos(angle), math.sin(angle)
@@ -102,10 +102,20 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ForcesBesid
         for j, entry in enumerate((f[0, 0], f[0, 1], f[0, 2], f[1, 0], f[1, 1], f[1, 2], f[2, 2])):
             transitions[j * _LANES + k] = entry
         for i in range(n):
-            a, b, c = white[i, 0], white[i, 1], white[i, 2]
-            for j, entry in enumerate((own[i, 0], own[i, 1], own[i, 2], own[i, 4], a, b, c)):
-                filters[i, j * _LANES + k] = entry
-            products = (a * a, a * b, b * b, a * c, b * c, c * c, -2.0 * math.log(own[i, 4]))
+            each[k, i, 0], each[k, i, 1], each[k, i, 2], each[k, i, 3] = (
+                own[i, 0],
+                own[i, 1],
+                own[i, 2],
+                own[i, 4],
+            )
+            each[k, i, 4], each[k, i, 5], each[k, i, 6] = white[i, 0], white[i, 1], white[i, 2]
+    # sample by sample, as memory has it
+    for i in range(n):
+        for k in range(count):
+            for j in range(7):
+                filters[i, j * _LANES + k] = each[k, i, j]
+            scale, a, b, c = each[k, i, 3], each[k, i, 4], each[k, i, 5], each[k, i, 6]
+            products = (a * a, a * b, b * b, a * c, b * c, c * c, -2.0 * math.log(scale))
             for j in range(7):
                 sums[i + 1, k, j] = sums[i, k, j] + products[j]
     return ForceTable(step, transitions, filters, sums)
