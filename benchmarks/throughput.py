@@ -23,7 +23,8 @@ from benchmarks.accuracy import written_between
 from friction_bayes import RecordWarning, estimate_batch
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.excursions import excursions_possible
-from friction_bayes.decay.leaps import may_leap
+from friction_bayes.decay.leaps import leaps_possible
+from friction_bayes.decay.located import FOUND
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.decay.spans import extremes
 from friction_bayes.estimators.waveform.glance import glance
@@ -100,12 +101,14 @@ def peak_share(records: Array) -> float:
 
 def methods_table(records: Array) -> list[str]:
     """Time over that of the sum by method, type of number and what is asked."""
+    short = batch(records)["random_force_probability"].isnull().values
     cases: dict[str, tuple[Any, dict[str, Any]]] = {
         "waveform": (records, {}),
+        f"waveform, without {np.count_nonzero(~short)} that take a long look": (records[short], {}),
         "waveform, numbers alone": (records, {"judge": False, "random_force": "none"}),
         "waveform, float32": (records.astype(np.float32), {}),
         "waveform, int16": (np.round(records / 1e-6).astype(np.int16), {}),
-        "normal-gamma": (records[:20], {"method": "normal-gamma"}),
+        "normal-gamma": (records, {"method": "normal-gamma"}),
         "envelope": (records[:20], {"method": "envelope"}),
     }
     lines = ["| batch | over numpy.sum | ms a record |", "|---|---|---|"]
@@ -119,19 +122,20 @@ def methods_table(records: Array) -> list[str]:
 def parts_table(records: Array) -> list[str]:
     """Processor time of each part of the default, for one record and one sample of it."""
     step, frequency = 1.0 / RATE, PAPER_SYSTEM.natural_frequency
-    located, widest = locate_free_decays(records, step, frequency, 0), extremes(records).widest
+    seen = extremes(records)
+    located = locate_free_decays(records, step, frequency, 0, seen=seen)
+    whose = located.start, located.stop, located.frequency, seen.gap, located.status == FOUND
     fits = fit_waveforms(records, located, 0, 0.0)
 
     def scan() -> None:
-        seen = extremes(records)
-        excursions_possible(seen)
+        excursions_possible(extremes(records))
 
     works: dict[str, Callable[[], Any]] = {
         "`numpy.sum`": records.sum,
         "extremes, flat tops, stray samples": scan,
-        "leaps": lambda: [may_leap(*each) for each in zip(records, widest, strict=True)],
-        "where the decay lies": lambda: locate_free_decays(records, step, frequency, 0),
-        "fit, two readings": lambda: fit_waveforms(records, located, 0, 0.0),
+        "leaps": lambda: leaps_possible(records, *whose),
+        "where the decay lies": lambda: locate_free_decays(records, step, frequency, 0, seen=seen),
+        "fit": lambda: fit_waveforms(records, located, 0, 0.0),
         "residual: whiteness, force, shape of the loss": lambda: glance(records, located, 0, fits),
         "all, with posteriors and table": lambda: batch(records),
     }

@@ -12,7 +12,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
-__all__ = ["EVIDENCE", "demodulate", "phase_of", "rate_of", "rough_phase"]
+__all__ = ["EVIDENCE", "demodulate", "fill_turns", "phase_of", "rate_of", "rough_phase"]
 
 EVIDENCE = 30.0
 """Fall in chi-square that a description with more freedom must bring; successive windows overlap by half."""
@@ -59,6 +59,23 @@ def demodulate(y: Array, omega: float) -> tuple[Array, Array, Array, Array]:
             quadrature[w] = -along * turned_across - across * turned
             noise[w] = math.sqrt(2.0 * rest / max(length - 3, 1) / length)
     return centre, inphase, quadrature, noise
+
+
+@njit(**INNER)
+def fill_turns(first: float, angle: float, cosine: Array, sine: Array) -> None:
+    """Fill in the cosines and sines of a first angle and of those that follow it, each by one angle.
+
+    By doubling, which rounds as often as the number of them has digits.
+    """
+    cosine[0], sine[0] = math.cos(first), math.sin(first)
+    known, count = 1, cosine.size
+    while known < count:
+        c, s = math.cos(angle * known), math.sin(angle * known)
+        for j in range(known, min(2 * known, count)):
+            before, beside = cosine[j - known], sine[j - known]
+            cosine[j] = before * c - beside * s
+            sine[j] = beside * c + before * s
+        known *= 2
 
 
 class _Window(NamedTuple):

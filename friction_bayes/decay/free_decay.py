@@ -15,7 +15,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.core.quantities import Quantity
 from friction_bayes.core.system import Oscillator
 from friction_bayes.decay.even_grid import even_grid
-from friction_bayes.decay.leaps import find_leap
+from friction_bayes.decay.leaps import around_release, find_leap
 from friction_bayes.decay.located import (
     CONSTANT,
     FOUND,
@@ -363,18 +363,11 @@ def after_leap(values: Array, begin: int, omega: float) -> int:
     From a hold a release is flat, so that a few samples earlier or later are the same; this one is not.
     ``omega`` is the frequency in rad/sample.
     """
-    before, around = around_release(values, begin, omega)
-    leap = find_leap(around)
+    before, after = around_release(begin, omega)
+    leap = find_leap(values[before:after])
     if leap is None or abs(before + leap[0] + 1 - begin) > _RELEASE_KNOWN_TO * 2.0 * math.pi / omega:
         return begin
     return before + leap[0] + 1
-
-
-def around_release(values: Array, begin: int, omega: float) -> tuple[int, Array]:
-    """A period before the first sample of a decay and a period after, and where that begins."""
-    period = math.ceil(2.0 * math.pi / omega)
-    before = max(begin - period, 0)
-    return before, values[before : begin + period]
 
 
 def check_sampling(place: str, step: float, system: Oscillator) -> None:

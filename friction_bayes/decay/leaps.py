@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.kernels import INNER, KERNEL
 
-__all__ = ["find_leap", "may_leap"]
+__all__ = ["around_release", "find_leap", "leaps_possible", "may_leap", "widest_gap"]
 
 _AROUND = 4
 """Samples on either side through which a straight line goes on to the middle of an interval."""
@@ -18,10 +20,12 @@ _LEAST_LEAP = 0.1
 """Share of the range of all samples that a leap exceeds."""
 _FIRST, _SHARE = 1000, 16
 """First samples, whose range is looked at: so many, or one part in so many; a decay goes farthest there."""
-_CLOSER = 1.25
-"""Factor between limits in which the largest gap is enclosed."""
 _OF_OTHERS = 4.0
 """Times what is usual in the other intervals, 5 % of them apart, that it exceeds besides."""
+_AT_A_TIME = 256
+"""Gaps that are looked at side by side."""
+_ROUNDING = 1.0 - 1e-9
+"""Share of a limit that rounding in another order does not reach."""
 
 
 def find_leap(values: Array) -> tuple[int, float] | None:
@@ -68,15 +72,45 @@ def _onward(skipped: int) -> Array:
 
 
 _ONWARD = tuple(_onward(0).tolist())
-_IN_STEPS = float(np.abs(np.cumsum(_ONWARD[::-1])).sum() * 2.0 - 1.0)
-"""Widest gap in the middle of an interval over the widest step between neighbours."""
 
 
 @njit(**KERNEL)
-def may_leap(values: Array, widest: float) -> bool:
+def around_release(begin: int, omega: float) -> tuple[int, int]:
+    """First sample of the period before the first sample of a decay, and the end of the period after."""
+    period = math.ceil(2.0 * math.pi / omega)
+    return max(begin - period, 0), begin + period
+
+
+@njit(**KERNEL)
+def leaps_possible(
+    values: Array, start: Integers, stop: Integers, frequency: Array, gap: Array, which: Mask
+) -> Mask:
+    """Which records :func:`find_leap` may find one in, in the decay or about its release, shape (records,).
+
+    Parameters
+    ----------
+    values : ndarray, shape (records, n)
+    start, stop, frequency : ndarray, shape (records,)
+        Where the decay lies, and its frequency [rad/sample].
+    gap : ndarray, shape (records,)
+        No less than the widest gap.
+    which : ndarray of bool, shape (records,)
+        The records that are looked at.
+    """
+    found = np.zeros(which.size, np.bool_)
+    for r in range(which.size):
+        if which[r]:
+            first, last = around_release(start[r], frequency[r])
+            found[r] = may_leap(values[r, first : min(last, stop[r])], gap[r])
+            found[r] |= may_leap(values[r, start[r] : stop[r]], gap[r])
+    return found
+
+
+@njit(**KERNEL)
+def may_leap(values: Array, gap: float) -> bool:
     """Whether :func:`find_leap` has anything to look at in finite ``values``, shape (n,).
 
-    ``widest`` is no less than the largest distance of two neighbours.
+    ``gap`` is no less than the widest gap.
     """
     if values.size < 2 * _AROUND:
         return False
@@ -84,22 +118,21 @@ def may_leap(values: Array, widest: float) -> bool:
     # the range of all is no less
     for i in range(min(max(_FIRST, values.size // _SHARE), values.size)):
         low, high = min(low, values[i]), max(high, values[i])
-    # rounding in another order is no evidence
-    limit = (1.0 - 1e-9) * _LEAST_LEAP * (high - low)
-    if _IN_STEPS * widest <= limit or _wider_gaps(values, limit) == 0:
+    if gap <= _ROUNDING * _LEAST_LEAP * (high - low):
         return False
-    if not limit > 0.0:
-        return True
-    while _wider_gaps(values, limit) > 0:
-        limit *= _CLOSER
     # where more than 5 % are a quarter as large the largest is no leap, whichever it is compared with
-    usual = _wider_gaps(values, limit / _OF_OTHERS)
-    return usual <= 0.05 * values.size + 2 * (_AROUND + _SKIPPED) + 2 * _SKIPPED
+    few = 0.05 * values.size + 2 * (_AROUND + _SKIPPED) + 2 * _SKIPPED
+    limit, wide = _ROUNDING * gap / _OF_OTHERS, 0
+    for begin in range(0, values.size, _AT_A_TIME):
+        wide += _wider_gaps(values[begin : begin + _AT_A_TIME + 2 * _AROUND - 1], limit)
+        if wide > few:
+            return False
+    return True
 
 
 @njit(**INNER, fastmath={"contract"})
 def _wider_gaps(values: Array, limit: float) -> int:
-    """How many gaps are wider than a limit; the compiler takes counts several at a time, and no largest."""
+    """How many gaps are wider than a limit."""
     w0, w1, w2, w3 = _ONWARD
     a, b, c = values[1:], values[2:], values[3:]
     d, e, f, g = values[4:], values[5:], values[6:], values[7:]
@@ -108,6 +141,29 @@ def _wider_gaps(values: Array, limit: float) -> int:
         gap = w0 * (d[i] - c[i]) + w1 * (e[i] - b[i]) + w2 * (f[i] - a[i]) + w3 * (g[i] - values[i])
         count += abs(gap) > limit
     return count
+
+
+@njit(**KERNEL)
+def widest_gap(values: Array) -> float:
+    """Widest gap in the middle of an interval that has four samples on either side; zero without any."""
+    widest, beside = 0.0, np.zeros(_AT_A_TIME)
+    whole = max(values.size - 7, 0) // _AT_A_TIME * _AT_A_TIME
+    for begin in range(0, whole, _AT_A_TIME):
+        _wider_beside(values[begin : begin + _AT_A_TIME + 7], beside)
+    _wider_beside(values[whole:], beside)
+    for j in range(_AT_A_TIME):
+        widest = max(widest, beside[j])
+    return widest
+
+
+@njit(**INNER, fastmath={"contract"})
+def _wider_beside(part: Array, widest: Array) -> None:
+    """Take over the gaps of a part that are wider, each in its own place: there is no running largest."""
+    w0, w1, w2, w3 = _ONWARD
+    for j in range(part.size - 7):
+        gap = w0 * (part[j + 4] - part[j + 3]) + w1 * (part[j + 5] - part[j + 2])
+        gap = abs(gap + w2 * (part[j + 6] - part[j + 1]) + w3 * (part[j + 7] - part[j]))
+        widest[j] = gap if gap > widest[j] else widest[j]
 
 
 def _gaps(values: Array, skipped: int) -> Array:

@@ -16,6 +16,7 @@ from numba import njit
 from friction_bayes.core.arrays import ZERO, Array, Mask
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.block_means import fill_block_means
+from friction_bayes.decay.demodulation import demodulate
 from friction_bayes.decay.free_decay import FreeDecay
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at, rises
@@ -27,37 +28,14 @@ __all__ = ["MAX_DEGREE", "coulomb_fit", "nearest_turning_points", "track_phase",
 MAX_DEGREE = 5
 """Highest degree of the phase polynomial; a pendulum's phase is odd in time to this order at 1 rad."""
 
-_MIN_SAMPLES = 6.0
 _FREQUENCY_SD = 0.05
 _FREQUENCY_WANDER = 0.003
 _PHASE_SD = 0.5
 
 
 @njit(**INNER)
-def _fit_window(
-    values: Array, first: int, last: int, step: float, centre: float, chi: float, omega: float
-) -> tuple[float, float, float, bool]:
-    """Least squares of {1, cos, sin} of the predicted phase on samples ``first <= i < last``."""
-    matrix = np.zeros((3, 3))
-    right = np.zeros(3)
-    reference = values[first]
-    square = 0.0
-    basis = np.ones(3)
-    for i in range(first, last):
-        angle = chi + omega * (i * step - centre)
-        basis[1] = math.cos(angle)
-        basis[2] = math.sin(angle)
-        y = values[i] - reference
-        add_sample(matrix, right, basis, y, 1.0)
-        square += y * y
-    x, ok = solve_spd(matrix, right)
-    residual = square - x[0] * right[0] - x[1] * right[1] - x[2] * right[2]
-    return x[1], x[2], max(residual, 0.0) / max(last - first - 3, 1), ok
-
-
-@njit(**INNER)
 def _track(values: Array, step: float, frequency: float, chi0: float) -> tuple[Array, Array, Array]:
-    """Follow the phase of the signal through successive windows of one period (more when sparsely sampled).
+    """Follow the phase of the signal through successive windows of one period.
 
     A Kalman filter of phase and frequency: a window whose amplitude is lost in noise hardly moves it.
 
@@ -66,35 +44,30 @@ def _track(values: Array, step: float, frequency: float, chi0: float) -> tuple[A
     times, phases, weights : ndarray, shape (windows,)
         Window centres [s], phases found there [rad] and inverse variances.
     """
-    n = values.size
-    per_period = 2.0 * math.pi / (frequency * step)
-    length = round(per_period * max(1.0, math.ceil(_MIN_SAMPLES / per_period)))
-    windows = max(n // length, 1)
-    times = np.zeros(windows)
-    phases = np.zeros(windows)
-    weights = np.zeros(windows)
+    centre, inphase, quadrature, noise = demodulate(values, frequency * step)
+    # windows are half a period apart: every second shares no sample with the next
+    windows = (centre.size + 1) // 2
+    times, phases, weights = np.zeros(windows), np.zeros(windows), np.zeros(windows)
     chi, omega, now = chi0, frequency, 0.0
     p00, p01, p11 = _PHASE_SD**2, 0.0, (_FREQUENCY_SD * frequency) ** 2
     for w in range(windows):
-        first = w * length
-        last = min(first + length, n)
-        centre = 0.5 * (first + last - 1) * step
-        dt = centre - now
+        k = 2 * w
+        dt = centre[k] * step - now
         chi += omega * dt
         p00 += 2.0 * dt * p01 + dt * dt * p11
         p01 += dt * p11
         p11 += (_FREQUENCY_WANDER * frequency) ** 2
-        now = centre
-        cosine, sine, variance, ok = _fit_window(values, first, last, step, centre, chi, omega)
-        power = cosine * cosine + sine * sine
+        now += dt
+        power = inphase[k] ** 2 + quadrature[k] ** 2
         times[w], phases[w] = now, chi
-        if not ok or power <= 0.0:
+        if power <= 0.0:
             continue
-        noise = 2.0 * variance / (power * (last - first)) + 1e-8
-        innovation = math.atan2(-sine, cosine)
+        variance = noise[k] ** 2 / power + 1e-8
+        innovation = math.atan2(quadrature[k], inphase[k]) + frequency * now - chi
+        innovation -= 2.0 * math.pi * round(innovation / (2.0 * math.pi))
         phases[w] = chi + innovation
-        weights[w] = 1.0 / noise
-        total = p00 + noise
+        weights[w] = 1.0 / variance
+        total = p00 + variance
         gain0, gain1 = p00 / total, p01 / total
         chi += gain0 * innovation
         omega += gain1 * innovation
@@ -196,7 +169,9 @@ def coulomb_fit(values: Array, order: int, polynomial: Array) -> tuple[float, fl
 
 
 @njit(**KERNEL)
-def track_phase(values: Array, step: float, frequency: float, phase: float, order: int) -> Array:
+def track_phase(
+    values: Array, step: float, frequency: float, phase: float, order: int, refined: bool
+) -> Array:
     r"""Find the phase of a free decay as a Chebyshev polynomial of time.
 
     Parameters
@@ -209,6 +184,8 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
         Rough angular frequency [rad/s] and displacement phase ``theta`` of the first sample [rad].
     order : int
         Derivative order ``q`` of the signal.
+    refined : bool
+        Whether Gauss-Newton refines what the tracker finds, which tells the periods apart without.
 
     Returns
     -------
@@ -248,15 +225,16 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
             for k in range(MAX_DEGREE + 1):
                 result[k] = coefficients[k] if k <= trial else 0.0
             break
-
-    if width > 1:
+    if refined and width > 1:
         _settle(means, begin, spacing, order, result, degree)
-    _settle(values, -1.0, 2.0 / (n - 1), order, result, degree)
+    if refined:
+        _settle(values, -1.0, 2.0 / (n - 1), order, result, degree)
     return result
 
 
-def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
-    """Phase of a decay on an even grid as a function of time, from its data.
+def tracked_phase(decay: FreeDecay, *, refined: bool = True) -> tuple[Array, Array, float]:
+    """Phase of a decay on an even grid as a function of time, from its data; ``refined`` as for
+    :func:`track_phase`.
 
     Returns
     -------
@@ -271,7 +249,7 @@ def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
     reference = float(decay.values.mean())
     values = decay.values - reference
     return (
-        track_phase(values, decay.step, decay.frequency, decay.phase, decay.quantity.order),
+        track_phase(values, decay.step, decay.frequency, decay.phase, decay.quantity.order, refined),
         values,
         reference,
     )

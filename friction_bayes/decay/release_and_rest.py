@@ -12,13 +12,14 @@ import math
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import ZERO, Array
 from friction_bayes.core.kernels import INLINED, INNER, KERNEL
 from friction_bayes.decay.amplitude_loss import amplitude_falls
 from friction_bayes.decay.block_means import fill_block_means
 from friction_bayes.decay.demodulation import (
     EVIDENCE,
     demodulate,
+    fill_turns,
     phase_of,
     rate_of,
     rough_phase,
@@ -122,6 +123,9 @@ def _about(y: Array, mean: float) -> tuple[float, float]:
 def _phasors(polynomial: Array, scale: float, start: int, n: int) -> tuple[Array, Array]:
     """Cosine and sine of a cubic phase from ``start`` on, turned by its differences, which a cubic ends."""
     cosine, sine = np.empty(n), np.empty(n)
+    if polynomial[2] == 0.0 and polynomial[3] == 0.0:
+        fill_turns(phase_of(polynomial, scale, float(start)), polynomial[1] / scale, cosine, sine)
+        return cosine, sine
     third = 6.0 * polynomial[3] / scale**3
     c3, s3 = math.cos(third), math.sin(third)
     c = s = c1 = s1 = c2 = s2 = 0.0
@@ -149,13 +153,21 @@ def _copy_moments(to_matrix: Array, to_right: Array, matrix: Array, right: Array
             to_matrix[a, b] = matrix[a, b]
 
 
-@njit(**KERNEL)
+@njit(**KERNEL, fastmath={"reassoc", "contract"})
 def _add_swings(
-    y: Array, mean: float, cosine: Array, sine: Array, first: int, last: int, matrix: Array, right: Array
+    y: Array,
+    mean: float,
+    cosine: Array,
+    sine: Array,
+    first: int,
+    last: int,
+    sign: float,
+    matrix: Array,
+    right: Array,
 ) -> float:
     """Add samples ``first <= j < last`` to the moments of columns ``1, c, hc, hhc, s, hs``, ``h = j / n``.
 
-    Many of these moments are the same.
+    Many of these moments are the same. A negative ``sign`` takes them away.
 
     Returns
     -------
@@ -176,33 +188,33 @@ def _add_swings(
         one, square = one + value, square + value * value
         yc0, yc1, yc2 = yc0 + value * c, yc1 + value * hc, yc2 + value * hhc
         ys0, ys1 = ys0 + value * s, ys1 + value * hs
-    matrix[0, 0] += last - first
-    matrix[1, 0] += c0
-    matrix[1, 1] += cc0
-    matrix[2, 0] += c1
-    matrix[2, 1] += cc1
-    matrix[2, 2] += cc2
-    matrix[3, 0] += c2
-    matrix[3, 1] += cc2
-    matrix[3, 2] += cc3
-    matrix[3, 3] += cc4
-    matrix[4, 0] += s0
-    matrix[4, 1] += cs0
-    matrix[4, 2] += cs1
-    matrix[4, 3] += cs2
-    matrix[4, 4] += ss0
-    matrix[5, 0] += s1
-    matrix[5, 1] += cs1
-    matrix[5, 2] += cs2
-    matrix[5, 3] += cs3
-    matrix[5, 4] += ss1
-    matrix[5, 5] += ss2
-    right[0] += one
-    right[1] += yc0
-    right[2] += yc1
-    right[3] += yc2
-    right[4] += ys0
-    right[5] += ys1
+    matrix[0, 0] += sign * (last - first)
+    matrix[1, 0] += sign * c0
+    matrix[1, 1] += sign * cc0
+    matrix[2, 0] += sign * c1
+    matrix[2, 1] += sign * cc1
+    matrix[2, 2] += sign * cc2
+    matrix[3, 0] += sign * c2
+    matrix[3, 1] += sign * cc2
+    matrix[3, 2] += sign * cc3
+    matrix[3, 3] += sign * cc4
+    matrix[4, 0] += sign * s0
+    matrix[4, 1] += sign * cs0
+    matrix[4, 2] += sign * cs1
+    matrix[4, 3] += sign * cs2
+    matrix[4, 4] += sign * ss0
+    matrix[5, 0] += sign * s1
+    matrix[5, 1] += sign * cs1
+    matrix[5, 2] += sign * cs2
+    matrix[5, 3] += sign * cs3
+    matrix[5, 4] += sign * ss1
+    matrix[5, 5] += sign * ss2
+    right[0] += sign * one
+    right[1] += sign * yc0
+    right[2] += sign * yc1
+    right[3] += sign * yc2
+    right[4] += sign * ys0
+    right[5] += sign * ys1
     return square
 
 
@@ -224,55 +236,49 @@ def _hinge(y: Array, start: int, polynomial: Array, scale: float) -> tuple[float
     """
     n = y.size - start
     half = math.pi / rate_of(polynomial, scale, float(start))
-    mean, _ = _about(y[start:], 0.0)
+    moving = y[start:]
+    mean, _ = _about(moving, 0.0)
     mean /= n
-    matrix, right, square = np.zeros((6, 6)), np.zeros(6), 0.0
-    tail_sum, tail_square = _about(y[start:], mean)
-    variance = tail_square
-    places = int(max(n - 3.0 * half, 0.0) / (0.25 * half)) + 3
-    matrices, rights = np.zeros((places, 6, 6)), np.zeros((places, 6))
-    squares, tails, at = np.zeros(places), np.zeros(places), np.zeros(places, np.int64)
-    count, next_candidate = 0, 3.0 * half
+    _, variance = _about(moving, mean)
     c, s = _phasors(polynomial, scale, start, n)
-    done = 0
-    for j in range(n):
-        if j >= next_candidate or j == n - 1:
-            next_candidate += 0.25 * half
-            square += _add_swings(y[start:], mean, c, s, done, j, matrix, right)
-            _copy_moments(matrices[count], rights[count], matrix, right)
-            squares[count], at[count] = square, j
-            tails[count] = max(tail_square - tail_sum * tail_sum / (n - j), 0.0)
-            count += 1
-            done = j
-        value = y[start + j] - mean
-        tail_sum -= value
-        tail_square -= value * value
-    square += _add_swings(y[start:], mean, c, s, done, n, matrix, right)
+    matrix, right = np.zeros((6, 6)), np.zeros(6)
+    _add_swings(moving, mean, c, s, ZERO, n, 1.0, matrix, right)
+    x, on_cost = regression(matrix, right, variance)
+    on_centre = x[0]
     shift = np.zeros((6, 5))
     best, best_cost, centre = math.inf, math.inf, 0.0
     bent, bent_cost, bent_centre = math.inf, math.inf, 0.0
-    # from the end on: what is constant after costs no less for an earlier place, and soon more than all
-    for k in range(count - 1, -1, -1):
-        tail = tails[k]
+    # from the end on; a motion does not end within its first three half cycles
+    j, at, places = n - 1, n, math.floor(4.0 * ((n - 2) / half - 3.0))
+    square, tail_sum, tail_square = variance, 0.0, 0.0
+    while True:
+        taken = _add_swings(moving, mean, c, s, j, at, -1.0, matrix, right)
+        total, _ = _about(moving[j:at], mean)
+        square, tail_sum, tail_square, at = square - taken, tail_sum + total, tail_square + taken, j
+        tail = max(tail_square - tail_sum * tail_sum / (n - j), 0.0)
         if tail > best_cost and tail > bent_cost:
-            continue
-        i, h = float(start + at[k]), at[k] / n
+            # what is constant after costs no less for an earlier place, and now more than all
+            break
+        i, h = float(start + j), j / n
         shift[0, 0], shift[4, 2] = 1.0, 1.0
         shift[1, 1], shift[2, 1] = h, -1.0
         shift[4, 3], shift[5, 3] = h, -1.0
         shift[1, 4], shift[2, 4], shift[3, 4] = h * h, -2.0 * h, 1.0
-        normal, projected = restricted(matrices[k], rights[k], shift)
-        x, rest = regression(normal, projected[:4], squares[k])
+        normal, projected = restricted(matrix, right, shift)
+        x, rest = regression(normal, projected[:4], square)
         if rest < math.inf and rest + tail <= best_cost:
             best, best_cost, centre = i, rest + tail, x[0]
-        x, rest = regression(normal, projected, squares[k])
+        x, rest = regression(normal, projected, square)
         if rest < math.inf and rest + tail <= bent_cost:
             bent, bent_cost, bent_centre = i, rest + tail, x[0]
+        if places < 0:
+            break
+        j = math.ceil((3.0 + 0.25 * places) * half)
+        places -= 1
     if best_cost > bent_cost * (1.0 + EVIDENCE / n):
         best, best_cost, centre = bent, bent_cost, bent_centre
-    x, rest = regression(matrix, right, square)
-    if rest <= best_cost * (1.0 - 6.0 / n):
-        best, best_cost, centre = math.inf, rest, x[0]
+    if on_cost <= best_cost * (1.0 - 6.0 / n):
+        best, best_cost, centre = math.inf, on_cost, on_centre
     explained = (variance - best_cost) / 5.0 / max(best_cost / max(n - 6, 1), 1e-300)
     if variance - best_cost < _LEAST_SHARE * variance:
         explained = 0.0

@@ -12,7 +12,8 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.decay.leaps import widest_gap
 from friction_bayes.records.quantisation import ROUNDING
 
 __all__ = ["Extremes", "extremes"]
@@ -21,8 +22,8 @@ _NEIGHBOURS = 3
 """Equal samples at an extreme that may be a flat top."""
 _APART = 3
 """Samples that those compared with each other are apart at most."""
-_AT_A_TIME = 256
-"""Samples in which those that go farther than all before are counted."""
+_LANES, _FOLDS = 64, 4
+"""Samples compared side by side, and how often in one go: compilers keep no running largest of one number."""
 
 
 class Extremes(NamedTuple):
@@ -34,6 +35,9 @@ class Extremes(NamedTuple):
         Lowest and highest samples.
     widest : ndarray
         Largest distance of two samples up to three apart.
+    gap : ndarray
+        Largest gap between straight lines through the samples on either side of an interval, see
+        :mod:`friction_bayes.decay.leaps`.
     flat : ndarray of bool
         Whether three neighbours are equal at an extreme. As many raise the question whether the sensor ends
         there, see :func:`friction_bayes.records.clipping.clipped_fraction`.
@@ -42,6 +46,7 @@ class Extremes(NamedTuple):
     low: Array
     high: Array
     widest: Array
+    gap: Array
     flat: Mask
 
     @property
@@ -55,17 +60,18 @@ def extremes(values: Array) -> Extremes:
     """Extremes of records, shape (records, n), each read while it is near."""
     count = values.shape[0]
     low, high, widest = np.full(count, np.inf), np.full(count, -np.inf), np.zeros(count)
-    flat = np.zeros(count, np.bool_)
+    gap, flat = np.zeros(count), np.zeros(count, np.bool_)
     for r in range(count):
         y = values[r]
         if _finite(y):
             low[r], high[r], widest[r] = _farthest(y)
+            gap[r] = widest_gap(y)
             rounding = ROUNDING * (high[r] - low[r])
             bottom, top = low[r] + rounding, high[r] - rounding
             flat[r] = _beyond(y, bottom, top) >= _NEIGHBOURS and _flat(y, bottom, top)
         else:
-            low[r], high[r], widest[r] = -np.inf, np.inf, np.inf
-    return Extremes(low, high, widest, flat)
+            low[r], high[r], widest[r], gap[r] = -np.inf, np.inf, np.inf, np.inf
+    return Extremes(low, high, widest, gap, flat)
 
 
 @njit(**KERNEL, fastmath={"reassoc"})
@@ -79,33 +85,38 @@ def _finite(y: Array) -> bool:
 
 @njit(**KERNEL)
 def _farthest(y: Array) -> tuple[float, float, float]:
-    """Extremes of finite samples, and the largest distance of two up to three apart.
-
-    Samples that go farther are counted, several at a time, and looked at where there are any: seldom.
-    """
+    """Extremes of finite samples, and the largest distance of two up to three apart."""
     low, high, widest = np.inf, -np.inf, 0.0
-    for begin in range(0, y.size, _AT_A_TIME):
-        part = y[begin : begin + _AT_A_TIME + _APART]
-        if _farther(part, low, high, widest) > 0:
-            for i in range(part.size):
-                low, high = min(low, part[i]), max(high, part[i])
-                for j in range(i + 1, min(i + 1 + _APART, part.size)):
-                    widest = max(widest, abs(part[j] - part[i]))
+    at_a_time = _LANES * _FOLDS
+    beside = np.full(_LANES, np.inf), np.full(_LANES, -np.inf), np.zeros(_LANES)
+    whole = max(y.size - _APART, 0) // at_a_time * at_a_time
+    for begin in range(0, whole, at_a_time):
+        _fold(y[begin : begin + at_a_time + _APART], *beside)
+    for j in range(_LANES):
+        low, high, widest = min(low, beside[0][j]), max(high, beside[1][j]), max(widest, beside[2][j])
+    for i in range(whole, y.size):
+        low, high = min(low, y[i]), max(high, y[i])
+        for j in range(i + 1, min(i + 1 + _APART, y.size)):
+            widest = max(widest, abs(y[j] - y[i]))
     return low, high, widest
 
 
-@njit(**KERNEL)
-def _farther(part: Array, low: float, high: float, widest: float) -> int:
-    first, second, third = part[1:], part[2:], part[3:]
-    count = 0
-    for i in range(third.size):
-        count += (part[i] < low) | (part[i] > high) | (abs(first[i] - part[i]) > widest)
-        count += (abs(second[i] - part[i]) > widest) | (abs(third[i] - part[i]) > widest)
-    for i in range(third.size, part.size):
-        count += (part[i] < low) | (part[i] > high)
-        for j in range(i + 1, part.size):
-            count += abs(part[j] - part[i]) > widest
-    return count
+@njit(**INNER)
+def _fold(part: Array, low: Array, high: Array, widest: Array) -> None:
+    """Take over, lane by lane, what goes farther in a part: the range of four samples is their distance."""
+    for j in range(_LANES):
+        lowest, highest, distance = low[j], high[j], widest[j]
+        for k in range(j, j + _LANES * _FOLDS, _LANES):
+            a, b, c, d = part[k], part[k + 1], part[k + 2], part[k + 3]
+            above, below = (a if a > b else b), (a if a < b else b)
+            other_above, other_below = (c if c > d else d), (c if c < d else d)
+            above = above if above > other_above else other_above
+            below = below if below < other_below else other_below
+            highest = above if above > highest else highest
+            lowest = below if below < lowest else lowest
+            reach = above - below
+            distance = reach if reach > distance else distance
+        low[j], high[j], widest[j] = lowest, highest, distance
 
 
 @njit(**KERNEL)

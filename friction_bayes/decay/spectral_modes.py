@@ -15,9 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from friction_bayes.core.arrays import Array, Indices, Mask
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.block_means import fill_block_means
 
 __all__ = ["BAND", "SpectralModes", "spectral_modes"]
@@ -36,6 +37,8 @@ _DIP = 0.5
 """Share of the weaker mode's amplitude below which the spectrum falls between two."""
 _RIVAL = 0.5
 """Share of the strongest mode from which on the record is not that of one mode."""
+_AT_A_TIME = 1 << 16
+"""Values of spectra that are kept at a time, while they are near."""
 _NEARLY = 1.0 - 1e-9
 """Share of a limit that rounding in another order does not reach."""
 _OVERTONE = 0.1
@@ -74,77 +77,161 @@ def spectral_modes(values: Array, expected: float) -> SpectralModes:
     if n < 4:
         return alone
     expected = expected * width
-    clean = np.empty((rows, n))
-    _fill_means(values, width, clean)
-    clean -= clean.mean(axis=1, keepdims=True)
     length = 1 << max(2 * n - 1, 8).bit_length()
     grid = np.arange(length // 2 + 1) * (2.0 * math.pi / length)
     low, high = max(expected / BAND, 2.0 * math.pi / n), min(2.0 * BAND * expected, math.pi)
     band = np.flatnonzero((grid >= low) & (grid <= high))
-    sought = np.count_nonzero(grid[band] <= BAND * expected)
+    sought = int(np.count_nonzero(grid[band] <= BAND * expected))
     if sought < 3:
         return alone
-    slope = np.abs(np.fft.rfft(np.diff(clean, axis=1), length, axis=1)[:, band])
-    power, amplitude = slope**2, slope / (2.0 * np.sin(0.5 * grid[band]))
-    peak = np.clip(power[:, :sought].argmax(axis=1), 1, sought - 2)
-    every = np.arange(rows)
-    before, at, after = (power[every, peak + k] for k in (-1, 0, 1))
-    bend = before - 2.0 * at + after
-    shift = np.where(bend < 0.0, 0.5 * (before - after) / np.where(bend < 0.0, bend, 1.0), 0.0)
-    alone.frequency[:] = (grid[band[peak]] + np.clip(shift, -1.0, 1.0) * grid[1]) / width
-    energy = np.sum(clean**2, axis=1)
-    tops = amplitude[every, peak]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        longs = 2.0 * tops**2 / energy
-    beyond = _beyond_skirts(amplitude, grid[band], peak, longs)
-    for row in np.flatnonzero(beyond & (tops > 0.0)).tolist():
-        main, top, long = grid[band[peak[row]]], tops[row], longs[row]
-        found = _others(amplitude[row] / top, grid[band], int(peak[row]), long)
-        if found.size:
-            shares, at_others = amplitude[row, found] / top, grid[band[found]]
-            in_band = at_others <= BAND * expected
-            rivals = in_band & (shares >= _RIVAL)
-            if abs(main / expected - 1.0) > _APART:
-                rivals |= np.abs(at_others / expected - 1.0) < _APART
-            if main > _TOO_FAST * expected:
-                rivals |= (np.abs(at_others / main - 2.0) < 0.5 * _APART) & (shares >= _OVERTONE)
-            ranked = np.lexsort((shares, rivals))
-            alone.other[row], alone.share[row] = at_others[ranked[-1]] / width, shares[ranked[-1]]
-            alone.several[row] = rivals.any()
+    first, grid = int(band[0]), grid[band]
+    into_samples = 0.5 / np.sin(0.5 * grid)
+    at_a_time = max(_AT_A_TIME // length, 1)
+    for begin in range(0, rows, at_a_time):
+        part = slice(begin, begin + at_a_time)
+        own = SpectralModes._make(field[part] for field in alone)
+        steps, energy = np.empty((own.frequency.size, n - 1)), np.empty(own.frequency.size)
+        _fill_steps(values[part], width, steps, energy)
+        spectrum = np.fft.rfft(steps, length, axis=1)
+        peak, tops, longs, beyond = _strongest(
+            spectrum, first, grid, into_samples, sought, energy, own.frequency
+        )
+        for row in np.flatnonzero(beyond & (tops > 0.0)).tolist():
+            amplitude = np.abs(spectrum[row, band]) * into_samples / tops[row]
+            _tell_others(own, row, amplitude, grid, int(peak[row]), longs[row], expected)
+    for frequency in (alone.frequency, alone.other):
+        frequency /= width
     return alone
 
 
-@njit(**KERNEL)
-def _fill_means(values: Array, width: int, means: Array) -> None:
-    """Means of blocks; samples that are not finite count as zero."""
-    for r in range(values.shape[0]):
-        fill_block_means(values[r], width, 0.0, means[r])
-        total = 0.0
-        for k in range(means.shape[1]):
-            total += means[r, k]
-        if not math.isfinite(total):
-            finite = np.where(np.isfinite(values[r]), values[r], 0.0)
-            fill_block_means(finite, width, 0.0, means[r])
+def _tell_others(
+    modes: SpectralModes,
+    row: int,
+    amplitude: Array,
+    grid: Array,
+    peak: int,
+    long: float,
+    expected: float,
+) -> None:
+    """Put what modes there are besides the strongest, whose amplitude is one, into a row."""
+    found = _others(amplitude, grid, peak, long)
+    if found.size:
+        main, shares, at_others = grid[peak], amplitude[found], grid[found]
+        in_band = at_others <= BAND * expected
+        rivals = in_band & (shares >= _RIVAL)
+        if abs(main / expected - 1.0) > _APART:
+            rivals |= np.abs(at_others / expected - 1.0) < _APART
+        if main > _TOO_FAST * expected:
+            rivals |= (np.abs(at_others / main - 2.0) < 0.5 * _APART) & (shares >= _OVERTONE)
+        ranked = np.lexsort((shares, rivals))
+        modes.other[row], modes.share[row] = at_others[ranked[-1]], shares[ranked[-1]]
+        modes.several[row] = rivals.any()
 
 
 @njit(**KERNEL)
-def _beyond_skirts(amplitude: Array, grid: Array, peak: Indices, long: Array) -> Mask:
-    """Whether any maximum apart from the strongest rises above its skirts, shape (records,).
-
-    Rounding aside :func:`_others` finds none where not.
+def _fill_steps(values: Array, width: int, steps: Array, energy: Array) -> None:
+    """Differences of the means of blocks, shape (records, blocks - 1), and the sums of their squares about
+    their mean; samples that are not finite count as zero.
     """
-    found = np.zeros(amplitude.shape[0], np.bool_)
-    for r in range(amplitude.shape[0]):
-        own, main = amplitude[r], grid[peak[r]]
-        top = own[peak[r]]
-        for k in range(1, own.size - 1):
-            if own[k] < _NEARLY * _LEAST_SHARE * top or own[k] <= own[k - 1] or own[k] < own[k + 1]:
-                continue
-            apart = abs(grid[k] - main)
-            if apart > _APART * max(main, grid[k]):
-                skirt = _SKIRT / (apart * long[r]) * math.sqrt(max(1.0, main / grid[k]))
-                found[r] |= own[k] > _NEARLY * skirt * top
-    return found
+    means = np.empty(steps.shape[1] + 1)
+    for r in range(values.shape[0]):
+        fill_block_means(values[r], width, 0.0, means)
+        mean = _sum(means)
+        if not math.isfinite(mean):
+            finite = np.where(np.isfinite(values[r]), values[r], 0.0)
+            fill_block_means(finite, width, 0.0, means)
+            mean = _sum(means)
+        mean /= means.size
+        energy[r] = 0.0
+        for k in range(means.size):
+            energy[r] += (means[k] - mean) ** 2
+        for k in range(means.size - 1):
+            steps[r, k] = means[k + 1] - means[k]
+
+
+@njit(**INNER)
+def _sum(values: Array) -> float:
+    total = 0.0
+    for k in range(values.size):
+        total += values[k]
+    return total
+
+
+@njit(**KERNEL)
+def _strongest(
+    spectrum: NDArray[np.complex128],
+    first: int,
+    grid: Array,
+    into_samples: Array,
+    sought: int,
+    energy: Array,
+    frequency: Array,
+) -> tuple[Indices, Array, Array, Mask]:
+    """Find the strongest maximum of each record, and whether any apart from it stands out of its skirts.
+
+    Rounding aside :func:`_others` finds none where none does.
+
+    Parameters
+    ----------
+    spectrum : ndarray of complex, shape (records, m)
+        Of the differences.
+    first : int
+        Place of the first frequency of the band in it.
+    grid, into_samples : ndarray, shape (k,)
+        Frequencies of the band, and factors from amplitudes of differences to those of samples.
+    sought : int
+        So many of them are looked at for the strongest.
+    energy : ndarray, shape (records,)
+    frequency : ndarray, shape (records,)
+        Receives its frequency.
+
+    Returns
+    -------
+    peak : ndarray of int, shape (records,)
+        Its place in the band.
+    top, long : ndarray, shape (records,)
+        Its amplitude, and for how many samples the decay lasts.
+    beyond : ndarray of bool, shape (records,)
+    """
+    records = spectrum.shape[0]
+    peak, beyond = np.zeros(records, np.intp), np.zeros(records, np.bool_)
+    tops, longs = np.zeros(records), np.full(records, np.nan)
+    power, amplitude = np.empty(grid.size), np.empty(grid.size)
+    for r in range(records):
+        own = spectrum[r, first : first + grid.size]
+        for k in range(grid.size):
+            power[k] = own[k].real ** 2 + own[k].imag ** 2
+            amplitude[k] = math.sqrt(power[k]) * into_samples[k]
+        best = 0
+        for k in range(1, sought):
+            best = k if power[k] > power[best] else best
+        best = min(max(best, 1), sought - 2)
+        before, at, after = power[best - 1], power[best], power[best + 1]
+        bend, shift = before - 2.0 * at + after, 0.0
+        if bend < 0.0:
+            shift = min(max(0.5 * (before - after) / bend, -1.0), 1.0)
+        top = amplitude[best]
+        peak[r], tops[r] = best, top
+        frequency[r] = grid[best] + shift * (grid[1] - grid[0])
+        if energy[r] > 0.0:
+            longs[r] = 2.0 * top * top / energy[r]
+            beyond[r] = _beyond_skirts(amplitude, grid, best, longs[r])
+    return peak, tops, longs, beyond
+
+
+@njit(**INNER)
+def _beyond_skirts(amplitude: Array, grid: Array, peak: int, long: float) -> bool:
+    top, main = amplitude[peak], grid[peak]
+    for k in range(1, amplitude.size - 1):
+        own = amplitude[k]
+        if own < _NEARLY * _LEAST_SHARE * top or own <= amplitude[k - 1] or own < amplitude[k + 1]:
+            continue
+        apart = abs(grid[k] - main)
+        if apart > _APART * max(main, grid[k]):
+            skirt = _SKIRT / (apart * long) * math.sqrt(max(1.0, main / grid[k]))
+            if own > _NEARLY * skirt * top:
+                return True
+    return False
 
 
 def _others(amplitude: Array, grid: Array, main: int, long: float) -> Array:

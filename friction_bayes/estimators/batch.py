@@ -22,9 +22,9 @@ from friction_bayes.core.quantities import UNCALIBRATED_UNITS, Quantity
 from friction_bayes.core.summary import TAILS
 from friction_bayes.core.system import Oscillator, check_system
 from friction_bayes.decay.excursions import excursions_possible, without_excursions
-from friction_bayes.decay.free_decay import FreeDecay, after_leap, around_release, check_sampling
+from friction_bayes.decay.free_decay import FreeDecay, after_leap, check_sampling
 from friction_bayes.decay.friction_samples import PEAKS
-from friction_bayes.decay.leaps import find_leap, may_leap
+from friction_bayes.decay.leaps import find_leap, leaps_possible
 from friction_bayes.decay.located import FOUND, NOT_DECAYING, Located
 from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.decay.pendulum_likeness import pendulum_notes
@@ -79,9 +79,9 @@ _BIT = {name: 1 << i for i, name in enumerate(WARNINGS)}
 _COEFFICIENTS = 5
 """Fitted to each record."""
 _OK, _NO_FIT, _CLIPPED, _LEAPS = (STATUS.index(word) for word in ("ok", "no_fit", "clipped", "leaps"))
-_SHARE_OF_MEMORY = 1.0 / 16.0
-"""Of that of the records, in which samples are worked on at a time as floats."""
-_LEAST_PART, _LARGEST_PART = 500_000, 4_000_000
+_SHARE_IN_PLACE, _SHARE_COPIED = 1.0 / 4.0, 1.0 / 16.0
+"""Of the memory of the records, whose samples are worked on at a time: as they are, or copied to floats."""
+_LEAST_PART, _LARGEST_PART = 2_000_000, 16_000_000
 """So many of them."""
 
 _COLUMNS = (
@@ -245,7 +245,8 @@ def _estimate_rows(
     judge: bool,
 ) -> Array:
     """Estimate every row of an array, shape (records, n) to (records, columns)."""
-    most = min(max(int(_SHARE_OF_MEMORY * values.nbytes / 8), _LEAST_PART), _LARGEST_PART)
+    share = _SHARE_IN_PLACE if values.dtype == np.float64 else _SHARE_COPIED
+    most = min(max(int(share * values.nbytes / 8), _LEAST_PART), _LARGEST_PART)
     rows = max(most // max(values.shape[1], 1), 1)
     parts = [
         # writeable as those of a single record are: kernels are compiled for one kind of array
@@ -298,7 +299,7 @@ def _estimate_chunk(
         if clipped_fraction(values[row])[1] is not None:
             located.status[row] = _CLIPPED
     if kind.order == 0:
-        _set_leaps_apart(values, located, seen.widest)
+        _set_leaps_apart(values, located, seen.gap)
     decays = replace(like, values=values, located=located)
     fits = estimator.fit_many(decays, prior, peaks=peaks)
     found, family = fits.found, fits.family
@@ -386,13 +387,12 @@ def _judged(table: Array, used: Mapping[int, FreeDecay], flags: Integers, straig
     return judged
 
 
-def _set_leaps_apart(values: Array, located: Located, widest: Array) -> None:
+def _set_leaps_apart(values: Array, located: Located, gap: Array) -> None:
     """Begin decays behind a leap from a rest, and mark those that leap in mid-motion."""
-    for row in np.flatnonzero(located.status == FOUND).tolist():
-        begin, end, omega = int(located.start[row]), int(located.stop[row]), float(located.frequency[row])
-        _, around = around_release(values[row, :end], begin, omega)
-        if not (may_leap(around, widest[row]) or may_leap(values[row, begin:end], widest[row])):
-            continue
+    start, stop, frequency = located.start, located.stop, located.frequency
+    possible = leaps_possible(values, start, stop, frequency, gap, located.status == FOUND)
+    for row in np.flatnonzero(possible).tolist():
+        begin, end, omega = int(start[row]), int(stop[row]), float(frequency[row])
         released = after_leap(values[row, :end], begin, omega)
         located.start[row] = released
         located.phase[row] = (located.phase[row] + omega * (released - begin)) % (2.0 * math.pi)

@@ -173,7 +173,7 @@ def _run(coefficients: Array, kicks: Array) -> Array:
     return values
 
 
-@njit(**KERNEL)
+@njit(**KERNEL, fastmath={"reassoc", "contract"})
 def burg_recursion(x: Array, most: int) -> tuple[Array, Array]:
     """Coefficients, row ``m`` those of order ``m``, and variances of the innovations, for unit variance."""
     n = x.size
@@ -182,18 +182,20 @@ def burg_recursion(x: Array, most: int) -> tuple[Array, Array]:
     forward, backward = x.copy(), x.copy()
     for m in range(1, most + 1):
         numerator, denominator = 0.0, 0.0
-        for i in range(m, n):
-            numerator += forward[i] * backward[i - 1]
-            denominator += forward[i] ** 2 + backward[i - 1] ** 2
+        # what an order leaves stays in its place, so that compilers take several at a time
+        ahead, behind = forward[m:], backward[: n - m]
+        for i in range(n - m):
+            numerator += ahead[i] * behind[i]
+            denominator += ahead[i] ** 2 + behind[i] ** 2
         reflection = _REGULAR * 2.0 * numerator / max(denominator, 1e-300)
         for k in range(m - 1):
             coefficients[m, k] = coefficients[m - 1, k] - reflection * coefficients[m - 1, m - 2 - k]
         coefficients[m, m - 1] = reflection
         variances[m] = variances[m - 1] * (1.0 - reflection * reflection)
-        for i in range(n - 1, m - 1, -1):
-            ahead, behind = forward[i], backward[i - 1]
-            forward[i] = ahead - reflection * behind
-            backward[i] = behind - reflection * ahead
+        for i in range(n - m):
+            before, after = ahead[i], behind[i]
+            ahead[i] = before - reflection * after
+            behind[i] = after - reflection * before
     return coefficients, variances
 
 

@@ -13,12 +13,14 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.core.kernels import KERNEL
+from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.kalman import ErrorSteps, filter_gains, whitened_innovations
 from friction_bayes.statespace.transition import ForcedSteps, discretise
 
 __all__ = ["ForceTable", "ForcesBeside", "force_table", "probability_of_none"]
 
+_LANES = 32
+"""Forces side by side, of which the last may be none at all: so many compilers take several at a time."""
 _COLUMNS = 3
 """Free motion from either state at the first sample, and a constant."""
 
@@ -48,12 +50,11 @@ class ForceTable(NamedTuple):
     ----------
     step : float
         Phase from one sample to the next.
-    transitions : ndarray, shape (forces, 7)
-        Entries ``00, 01, 02, 10, 11, 12, 22`` of each.
-    gains : ndarray, shape (n, forces, 4)
-        Of displacement, velocity and force for a whitened innovation, and one over the innovation's sd.
-    columns : ndarray, shape (n, forces, 3)
-        The columns, whitened.
+    transitions : ndarray, shape (7 _LANES,)
+        Entries ``00, 01, 02, 10, 11, 12, 22`` of all, one after the other.
+    filters : ndarray, shape (n, 7 _LANES)
+        Likewise gains of displacement, velocity and force for a whitened innovation, one over the
+        innovation's sd, and the columns, whitened.
     sums : ndarray, shape (n + 1, forces, 7)
         Over the first samples: products ``aa, ab, bb, ac, bc, cc`` of the whitened columns, and the log
         determinant.
@@ -61,8 +62,7 @@ class ForceTable(NamedTuple):
 
     step: float
     transitions: Array
-    gains: Array
-    columns: Array
+    filters: Array
     sums: Array
 
 
@@ -83,8 +83,9 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ForcesBesid
     forces : ForcesBeside
     """
     count = forces.ratio.size
-    transitions, gains, sums = np.empty((count, 7)), np.empty((n, count, 4)), np.zeros((n + 1, count, 7))
-    whitened, columns = np.empty((n, count, _COLUMNS)), np.ones((n, _COLUMNS))
+    assert count <= _LANES
+    transitions, filters, sums = np.zeros(7 * _LANES), np.zeros((n, 7 * _LANES)), np.zeros((n + 1, count, 7))
+    each, columns = np.empty((count, n, 8)), np.ones((n, _COLUMNS))
     for i in range(n):
         angle = i * step + 0.5 * math.pi * order
         columns[i, 0], columns[i, 1] = math.cos(angle), math.sin(angle)
@@ -98,53 +99,73 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ForcesBesid
         own = filter_gains(forced, error, rows, variance, np.empty((0, 4, 4)))
         white = whitened_innovations(columns, index, transition, error.decays, rows, own)
         f = transition[0]
-        transitions[k, 0], transitions[k, 1], transitions[k, 2] = f[0, 0], f[0, 1], f[0, 2]
-        transitions[k, 3], transitions[k, 4], transitions[k, 5] = f[1, 0], f[1, 1], f[1, 2]
-        transitions[k, 6] = f[2, 2]
+        for j, entry in enumerate((f[0, 0], f[0, 1], f[0, 2], f[1, 0], f[1, 1], f[1, 2], f[2, 2])):
+            transitions[j * _LANES + k] = entry
         for i in range(n):
-            gains[i, k, 0], gains[i, k, 1], gains[i, k, 2] = own[i, 0], own[i, 1], own[i, 2]
-            gains[i, k, 3] = own[i, 4]
-            a, b, c = white[i, 0], white[i, 1], white[i, 2]
-            whitened[i, k, 0], whitened[i, k, 1], whitened[i, k, 2] = a, b, c
-            products = (a * a, a * b, b * b, a * c, b * c, c * c, -2.0 * math.log(own[i, 4]))
+            each[k, i, 0], each[k, i, 1], each[k, i, 2], each[k, i, 3] = (
+                own[i, 0],
+                own[i, 1],
+                own[i, 2],
+                own[i, 4],
+            )
+            each[k, i, 4], each[k, i, 5], each[k, i, 6] = white[i, 0], white[i, 1], white[i, 2]
+    # sample by sample, as memory has it
+    for i in range(n):
+        for k in range(count):
+            for j in range(7):
+                filters[i, j * _LANES + k] = each[k, i, j]
+            scale, a, b, c = each[k, i, 3], each[k, i, 4], each[k, i, 5], each[k, i, 6]
+            products = (a * a, a * b, b * b, a * c, b * c, c * c, -2.0 * math.log(scale))
             for j in range(7):
                 sums[i + 1, k, j] = sums[i, k, j] + products[j]
-    return ForceTable(step, transitions, gains, whitened, sums)
+    return ForceTable(step, transitions, filters, sums)
 
 
-@njit(**KERNEL, fastmath={"contract"})
+@njit(**INNER, fastmath={"contract"})
+def _advance(value: float, row: Array, f: Array, filters: Array, sums: Array) -> None:
+    """Take one sample into the filters of all forces, side by side.
+
+    ``sums`` are the states, and those of the innovations with the columns and themselves.
+    """
+    see_x, see_v, see_d = row[0], row[1], row[2]
+    for k in range(_LANES):
+        x, v, d = sums[k], sums[_LANES + k], sums[2 * _LANES + k]
+        ahead_x = f[k] * x + f[_LANES + k] * v + f[2 * _LANES + k] * d
+        ahead_v = f[3 * _LANES + k] * x + f[4 * _LANES + k] * v + f[5 * _LANES + k] * d
+        ahead_d = f[6 * _LANES + k] * d
+        e = (value - see_x * ahead_x - see_v * ahead_v - see_d * ahead_d) * filters[3 * _LANES + k]
+        sums[k] = ahead_x + filters[k] * e
+        sums[_LANES + k] = ahead_v + filters[_LANES + k] * e
+        sums[2 * _LANES + k] = ahead_d + filters[2 * _LANES + k] * e
+        sums[3 * _LANES + k] += filters[4 * _LANES + k] * e
+        sums[4 * _LANES + k] += filters[5 * _LANES + k] * e
+        sums[5 * _LANES + k] += filters[6 * _LANES + k] * e
+        sums[6 * _LANES + k] += e * e
+
+
+@njit(**KERNEL)
 def probability_of_none(residual: Array, row: Array, forces: ForcesBeside, table: ForceTable) -> float:
     """Probability that no force acts on what has this residual, shape (m,), of at most the table's samples.
 
     Its free motion, a constant and the noise are integrated out under a flat prior.
     """
     n, count = residual.size, forces.ratio.size
-    f, gains, columns = table.transitions, table.gains, table.columns
-    states, moments = np.zeros((count, 3)), np.zeros((count, 4))
+    sums = np.zeros(7 * _LANES)
     for i in range(n):
-        for k in range(count):
-            x = f[k, 0] * states[k, 0] + f[k, 1] * states[k, 1] + f[k, 2] * states[k, 2]
-            v = f[k, 3] * states[k, 0] + f[k, 4] * states[k, 1] + f[k, 5] * states[k, 2]
-            d = f[k, 6] * states[k, 2]
-            e = (residual[i] - row[0] * x - row[1] * v - row[2] * d) * gains[i, k, 3]
-            states[k, 0] = x + gains[i, k, 0] * e
-            states[k, 1] = v + gains[i, k, 1] * e
-            states[k, 2] = d + gains[i, k, 2] * e
-            for j in range(_COLUMNS):
-                moments[k, j] += columns[i, k, j] * e
-            moments[k, 3] += e * e
+        _advance(residual[i], row, table.transitions, table.filters[i], sums)
+    moments = sums[3 * _LANES :].reshape(4, _LANES)
     freedom = n - _COLUMNS
     log_weight = np.empty(count)
     for k in range(count):
         aa, ab, bb, ac, bc, cc, log_determinant = table.sums[n, k]
         # the Cholesky factor of the products of columns and residual
         a = math.sqrt(aa)
-        b, c, r = ab / a, ac / a, moments[k, 0] / a
+        b, c, r = ab / a, ac / a, moments[0, k] / a
         bb = math.sqrt(bb - b * b)
-        cb, rb = (bc - c * b) / bb, (moments[k, 1] - r * b) / bb
+        cb, rb = (bc - c * b) / bb, (moments[1, k] - r * b) / bb
         cc = math.sqrt(cc - c * c - cb * cb)
-        rc = (moments[k, 2] - r * c - rb * cb) / cc
-        rest = moments[k, 3] - r * r - rb * rb - rc * rc
+        rc = (moments[2, k] - r * c - rb * cb) / cc
+        rest = moments[3, k] - r * r - rb * rb - rc * rc
         log_weight[k] = forces.log_prior[k] - 0.5 * (freedom * math.log(rest) + log_determinant)
         log_weight[k] -= math.log(a * bb * cc)
     total = 0.0

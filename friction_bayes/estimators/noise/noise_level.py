@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -80,6 +81,7 @@ class SensorNoise:
     weaker_above: bool
 
 
+@cache
 def forces_beside() -> ForcesBeside:
     """The forces that the level is averaged over, none first."""
     forces = [(0.0, 1.0), *((size / float(at_resonance(tau)), tau) for size in _SIZES for tau in _TIMES)]

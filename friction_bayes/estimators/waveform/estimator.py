@@ -97,10 +97,10 @@ class WaveformEstimator(TabulatedPrior):
         phase_variance = np.diag(after.coefficients.shape)[[ADVANCE - COEFFICIENTS, PHASE - COEFFICIENTS]]
         phase_sd = math.sqrt(float(phase_variance.sum()))
         fitted = FittedSignal(
-            coefficients=dict(zip(NAMES[free], p[free], strict=True)),
+            coefficients=dict(zip(NAMES[free], after.mean, strict=True)),
             frequency_scale=2.0 / decay.duration,
             half_cycles=turning_samples(samples, p, stop).size - 1,
-            rest_position=float(p[OFFSET]),
+            rest_position=float(p[OFFSET] if decay.rest_known else after.mean[OFFSET]),
             prediction=signals(samples, decay.quantity.order, p[None], kappa, stop)[0],
             motion=FittedMotion(states(samples, p, kappa, stop), phase_sd),
             jumps=decay.quantity.order == 2 and _SURELY * phase_sd > NEAR_TURN,
@@ -143,9 +143,9 @@ class WaveformEstimator(TabulatedPrior):
         return Fits(
             family=stats.t,
             parameters=(posterior.degrees, posterior.mean[:, FRICTION], posterior.scale[:, FRICTION]),
-            frequency=fits.coefficients[:, ADVANCE] / half_duration,
+            frequency=posterior.mean[:, ADVANCE] / half_duration,
             frequency_sd=posterior.scale[:, ADVANCE] / half_duration,
-            rest_position=fits.coefficients[:, OFFSET],
+            rest_position=posterior.mean[:, OFFSET],
             noise_sd=posterior.noise_sd,
             residual=residual,
             glance=partial(glance, decays.values, decays.located, decays.quantity.order, fits),

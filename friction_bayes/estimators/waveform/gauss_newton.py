@@ -36,6 +36,9 @@ _ALL = ZERO + COEFFICIENTS
 _MAX_STEPS = 60
 _CONVERGED = 1e-10
 """Gauss-Newton stops when a step, in squared standard deviations, is below this."""
+_LINEAR_STEP, _LEFT_OVER = 0.05, 1e-7
+"""... or, where samples are to be read once, below the first of these with less than the second to follow:
+the regression on the signal linearised there takes the step."""
 _ROUNDING = 1e-28
 """... or below this share of the signal's sum of squares, for records without noise."""
 
@@ -104,8 +107,18 @@ def _promised_fall(at: NormalEquations, step: Array, prior: Penalty) -> float:
 
 
 @njit(**INNER)
+def _bend(at: NormalEquations, step: Array, unit: float) -> float:
+    """Share of a step, in squared standard deviations, that is left after it.
+
+    The signal bends over the step itself, and noise, of variance ``unit``, turns the phase in which it bends.
+    """
+    known = math.sqrt(unit / min(at.matrix[ADVANCE, ADVANCE], at.matrix[PHASE, PHASE]))
+    return (abs(step[ADVANCE]) + abs(step[PHASE]) + known) ** 2
+
+
+@njit(**INNER)
 def _minimise(
-    signal: Signal, squares: float, at: NormalEquations, held: Array, stop: int, prior: Penalty
+    signal: Signal, squares: float, at: NormalEquations, held: Array, stop: int, prior: Penalty, once: bool
 ) -> tuple[float, bool]:
     """Gauss-Newton from ``at``, damped where a step does not descend; see :func:`fit_waveform`.
 
@@ -125,7 +138,10 @@ def _minimise(
             damping = max(10.0 * damping, 1e-6)
             continue
         fall = _promised_fall(at, step, prior)
-        if fall <= _CONVERGED * misfit / signal.y.size or fall <= _ROUNDING * squares:
+        unit = misfit / signal.y.size
+        if fall <= _CONVERGED * unit or fall <= _ROUNDING * squares:
+            return misfit, True
+        if once and fall <= _LINEAR_STEP * unit and fall * _bend(at, step, unit) <= _LEFT_OVER * unit:
             return misfit, True
         # a quarter turn at most, so that no step leaves the basin of its phase
         scale = min(1.0, 0.8 / max(abs(step[ADVANCE]) + abs(step[PHASE]), 1e-300))
@@ -163,7 +179,7 @@ def _settle_jumps(
                 for a in range(COEFFICIENTS):
                     held[a] = trial.p[a] = at.p[a]
                 held[which] += shift * sample
-                _minimise(signal, squares, trial, held, stop, prior)
+                _minimise(signal, squares, trial, held, stop, prior, False)
                 trial_misfit = accumulate(signal, trial, trial.p, stop)
                 if trial_misfit < misfit:
                     _keep(at, trial)
@@ -193,7 +209,7 @@ def start_waveform(signal: Signal, at: NormalEquations, prior: Penalty) -> tuple
 
 @njit(**KERNEL)
 def fit_waveform(
-    signal: Signal, squares: float, at: NormalEquations, prior: Penalty, rough: bool
+    signal: Signal, squares: float, at: NormalEquations, prior: Penalty, rough: bool, once: bool
 ) -> tuple[float, int, bool]:
     """Minimise squared residuals plus ``weight (p - mean)**2``, from ``at.p``.
 
@@ -212,6 +228,9 @@ def fit_waveform(
         Prior precisions relative to that of a sample (infinite: held) and prior means.
     rough : bool
         Whether that is too rough to say where the motion ends.
+    once : bool
+        Whether to be content where the regression on the signal linearised there takes the last step. Not of
+        an acceleration, which jumps.
 
     Returns
     -------
@@ -229,7 +248,7 @@ def fit_waveform(
             break
         for a in range(COEFFICIENTS):
             trial.p[a] = at.p[a]
-        trial_misfit, trial_found = _minimise(signal, squares, trial, at.p, proposed, prior)
+        trial_misfit, trial_found = _minimise(signal, squares, trial, at.p, proposed, prior, once)
         if signal.order == 2:
             # in the half cycles that its own phase puts the samples in
             trial_misfit = accumulate(signal, trial, trial.p, proposed)

@@ -57,6 +57,8 @@ _SAME_CLOCK = 0.02
 """Rad by which the phase of a record may run away from the table's."""
 _FEWEST = 12
 """Half cycles below which amplitudes scatter too little or too much by chance for a short form."""
+_LAGS_AT_A_TIME, _NEAR = 6, 2000
+"""Lags that one reading gives products of, and values that are read for all lags while they are near."""
 _ODDS_OF_FASTER_LOSS = math.log(SURELY_FASTER / (1.0 - SURELY_FASTER)) - PRIOR_LOG_ODDS
 """Log Bayes factor of a loss that is surely not of dry friction alone."""
 
@@ -88,18 +90,18 @@ def _glance_all(
     forces: ForcesBeside,
     found: Glance,
 ) -> None:
-    work, short = np.empty(values.shape[1]), np.empty(values.shape[1], np.float32)
+    work = np.empty(values.shape[1], np.float32)
     table = force_table(0.5, 2, row, order, forces)
     for r in range(values.shape[0]):
         n = located.stop[r] - located.start[r]
         if not fits.found[r] or n < LEAST_SAMPLES:
             continue
-        p, residual, single = fits.coefficients[r], work[:n], short[:n]
+        p, residual = fits.coefficients[r], work[:n]
         # about a fitted offset the residual has no mean
         scale = math.sqrt(n / max(fits.misfit[r], 1e-300))
         moving = values[r, located.start[r] : located.stop[r]]
-        found.straight[r] = _straight(moving, order, p, fits.kappa[r], fits.stop[r], scale, residual, single)
-        if _surely_uncorrelated(single):
+        found.straight[r] = _straight(moving, order, p, fits.kappa[r], fits.stop[r], scale, residual)
+        if _surely_uncorrelated(residual):
             angle = 2.0 * p[ADVANCE] / (n - 1)
             block = samples_in_mean(angle)
             means = np.empty(n // block)
@@ -122,27 +124,42 @@ def _centre(out: Array) -> None:
         out[i] = (out[i] - mean) * scale
 
 
-@njit(**KERNEL, fastmath={"reassoc", "contract"})
-def _lagged_products(x: NDArray[np.float32], lag: int) -> tuple[float, float, float]:
-    """Sums of the products with the values one, two and three lags on, from ``lag``."""
-    n = x.size - lag
-    first, second, third = x[lag:], x[lag + 1 :], x[lag + 2 :]
-    one = two = three = np.float32(0.0)
-    for i in range(n - 2):
-        one += x[i] * first[i]
-        two += x[i] * second[i]
-        three += x[i] * third[i]
-    one += x[n - 2] * first[n - 2] + x[n - 1] * first[n - 1]
-    return float(one), float(two + x[n - 2] * second[n - 2]), float(three)
+@njit(**INNER, fastmath={"reassoc", "contract"})
+def _add_lagged_products(x: NDArray[np.float32], count: int, lag: int, products: Array) -> None:
+    """Add the sums of the products of the first values with those from ``lag`` to five more on."""
+    a, b, c = x[lag:], x[lag + 1 :], x[lag + 2 :]
+    d, e, f = x[lag + 3 :], x[lag + 4 :], x[lag + 5 :]
+    sum_a = sum_b = sum_c = sum_d = sum_e = sum_f = np.float32(0.0)
+    for i in range(count):
+        value = x[i]
+        sum_a += value * a[i]
+        sum_b += value * b[i]
+        sum_c += value * c[i]
+        sum_d += value * d[i]
+        sum_e += value * e[i]
+        sum_f += value * f[i]
+    products[lag] += sum_a
+    products[lag + 1] += sum_b
+    products[lag + 2] += sum_c
+    products[lag + 3] += sum_d
+    products[lag + 4] += sum_e
+    products[lag + 5] += sum_f
 
 
 @njit(**INNER)
 def _surely_uncorrelated(x: NDArray[np.float32]) -> bool:
     """Whether no order of an autoregression is as probable as none, by the Yule-Walker equations."""
     most = most_lags(x.size)
-    covariance = np.zeros(MOST_LAGS + 3)
-    for lag in range(1, most + 1, 3):
-        covariance[lag], covariance[lag + 1], covariance[lag + 2] = _lagged_products(x, lag)
+    covariance = np.zeros(MOST_LAGS + 1)
+    # the last values, of which there are not so many to go with, once more before nothing
+    ends = max(x.size - MOST_LAGS, 0)
+    last = np.zeros(x.size - ends + MOST_LAGS, np.float32)
+    last[: x.size - ends] = x[ends:]
+    for lag in range(1, MOST_LAGS + 1, _LAGS_AT_A_TIME):
+        for begin in range(0, ends, _NEAR):
+            count = min(_NEAR, ends - begin)
+            _add_lagged_products(x[begin : begin + count + MOST_LAGS], count, lag, covariance)
+        _add_lagged_products(last, x.size - ends, lag, covariance)
     coefficients, before = np.zeros(most), np.zeros(most)
     variance = 1.0
     for m in range(1, most + 1):
@@ -194,10 +211,9 @@ def _leave(  # type: ignore[no-untyped-def]
     along: float,
     across: float,
     scale: float,
-    out: Array,
-    single: NDArray[np.float32],
+    out: NDArray[np.float32],
 ):
-    """Fill in what a half cycle leaves, times a scale, twice; its sums of ``rc`` and ``rs`` as they are."""
+    """Fill in what a half cycle leaves, times a scale; its sums of ``rc`` and ``rs`` as they are."""
     cosine, sine = turns.cosine, turns.sine
     sum_rc = sum_rs = 0.0
     for j in range(y.size):
@@ -205,7 +221,6 @@ def _leave(  # type: ignore[no-untyped-def]
         sum_rc += r * cosine[j]
         sum_rs += r * sine[j]
         out[j] = r * scale
-        single[j] = r * scale
     return sum_rc, sum_rs
 
 
@@ -217,13 +232,12 @@ def _straight(
     kappa: float,
     stop: int,
     scale: float,
-    residual: Array,
-    single: NDArray[np.float32],
+    residual: NDArray[np.float32],
 ) -> bool:
     """Whether a fit surely leaves nothing that falls faster while the amplitude is larger.
 
     The amplitudes of the half cycles by what is left of each, as in the long form. The residual times a scale
-    is filled in, in both precisions.
+    is filled in.
     """
     samples = Samples(y.size, EVENLY)
     turns = half_cycle_table(samples, p[ADVANCE], p[ADVANCE])
@@ -241,9 +255,7 @@ def _straight(
         constant = p[OFFSET]
         if order == 0:
             constant += p[FRICTION] if half % 2 == 0 else -p[FRICTION]
-        rc, rs = _leave(
-            y[i:end], turns, constant, swing * c, swing * s, scale, residual[i:end], single[i:end]
-        )
+        rc, rs = _leave(y[i:end], turns, constant, swing * c, swing * s, scale, residual[i:end])
         table = turns.sums[end - i]
         rf, ff = c * rc - s * rs, c * c * table[4] - 2.0 * c * s * table[5] + s * s * table[6]
         lost += 0.5 * swing / total
@@ -260,7 +272,7 @@ def _straight(
         if order == 0:
             rest += (1.0 if stop % 2 == 0 else -1.0) * (p[AMPLITUDE] + (kappa - 2.0 * stop) * p[FRICTION])
         for j in range(i, n):
-            residual[j] = single[j] = (y[j] - rest) * scale
+            residual[j] = (y[j] - rest) * scale
     if count < _FEWEST:
         return False
     fitted, rest = regression(matrix, right, square)

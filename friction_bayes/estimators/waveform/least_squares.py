@@ -186,7 +186,7 @@ def _fit_all(
             if rough:
                 squares, started = start_waveform(signal, at, prior)
             if started:
-                fitted = fit_waveform(signal, squares, at, prior, rough)
+                fitted = fit_waveform(signal, squares, at, prior, rough, not rough)
                 fits.misfit[r], fits.stop[r], fits.found[r] = fitted
             for k in range(COEFFICIENTS):
                 fits.coefficients[r, k] = p[k]
@@ -214,7 +214,7 @@ def _fit_means(signal: Signal, at: NormalEquations, prior: Penalty, width: int) 
     averaged = Signal(means, Samples(means.size, signal.samples.places), signal.order, signal.kappa)
     squares, found = start_waveform(averaged, few, prior)
     if found:
-        _, _, found = fit_waveform(averaged, squares, few, prior, found)
+        _, _, found = fit_waveform(averaged, squares, few, prior, found, found)
     if found:
         for a in range(COEFFICIENTS):
             at.p[a] = p[a]

@@ -30,7 +30,8 @@ import numpy as np
 from numba import njit
 
 from friction_bayes.core.arrays import ZERO, Array
-from friction_bayes.core.kernels import INNER, KERNEL
+from friction_bayes.core.kernels import INLINED, INNER, KERNEL
+from friction_bayes.decay.demodulation import fill_turns
 
 __all__ = [
     "ADVANCE",
@@ -200,8 +201,6 @@ class Turns(NamedTuple):
 def half_cycle_table(samples: Samples, advance: float, held: float) -> Turns:
     """Table of one half cycle of evenly spaced samples, empty where they are not.
 
-    Filled by doubling, which rounds as often as the number of multiples has digits.
-
     Parameters
     ----------
     samples : Samples
@@ -216,16 +215,8 @@ def half_cycle_table(samples: Samples, advance: float, held: float) -> Turns:
     angle = advance / middle
     # one more than a half cycle has, for rounding
     count = min(int(min(math.pi * middle / held, float(n))) + 2, n)
-    cosine, sine = np.ones(count), np.zeros(count)
-    sums = np.zeros((count + 1, 13))
-    known = 1
-    while known < count:
-        c, s = math.cos(angle * known), math.sin(angle * known)
-        for j in range(known, min(2 * known, count)):
-            before, beside = cosine[j - known], sine[j - known]
-            cosine[j] = before * c - beside * s
-            sine[j] = beside * c + before * s
-        known *= 2
+    cosine, sine, sums = np.empty(count), np.empty(count), np.zeros((count + 1, 13))
+    fill_turns(0.0, angle, cosine, sine)
     for j in range(count):
         c, s, before, after = cosine[j], sine[j], sums[j], sums[j + 1]
         cc, cs, ss = c * c, c * s, s * s
@@ -238,7 +229,7 @@ def half_cycle_table(samples: Samples, advance: float, held: float) -> Turns:
     return Turns(cosine, sine, sums)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def even_sums(
     y: Array, turns: Turns, start: int, middle: float, order: int, p: Array, constant: float, swing: float
 ) -> _Sums:
@@ -333,7 +324,7 @@ def _uneven_sums(
     )  # fmt: skip
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _add_half_cycle(matrix: Array, gradient: Array, sums: _Sums, k: float, e: float, swing: float) -> None:
     """Add the products of the columns ``(1, f, e + k f, w h, w g)`` of one half cycle."""
     matrix[OFFSET, OFFSET] += sums.ones

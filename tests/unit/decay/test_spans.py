@@ -35,7 +35,7 @@ def test_nothing_is_missed_and_most_is_ruled_out(rows: Array) -> None:
     seen = extremes(rows)
     possible = {
         "stray": excursions_possible(seen),
-        "leap": np.array([may_leap(*each) for each in zip(rows, seen.widest, strict=True)]),
+        "leap": np.array([may_leap(*each) for each in zip(rows, seen.gap, strict=True)]),
         "flat": seen.flat,
     }
     found = {
@@ -47,6 +47,23 @@ def test_nothing_is_missed_and_most_is_ruled_out(rows: Array) -> None:
         assert found[name].sum() > 10, name
         assert not np.any(found[name] & ~passed), name
         assert passed.mean() < 0.7, name
+
+
+@pytest.mark.parametrize("samples", [2, 9, 262, 263, 264, 1500])
+def test_what_is_compared_side_by_side_is_what_is_compared_one_by_one(
+    samples: int, rng: np.random.Generator
+) -> None:
+    """Of records longer and shorter than what is compared at a time, wherever the farthest sample lies."""
+    rows = rng.standard_normal((40, samples))
+    rows[np.arange(40), rng.integers(samples, size=40)] *= 5.0
+    seen = extremes(rows)
+    ahead = [np.abs(rows[:, k:] - rows[:, :-k]).max(axis=1) for k in (1, 2, 3) if k < samples]
+    np.testing.assert_array_equal(seen.low, rows.min(axis=1))
+    np.testing.assert_array_equal(seen.high, rows.max(axis=1))
+    np.testing.assert_allclose(seen.widest, np.max(ahead, axis=0), rtol=1e-14)
+    onward = np.array([0.85, 0.45, 0.05, -0.35])
+    gaps = [np.convolve(row, [*onward[::-1], *-onward], "valid") for row in rows] if samples > 7 else [[0.0]]
+    np.testing.assert_allclose(seen.gap, np.abs(gaps).max(axis=1) * np.ones(40), rtol=1e-9)
 
 
 def test_a_record_that_is_not_finite_is_not_looked_at(rows: Array) -> None:

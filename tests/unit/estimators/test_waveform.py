@@ -23,6 +23,7 @@ from friction_bayes.estimators.waveform.coulomb_signal import (
     turning_samples,
 )
 from friction_bayes.estimators.waveform.estimator import WaveformEstimator
+from friction_bayes.estimators.waveform.least_squares import fit_waveforms
 from friction_bayes.estimators.waveform.normal_equations import (
     EVENLY,
     NormalEquations,
@@ -271,3 +272,30 @@ def test_says_where_the_signal_jumps(quantity: str, noise_sd: float, told: bool)
     decay = find_free_decay(short_decay(friction=FRICTION, noise_sd=noise_sd, quantity=quantity), SYSTEM)
     notes = WAVEFORM.fit(decay, WAVEFORM.default_prior(decay), peaks="highest").notes
     assert any("jumps at its turning points" in note for note in notes) is told
+
+
+@pytest.mark.parametrize("quantity", QUANTITIES[:2])
+def test_samples_that_are_read_once_lead_to_the_optimum(quantity: str) -> None:
+    """Of densely sampled records; another step would be shorter than a thousandth of a standard deviation."""
+    record = simulate(
+        SYSTEM,
+        friction=FRICTION,
+        initial_displacement=30.0 * FRICTION / SYSTEM.stiffness,
+        duration=8.0,
+        sampling_rate=1000.0,
+        quantity=quantity,
+    )
+    sd = 0.05 * float(np.abs(record).max())
+    rng = np.random.default_rng(3)
+    decay = find_free_decay(record + sd * rng.standard_normal(record.size), SYSTEM)
+    order, samples = decay.quantity.order, Samples(decay.values.size, EVENLY)
+    fits = fit_waveforms(decay.values[None], decay.located, order, 0.0)
+    kappa, stop = float(fits.kappa[0]), int(fits.stop[0])
+    p = fits.coefficients[0] + np.linalg.solve(fits.normal[0], fits.gradient[0])
+    jacobian, _ = signal_derivatives(samples, order, p, kappa, stop)
+    gradient = jacobian.T @ (decay.values - signals(samples, order, p[None], kappa, stop)[0])
+    left = gradient @ np.linalg.solve(jacobian.T @ jacobian, gradient) / sd**2
+    assert left < 1e-6
+    # the step that the regression takes is longer: the samples were read before it
+    taken = fits.gradient[0] @ np.linalg.solve(fits.normal[0], fits.gradient[0]) / sd**2
+    assert taken > left
