@@ -129,8 +129,8 @@ def next_experiment(candidates: Sequence[Contender], names: Sequence[str]) -> st
         )
     factor = f"{math.exp(score):.2g}" if score < 12.0 else "more than 1e5"
     return (
-        f"Add {chosen.what}: it is expected to separate {names[0]} from {rivals} by a Bayes factor of {factor}"
-        f"{_agreement_on_friction(candidates)}."
+        f"Add {chosen.what}: it is expected to separate {names[0]} from {rivals} by a Bayes factor of "
+        f"{factor}{_agreement_on_friction(candidates)}."
     )
 
 
