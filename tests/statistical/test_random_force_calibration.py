@@ -22,7 +22,8 @@ from friction_bayes.statespace.subset_evidence import set_marginals, set_posteri
 from friction_bayes.statespace.transition import initial_response
 
 RARE = 1e-4
-REPLICATIONS = 10_000
+REPLICATIONS = 5_000
+"""A bias that 10,000 would show is shown from 1.4 times its size on."""
 FEW = 2_000
 SAMPLES = 200
 FRICTION = 2
