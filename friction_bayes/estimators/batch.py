@@ -126,9 +126,9 @@ def estimate_batch(
     Parameters
     ----------
     records : array_like, dask array or xarray.DataArray, shape (records, samples)
-        One record a row, SI units. A DataArray has a dimension ``time`` and one other; its ``time``
-        coordinate gives the sampling rate, its attributes ``quantity`` and ``units``. A Dask array stays
-        lazy: so does the result.
+        One record a row, SI units. A DataArray has a dimension ``time`` and one other, or more (machine,
+        point); its ``time`` coordinate gives the sampling rate, its attributes ``quantity`` and ``units``. A
+        Dask array stays lazy: so does the result.
     system : Oscillator
         Mass or inertia, and stiffness.
     sampling_rate : float, optional
@@ -151,8 +151,9 @@ def estimate_batch(
     Returns
     -------
     xarray.Dataset
-        Over ``record`` (and ``bound`` for intervals): ``friction_mean``, ``friction_sd``,
-        ``friction_interval90``, the same of ``friction_over_stiffness``, ``noise_sd``, ``frequency`` and
+        Over ``record``, or the dimensions of the records where they are several (and ``bound`` for
+        intervals): ``friction_mean``, ``friction_sd``, ``friction_interval90``, the same of
+        ``friction_over_stiffness``, ``noise_sd``, ``frequency`` and
         ``frequency_sd`` [rad/s], ``rest_position`` and ``status``; where a random force is looked for also
         ``random_force_probability`` and ``random_force_sd``, given that there is one, both nan in records
         whose residuals are white. A record that cannot be used has a status
@@ -194,7 +195,7 @@ def estimate_batch(
     # what is refused of every record is refused now, and not when a Dask array is computed
     estimator.fit_many(none, chosen, peaks=peaks)
     table = xr.apply_ufunc(
-        _estimate_rows,
+        _estimate_block,
         stack,
         kwargs={
             "estimator": estimator,
@@ -245,12 +246,13 @@ def _counted(found: Integers) -> str:
 def _as_stack(
     records: Any, sampling_rate: float | None, quantity: str
 ) -> tuple[xr.DataArray, Quantity, str, float]:
-    """Return records over (record, time), what they measure, in which unit, and the sampling interval."""
+    """Return records with time as their last dimension, what they measure, in which unit, and the sampling interval."""
     if isinstance(records, xr.DataArray):
-        if "time" not in records.dims or records.ndim != 2:
+        if "time" not in records.dims or records.ndim < 2:
             raise InputError("records", f"dimensions {records.dims}", "give (record, time)")
         stack = records.transpose(..., "time")
-        stack = stack if stack.dims[0] == "record" else stack.rename({stack.dims[0]: "record"})
+        if stack.ndim == 2 and stack.dims[0] != "record":
+            stack = stack.rename({stack.dims[0]: "record"})
     else:
         array = records if hasattr(records, "dask") else np.asarray(records)
         if array.ndim != 2:
@@ -272,6 +274,12 @@ def _as_stack(
     else:
         raise InputError("sampling_rate", "missing", "give it, or a DataArray with a time coordinate")
     return stack, kind, str(stack.attrs.get("units", kind.unit)), step
+
+
+def _estimate_block(values: NDArray[Any], **options: Any) -> Array:
+    """Estimate every record of an array, shape (..., n) to (..., columns)."""
+    table = _estimate_rows(values.reshape(-1, values.shape[-1]), **options)
+    return table.reshape(*values.shape[:-1], table.shape[-1])
 
 
 @single_threaded_blas()
@@ -548,7 +556,7 @@ def _as_dataset(
 
     def interval(name: str) -> xr.DataArray:
         both = xr.concat([column[f"{name}_low"], column[f"{name}_high"]], dim="bound")
-        return both.transpose("record", "bound")
+        return both.transpose(..., "bound")
 
     units = {
         "friction_mean": force,
