@@ -89,7 +89,8 @@ def fleet_of(arguments: argparse.Namespace, *, without: Sequence[str] = ()) -> F
             if (records := open_fleet(path)) is not None:
                 found = Fleet(path.absolute(), _blocks(records), listing_digest(path))
     for option in _LONG_RUN if found is None else (*OPTIONS_OF_A_RECORD, *without):
-        if getattr(arguments, option):
+        given = getattr(arguments, option)
+        if given is not None and given is not False:
             problem = "is for a fleet" if found is None else "does not apply to a fleet"
             raise InputError(f"--{option.replace('_', '-')}", problem, "leave it out")
     if found is None:

@@ -67,9 +67,9 @@ def for_each(
             )
         )
         try:
-            client = stack.enter_context(Client(cluster, timeout=10))
+            client = stack.enter_context(Client(cluster, timeout=10, set_as_default=False))
         except (OSError, ValueError) as error:
             raise InputError("--scheduler", f"{scheduler} does not answer ({error})", "start it") from None
-        for future in as_completed(client.map(function, items, pure=False)):
+        for future in as_completed(client.map(function, items, pure=False), loop=client.loop):
             future.result()
             done()

@@ -246,7 +246,7 @@ def _counted(found: Integers) -> str:
 def _as_stack(
     records: Any, sampling_rate: float | None, quantity: str
 ) -> tuple[xr.DataArray, Quantity, str, float]:
-    """Return records with time as their last dimension, what they measure, in which unit, and the sampling interval."""
+    """Return records over time last, what they measure, in which unit, and the sampling interval."""
     if isinstance(records, xr.DataArray):
         if "time" not in records.dims or records.ndim < 2:
             raise InputError("records", f"dimensions {records.dims}", "give (record, time)")

@@ -75,7 +75,7 @@ def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float
     if threshold is not None:
         positive("threshold", threshold)
     times, time_unit = fleet_times(records)
-    machine, point, _ = records.transpose(..., "time").dims
+    machine, _ = _dimensions(records)
     # mass and stiffness are common to all points: their spread comes in at the threshold
     exact = replace(system, mass_sd=0.0, inertia_sd=0.0, stiffness_sd=0.0)
     estimates = estimate_batch(records, exact, random_force="none", judge=False)
