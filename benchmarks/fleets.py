@@ -1,4 +1,4 @@
-"""Fleets larger than memory, on workers that die: memory, lost work and speed-up of the commands as they are used.
+"""Fleets larger than memory, on workers that die: memory, lost work and speed-up.
 
 ``python -m benchmarks.fleets memory|worker|kills|experiment|speed [--folder DIR] [--page PAGE]`` prints a
 table; ``--page`` puts it between the markers of a Markdown page. Fleets are records of the paper's example,
@@ -162,27 +162,42 @@ def worker_table(folder: Path, chunks: int) -> list[str]:
 def killed(
     start: Callable[[], subprocess.Popen[bytes]],
     parts: Callable[[], dict[str, int]],
+    clear: Callable[[], None],
     times: int,
     longest: float,
-) -> tuple[int, int]:
-    """Start and kill a run, each time later at random; return parts done once and again."""
+) -> tuple[list[int], int]:
+    """Start and kill a run, each time at a random moment; return parts kept at each, and those done again.
+
+    A run that is through before its moment has come is cleared away, and another one begins.
+    """
     chance = random.Random(1)
     kept: dict[str, int] = {}
+    counts: list[int] = []
     again = 0
-    for _ in range(times):
+    while len(counts) < times:
         run = start()
         time.sleep(chance.uniform(0.0, longest))
-        assert run.poll() is None, "the run ended before it was killed"
+        if run.poll() is not None:
+            assert run.returncode == 0
+            clear()
+            kept = {}
+            continue
         kill_whole(run)
         now = parts()
         again += sum(now.get(name) != written for name, written in kept.items())
+        counts.append(len(now))
         print(f"killed with {len(now)} parts", flush=True)
         kept = now
-    return len(kept), again
+    return counts, again
+
+
+def listed(numbers: Sequence[int]) -> str:
+    """Write numbers one after another."""
+    return ", ".join(map(str, numbers))
 
 
 KILLS_HEAD = [
-    "| run | parts | kills | kept at the last one | kept parts done again | the same bits |",
+    "| run | parts | kills | parts kept at each | kept parts done again | the same bits |",
     "|---|---|---|---|---|---|",
 ]
 
@@ -192,16 +207,20 @@ def kills_table(folder: Path, chunks: int, times: int, longest: float) -> list[s
     fleet, out = make_fleet(folder / "fleet.zarr", chunks), folder / "out.zarr"
     assert estimate(fleet, folder / "whole.zarr", "--workers", "2").wait() == 0
     options = ("--workers", "2", "--resume")
-    kept, again = killed(lambda: estimate(fleet, out, *options), lambda: parts_of(out, ".nc"), times, longest)
-    before = parts_of(out, ".nc")
-    assert len(before) == kept
+    kept, again = killed(
+        lambda: estimate(fleet, out, *options),
+        lambda: parts_of(out, ".nc"),
+        lambda: shutil.rmtree(out),
+        times,
+        longest,
+    )
     assert estimate(fleet, out, *options).wait() == 0
     same = numbers_of(out) == numbers_of(folder / "whole.zarr")
     left = [path.name for path in folder.iterdir() if path.name.startswith(".")]
     assert not left, left
     return [
         *KILLS_HEAD,
-        f"| `estimate` | {chunks} | {times} | {kept} | {again} | {'yes' if same else 'NO'} |",
+        f"| `estimate` | {chunks} | {times} | {listed(kept)} | {again} | {'yes' if same else 'NO'} |",
     ]
 
 
@@ -222,10 +241,16 @@ def experiment_table(folder: Path, name: str, times: int, longest: float) -> lis
 
     assert start("whole", "--workers", "2").wait() == 0
     total = json.loads((folder / "whole" / f"{name}.json").read_text())["options"]["cells"]
-    kept, again = killed(lambda: start("killed", "--workers", "2"), lambda: cells("killed"), times, longest)
+    kept, again = killed(
+        lambda: start("killed", "--workers", "2"),
+        lambda: cells("killed"),
+        lambda: shutil.rmtree(folder / "killed"),
+        times,
+        longest,
+    )
     assert start("killed", "--workers", "2").wait() == 0
     same = numbers("killed") == numbers("whole")
-    lines = [f"| `{name}` | {total} | {times} | {kept} | {again} | {'yes' if same else 'NO'} |"]
+    lines = [f"| `{name}` | {total} | {times} | {listed(kept)} | {again} | {'yes' if same else 'NO'} |"]
     with cluster(folder) as (address, workers):
         run = start("spread", "--scheduler", address)
         while len(cells("spread")) < total // 3:
@@ -259,11 +284,11 @@ def speed_table(folder: Path, chunks: int, repeats: int) -> list[str]:
             together.append(time.perf_counter() - begin)
         print(f"{alone[-1]:.1f} s, {together[-1]:.1f} s", flush=True)
     ratio = median(a / b for a, b in zip(alone, together, strict=True))
-    listed = [", ".join(f"{each:.1f}" for each in times) for times in (alone, together)]
+    texts = [", ".join(f"{each:.1f}" for each in times) for times in (alone, together)]
     return [
         "| fleet, GB | two processes, s | two workers, s | speed of two workers over two processes |",
         "|---|---|---|---|",
-        f"| {chunks * CHUNK * SAMPLES * 8 / 1e9:.1f} | {listed[0]} | {listed[1]} | {ratio:.2f} |",
+        f"| {chunks * CHUNK * SAMPLES * 8 / 1e9:.1f} | {texts[0]} | {texts[1]} | {ratio:.2f} |",
     ]
 
 
