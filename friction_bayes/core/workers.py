@@ -62,6 +62,8 @@ def for_each(
                 threads_per_worker=1,
                 memory_limit=None,
                 dashboard_address=None,
+                # any free port: another run has its own
+                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
                 # an error is raised here, and is not for a worker to print
                 silence_logs=logging.CRITICAL,
             )
