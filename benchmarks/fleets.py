@@ -136,7 +136,8 @@ def cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]
         yield address, workers
     finally:
         for each in [*workers, scheduler]:
-            kill_whole(each)
+            if each.poll() is None:
+                kill_whole(each)
 
 
 def worker_table(folder: Path, chunks: int) -> list[str]:
