@@ -1,6 +1,6 @@
 """Fleets larger than memory, on workers that die: memory, lost work and speed-up.
 
-``python -m benchmarks.fleets memory|worker|kills|experiment|speed [--folder DIR] [--page PAGE]`` prints a
+``python -m benchmarks.fleets memory|worker|kills|speed [--folder DIR] [--page PAGE]`` prints a
 table; ``--page`` puts it between the markers of a Markdown page. Fleets are records of the paper's example,
 32,000 samples each, in double precision, 500 a chunk.
 """
@@ -225,47 +225,6 @@ def kills_table(folder: Path, chunks: int, times: int, longest: float) -> list[s
     ]
 
 
-def experiment_table(folder: Path, name: str, times: int, longest: float) -> list[str]:
-    """Kill an experiment at random moments, then one of two workers of a cluster."""
-    command = (sys.executable, "-m", f"experiments.{name}")
-
-    def start(results: str, *options: str) -> subprocess.Popen[bytes]:
-        return subprocess.Popen([*command, "--results", str(folder / results), *options], **QUIET)
-
-    def cells(results: str) -> dict[str, int]:
-        found = (folder / results / f"{name}.cells").glob("*.json")
-        return {path.name: path.stat().st_mtime_ns for path in found}
-
-    def numbers(results: str) -> dict[str, bytes]:
-        with xr.open_dataset(folder / results / f"{name}.nc", engine="h5netcdf") as dataset:
-            return {str(key): each.values.tobytes() for key, each in dataset.items()}
-
-    assert start("whole", "--workers", "2").wait() == 0
-    total = json.loads((folder / "whole" / f"{name}.json").read_text())["options"]["cells"]
-    kept, again = killed(
-        lambda: start("killed", "--workers", "2"),
-        lambda: cells("killed"),
-        lambda: shutil.rmtree(folder / "killed"),
-        times,
-        longest,
-    )
-    assert start("killed", "--workers", "2").wait() == 0
-    same = numbers("killed") == numbers("whole")
-    lines = [f"| `{name}` | {total} | {times} | {listed(kept)} | {again} | {'yes' if same else 'NO'} |"]
-    with cluster(folder) as (address, workers):
-        run = start("spread", "--scheduler", address)
-        while len(cells("spread")) < total // 3:
-            time.sleep(0.02)
-        kill_whole(workers[0])
-        assert run.wait() == 0
-    same = numbers("spread") == numbers("whole")
-    return [
-        *KILLS_HEAD,
-        *lines,
-        f"| `{name}`, one of two workers of a cluster | {total} | 1 | | | {'yes' if same else 'NO'} |",
-    ]
-
-
 def speed_table(folder: Path, chunks: int, repeats: int) -> list[str]:
     """Two workers of a cluster against two processes that know nothing of each other, in turn."""
     fleet = make_fleet(folder / "fleet.zarr", chunks)
@@ -296,12 +255,11 @@ def speed_table(folder: Path, chunks: int, repeats: int) -> list[str]:
 def main() -> None:
     """Measure, and print or write."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.fleets", description=__doc__)
-    parser.add_argument("what", choices=("memory", "worker", "kills", "experiment", "speed"))
+    parser.add_argument("what", choices=("memory", "worker", "kills", "speed"))
     parser.add_argument("--chunks", type=int, nargs="+", default=[16, 32], help="size of the fleet, or sizes")
     parser.add_argument("--kills", type=int, default=20)
     parser.add_argument("--longest", type=float, default=10.0, help="latest moment of a kill [s]")
     parser.add_argument("--repeats", type=int, default=3)
-    parser.add_argument("--experiment", default="estimated_response")
     parser.add_argument("--folder", type=Path, help="where fleets and results go; they are removed")
     parser.add_argument("--page", type=Path, help="Markdown page to put the table into")
     options = parser.parse_args()
@@ -311,9 +269,6 @@ def main() -> None:
             "memory": lambda: memory_table(folder, options.chunks),
             "worker": lambda: worker_table(folder, chunks),
             "kills": lambda: kills_table(folder, chunks, options.kills, options.longest),
-            "experiment": lambda: experiment_table(
-                folder, options.experiment, options.kills, options.longest
-            ),
             "speed": lambda: speed_table(folder, chunks, options.repeats),
         }[options.what]()
     print("\n".join(lines))
