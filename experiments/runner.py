@@ -17,13 +17,12 @@ import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-import dask
 import numpy as np
 import xarray as xr
-from dask.callbacks import Callback
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -33,6 +32,7 @@ from experiments.tables import Row, closing_table, page
 from friction_bayes.core.blas import single_threaded_blas
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import manifest, settings_key, write_json, write_whole
+from friction_bayes.core.workers import for_each
 
 __all__ = [
     "Cell",
@@ -122,31 +122,28 @@ def _without(named: Mapping[str, Any], left_out: Sequence[str]) -> dict[str, Any
 
 
 @single_threaded_blas()
-def _run_cell(experiment: Experiment, cell: Cell, seed: int, target: Path) -> None:
+def _run_cell(item: tuple[Cell, Path], *, experiment: Experiment, seed: int) -> None:
     """Run one cell on one core, so that its times are those of one core and workers do not fight for them."""
+    cell, target = item
     numbers = experiment.run(experiment.config, cell, _cell_seed(experiment, cell, seed))
     write_whole(target, lambda path: write_json(path, numbers))
 
 
-def _compute(tasks: list[Any], scheduler: str | None, workers: int) -> None:
-    """Compute the missing cells with Dask, showing how many are done."""
+def _compute(
+    experiment: Experiment, missing: Sequence[tuple[Cell, Path]], options: argparse.Namespace
+) -> None:
+    """Run the missing cells, showing how many are done."""
     console = Console(stderr=True)
     columns = (TextColumn("cells"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, disable=not console.is_terminal) as progress:
-        bar = progress.add_task("cells", total=len(tasks))
-        if scheduler is not None:
-            from dask.distributed import Client, as_completed
-
-            with Client(scheduler) as client:
-                for future in as_completed(client.compute(tasks)):
-                    future.result()
-                    progress.advance(bar)
-            return
-        # processes, not threads: a sampler's Python steps hold the interpreter lock and would queue up
-        chosen = {"scheduler": "processes", "num_workers": workers} if workers > 1 else {"scheduler": "sync"}
-        # cells are handed out one by one: their times differ by a hundred
-        with dask.config.set(chunksize=1, **chosen), Callback(posttask=lambda *_: progress.advance(bar)):
-            dask.compute(*tasks, optimize_graph=False)
+        bar = progress.add_task("cells", total=len(missing))
+        for_each(
+            partial(_run_cell, experiment=experiment, seed=options.seed),
+            missing,
+            scheduler=options.scheduler,
+            workers=options.workers,
+            done=lambda: progress.advance(bar),
+        )
 
 
 def parser_for(program: str, description: str) -> argparse.ArgumentParser:
@@ -252,14 +249,14 @@ def run_experiment(
     digest = digest or settings_digest(experiment, options)
     _check_unchanged(experiment, options, digest)
     cells = list(experiment.cells(experiment.config, options.full))
-    waiting = options.results / f"{experiment.name}.cells"
+    # workers of a cluster may run in another folder
+    waiting = options.results.absolute() / f"{experiment.name}.cells"
     waiting.mkdir(parents=True, exist_ok=True)
     files = [waiting / name for name in _cell_names(experiment, cells, options.seed)]
-    missing = [i for i, file in enumerate(files) if not file.exists()]
+    missing = [(cell, file) for cell, file in zip(cells, files, strict=True) if not file.exists()]
     if len(missing) < len(cells):
         print(f"resuming: {len(cells) - len(missing)} of {len(cells)} cells are there", file=sys.stderr)
-    tasks = [dask.delayed(_run_cell)(experiment, cells[i], options.seed, files[i]) for i in missing]
-    _compute(tasks, options.scheduler, options.workers)
+    _compute(experiment, missing, options)
     try:
         _check_unchanged(experiment, options, digest)
     except InputError:

@@ -72,11 +72,12 @@ def add_output_folder(
     parser.add_argument("--force", action="store_true", help="replace the files of an earlier run")
 
 
-def add_long_run(parser: argparse._ActionsContainer) -> None:
+def add_long_run(parser: argparse.ArgumentParser) -> None:
     """Add ``--resume``, ``--workers`` and ``--scheduler``."""
-    parser.add_argument("--resume", action="store_true", help="continue an interrupted run")
-    parser.add_argument("--workers", type=int, metavar="N", help="threads (default: one per core)")
-    parser.add_argument(
+    group = parser.add_argument_group("fleet", "for one FLEET.zarr in place of records")
+    group.add_argument("--resume", action="store_true", help="continue an interrupted run")
+    group.add_argument("--workers", type=int, metavar="N", help="processes (default: one per core)")
+    group.add_argument(
         "--scheduler", metavar="ADDRESS", help="address of a dask.distributed cluster, tcp://..."
     )
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "EACH_DECAY",
+    "OPTIONS_OF_A_RECORD",
     "add_record",
     "input_digests",
     "load_decays",
@@ -42,6 +43,8 @@ _RECORD_FIELDS = (
     "skip_rows",
     "duplicates",
 )
+OPTIONS_OF_A_RECORD = (*_RECORD_FIELDS, "start", "end", "decay", "register")
+"""What a fleet, whose attributes and coordinates say it all, does not have."""
 
 
 def add_record(parser: argparse.ArgumentParser) -> None:

@@ -19,6 +19,8 @@ from friction_bayes.core.strict_json import strict_json
 __all__ = [
     "cannot_be_written",
     "check_file_target",
+    "check_folder_target",
+    "listing_digest",
     "manifest",
     "nearest_existing",
     "output_folder",
@@ -67,6 +69,15 @@ def sha256_of(path: Path) -> str:
     with path.open("rb") as stream:
         while block := stream.read(1 << 20):
             digest.update(block)
+    return digest.hexdigest()
+
+
+def listing_digest(folder: Path) -> str:
+    """Digest of the names, sizes and times of last change of all files below a folder."""
+    digest = hashlib.sha256()
+    for part in sorted(p for p in folder.rglob("*") if p.is_file()):
+        found = part.stat()
+        digest.update(f"{part.relative_to(folder).as_posix()} {found.st_size} {found.st_mtime_ns}\n".encode())
     return digest.hexdigest()
 
 
@@ -147,11 +158,14 @@ def nearest_existing(path: Path) -> Path:
     return path
 
 
-def _check_folder_target(folder: Path, place: str, force: bool) -> None:
+def check_folder_target(target: str | Path, *, force: bool) -> Path:
+    """Return ``target`` as an absolute path, refusing a folder with files unless ``force`` is given."""
+    folder, place = Path(target).absolute(), f"--out {target}"
     if folder.exists() and not folder.is_dir():
         raise InputError(place, "is a file", "give a folder")
     if folder.is_dir() and any(folder.iterdir()) and not force:
         raise InputError(place, "already holds files", "choose another folder or add --force")
+    return folder
 
 
 @contextmanager
@@ -185,8 +199,7 @@ def output_folder(target: str | Path, *, force: bool = False) -> Iterator[Path]:
     InputError
         If ``target`` holds files and ``force`` is not given, is a file, or cannot be written.
     """
-    folder = Path(target).absolute()
-    _check_folder_target(folder, f"--out {target}", force)
+    folder = check_folder_target(target, force=force)
     with ExitStack() as stack:
         try:
             aside = stack.enter_context(_aside(folder))

@@ -127,10 +127,10 @@ def estimate_batch(
     ----------
     records : array_like, dask array, xarray.DataArray, pandas.DataFrame or sequence of records
         An array has shape (records, samples) and SI units; what a masked array masks is missing. A DataArray
-        has a dimension ``time`` and one other, in any order; its ``time`` coordinate gives the sampling rate,
-        its attributes ``quantity`` and ``units``. A DataFrame has one column a record, and its index gives
-        the times. Records of a sequence have one quantity and one clock. A Dask array stays lazy: so does
-        the result.
+        has a dimension ``time`` and one other, or more (machine, point), in any order; its ``time``
+        coordinate gives the sampling rate, its attributes ``quantity`` and ``units``. A DataFrame has one
+        column a record, and its index gives the times. Records of a sequence have one quantity and one
+        clock. A Dask array stays lazy: so does the result.
     system : Oscillator
         Mass or inertia, and stiffness.
     sampling_rate : float, optional
@@ -153,8 +153,9 @@ def estimate_batch(
     Returns
     -------
     xarray.Dataset
-        Over ``record`` (and ``bound`` for intervals): ``friction_mean``, ``friction_sd``,
-        ``friction_interval90``, the same of ``friction_over_stiffness``, ``noise_sd``, ``frequency`` and
+        Over ``record``, or the dimensions of the records where they are several (and ``bound`` for
+        intervals): ``friction_mean``, ``friction_sd``, ``friction_interval90``, the same of
+        ``friction_over_stiffness``, ``noise_sd``, ``frequency`` and
         ``frequency_sd`` [rad/s], ``rest_position`` and ``status``; where a random force is looked for also
         ``random_force_probability`` and ``random_force_sd``, given that there is one, both nan in records
         whose residuals are white. A record that cannot be used has a status
@@ -197,7 +198,7 @@ def estimate_batch(
     # what is refused of every record is refused now, and not when a Dask array is computed
     estimator.fit_many(none, chosen, peaks=peaks)
     table = xr.apply_ufunc(
-        _estimate_rows,
+        _estimate_block,
         stack,
         kwargs={
             "estimator": estimator,
@@ -231,6 +232,12 @@ def _counted(found: Integers) -> str:
         f"{np.count_nonzero(found)} of {found.size} records have warnings ({listed}): `warnings` of the "
         "result says which, and estimate says more of each"
     )
+
+
+def _estimate_block(values: NDArray[Any], **options: Any) -> Array:
+    """Estimate every record of an array, shape (..., n) to (..., columns)."""
+    table = _estimate_rows(values.reshape(-1, values.shape[-1]), **options)
+    return table.reshape(*values.shape[:-1], table.shape[-1])
 
 
 @single_threaded_blas()
@@ -528,7 +535,7 @@ def _as_dataset(
 
     def interval(name: str) -> xr.DataArray:
         both = xr.concat([column[f"{name}_low"], column[f"{name}_high"]], dim="bound")
-        return both.transpose("record", "bound")
+        return both.transpose(..., "bound")
 
     units = {
         "friction_mean": force,

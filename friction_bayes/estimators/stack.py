@@ -24,7 +24,7 @@ TIME_LAST = (
 def as_stack(
     records: Any, sampling_rate: float | None, quantity: str
 ) -> tuple[xr.DataArray, Quantity, str, float]:
-    """Return records over (record, time), what they measure, in which unit, and the sampling interval [s].
+    """Return records over time last, what they measure, in which unit, and the sampling interval [s].
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def as_stack(
 
 
 def _over_time(records: Any, quantity: str) -> xr.DataArray:
-    """Return an array with dimensions record and time, in this order."""
+    """Return an array with the dimension time last, after the one of records or several of a DataArray."""
     if isinstance(records, xr.Dataset):
         raise InputError("records", "a Dataset", "give the one of its variables that was measured")
     if hasattr(records, "columns") and hasattr(records, "index"):
@@ -78,10 +78,12 @@ def _over_time(records: Any, quantity: str) -> xr.DataArray:
     if isinstance(records, list | tuple) and any(isinstance(each, xr.DataArray) for each in records):
         return _of_records(records)
     if isinstance(records, xr.DataArray):
-        if "time" not in records.dims or records.ndim != 2:
+        if "time" not in records.dims or records.ndim < 2:
             raise InputError("records", f"dimensions {records.dims}", "give (record, time)")
         stack = records.transpose(..., "time")
-        return stack if stack.dims[0] == "record" else stack.rename({stack.dims[0]: "record"})
+        if stack.ndim == 2 and stack.dims[0] != "record":
+            stack = stack.rename({stack.dims[0]: "record"})
+        return stack
     array = in_unit("records", records, quantity_named(quantity).unit.replace("s2", "s**2"))
     if isinstance(array, np.ma.MaskedArray):
         array = np.ma.filled(array.astype(float), np.nan)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import dask
@@ -22,63 +21,19 @@ from friction_bayes.decay.sensor_calibration import force_factor
 from friction_bayes.estimators.batch import estimate_batch
 from friction_bayes.monitor.points import COUNTED, TIME_ATTRIBUTE, DetectionPoints, per
 from friction_bayes.monitor.report import QUANTILES, follow
-from friction_bayes.monitor.resumable_run import Columns, compute_parts
 
-__all__ = ["STATUS", "FleetWork", "fleet_work", "monitor_fleet"]
+__all__ = ["STATUS", "fleet_times", "monitor_fleet"]
 
 STATUS = ("ok", "too_few_points")
 """Meaning of a machine's ``status`` 0, 1."""
 _BLOCK = 16
-"""Machines estimated and followed by one task, at most."""
+"""Machines followed by one task, at most."""
 
 _TRACKED = ("friction_mean", "friction_sd", "plain_mean", "plain_sd")
 _SCALARS = (
     *("discount", "level_mean", "level_sd", "drift_mean", "drift_sd"),
     *("probability_above_threshold", "probability_never_reached"),
 )
-
-
-@dataclass(frozen=True, eq=False)
-class FleetWork:
-    """Monitoring of a fleet, cut into independent tasks.
-
-    Attributes
-    ----------
-    tasks : sequence of dask.delayed.Delayed
-        Each gives the columns of some machines as arrays by name.
-    times : ndarray, shape (machines, points)
-    machine_names : ndarray, shape (machines,), or None
-    quantity : str
-    known : dict
-        What all machines have in common: units, relative sd of the factor from signal to friction.
-    threshold : float or None
-    """
-
-    tasks: Sequence[Any]
-    times: Array
-    machine_names: NDArray[Any] | None
-    quantity: str
-    known: dict[str, Any]
-    threshold: float | None
-
-    def resume(self, folder: Path, *, note: Callable[[str], None]) -> xr.Dataset:
-        """Return the dataset of :func:`monitor_fleet`, each part kept in ``folder`` as soon as it is done.
-
-        Parameters
-        ----------
-        folder : Path
-            Of :func:`friction_bayes.monitor.resumable_run.parts_folder`; parts that it holds are read back.
-        note : callable
-            Called with a sentence where parts are read back.
-        """
-        return self.assemble(compute_parts(self.tasks, folder, note=note))
-
-    def assemble(self, parts: Sequence[Columns]) -> xr.Dataset:
-        """Return the dataset of :func:`monitor_fleet` from what the tasks gave, in their order."""
-        columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        dataset = _as_dataset(columns, self.times, self.known, self.threshold)
-        named = {} if self.machine_names is None else {"machine": self.machine_names}
-        return dataset.assign_coords(named).assign_attrs(quantity=self.quantity)
 
 
 def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float | None = None) -> xr.Dataset:
@@ -116,33 +71,14 @@ def monitor_fleet(records: xr.DataArray, system: Oscillator, *, threshold: float
         If the array has other dimensions, fewer than two points, times that do not increase, or an argument
         is wrong.
     """
-    work = fleet_work(records, system, threshold=threshold)
-    return work.assemble(dask.compute(*work.tasks))
-
-
-def fleet_work(records: xr.DataArray, system: Oscillator, *, threshold: float | None = None) -> FleetWork:
-    """Cut :func:`monitor_fleet` into tasks, its arguments checked, for a caller that keeps what is done.
-
-    Parameters
-    ----------
-    records, system, threshold
-        As in :func:`monitor_fleet`.
-
-    Raises
-    ------
-    InputError
-        As in :func:`monitor_fleet`.
-    """
     check_system(system)
     if threshold is not None:
         positive("threshold", threshold)
-    machine, point = _dimensions(records)
-    points = records.sizes[point]
-    times, time_unit = _times(records, machine, point)
+    times, time_unit = fleet_times(records)
+    machine, _ = _dimensions(records)
     # mass and stiffness are common to all points: their spread comes in at the threshold
     exact = replace(system, mass_sd=0.0, inertia_sd=0.0, stiffness_sd=0.0)
-    ordered, blocks = _in_blocks(records.transpose(machine, point, "time"))
-    estimates = estimate_batch(_one_a_row(ordered), exact, random_force="none", judge=False)
+    estimates = estimate_batch(records, exact, random_force="none", judge=False)
     kind = quantity_named(estimates.attrs["quantity"])
     unit = estimates["friction_mean"].attrs["units"]
     factors = declared_forces(system, kind, system.natural_frequency, disagree=False)
@@ -154,38 +90,33 @@ def fleet_work(records: xr.DataArray, system: Oscillator, *, threshold: float | 
             estimates[f"friction_{name}"] = factor * estimates[f"friction_over_stiffness_{name}"]
     known = {"time_unit": time_unit, "unit": unit, "relative_sd": relative_sd}
     needed = estimates[["friction_mean", "friction_sd", "status"]]
-    rows = [slice(each.start * points, each.stop * points) for each in blocks]
     follow_block = dask.delayed(_follow_block)
-    return FleetWork(
-        tasks=[
-            follow_block(times[each], needed.isel(record=row), threshold, known)
-            for each, row in zip(blocks, rows, strict=True)
-        ],
-        times=times,
-        machine_names=records.coords[machine].values if machine in records.coords else None,
-        quantity=kind.name,
-        known=known,
-        threshold=threshold,
+    parts = dask.compute(
+        *(
+            follow_block(times[each], needed.isel({machine: each}), threshold, known)
+            for each in _blocks(records.chunksizes.get(machine, (records.sizes[machine],)))
+        )
     )
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    dataset = _as_dataset(columns, times, known, threshold)
+    named = {"machine": records[machine].values} if machine in records.coords else {}
+    return dataset.assign_coords(named).assign_attrs(quantity=kind.name)
 
 
-def _dimensions(records: xr.DataArray) -> tuple[str, str]:
-    others = [str(name) for name in records.dims if name != "time"]
-    if "time" not in records.dims or len(others) != 2:
-        raise InputError(
-            "fleet", f"dimensions {records.dims}", "give (machine, point, time), the last one named time"
-        )
-    if records.sizes[others[0]] < 1 or records.sizes[others[1]] < 2:
-        raise InputError(
-            "fleet",
-            f"{records.sizes[others[0]]} machines, {records.sizes[others[1]]} detection points",
-            "give at least one machine and two points",
-        )
-    return others[0], others[1]
+def fleet_times(records: xr.DataArray) -> tuple[Array, str]:
+    """Return the times of the points of every machine, shape (machines, points), and their unit.
 
+    Parameters
+    ----------
+    records : xarray.DataArray
+        As for :func:`monitor_fleet`.
 
-def _times(records: xr.DataArray, machine: str, point: str) -> tuple[Array, str]:
-    """Times of the points of every machine, shape (machines, points), and their unit."""
+    Raises
+    ------
+    InputError
+        If the dimensions are others, there are fewer than two points, or times do not increase.
+    """
+    machine, point = _dimensions(records)
     shape = (records.sizes[machine], records.sizes[point])
     if TIME_ATTRIBUTE not in records.coords:
         return np.broadcast_to(np.arange(1.0, shape[1] + 1.0), shape), COUNTED
@@ -211,37 +142,38 @@ def _times(records: xr.DataArray, machine: str, point: str) -> tuple[Array, str]
     return times.astype(np.float64), str(coordinate.attrs.get("units", f"unit of {TIME_ATTRIBUTE}"))
 
 
-def _in_blocks(ordered: xr.DataArray) -> tuple[xr.DataArray, list[slice]]:
-    """Cut chunks of many machines into blocks of few, all points and times together; return both."""
-    machine, point, _ = ordered.dims
-    chunks = ordered.chunksizes.get(machine, (ordered.sizes[machine],))
+def _dimensions(records: xr.DataArray) -> tuple[str, str]:
+    others = [str(name) for name in records.dims if name != "time"]
+    if "time" not in records.dims or len(others) != 2:
+        raise InputError(
+            "fleet", f"dimensions {records.dims}", "give (machine, point, time), the last one named time"
+        )
+    if records.sizes[others[0]] < 1 or records.sizes[others[1]] < 2:
+        raise InputError(
+            "fleet",
+            f"{records.sizes[others[0]]} machines, {records.sizes[others[1]]} detection points",
+            "give at least one machine and two points",
+        )
+    return others[0], others[1]
+
+
+def _blocks(chunks: Sequence[int]) -> list[slice]:
+    """Cut chunks of many machines into blocks of few."""
     sizes = [min(_BLOCK, chunk - i) for chunk in chunks for i in range(0, chunk, _BLOCK)]
-    if ordered.chunks is not None:
-        ordered = ordered.chunk({machine: tuple(sizes), point: -1, "time": -1})
     ends = np.cumsum(sizes).tolist()
-    return ordered, [slice(end - size, end) for end, size in zip(ends, sizes, strict=True)]
-
-
-def _one_a_row(ordered: xr.DataArray) -> xr.DataArray:
-    rows = ordered.data.reshape((-1, ordered.sizes["time"]))
-    if "time" not in ordered.coords:
-        raise InputError("fleet", "has no coordinate time", "add the sample times in seconds")
-    clock = {"time": ordered.coords["time"].values}
-    return xr.DataArray(rows, dims=("record", "time"), coords=clock, attrs=ordered.attrs)
+    return [slice(end - size, end) for end, size in zip(ends, sizes, strict=True)]
 
 
 def _follow_block(
     times: Array, estimates: xr.Dataset, threshold: float | None, known: dict[str, Any]
-) -> Columns:
+) -> dict[str, NDArray[Any]]:
     """Follow some machines.
 
-    Times of shape (machines, points) and estimates of as many records in, columns of the dataset out.
+    Times and estimates over (machine, point) in, columns of the dataset out.
     """
     machines, points = times.shape
-    mean, sd, record_status = (
-        estimates[name].values.reshape(times.shape) for name in ("friction_mean", "friction_sd", "status")
-    )
-    columns: Columns = {name: np.full((machines, points), np.nan) for name in _TRACKED}
+    mean, sd, record_status = (estimates[name].values for name in ("friction_mean", "friction_sd", "status"))
+    columns: dict[str, NDArray[Any]] = {name: np.full((machines, points), np.nan) for name in _TRACKED}
     columns |= {"estimate_mean": mean, "estimate_sd": sd, "record_status": record_status}
     columns |= {name: np.full((machines,), np.nan) for name in _SCALARS}
     columns["remaining_life"] = np.full((machines, len(QUANTILES)), np.nan)

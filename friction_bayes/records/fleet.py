@@ -1,9 +1,12 @@
-"""The records of a fleet in Zarr: many machines at many detection points, left on disk."""
+"""The records of a fleet in Zarr: many of one kind of machine, left on disk."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from friction_bayes.core.errors import InputError
@@ -12,22 +15,26 @@ from friction_bayes.records.readers.netcdf import open_zarr_group
 
 __all__ = ["open_fleet"]
 
-_DIMENSIONS = 3
+_BLOCK_BYTES = 2**27
+"""Of a block of records, as they lie in the store, unless one of its chunks has more."""
 
 
-def open_fleet(path: Path) -> xr.DataArray | None:
+def open_fleet(path: Path, blocks: Mapping[str, int] | None = None) -> xr.DataArray | None:
     """Open the records of a fleet lazily, in SI units.
 
     Parameters
     ----------
     path : Path
-        A Zarr group with one variable over machine, point and ``time``; its attribute ``quantity``, or its
-        name, says what was measured, ``units`` in which unit.
+        A Zarr group with one variable over ``time`` and others, such as machine and point; its attribute
+        ``quantity``, or its name, says what was measured, ``units`` in which unit.
+    blocks : mapping of str to int, optional
+        Records read at once, by dimension; whole chunks of the store when left out.
 
     Returns
     -------
     xarray.DataArray or None
-        None where the group holds single records only.
+        Over ``time`` last, with a coordinate over each of its dimensions. None where the group holds single
+        records only.
 
     Raises
     ------
@@ -42,8 +49,8 @@ def open_fleet(path: Path) -> xr.DataArray | None:
         raise InputError(str(path), f"holds {', '.join(arrays)}", "keep one variable with records")
     name, records = next(iter(arrays.items()))
     place = f"{path}: {name}"
-    if records.ndim != _DIMENSIONS or "time" not in records.dims:
-        raise InputError(place, f"dimensions {records.dims}", "give (machine, point, time)")
+    if "time" not in records.dims:
+        raise InputError(place, f"dimensions {records.dims}", "give (record, time) or (machine, point, time)")
     quantity = quantity_named(
         records.attrs.get("quantity", name if name in QUANTITIES else ""),
         place=f"{place}: attribute quantity",
@@ -53,5 +60,20 @@ def open_fleet(path: Path) -> xr.DataArray | None:
     factor, unit = to_si(quantity, records.attrs["units"], place=f"{place}: attribute units")
     if "time" not in records.coords:
         raise InputError(place, "has no coordinate time", "add the sample times in seconds")
-    scaled = records if factor == 1.0 else records * factor
-    return scaled.assign_attrs(records.attrs | {"quantity": quantity.name, "units": unit})
+    lazy = records.chunk({"time": -1} | dict(blocks or _blocks(records))).transpose(..., "time")
+    counted = {name: np.arange(n) for name, n in lazy.sizes.items() if name not in lazy.coords}
+    scaled = lazy if factor == 1.0 else lazy * factor
+    return scaled.assign_coords(counted).assign_attrs(
+        records.attrs | {"quantity": quantity.name, "units": unit}
+    )
+
+
+def _blocks(records: xr.DataArray) -> dict[str, int]:
+    """Numbers of records along each dimension but time that are read at once: whole chunks of the store."""
+    stored = records.encoding["preferred_chunks"]
+    sizes = {str(name): int(stored[name]) for name in records.dims if name != "time"}
+    record = records.dtype.itemsize * records.sizes["time"]
+    for name in reversed(sizes):
+        sizes[name] *= max(_BLOCK_BYTES // max(record * math.prod(sizes.values()), 1), 1)
+        sizes[name] = min(sizes[name], records.sizes[name])
+    return sizes

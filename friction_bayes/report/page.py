@@ -76,7 +76,12 @@ def reproduction(manifest: Mapping[str, Any]) -> list[tuple[str, str]]:
     seed = manifest["seed"]
     return [
         *([] if seed is None else [("seed", str(seed))]),
-        *((entry["record"], f"sha256 {entry['sha256']}") for entry in manifest["inputs"]),
+        *(
+            (entry["record"], f"{name.replace('_', ' ')} {digest}")
+            for entry in manifest["inputs"]
+            for name, digest in entry.items()
+            if name != "record"
+        ),
         ("options", ", ".join(f"{name.replace('_', '-')} {value}" for name, value in options.items())),
         ("versions", ", ".join(f"{name} {version}" for name, version in versions.items())),
     ]

@@ -50,7 +50,7 @@ ROOMS: dict[str, set[str]] = {
     "arviz_stats": {"reference"},
     "asammdf": {"records"},
     "bokeh": {"app"},
-    "dask": {"monitor", "cli"},
+    "dask": {"core", "monitor", "cli"},
     "emcee": {"reference"},
     "h5netcdf": {"cli"},
     "h5py": {"records"},

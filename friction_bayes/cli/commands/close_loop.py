@@ -17,7 +17,15 @@ from friction_bayes.cli.console import (
     progress_bar,
 )
 from friction_bayes.cli.extensions import register_extensions
-from friction_bayes.cli.options import add_output_folder, add_seed, add_system, completed_by, options_of
+from friction_bayes.cli.fleet_run import Fleet, fleet_of
+from friction_bayes.cli.options import (
+    add_long_run,
+    add_output_folder,
+    add_seed,
+    add_system,
+    completed_by,
+    options_of,
+)
 from friction_bayes.cli.records import (
     add_record,
     input_digests,
@@ -48,7 +56,10 @@ examples:
   friction-bayes close-loop decay.csv --mass 10 --stiffness 1000 --out loop
   friction-bayes close-loop high.csv low.csv --mass 10 --stiffness 1000 --exclude friction_drift --out loop
   friction-bayes close-loop dataset:map-single-pendulum --check --out loop
+  friction-bayes close-loop fleet.zarr --mass 10 --stiffness 1000 --out loops
 """
+
+_NOT_OF_A_FLEET = ("check", "varying_friction", "reference_force")
 
 
 def add_parser(commands: Any) -> None:
@@ -58,7 +69,7 @@ def add_parser(commands: Any) -> None:
         help="find the effects that the Coulomb model lacks",
         description="Fit the Coulomb model to the whole signal, trace the residual to effects with "
         "probabilities, and report error and friction before and after. Several records of one system "
-        "are fitted together.",
+        "are fitted together; those of a fleet one by one.",
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
@@ -67,7 +78,7 @@ def add_parser(commands: Any) -> None:
         "records",
         metavar="RECORD",
         nargs="+",
-        help="files, or dataset:NAME[/PART]; of one system and quantity",
+        help="files, or dataset:NAME[/PART], of one system and quantity; or one FLEET.zarr",
     )
     model = parser.add_argument_group("loop")
     which = model.add_mutually_exclusive_group()
@@ -121,11 +132,16 @@ def add_parser(commands: Any) -> None:
     output = parser.add_argument_group("output")
     output.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
     add_output_folder(output, required=True)
+    add_long_run(parser)
     parser.set_defaults(handler=run)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Close the loop, write and print."""
+    fleet = fleet_of(arguments, without=_NOT_OF_A_FLEET)
+    if fleet is not None:
+        _fleet(arguments, fleet)
+        return
     with output_folder(arguments.out, force=arguments.force) as folder:
         result, read = _close(arguments, folder)
     if arguments.json:
@@ -138,13 +154,41 @@ def run(arguments: argparse.Namespace) -> None:
     note(f"report.html, figures and draws are in {arguments.out}")
 
 
-def _close(arguments: argparse.Namespace, folder: Path) -> tuple[dict[str, Any], list[str]]:
-    """Return the result and what was read, a line a record; write report, draws and figures."""
+def _fleet(arguments: argparse.Namespace, fleet: Fleet) -> None:
+    """Close the loop on each record of a fleet, and print how many ended how."""
+    from friction_bayes.cli.fleet_loop import close_fleet
+
+    counts = close_fleet(arguments, fleet, _asked(arguments))
+    if arguments.json:
+        sys.stdout.write(strict_json(counts) + "\n")
+    else:
+        from friction_bayes.cli.tables.fleet import counts_table
+
+        output_console().print(counts_table(arguments.records[0], counts))
+    note(f"loop.csv and reports.jsonl are in {arguments.out}")
+
+
+def _asked(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What is asked of the loop, of one record or of each of a fleet."""
     if arguments.reference_friction is not None:
         positive("--reference-friction", arguments.reference_friction)
+    asked = {
+        "seed": arguments.seed,
+        "effects": _names(arguments.effects, "--effects"),
+        "exclude": _names(arguments.exclude, "--exclude") or (),
+        "noise": arguments.noise,
+        "random_force": arguments.random_force,
+        "reference_friction": arguments.reference_friction,
+    }
+    if arguments.tolerance is not None:
+        asked["tolerance"] = positive("--tolerance", arguments.tolerance)
+    return asked
+
+
+def _close(arguments: argparse.Namespace, folder: Path) -> tuple[dict[str, Any], list[str]]:
+    """Return the result and what was read, a line a record; write report, draws and figures."""
+    asked = _asked(arguments)
     register_extensions(arguments.register)
-    effects = _names(arguments.effects, "--effects")
-    exclude = _names(arguments.exclude, "--exclude") or ()
     with collected_warnings() as warned:
         records, system = load_records(arguments.records, arguments)
         force = None
@@ -152,7 +196,14 @@ def _close(arguments: argparse.Namespace, folder: Path) -> tuple[dict[str, Any],
             from friction_bayes.records.force import read_force
 
             force = read_force(arguments.reference_force, records[0])
-        report = _search(arguments, records, system, effects=effects, exclude=exclude, reference_force=force)
+        report = _search(
+            records,
+            system,
+            varying_friction=arguments.varying_friction,
+            check=arguments.check,
+            reference_force=force,
+            **asked,
+        )
     result = report.to_dict()
     result["notes"] = list(dict.fromkeys([*result["notes"], *warned]))
     inputs = input_digests(*arguments.records, arguments.reference_force)
@@ -181,11 +232,7 @@ def _names(text: str | None, option: str) -> tuple[str, ...] | None:
     return names
 
 
-def _search(
-    arguments: argparse.Namespace, records: Sequence[xr.DataArray], system: Oscillator, **options: Any
-) -> LoopReport:
-    if arguments.tolerance is not None:
-        options["tolerance"] = positive("--tolerance", arguments.tolerance)
+def _search(records: Sequence[xr.DataArray], system: Oscillator, **asked: Any) -> LoopReport:
     with compilation_noted(), progress_bar() as bar:
         task = bar.add_task("reading", total=None)
         fitted = 0
@@ -195,15 +242,4 @@ def _search(
             fitted += 1
             bar.update(task, description=words(name), completed=fitted)
 
-        return fb.close_loop(
-            records,
-            system,
-            seed=arguments.seed,
-            noise=arguments.noise,
-            random_force=arguments.random_force,
-            varying_friction=arguments.varying_friction,
-            check=arguments.check,
-            reference_friction=arguments.reference_friction,
-            progress=advance,
-            **options,
-        )
+        return fb.close_loop(records, system, progress=advance, **asked)

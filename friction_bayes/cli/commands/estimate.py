@@ -18,7 +18,9 @@ from friction_bayes.cli.console import (
     progress_bar,
 )
 from friction_bayes.cli.extensions import note_effects_without_part, register_extensions
+from friction_bayes.cli.fleet_run import Fleet, fleet_of
 from friction_bayes.cli.options import (
+    add_long_run,
     add_output_folder,
     add_seed,
     add_system,
@@ -64,9 +66,11 @@ examples:
       --prior mu=0.1 lam=0.01 alpha=1 beta=0.02 --accept-precision 30
   friction-bayes estimate dataset:bicycle-fork --json
   friction-bayes estimate run?.csv --mass 10 --stiffness 1000
+  friction-bayes estimate fleet.zarr --mass 10 --stiffness 1000 --out estimates.zarr
 """
 
 
+_NOT_OF_A_FLEET = ("check", "setup", "accept_precision", "rest_position")
 _NOTES = 3
 """Notes that are printed unless all are asked for."""
 
@@ -89,7 +93,9 @@ def add_parser(commands: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.add_argument("records", metavar="RECORD", nargs="+", help="files, or dataset:NAME[/PART]")
+    parser.add_argument(
+        "records", metavar="RECORD", nargs="+", help="files, dataset:NAME[/PART], or one FLEET.zarr"
+    )
     model = parser.add_argument_group("estimate")
     method = model.add_argument(
         "--method", default="waveform", metavar="NAME", help="see below (default: waveform)"
@@ -135,12 +141,17 @@ def add_parser(commands: Any) -> None:
     )
     output.add_argument("--verbose", action="store_true", help="print all notes, not the first three alone")
     add_output_folder(output)
+    add_long_run(parser)
     parser.set_defaults(handler=run)
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Estimate, check, write and print."""
     refuse_twice(arguments.records)
+    fleet = fleet_of(arguments, without=_NOT_OF_A_FLEET)
+    if fleet is not None:
+        _fleet(arguments, fleet)
+        return
     if arguments.out is None:
         results, headings, _ = _estimate_each(arguments, None)
     else:
@@ -164,6 +175,20 @@ def run(arguments: argparse.Namespace) -> None:
         output_console().print(told)
     if arguments.out is not None:
         note(f"results and figures are in {arguments.out}")
+
+
+def _fleet(arguments: argparse.Namespace, fleet: Fleet) -> None:
+    """Estimate all records of a fleet, and print how many ended how."""
+    from friction_bayes.cli.fleet_estimate import estimate_fleet
+
+    counts = estimate_fleet(arguments, fleet)
+    if arguments.json:
+        sys.stdout.write(strict_json(counts) + "\n")
+    else:
+        from friction_bayes.cli.tables.fleet import counts_table
+
+        output_console().print(counts_table(arguments.records[0], counts))
+    note(f"the estimates are in {arguments.out}")
 
 
 def _estimate_each(arguments: argparse.Namespace, folder: Path | None) -> tuple[tuple[Any, ...], ...]:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import friction_bayes as fb
-from friction_bayes.cli.console import collected_warnings, note, output_console, progress_bar
+from friction_bayes.cli.console import collected_warnings, note, output_console
 from friction_bayes.cli.extensions import note_effects_without_part, register_extensions
+from friction_bayes.cli.fleet_run import Fleet, Part, finished_parts, fleet_manifest, fleet_of, rows_of
 from friction_bayes.cli.options import add_long_run, add_output_folder, add_system, options_of, system_of
 from friction_bayes.cli.records import (
     EACH_DECAY,
@@ -21,7 +22,14 @@ from friction_bayes.cli.records import (
 )
 from friction_bayes.core.checks import positive
 from friction_bayes.core.errors import InputError, of_each
-from friction_bayes.core.files import manifest, output_folder, write_json, write_manifest
+from friction_bayes.core.files import (
+    check_folder_target,
+    manifest,
+    output_folder,
+    write_json,
+    write_manifest,
+    write_whole,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,19 +38,6 @@ if TYPE_CHECKING:
 
 __all__ = ["add_parser"]
 
-_NOT_OF_A_FLEET = (
-    "times",
-    "time_unit",
-    "time_column",
-    "scale",
-    "run",
-    "skip_rows",
-    "duplicates",
-    "start",
-    "end",
-    "decay",
-    "register",
-)
 _EPILOG = """when the records were taken:
   --times, or the attribute detection_time of each record (a coordinate of a fleet), or their order;
   the decays of a single recording were taken when they begin
@@ -81,7 +76,7 @@ def add_parser(commands: Any) -> None:
     add_record(parser)
     output = parser.add_argument_group("output")
     add_output_folder(output)
-    add_long_run(parser.add_argument_group("fleet"))
+    add_long_run(parser)
     parser.set_defaults(handler=run)
 
 
@@ -91,15 +86,12 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError("--out", "is missing", "give a folder for the report and the figures")
     if arguments.threshold is not None:
         positive("--threshold", arguments.threshold)
-    if arguments.workers is not None and arguments.workers < 1:
-        raise InputError("--workers", f"{arguments.workers} is not a number of threads", "give 1 or more")
-    fleet = _open_fleet(arguments)
+    fleet = fleet_of(arguments, without=("times", "time_unit"))
     if fleet is None:
-        for option in ("resume", "workers", "scheduler"):
-            if getattr(arguments, option):
-                raise InputError(f"--{option}", "is for a fleet", "leave it out")
-    with output_folder(arguments.out, force=arguments.force) as folder:
-        table = _one_machine(arguments, folder) if fleet is None else _fleet(arguments, fleet, folder)
+        with output_folder(arguments.out, force=arguments.force) as folder:
+            table = _one_machine(arguments, folder)
+    else:
+        table = _fleet(arguments, fleet)
     output_console().print(table)
     note(f"report.html and figures are in {arguments.out}")
 
@@ -131,21 +123,15 @@ def _one_machine(arguments: argparse.Namespace, folder: Path) -> Any:
     write_json(folder / "monitor.json", result)
     report.to_dataset().to_netcdf(folder / "monitor.nc", engine="h5netcdf")
     drawings = write_figures(monitor_figures(report), folder)
-    made = _write_manifest(arguments, input_digests(*arguments.records), folder)
+    inputs = input_digests(*arguments.records)
+    made = manifest("monitor", options=options_of(arguments), seed=None, inputs=inputs)
     from friction_bayes.records.description import what_was_read
 
     alike = {what_was_read(record) for record in records}
     read = list(alike) if len(alike) == 1 else what_was_read_of_each(records)
     (folder / "report.html").write_text(monitor_page(result, read, drawings, made), encoding="utf-8")
-    return monitor_table(result, read)
-
-
-def _write_manifest(
-    arguments: argparse.Namespace, inputs: Mapping[str, str], folder: Path
-) -> Mapping[str, Any]:
-    made = manifest("monitor", options=options_of(arguments), seed=None, inputs=inputs)
     write_manifest(folder, made)
-    return made
+    return monitor_table(result, read)
 
 
 def _each_decay(records: Sequence[xr.DataArray], system: Oscillator) -> list[xr.DataArray]:
@@ -162,43 +148,34 @@ def _each_decay(records: Sequence[xr.DataArray], system: Oscillator) -> list[xr.
     ]
 
 
-def _open_fleet(arguments: argparse.Namespace) -> xr.DataArray | None:
-    """Return the records of a fleet, still on disk, if that is what the one argument names."""
-    folders = [
-        path for path in map(Path, arguments.records) if path.suffix.lower() == ".zarr" and path.is_dir()
-    ]
-    if not folders:
-        return None
-    from friction_bayes.records.fleet import open_fleet
+def _fleet(arguments: argparse.Namespace, fleet: Fleet) -> Any:
+    import xarray as xr
 
-    fleets = [found for folder in folders if (found := open_fleet(folder)) is not None]
-    if not fleets:
-        return None
-    if len(arguments.records) > 1:
-        raise InputError("records", "a fleet among other records", "give a fleet alone")
-    (fleet,) = fleets
-    for option in _NOT_OF_A_FLEET:
-        if getattr(arguments, option):
-            name = f"--{option.replace('_', '-')}"
-            raise InputError(
-                name,
-                "does not apply to a fleet",
-                "leave it out: the coordinates of the Zarr say what it holds",
-            )
-    return fleet
+    from friction_bayes.monitor.fleet import fleet_times
+
+    check_folder_target(arguments.out, force=arguments.force)
+    system = system_of(arguments)
+    records = fleet.open()
+    fleet_times(records)
+    work = partial(_fleet_part, fleet=fleet, system=system, threshold=arguments.threshold)
+    rows = rows_of(fleet, records)
+    with finished_parts("monitor", arguments, fleet, rows, work, ".nc") as files:
+        parts = [xr.load_dataset(file, engine="h5netcdf", decode_timedelta=False) for file in files]
+        whole = xr.concat(
+            parts, "machine", data_vars="minimal", coords="minimal", compat="override", join="exact"
+        )
+        made = fleet_manifest("monitor", arguments, fleet)
+        with output_folder(arguments.out, force=arguments.force) as folder:
+            return _write_fleet(whole, folder, made)
 
 
-def _fleet(arguments: argparse.Namespace, records: xr.DataArray, folder: Path) -> Any:
-    from friction_bayes.monitor.fleet import fleet_work
-    from friction_bayes.monitor.resumable_run import parts_folder, run_key
+def _fleet_part(part: Part, *, fleet: Fleet, system: Oscillator, threshold: float | None) -> None:
+    import dask
 
-    inputs = input_digests(*arguments.records)
-    work = fleet_work(records, system_of(arguments), threshold=arguments.threshold)
-    key = run_key("monitor", options_of(arguments), inputs)
-    with parts_folder(arguments.out, key, resume=arguments.resume, note=note) as parts:
-        with _dask_workers(arguments.scheduler, arguments.workers):
-            fleet = work.resume(parts, note=note)
-        return _write_fleet(fleet, folder, _write_manifest(arguments, inputs, folder))
+    which, file = part
+    with dask.config.set(scheduler="sync"):
+        found = fb.monitor_fleet(fleet.open()[which], system, threshold=threshold)
+    write_whole(file, lambda path: found.to_netcdf(path, engine="h5netcdf"))
 
 
 def _write_fleet(fleet: xr.Dataset, folder: Path, made: Mapping[str, Any]) -> Any:
@@ -214,27 +191,5 @@ def _write_fleet(fleet: xr.Dataset, folder: Path, made: Mapping[str, Any]) -> An
     result = fleet_report(fleet)
     write_json(folder / "monitor.json", result)
     (folder / "report.html").write_text(fleet_page(result, drawings["fleet"], made), encoding="utf-8")
+    write_manifest(folder, made)
     return fleet_table(result)
-
-
-@contextmanager
-def _dask_workers(scheduler: str | None, workers: int | None) -> Iterator[None]:
-    """Let Dask work on a cluster, or in threads with a progress bar."""
-    import dask
-    from dask.callbacks import Callback
-
-    if scheduler is not None:
-        from dask.distributed import Client
-
-        try:
-            client = Client(scheduler, timeout=10)
-        except (OSError, ValueError) as error:
-            raise InputError("--scheduler", f"{scheduler} does not answer ({error})", "start it") from None
-        with client:
-            yield
-        return
-    options = {"scheduler": "threads"} | ({} if workers is None else {"num_workers": workers})
-    with progress_bar() as bar, dask.config.set(options):
-        task = bar.add_task("fleet", total=None)
-        with Callback(posttask=lambda *_: bar.advance(task)):
-            yield

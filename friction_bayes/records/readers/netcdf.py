@@ -58,7 +58,7 @@ def read_zarr(path: Path) -> Table:
         raise InputError(
             str(path),
             f"{fleets[0]} holds many records",
-            "pass it to monitor or estimate_batch, or select one record",
+            "select one record, or give it alone to estimate, close-loop or monitor",
         )
     return _table(dataset)
 
@@ -73,7 +73,8 @@ def open_zarr_group(path: Path, *, load: bool = False) -> xr.Dataset:
     """
     optional_package("zarr", path)
     try:
-        dataset = xr.open_zarr(path, decode_times=False, consolidated=False)
+        # without Dask, whose chunks are those of the store then: fleets choose their own
+        dataset = xr.open_zarr(path, decode_times=False, consolidated=False, chunks=None)
         return dataset.load() if load else dataset
     except Exception as error:  # what a damaged file makes the library trip over
         raise InputError(

@@ -128,7 +128,7 @@ ENTRIES: dict[str, tuple[str, str, Callable[[], object]]] = {
     "a cell of an experiment": (
         "experiments.runner",
         "_cell_seed",
-        lambda: _run_cell(SimpleNamespace(run=None, config=None), {}, 1, Path()),
+        lambda: _run_cell(({}, Path()), experiment=SimpleNamespace(run=None, config=None), seed=1),
     ),
 }
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+import dask
 import dask.array as da
 import numpy as np
 import pandas as pd
@@ -228,7 +229,10 @@ def test_bad_records_are_flagged() -> None:
 @pytest.mark.parametrize("method", METHODS)
 def test_dask_stays_lazy_and_agrees(method: str) -> None:
     values = records("displacement", 5)
-    lazy = estimate_batch(da.from_array(values, chunks=(2, 400)), SYSTEM, sampling_rate=RATE, method=method)
+    with dask.config.set(scheduler=lambda *_, **__: pytest.fail("something was computed")):
+        lazy = estimate_batch(
+            da.from_array(values, chunks=(2, 400)), SYSTEM, sampling_rate=RATE, method=method
+        )
     assert all(lazy[name].chunks is not None for name in lazy.data_vars)
     expected = estimate_batch(values, SYSTEM, sampling_rate=RATE, method=method)
     xr.testing.assert_allclose(lazy.compute(), expected, rtol=1e-12)
