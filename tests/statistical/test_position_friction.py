@@ -1,9 +1,9 @@
 """Friction that depends on the position is found where it is and not where it is not.
 
 Decays of a simulator of their own, with a force that fluctuates by a fifth of friction. Of 40 under a
-friction that is the same everywhere two had a probability above 0.08, none above 0.15; one invented in a record of five
-is seen in 86 % of runs; friction that is half as large at the release as at the rest was found in 9 of 10
-(above 0.9), friction that is half as large again in 4.
+friction that is the same everywhere two had a probability above 0.08, none above 0.15; one invented in a
+record of five is seen in 86 % of runs; friction that is half as large at the release as at the rest was found
+in 9 of 10 (above 0.9), friction that is half as large again in 4.
 """
 
 from __future__ import annotations
