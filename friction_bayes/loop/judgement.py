@@ -58,7 +58,7 @@ class Judgement:
     shift : float
         How far friction could shift for what is left, as it is reported.
     forecasts : tuple
-        Of Coulomb friction alone and of the most probable candidate, one a record.
+        Of Coulomb friction alone and of all laws, one a record.
     traces : tuple of RecordTrace
     """
 

@@ -54,9 +54,9 @@ class ForecastTrace:
     time : ndarray, shape (n,)
         Seconds in the record.
     signal, before, after : ndarray, shape (n,)
-        Measured, and forecast by the Coulomb model alone and by the final one.
+        Measured, and forecast by the Coulomb model alone and by all laws, averaged.
     sd : ndarray, shape (n,)
-        Of the final one's forecast: what the law leaves open, the random force from the last state on, and
+        Of the latter: what the laws leave open, the random force from the last state on, and
         the noise of the sensor.
     """
 
