@@ -154,7 +154,7 @@ class FilterKind:
 def kinds_for(angle: float) -> list[FilterKind]:
     """Filters that take from a motion of ``angle`` [rad/sample], all kinds equally probable."""
     kinds = [_means(angle), *(_polynomials(angle, degree) for degree in (2, 4)), _couplings(angle)]
-    kinds += [_low_passes(angle, order, ways) for order, ways in ((1, 1), (2, 1), (4, 1), (4, 2))]
+    kinds += [_low_passes(angle, order, ways) for order, ways in ((1, 1), (2, 1), (4, 1), (2, 2), (4, 2))]
     return [kind for kind in kinds if kind.sizes.size]
 
 

@@ -46,7 +46,7 @@ def test_windows_are_those_of_convolution() -> None:
         np.testing.assert_allclose(expected[at], filter_.gain * wave[at], atol=1e-9)
 
 
-@pytest.mark.parametrize("kind", range(8))
+@pytest.mark.parametrize("kind", range(9))
 def test_the_motion_itself_is_not_delayed(kind: int) -> None:
     filter_ = kinds_for(ANGLE)[kind].of(float(kinds_for(ANGLE)[kind].sizes[3]))
     wave = np.cos(ANGLE * np.arange(4000))
