@@ -41,7 +41,7 @@ SURELY_NEGATIVE = 0.99
 
 @dataclass(frozen=True, kw_only=True)
 class RandomForce:
-    """What a record says of a force that fluctuates, an Ornstein-Uhlenbeck process.
+    """Posterior of a random force, an Ornstein-Uhlenbeck process.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ class FittedMotion:
 
 @dataclass(frozen=True, kw_only=True)
 class Fit:
-    """What an estimator makes of one free decay, in the units of the signal.
+    """Result of an estimator for one free decay, in the units of the signal.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class Fit:
     posterior : object
         The conjugate posterior itself (NormalGamma, GammaExponential, NormalInverseGamma).
     amplitudes : int
-        How many amplitudes the model used, or that the moving record holds.
+        How many amplitudes the model used, or the moving record contains.
     frequency, frequency_sd : float
         Angular frequency found in the data [rad/s] and its standard deviation (nan where not estimated).
     rest_position : float
@@ -137,18 +137,18 @@ class Fit:
     build_target : callable, () -> Target
         Makes :attr:`target`.
     notes : tuple of str
-        What a reader must know: assumptions, negative samples, residuals that are not noise.
+        Remarks for the reader: assumptions, negative samples, residuals that are not noise.
     motion : FittedMotion or None
         Of a method that fits the whole signal.
     account_parts : tuple of Part
         Those of the accounts that count.
     accounts : tuple of NoiseAccount
-        Of what a fit of the whole signal leaves, that of white noise alone first; empty where they were not
-        asked for or could not be weighed.
+        Of the residual of a fit of the whole signal, that of white noise alone first; empty where they were
+        not requested or could not be evaluated.
     parts : tuple of Part
         Of the posterior, those that count; one where there are no accounts.
     random_force : RandomForce or None
-        What the record says of one; None where there are no accounts.
+        Its posterior; None where there are no accounts.
     witness : Witness or None
         Friction by the loss of amplitude, of a method that averages over accounts.
     answer : frozen scipy.stats distribution or Mixture
@@ -276,7 +276,7 @@ class FreeDecays:
 
     @property
     def kernel_arguments(self) -> tuple[Any, ...]:
-        """Arguments that say to a half-cycle kernel where each decay lies, and what is known of it."""
+        """Arguments of a half-cycle kernel: where each decay lies, and what is known of it."""
         start, phase = self.located.start, self.located.phase
         frequency = self.located.frequency / self.step
         swing = swing_frequency(self.system, self.unit)

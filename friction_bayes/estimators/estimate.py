@@ -47,7 +47,7 @@ RANDOM_FORCE = ("auto", "none")
 """Whether a random force may be there."""
 
 _MAY_BE_NONE = 0.01
-"""Probability of no dry friction beside damping, from which on no number is given for it."""
+"""Probability of damping without dry friction from which on no number is given for friction."""
 _SPLINE = (
     "the times are uneven: this method goes from sample to sample, so that a cubic spline brings the signal "
     "to an even grid; waveform takes the samples at their own times"
@@ -111,8 +111,8 @@ def estimate(
     rest_position : float, optional
         Signal at rest, unit of the signal; found when left out.
     random_force : {"auto", "none"}
-        Whether method ``waveform`` averages over a force that fluctuates, none among what it weighs; the
-        other methods know none.
+        Whether method ``waveform`` averages over models with and without a random force; the other methods
+        have no random force.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def estimate(
         positive("accept_precision", accept_precision)
     check_choices(peaks, random_force)
     estimator = estimator_named(method)
-    # no decorator, whose frame would stand where warnings name the caller's line
+    # not a decorator: its frame would take the place of the caller's line in warnings
     with single_threaded_blas():
         validate_record(record)
         record, _ = readings_alone(record, system.natural_frequency)
@@ -260,7 +260,7 @@ def _faster_loss_note(decay: FreeDecay) -> list[str]:
 
 
 def _provenance(record: xr.DataArray) -> list[str]:
-    """What a data set says of its record and its system, and what was done to the samples."""
+    """Remarks of a data set on its record and its system, and what was done to the samples."""
     notes = ["the record is synthetic"] if record.attrs.get("synthetic") else []
     named = {"note": "the record", "system_source": "the declared system"}
     notes += [f"{name}: {record.attrs[key]}" for key, name in named.items() if record.attrs.get(key)]

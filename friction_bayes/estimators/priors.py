@@ -1,11 +1,11 @@
 """Default priors: one table, weak, from the declared system and never from the data they meet.
 
-All follow one idea. The declared system has a scale of force ``F`` (its weight ``m g``, or ``k`` times one
-radian) and so a scale of signal; a default prior says that the unknown is about zero give or take that
-scale, with the tails of a Cauchy distribution, and that the noise is about 1e-18 of it, held with the weight
-of one observation. Such a prior pulls on the estimate with 1e-36 of the weight of one datum, and adds to the
-noise less than the rounding of numbers does to signals of picometres on a system of metres: results scale
-with the signal. That weight is a tenth of an observation where records may be as short as a few data.
+The declared system has a scale of force ``F`` (its weight ``m g``, or ``k`` times one radian) and so a scale
+of signal. A default prior of an unknown is centred at zero with that scale and the tails of a Cauchy
+distribution; that of the noise is centred at 1e-18 of it, with the weight of one observation (a tenth of one
+where records may be as short as a few data). Such a prior has 1e-36 of the weight of one datum, and adds to
+the noise less than rounding does to signals of picometres on a system of metres: results scale with the
+signal.
 """
 
 from __future__ import annotations
@@ -180,7 +180,7 @@ def default_prior(method: str, system: Oscillator, quantity: Quantity, unit: str
 
 
 class TabulatedPrior:
-    """Part of an estimator whose default prior stands in :data:`PRIORS` under its name."""
+    """Part of an estimator whose default prior is in :data:`PRIORS` under its name."""
 
     name: str
 

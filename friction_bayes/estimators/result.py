@@ -63,9 +63,9 @@ class Estimate(Shown):
     acceptance : Acceptance or None
         Judgement by the precision parameter; None when neither threshold nor set-up record was given.
     notes : tuple of str
-        What a reader of the numbers must know.
+        Remarks for the reader of the numbers.
     friction : frozen scipy.stats distribution
-        Posterior of the friction force, carrying what is not known of mass and stiffness: their standard
+        Posterior of the friction force, with the uncertainty of mass and stiffness: their standard
         deviations, and which of them is right where the record does not swing at their frequency.
     friction_unit : str
         N or N m; the signal's own unit where the sensor was not calibrated.
@@ -92,12 +92,11 @@ class Estimate(Shown):
     rest_position : float
         In the unit of the signal.
     accepted : bool or None
-        Whether the precision parameter says so; None when it was given nothing to compare with.
+        Whether the precision parameter is high enough; None without a value to compare it with.
     probability_negative : float
-        ``P(friction < 0)``: what the model gives to the physically impossible, which is cut off the answer.
+        ``P(friction < 0)`` under the model, before the reported friction is truncated at zero.
     random_force : RandomForce or None
-        What the record says of a force that fluctuates, its size in the unit of friction at the declared
-        mass and stiffness.
+        Posterior of a random force, its size in the unit of friction at the declared mass and stiffness.
     """
 
     method: str
@@ -414,13 +413,13 @@ def _random_force_notes(fit: Fit) -> list[str]:
         warnings.warn(notes[0], RecordWarning, stacklevel=4)
     notes += [
         "an effect that dry friction alone lacks, such as viscous damping, can pass for such a force and "
-        "shift friction by more than the interval says; closing the loop separates them",
+        "shift friction by more than the interval; closing the loop separates them",
     ]
     periods = float(force.correlation_time.mean()) * fit.frequency / (2.0 * math.pi)
     if periods < _SUSPECT_PERIODS:
         notes.append(
-            f"{periods:.2g} periods is as short as a fluctuation is looked for: it rather stands for an "
-            "effect that the model lacks, or for samples out of time; closing the loop looks for it"
+            f"{periods:.2g} periods is the shortest correlation time considered: it more likely represents an "
+            "effect that the model lacks, or wrong time stamps; closing the loop looks for it"
         )
     test = force.innovations
     if not test.white:

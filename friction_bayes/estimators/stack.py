@@ -31,9 +31,9 @@ def as_stack(
     records : array_like, dask array, xarray.DataArray, pandas.DataFrame or sequence of records
         As :func:`friction_bayes.estimate_batch` takes them.
     sampling_rate : float or None
-        Samples a second, where ``records`` does not say.
+        Samples a second, where ``records`` does not give it.
     quantity : str
-        What was measured, where ``records`` does not say.
+        What was measured, where ``records`` does not name it.
 
     Raises
     ------

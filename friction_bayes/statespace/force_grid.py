@@ -82,7 +82,7 @@ class ForcePrior:
     centre : float
         Median of its standard deviation, a force in natural units.
     none : float
-        Probability that there is none, in (0, 1].
+        Probability that there is no random force, in (0, 1].
     spread : float
         Standard deviation of ``log q``.
     tau_low, tau_high : float
@@ -107,7 +107,7 @@ class ForcePrior:
 
     @property
     def without_force(self) -> ForcePrior:
-        """That there is none, for certain."""
+        """The prior without a random force."""
         return replace(self, none=1.0)
 
     def log_density(self, q: ArrayLike, tau: ArrayLike) -> Any:
@@ -612,7 +612,7 @@ def _axes(density: _Density, mode: Array) -> Array:
         bend = np.array([[fitted[3], fitted[5]], [fitted[5], fitted[4]]])
         curvature = -inverse.T @ bend @ inverse
         if at_edge:
-            # where the density falls from it in a straight line, that says how far it reaches
+            # where the log density falls linearly from it, its slope gives how far it reaches
             slope = inverse.T @ (fitted[1:3] + bend @ inverse @ (mode - centre))
             curvature[1, 1] += slope[1] ** 2
         size, vectors = np.linalg.eigh(curvature)

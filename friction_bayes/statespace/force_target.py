@@ -5,10 +5,10 @@ r"""The posterior under a random force as a sampler sees it: every parameter fre
 
 with ``s`` the prior sd of the coefficients, half-normal where a coefficient has to be positive, and the prior
 of ``q`` and ``tau`` that of :class:`friction_bayes.statespace.force_grid.ForcePrior`. Likelihood
-and Gram matrices are those of the closed form. The closed form takes three short cuts that this does not: the
-prior precision of ``b`` in units of the noise found with all columns, the prior of ``q`` at the noise found
-given ``q/sigma`` and ``tau``, and normals for Student t distributions of hundreds of degrees of freedom; its
-grid and its moments of ``q`` and ``tau`` come on top. A sampler judges them all.
+and Gram matrices are those of the closed form, whose approximations are not used here, so that a sampler
+checks them: the prior precision of ``b`` in units of the noise found with all columns, the prior of ``q`` at
+the noise found given ``q/sigma`` and ``tau``, normals for Student t distributions of hundreds of degrees of
+freedom, the grid, and the moments of ``q`` and ``tau``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-r"""Whitened sums between the points of a grid, for a sampler that asks for them a hundred thousand times.
+r"""Whitened sums between the points of a grid, for a sampler that needs them a hundred thousand times.
 
 The sums change smoothly with ``l = log tau`` and ``u = log(q g(tau) / sigma)``, in which
 :mod:`friction_bayes.statespace.force_grid` lays its grid. What is interpolated, by cubic splines,

@@ -40,8 +40,8 @@ from friction_bayes.statespace.transition import initial_response
 __all__ = ["LEEWAY", "NEAR_TURN", "MeasuredPath", "Points", "stiffness_along"]
 
 NEAR_TURN = 0.02
-"""Phase from a turning point within which an accelerometer, which jumps there, says nothing: its sample may
-be on either side, and what a fit takes it for it would hold for certain. One sample in eighty is as near."""
+"""Phase from a turning point, where an accelerometer jumps, within which its sample is not used: it may be on
+either side, and a fit would take one for certain. One sample in eighty is as near."""
 
 _ABSCISSAE, _WEIGHTS = (0.5 * each for each in np.polynomial.legendre.leggauss(3))
 _STIFFNESS_STEP = 0.005

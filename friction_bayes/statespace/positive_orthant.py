@@ -118,7 +118,7 @@ def confine(mean: Array, cov: Array, positive: Mask, location: Array, scale2: Ar
         total = centre * cavity_precision + shift[i]
         log_mass -= 0.5 * (total**2 / (cavity_precision + tilt[i]) - centre**2 * cavity_precision)
     log_mass += _log_integral(mean, cov, chosen, tilt, shift)
-    # all are positive at most as often as each; what rounding leaves without an answer is never so
+    # all are positive at most as often as each; not finite by rounding counts as never
     return min(log_mass, most) if math.isfinite(log_mass) else -math.inf
 
 

@@ -117,7 +117,7 @@ class LawRegression:
 
     @property
     def log_least_variance(self) -> float:
-        """Logarithm of the least variance of the noise; below every other where there is none."""
+        """Logarithm of the least variance of the noise; below every other where there is no least one."""
         return 2.0 * math.log(max(self.least_noise, 1e-300))
 
     @property

@@ -1,18 +1,18 @@
-r"""What an oscillator answers to a force given along a path, at the sensor.
+r"""The response of an oscillator to a force given along a path, at the sensor.
 
 Over an interval ``h`` the state ``z = (x, v)`` takes
 
 .. math:: z(h) = F(h) z(0) + \int_0^h F(h-s)\,(0, \phi(s))'\,ds
 
 with the free motion ``F`` of the oscillator, and the integral is the quadrature of
-:mod:`friction_bayes.statespace.measured_path`, which also says how stiff the oscillator is over
+:mod:`friction_bayes.statespace.measured_path`, which also gives the stiffness of the oscillator over
 each interval. A sensor of displacement or velocity reads the state; an accelerometer reads ``-x + phi``, or
 ``-kappa x + phi`` with the slope ``kappa`` of a pendulum's restoring force at the sample.
 
-A force that depends on the motion changes with the answer. To first order that is a :class:`Feedback`: its
+A force that depends on the motion changes with the response. To first order that is a :class:`Feedback`: its
 slopes in displacement and velocity, and at each turning point, where dry friction changes sign, the
 acceleration after it over the one before it, by which a perturbation of the velocity is multiplied: the
-saltation matrix of a hybrid system (Kong, Council and Johnson 2021). With it the answers to the forces
+saltation matrix of a hybrid system (Kong, Council and Johnson 2021). With it the responses to the forces
 of a law are the exact derivatives of its motion.
 """
 
@@ -90,7 +90,7 @@ def force_response(
     start : ndarray, optional, shape (2, p)
         Displacement and velocity at the first sample; at rest where left out.
     feedback : Feedback, optional
-        Of the forces that depend on the answer; none where left out.
+        Of the forces that depend on the response; none by default.
 
     Returns
     -------

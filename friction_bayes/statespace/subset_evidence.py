@@ -75,7 +75,7 @@ class SetBounds(NamedTuple):
 
 
 class WeighedSets(NamedTuple):
-    """What :func:`weigh_sets` finds.
+    """Evidences and noise variances of sets, from :func:`weigh_sets`.
 
     Attributes
     ----------
@@ -221,7 +221,7 @@ def bound_sets(
     lam: float | None = None,
     nested: NestedSets | None = None,
 ) -> SetBounds:
-    """Bound the weight of all sets from above, which costs much less than to evaluate them.
+    """Upper bounds of the weights of all sets, at much less cost than evaluating them.
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ def bound_sets(
     lam : float, optional
         Noise variance with all columns, where there are more than these.
     nested : NestedSets, optional
-        The sets from :func:`nest`: much faster than as they come.
+        The sets from :func:`nest`: much faster than in arbitrary order.
     """
     full = max(full_noise2(whitened), least_noise2) if lam is None else lam
     if nested is None:
@@ -280,14 +280,14 @@ def weigh_bounded(
     bounds: SetBounds,
     best: float = -math.inf,
 ) -> WeighedSets:
-    """Evaluate the sets that may matter, given what all of them can have at most.
+    """Evidences of the sets that may matter, given upper bounds of all weights.
 
     Parameters
     ----------
     whitened, reference, positive, sets
         As :func:`bound_sets` takes them.
     bounds : SetBounds
-        What that found.
+        Its result.
     best : float
         Log weight of a set that is not among these, compared with which they may not matter.
     """

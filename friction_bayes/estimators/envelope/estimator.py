@@ -3,9 +3,9 @@
 The amplitudes themselves are the data, not their differences: with few unknowns - initial amplitude, friction
 coefficient, rest position - they lie on a straight line, their errors are independent and equal, and the
 posterior is a normal-inverse-gamma in closed form. See
-:mod:`friction_bayes.estimators.envelope.half_cycle_rows`. The noise level is judged by how half cycles
-scatter about that line, not by the samples within them, so that noise which is correlated from sample to
-sample narrows the interval little.
+:mod:`friction_bayes.estimators.envelope.half_cycle_rows`. The noise level is estimated from the scatter of
+half cycles about that line, not from the samples within them, so that noise which is correlated from sample
+to sample narrows the interval little.
 """
 
 from __future__ import annotations

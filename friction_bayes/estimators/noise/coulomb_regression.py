@@ -50,7 +50,7 @@ _CENTRE = 0.3
 _SURELY_SLIDES = 3.0
 """Amplitude over ``r/k`` below which a half cycle may end in sticking, and is left out."""
 LEAST_SAMPLES = 64
-"""Samples of which noise can be told from a random force."""
+"""Least number of samples to separate noise from a random force."""
 CORNER = "corner_"
 """What the names of the columns of free corners begin with."""
 _ON_GRID = 0.05
@@ -120,7 +120,7 @@ class PlainDecay:
 
     @property
     def usable(self) -> bool:
-        """Whether white noise can be told from anything else here."""
+        """Whether white noise can be separated from anything else here."""
         return (
             # an oscillation that grows is no free decay
             self.coefficient > 0.0

@@ -1,15 +1,15 @@
 r"""Which filter a record went through, by what it does to noise and to corners.
 
-Each filter is held against the samples by the law behind it, fitted by least squares, and the spectrum of
-what that leaves,
+Each filter is compared with the samples by the law behind it, fitted by least squares, and the spectrum of
+its residual,
 
 .. math:: S(\omega) = a (|H(\omega)|^2 + \rho),
 
-``H`` the response of the filter, ``rho`` white noise that came after it. The rivals say nothing of an
-amplitude: noise of any other colour, an autoregression; white noise and the spectrum of an oscillator under a
-random force; noise that was integrated. Each has corners as dry friction makes them or of any shape. Spectra
-are of several orthogonal tapers (Thomson, Proceedings of the IEEE 70, 1982), whose sidelobes are low enough
-for the zeros of a filter; the likelihood is Whittle's.
+``H`` the response of the filter, ``rho`` white noise added after it. The alternatives leave amplitudes
+unfiltered: noise of any other colour, an autoregression; white noise and the spectrum of an oscillator under
+a random force; integrated noise. Each has corners as dry friction makes them or of any shape. Spectra are of
+several orthogonal tapers (Thomson, Proceedings of the IEEE 70, 1982), whose sidelobes are low enough for the
+zeros of a filter; the likelihood is Whittle's.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ _INTEGRATED = (2, 4)
 _STRIDE = 1.12
 """Ratio of the sizes that are tried first: the evidence has one hump, which is wider."""
 _MOST, _MUCH_LESS = 6, 0.05
-"""Filters that are told at the most, and probability of each over that of the first."""
+"""Largest number of filters reported, and least probability of each over that of the first."""
 _DRIFT = 2
 """Degree of the polynomial by which the zero of a recording may drift, as of one that was integrated."""
 _SWINGS = 4
@@ -64,7 +64,7 @@ _PRIOR = 0.01
 def likely_filters(
     signal: Array, known: Array, columns: Array, free_columns: Array, angle: float, order: int
 ) -> tuple[list[tuple[float, RecordingFilter]], float]:
-    """The filter that a record most likely went through, and how likely it is that it was one.
+    """The filter that a record most likely went through, and the probability that there was one.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def likely_filters(
     -------
     list of (float, RecordingFilter)
         The most probable ones, the first of them most, with their probabilities among themselves; none where
-        the record is too short to tell.
+        the record is too short to decide.
     float
     """
     kinds = kinds_for(angle)
@@ -168,7 +168,7 @@ class _Spectra:
         return self._index.size == 0
 
     def of_others(self, signal: Array, rows: Array) -> float:
-        """Log evidence of noise that says nothing of an amplitude, averaged over its kinds."""
+        """Log evidence of noise that leaves amplitudes unfiltered, averaged over its kinds."""
         left = self._left(signal, rows)
         colour, _ = burg(left, len(rows))
         power = self._power(left)
@@ -185,7 +185,7 @@ class _Spectra:
         return self._averaged(self._power(left), response) - self._price(len(rows))
 
     def _left(self, signal: Array, rows: Array) -> Array:
-        """What rows, a zero that drifts and a swing that wanders leave of a signal."""
+        """Residual of a signal after rows, a drifting zero and a swing of varying amplitude and phase."""
         both = np.vstack([rows, self._slow, signal])
         known = np.isfinite(signal)
         if not known.all():

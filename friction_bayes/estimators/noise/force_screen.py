@@ -1,4 +1,4 @@
-r"""The probability that no force acts beside white noise on an even clock, by filters that records share.
+r"""The probability that no force acts in addition to white noise, even sampling, by filters records share.
 
 The gains of a filter, and what it makes of the columns of the free motion, depend on the clock alone. For
 records of one system that is one table for all, and a record costs one run of every filter over itself.

@@ -51,14 +51,14 @@ force that is less probable is so slight that it moves the turning points by nex
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NoiseAccount:
-    """One account of what dry friction leaves: white or coloured noise, with a random force or without.
+    """One account of the residual of dry friction: white or coloured noise, with or without a random force.
 
     Attributes
     ----------
     coloured, forced : bool
         Whether the noise is coloured, and whether there is a random force.
     weaker_above : bool
-        Whether white noise stands for noise that is weaker far above the motion's frequency.
+        Whether white noise represents noise that is weaker far above the motion's frequency.
     free_corners : bool
         Whether the corners of the motion may have any shape.
     filter : RecordingFilter or None
@@ -118,9 +118,9 @@ class NoiseAccount:
 
 
 def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
-    """Weigh all accounts of a decay, the one of white noise alone first.
+    """All accounts of a decay with their probabilities, the one of white noise alone first.
 
-    None where it is too short, or has no noise to speak of.
+    None where it is too short, or has no appreciable noise.
     """
     if not decay.usable:
         return ()
@@ -138,11 +138,11 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
     if not _white_noise_explains(weighed):
         filters, probability = prepared.filters_along(along[0])
         if filters and probability > SLIGHT:
-            # noise and corners tell a filter; the evidences of accounts leave the noise far above the
-            # motion out, and are compared among those behind filters
+            # noise and corners identify a filter; the evidences of accounts, without the noise far above
+            # the motion, are compared among those behind filters
             shares, behind = zip(*prepared.behind(filters[0][1], along[0]), strict=True)
             filtered = _weigh(prepared, [[laid] for laid in behind], np.log(shares))
-            # spectra behind filters have no force in them, and do not tell a filter that leaves one
+            # spectra behind filters include no force, and cannot identify a filter with one behind it
             still = [(part, share * probability) for part, share in filtered if not part.has_force]
             weighed = [
                 (part, share * (1.0 - sum(own for _, own in still))) for part, share in weighed
@@ -153,7 +153,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
 def _white_noise_explains(weighed: Sequence[tuple[_Weighed, float]]) -> bool:
     """Whether white noise, alone or with a force, explains a record, and corners as dry friction makes them.
 
-    A filter would colour the noise or take the corners away; what it would not is asked about no filter.
+    A filter would colour the noise or remove the corners; otherwise none is evaluated.
     """
     law, any_shape, forced = (
         sum(share for part, share in weighed if part.of_white_noise and part.kind == kind)

@@ -1,18 +1,18 @@
-r"""How strong the noise of the sensor is near the motion's frequency, and what colour it has above.
+r"""The level of the sensor noise near the motion's frequency, and its colour above.
 
-What lies far above the motion's frequency is no witness of friction: filters, means over intervals and
-interpolation take the corners of the motion away together with the noise there, and the silence of that band
-would speak against friction, or for a force in place of the noise. The noise is therefore taken to be nowhere
+The band far above the motion's frequency is no evidence about friction: filters, means over intervals and
+interpolation remove the corners of the motion together with the noise there, and a quiet band would count as
+evidence against friction, or for a force in place of the noise. The noise is therefore taken to be nowhere
 below its level ``sigma**2`` near the motion's frequency,
 
 .. math:: S(\omega) = \max(S_r(\omega), \sigma^2) \ (\omega > 2 \omega_0), \quad \sigma^2 \ \text{else},
 
-with ``S_r`` the spectrum of an autoregression of the residual. The level is told by means of a sixth of a
-period, which show nothing of what lies higher, and three ways: as the mean white noise beside a random force
-or none, whose mark is a resonance that no sensor has, and as the spectrum of the residual over the octave
-above the motion's frequency, with that force in it and without. A force raises the first of these spectra and
-lowers the second; noise that falls with frequency raises both, noise that rises lowers both. The median is
-right in all three cases.
+with ``S_r`` the spectrum of an autoregression of the residual. The level is computed from means of a sixth of
+a period, which filter out what lies higher, in three ways: as the white noise averaged over models with and
+without a random force (which shows as a resonance that no sensor has), and as the spectrum of the residual
+over the octave above the motion's frequency, with that force in it and without. A force raises the first of
+these spectra and lowers the second; noise that falls with frequency raises both, noise that rises lowers
+both. The median is right in all three cases.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ _SIZES = np.geomspace(0.1, 100.0, 7)
 _TIMES = (0.3, 1.0, 3.0, 10.0)
 """Of forces that the level is averaged over: sd at resonance over the noise, correlation times as phases."""
 _FEWEST_MEANS = 2 * _PER_PERIOD
-"""In two periods: fewer tell nothing of a force, and the residual's own size has to do."""
+"""In two periods: fewer say nothing about a force, and the residual's own size is used."""
 PRIOR_NONE = 0.5
 """Prior probability of none in that average."""
 _OCTAVE = np.geomspace(1.0, 2.0, 20)
-"""Frequencies, over the motion's, at which a noise that rises with frequency is told."""
+"""Frequencies, over the motion's, at which noise that rises with frequency is evaluated."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def samples_in_mean(angle: float) -> int:
 
 
 def looks_white(residual: Array, phase: Array, order: int, fitted: int) -> bool:
-    """Whether nothing in a residual speaks for coloured noise or for a force: a glance before a long look.
+    """Whether a residual shows neither coloured noise nor a force: a quick test before the long one.
 
     Parameters as for :func:`noise_floor`. Both autoregressions are of order zero by their criterion, and a
     force is no more probable than it was.
@@ -161,7 +161,7 @@ def looks_white(residual: Array, phase: Array, order: int, fitted: int) -> bool:
 
 
 class _Beside(NamedTuple):
-    """What a grid of forces says of a residual: mean variance of the white noise, what is left, P(none)."""
+    """By a grid of forces on a residual: mean variance of the white noise, what is left, P(no force)."""
 
     variance: float
     left: Array

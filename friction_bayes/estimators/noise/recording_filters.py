@@ -124,7 +124,7 @@ class Through:
         return np.ascontiguousarray(self.rows(filter_).T)
 
     def rows(self, filter_: RecordingFilter) -> Array:
-        """The same, a row each, shape (p, n), as the transform has them at hand."""
+        """The same, a row each, shape (p, n), as the transform provides them."""
         response = filter_.without_delay(self._omega)
         shown = irfft(self._spectrum * response, self._size)
         return np.asarray(shown[:, self._added : self._added + self._n])

@@ -1,9 +1,9 @@
-"""A glance at what the fits of many records leave: surely white noise, surely a loss by dry friction alone.
+"""Quick tests of the residuals of many fits: surely white noise, surely a loss by dry friction alone.
 
-Each test asks what a longer one asks (:func:`~friction_bayes.estimators.noise.noise_level.looks_white`,
-:func:`~friction_bayes.estimators.envelope.loss_of_amplitude.faster_loss`), of sums over the residual, and
-says yes only by a margin, so that no record passes that the longer one would not pass. The others are not
-judged here.
+Each is a conservative version, from sums over the residual, of a longer test
+(:func:`~friction_bayes.estimators.noise.noise_level.looks_white`,
+:func:`~friction_bayes.estimators.envelope.loss_of_amplitude.faster_loss`): it passes by a margin only, so
+that no record passes which the longer one would reject. The other records are left to the longer test.
 """
 
 from __future__ import annotations
@@ -180,7 +180,7 @@ def _surely_uncorrelated(x: NDArray[np.float32]) -> bool:
 
 @njit(**KERNEL)
 def _order_zero(means: Array) -> bool:
-    """Whether Burg's autoregression of the means is none, exactly as the long form has it."""
+    """Whether Burg's autoregression of the means has order zero, exactly as in the long form."""
     x = means.copy()
     _centre(x)
     most = most_lags(x.size)

@@ -151,7 +151,7 @@ def fit_waveforms(
 
 
 def _regular(normal: Array) -> Mask:
-    """Which of the normal equations, shape (records, p, p), tell all coefficients apart."""
+    """Which of the normal equations, shape (records, p, p), determine all coefficients."""
     square = np.diagonal(normal, axis1=1, axis2=2)
     usable: Mask = np.isfinite(normal).all(axis=(1, 2)) & (square.min(axis=1) > 0.0)
     scale = np.sqrt(np.where(usable[:, None], square, 1.0))
@@ -194,7 +194,7 @@ def _fit_all(
 
 @njit(**KERNEL)
 def _fit_means(signal: Signal, at: NormalEquations, prior: Penalty, width: int) -> tuple[float, bool]:
-    """Fit means of ``width`` samples and put what they say in ``at.p``: the samples are then read twice only.
+    """Fit means of ``width`` samples, into ``at.p``: the samples are then read twice only.
 
     Returns
     -------
@@ -242,7 +242,7 @@ def prior_of(prior: Mapping[str, float], size: int) -> NormalInverseGamma:
     """Prior of ``size`` coefficients, the last two of them flat, and all where they have no precision.
 
     In a normal-inverse-gamma a coefficient's scale goes with the error's. Flat coefficients have none, which
-    costs the shape one half each, so that the error variance has the prior that was asked for.
+    costs the shape one half each, so that the error variance has the given prior.
     """
     precision = np.full(size, float(prior["coefficient_precision"]))
     precision[-FLAT:] = 0.0

@@ -44,9 +44,9 @@ _LIKE_NOISE = 3.0
 
 
 def saturation_level(decay: FreeDecay) -> float | None:
-    """Level about the rest position at which the sensor saturates, unit of the signal; None where it is none.
+    """Level about the rest position at which the sensor saturates, unit of the signal; None without one.
 
-    Nor is it told of a pendulum's large swings, or where too few samples lie inside.
+    None also for a pendulum's large swings, or where too few samples lie inside.
     """
     if swing_frequency(decay.system, decay.unit) > 0.0:
         return None
@@ -76,7 +76,7 @@ def saturation_level(decay: FreeDecay) -> float | None:
     noise2 = float(fits.misfit[0]) / (count - COEFFICIENTS)
     jacobian, _ = signal_derivatives(samples, order, p, kappa, stop)
     told = np.einsum("ni,ij,nj->n", jacobian, np.linalg.inv(fits.normal[0]), jacobian)
-    # what sensor and law are wrong by goes on over a bin: so many samples say of it what one does
+    # errors of sensor and law are alike within a bin: its samples inform about them as one does
     in_bin = max(math.pi * (away.size - 1) / (2.0 * p[ADVANCE] * _BINS), 1.0)
     variance = noise2 * (1.0 + told) + in_bin * (_LINEAR * largest) ** 2
     angle = p[ADVANCE] * places + p[PHASE]
