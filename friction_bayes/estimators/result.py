@@ -418,8 +418,8 @@ def _random_force_notes(fit: Fit) -> list[str]:
     periods = float(force.correlation_time.mean()) * fit.frequency / (2.0 * math.pi)
     if periods < _SUSPECT_PERIODS:
         notes.append(
-            f"{periods:.2g} periods is the shortest correlation time considered: it more likely represents an "
-            "effect that the model lacks, or wrong time stamps; closing the loop looks for it"
+            f"{periods:.2g} periods is as short as a random force is looked for: more likely it is an effect "
+            "that the model lacks, or wrong time stamps; closing the loop looks for it"
         )
     test = force.innovations
     if not test.white:

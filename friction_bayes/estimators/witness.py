@@ -63,7 +63,7 @@ def reconciled(posterior: Any, witness: Witness) -> Any:
 
 
 def not_negative(answer: Any) -> Any:
-    """The part above zero, where either side has an appreciable probability."""
+    """The answer truncated at zero, where its probability below is not negligible."""
     below = float(answer.cdf(0.0))
     return _as_mixture(answer).kept_positive() if _NEGATIVE < below < 1.0 else answer
 

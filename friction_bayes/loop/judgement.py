@@ -1,4 +1,4 @@
-"""What is judged of the candidates before a report is written: the verdict, and friction under it."""
+"""The verdict on the candidates, and friction under it, before a report is written."""
 
 from __future__ import annotations
 

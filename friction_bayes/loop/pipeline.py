@@ -54,7 +54,7 @@ def run(
     report = build_report(candidates, rng_report, options=options, started=started, reference_force=force)
     if options.effects is None:
         return report
-    notes = (f"{words(name)} was asked for and not weighed: {why}" for name, why in sorted(barred.items()))
+    notes = (f"{words(name)} was requested and not evaluated: {why}" for name, why in sorted(barred.items()))
     return replace(report, notes=(*report.notes, *notes))
 
 

@@ -153,7 +153,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
 def _white_noise_explains(weighed: Sequence[tuple[_Weighed, float]]) -> bool:
     """Whether white noise, alone or with a force, explains a record, and corners as dry friction makes them.
 
-    A filter would colour the noise or remove the corners; otherwise none is evaluated.
+    Then no filter is evaluated: it would have coloured the noise or removed the corners.
     """
     law, any_shape, forced = (
         sum(share for part, share in weighed if part.of_white_noise and part.kind == kind)

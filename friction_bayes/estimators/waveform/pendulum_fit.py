@@ -87,7 +87,7 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
 
 
 def _phase_sd(swing: PendulumSignal, q: Array, after: NormalInverseGamma) -> float:
-    """Derivatives of the phase at the end in that of the start (by angle and velocity) and the frequency."""
+    """Sd of the phase at the end, from that at the start (by angle and velocity) and of the frequency."""
     sd = np.sqrt(np.diag(after.coefficients.shape))[[ANGLE - q.size, FREQUENCY - q.size, VELOCITY - q.size]]
     states = swing.states(q) / q[FREQUENCY] ** swing.order
     largest = float(np.max(np.hypot(*states.T)))

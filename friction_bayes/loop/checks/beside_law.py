@@ -1,4 +1,4 @@
-"""Forces beside a law: how much better would they explain the record, whatever the law can take of them?"""
+"""Forces in addition to a law: how much better would they explain the record, all else of the law free?"""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class ScoreTest(NamedTuple):
     statistic : float
         Chi-square.
     degrees : int
-        Combinations of the forces that can be told from the law.
+        Combinations of the forces that can be distinguished from the law.
     coefficients : ndarray, shape (f,)
     covariance : ndarray, shape (f, f)
     """
@@ -42,7 +42,7 @@ class BesideLaw(NamedTuple):
     norm : ndarray, shape (f,)
         Length of each force before anything is taken from it.
     gram : ndarray, shape (f, f)
-        Of what the law leaves of the forces.
+        Of the residuals of the forces after the law.
     score : ndarray, shape (f,)
         Of that with the residual.
     """

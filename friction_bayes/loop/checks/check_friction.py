@@ -38,7 +38,7 @@ def check_friction(
         Of the latter.
     seed : int
     walkers : int, optional
-        Of each ensemble; as many as the sampler takes by itself where left out.
+        Of each ensemble; the sampler's own choice by default.
 
     Returns
     -------

@@ -1,8 +1,8 @@
-"""What a law and a random force leave: noise, or something that follows the motion.
+"""Whether the residual of a law and a random force is noise, or follows the motion.
 
-A random force takes up whatever moves the oscillator. Whether it depends on the motion is tested as a force:
-binned functions of the velocity, the position, the amplitude and the time, whitened like every column, beside
-the law. What passes is fluctuation; what fails and is large is an effect that the catalogue lacks.
+A random force takes up whatever moves the oscillator. Whether it depends on the motion is tested by forces in
+addition to the law: binned functions of the velocity, the position, the amplitude and the time, whitened like
+every column. One that passes is random; one that fails and is large is an effect outside the catalogue.
 """
 
 from __future__ import annotations
@@ -62,10 +62,10 @@ class LeftOver(ResidualTests):
     ----------
     dependences : tuple of Dependence
     near_motion : float
-        Standard deviation of the innovations near the frequency of the motion, over the model's: at least so
-        much, with the probability that candidates are credible with.
+        Lower limit of the innovations' standard deviation near the frequency of the motion, over the model's,
+        with the probability of credible candidates.
     shape : Shape or None
-        That describes the worst dependence best; None where there is none.
+        That describes the worst dependence best; None without one.
     """
 
     dependences: tuple[Dependence, ...]
@@ -86,12 +86,12 @@ class LeftOver(ResidualTests):
         return max(failed, key=lambda d: d.force, default=None)
 
     def matters(self, tolerance: float, friction: float) -> bool:
-        """Whether what is left is more than friction can be told in spite of.
+        """Whether the residual is too large for friction to be estimated.
 
         It is where a force that depends on the motion is larger than the tolerance's share of ``friction``
-        (natural units), or where innovations that are no noise exceed what the model says of them by that
-        share near the frequency of the motion: elsewhere they are the sensor's own, and say nothing about
-        the law. That a random force jumps as no normal one does is said and decides nothing: it fluctuates.
+        (natural units), or where innovations that are not noise exceed the model's by that share near the
+        frequency of the motion: elsewhere they are the sensor's, and no evidence about the law. Jumps of the
+        random force that are not normal are reported and decide nothing.
         """
         if self.worst is not None and self.worst.force > tolerance * friction:
             return True
@@ -99,7 +99,7 @@ class LeftOver(ResidualTests):
         return coloured and self.near_motion > 1.0 + tolerance
 
     def to_left(self) -> dict[str, Any]:
-        """What the report says of the worst dependence: ``depends_on``, ``shape`` and its ``share``."""
+        """The worst dependence as reported: ``depends_on``, ``shape`` and its ``share``."""
         return {
             "depends_on": None if self.worst is None else self.worst.on,
             "shape": None if self.shape is None else self.shape.name,

@@ -34,7 +34,7 @@ class Witnesses:
     ----------
     loss, shape : Summary
         Of the loss of amplitude, and of the shape within a cycle; not cut at zero, since a friction that is
-        negative tells of an error.
+        negative indicates an error.
     agree : bool
     """
 
@@ -56,7 +56,7 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     """
     best = fit.posterior.best
     others = fit.sets.columns[fit.chosen].copy()
-    # where the best law has no dry friction, both witnesses are asked for that of Coulomb
+    # where the best law has no dry friction, both witnesses are of Coulomb friction added to it
     friction = next((j for j in fit.law.frictions if others[j]), fit.law.dry_friction)
     others[friction] = False
     at_nodes, at_samples = _losing_part(fit.path, fit.law.force(friction, fit.path.nodes))
@@ -68,7 +68,7 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     columns = np.column_stack([fit.law.sensor[:, others], loss, shape]) * scale
     block = np.column_stack([columns, fit.residual])
     gram = whiten(block, fit.clock, fit.row, best.ratio, best.tau).gram
-    # the record enters as what the best law leaves, about which the prior is as good as centred
+    # the data are the residual of the best law, about which the prior is nearly centred
     law = np.append(fit.coefficients[others], [fit.coefficients[friction]] * 2) / scale
     noise2, prior = best.noise**2, best.found.full_noise2
     factor = cho_factor(gram[:-1, :-1] + prior * np.eye(scale.size))

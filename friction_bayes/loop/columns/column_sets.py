@@ -1,4 +1,4 @@
-"""The sets of effects that are weighed along the measured motion, as sets of columns."""
+"""The sets of effects that are evaluated along the measured motion, as sets of columns."""
 
 from __future__ import annotations
 

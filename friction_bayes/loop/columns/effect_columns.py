@@ -1,4 +1,4 @@
-"""Each effect of the catalogue as columns along a measured path: forces, faults of the sensor, lines."""
+"""Each effect of the catalogue as columns along a measured path: forces, sensor effects, lines."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ __all__ = [
 ]
 
 NUDGE = 1e-4
-"""Share of the swing over which a force, or a fault of the sensor, is differenced."""
+"""Share of the swing over which a force, or a sensor effect, is differenced."""
 PRIOR_SCORES = (-1.6, -0.8, 0.0, 0.8, 1.6)
 """Where a parameter that shapes a term is taken before anything is known of it, as normal scores of its
 prior."""
@@ -46,7 +46,7 @@ _SMALL_SCORES = tuple(0.6 * k for k in range(-4, 5))
 
 
 class Shape(NamedTuple):
-    """A parameter that shapes a column: where it is taken, and the values that this stands for.
+    """A parameter that shapes a column: where it is taken, and the values that this represents.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Shape(NamedTuple):
 
 @dataclass(frozen=True)
 class Column:
-    """What a column of the law is.
+    """Description of a column of the law.
 
     Attributes
     ----------
@@ -113,7 +113,7 @@ class Column:
     def own(self) -> bool:
         """Whether each record has a coefficient of its own: of its start, its filter and of what begins anew.
 
-        A fault of one sign, such as backlash, is of the sensor and the same in all records.
+        An effect of one sign, such as backlash, is of the sensor and the same in all records.
         """
         if self.kind == "effect":
             return EFFECTS[self.effect].per_record and not self.positive
@@ -329,7 +329,7 @@ def sampled(path: MeasuredPath, block: int, order: int) -> Sampled:
     """The readings within the blocks of a path by a sensor of the derivative ``order``."""
     if block == 1:
         return Sampled(path.phase, path.reading(order, path.x, path.v), block)
-    # a fault that jumps within a block shows there with a share of its size
+    # an effect that jumps within a block shows there with a share of its size
     within = (np.arange(block) - 0.5 * (block - 1)) / block
     phase = (path.phase[:, None] + np.gradient(path.phase)[:, None] * within).ravel()
     motion = CubicHermiteSpline(path.phase, path.x, path.v)
@@ -337,7 +337,7 @@ def sampled(path: MeasuredPath, block: int, order: int) -> Sampled:
 
 
 class SensorColumn(NamedTuple):
-    """A column of a fault of the sensor, and what that makes of a signal.
+    """A column of a sensor effect, and the error that it makes in a signal.
 
     Attributes
     ----------
@@ -363,9 +363,9 @@ class SensorColumn(NamedTuple):
 def sensor_columns(
     name: str, scales: Scales, order: int, w0: float, size: float | None = None
 ) -> Iterator[SensorColumn]:
-    """Columns of a fault of the sensor that is linear in its parameters, or in the first about its ``size``.
+    """Columns of a sensor effect that is linear in its parameters, or in the first about its ``size``.
 
-    That is the scale of its prior where none has been found yet.
+    The size is the scale of its prior where no estimate exists yet.
     """
     effect = EFFECTS[name]
     assert isinstance(effect, SensorEffect)

@@ -1,6 +1,6 @@
-"""Lines in the spectrum of what a law leaves: interference if they are steady, a second mode if they die out.
+"""Lines in the spectrum of a law's residual: interference if they are steady, a second mode if they die out.
 
-A line that dies out with a decay time ``T`` stands out most under the window ``exp(-t/T)``, its own envelope.
+A line that dies out with a decay time ``T`` is most visible under the window ``exp(-t/T)``, its own envelope.
 A few decay times are tried, each on as much of the record as such a line lasts.
 """
 
@@ -32,9 +32,9 @@ LOG_DECAY_TIME = math.log(9.0)
 _MOST_LINES = 8
 """Lines of each effect in one record: a second mode, its products, the mains."""
 _NEIGHBOURS = 61
-"""Ordinates of a spectrum that show what a line stands out of."""
+"""Ordinates of a spectrum in the surroundings that a line is compared with."""
 _LEAST_SAMPLES = 500
-"""The spectrum of fewer has no surroundings to speak of."""
+"""The spectrum of fewer has too few surroundings."""
 _APART = 4.0
 """Distance between two lines times the length of the window: those of a windowed signal are four wide."""
 _CLOSE = 1e-3
@@ -100,7 +100,7 @@ class Line(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Spectrum:
-    """How far each top of the spectrum of a signal stands out of its surroundings.
+    """Height of each peak in the spectrum of a signal over its surroundings.
 
     Attributes
     ----------
@@ -166,14 +166,14 @@ class _Spectrum:
 def lines_beside_motion(
     innovations: Array, force: Array, segment: Segment, known: Sequence[Line], effects: Collection[str]
 ) -> tuple[Line, ...]:
-    """Lines of these effects that stand out of their surroundings in a spectrum, none the motion's.
+    """Lines of these effects that exceed their surroundings in a spectrum, except the motion's.
 
     Parameters
     ----------
     innovations : ndarray, shape (n,)
         Under the law and the random force, in standard deviations.
     force : ndarray, shape (n,)
-        The random force, which hides what the oscillator answers to.
+        The random force, which hides lines that the oscillator responds to.
     segment : Segment
     known : sequence of Line
         Those that have been found: another one of the same effect lies apart from them.

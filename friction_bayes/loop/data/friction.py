@@ -109,7 +109,7 @@ def friction_of_loss(turning_points: Array) -> float:
 def friction_along(path: MeasuredPath) -> float:
     """Friction over stiffness that alone would explain the loss of amplitude along a motion.
 
-    Of fewer than three turning points it is told by how fast ``hypot(x, v)`` about their middle falls.
+    Of fewer than three turning points it is computed from how fast ``hypot(x, v)`` about their middle falls.
     """
     if path.turning.size > 2:
         return friction_of_loss(path.turning_x)

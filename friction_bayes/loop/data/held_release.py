@@ -30,7 +30,7 @@ _HARMONICS = np.array([1.0, 2.0])
 
 
 def held_samples(decay: FreeDecay) -> int:
-    """How many samples were read before the release; zero where none were or the record cannot tell."""
+    """Number of samples read before the release; zero also where the record cannot show it."""
     order = decay.quantity.order
     if order == 2 or not decay.evenly_spaced or decay.disturbed:
         return 0

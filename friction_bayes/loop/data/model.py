@@ -47,9 +47,9 @@ class Prediction:
     Attributes
     ----------
     clean : ndarray, shape (n,)
-        What an ideal sensor shows.
+        Reading of an ideal sensor.
     signal : ndarray, shape (n,)
-        With the faults of the sensor that act before the noise.
+        With the sensor effects that act before the noise.
     displacement, velocity : ndarray, shape (n,)
         The motion.
     direction : ndarray, shape (n,)
@@ -265,7 +265,7 @@ class LoopModel:
 
 
 def sensor_output(clean: Array, time: Array, effects: Mapping[str, tuple[float, ...]]) -> Array:
-    """What the sensor shows of a clean signal, with those of the effects that are faults of the sensor."""
+    """A clean signal as read by the sensor, with those of the effects that are sensor effects."""
     signal = clean
     for name, values in effects.items():
         effect = EFFECTS[name]

@@ -92,7 +92,7 @@ class Coordinate:
 
     @property
     def is_sensor(self) -> bool:
-        """Whether it belongs to a fault of a record's sensor."""
+        """Whether it belongs to an effect of a record's sensor."""
         return bool(self.effect) and isinstance(EFFECTS[self.effect], SensorEffect)
 
     def value(self, z: float | Array) -> float | Array:

@@ -48,7 +48,7 @@ class Segment:
         1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
     ignored : ndarray of bool, shape (n,)
         Not fitted: isolated excursions; and where the acceleration jumps, its sample nearest to each turning
-        point, which tells either side of the jump; of means of blocks, which may tell a mean of both, the
+        point, which may be on either side of the jump; of means of blocks, which may average both sides, the
         neighbours too.
     moving : int
         Samples before the stop.
@@ -78,7 +78,7 @@ class Segment:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a reader must know of the record and of what was done to it before any model."""
+        """Remarks on the record and on what was done to it before any model."""
         pendulum = pendulum_notes(self.decay)
         notes = pendulum + self.decay.notes
         far = self.decay.far_from_declared(self.decay.frequency)
