@@ -1,5 +1,4 @@
-"""The shape of the force in a law's residual: the simple form that describes best how it follows the motion.
-"""
+"""The shape of a force in a law's residual: the simple form that best describes how it follows the motion."""
 
 from __future__ import annotations
 

@@ -301,7 +301,7 @@ def law_columns(
         forces=answers.forces[:, :-1],
         read=read,
         row=row,
-        # the effects were linear about the path, so that the gain counts a share of it twice
+        # the sensor effects are linear about the path, so that the gain counts a share of it twice
         known=answers.sensor[:, -1] - (gain - 1.0) * read.values,
         known_states=answers.states[:, :, -1],
         acting=tuple(acting),
@@ -337,8 +337,7 @@ def _answers(
         (path.nodes, feedback.nodes, path.stiffness[path.interval]),
         (path.samples, feedback.samples, path.slope),
     ):
-        # the restoring force less that of the linear oscillator; and of a force linear about the path, its
-        # value on the path
+        # the restoring force beyond the linear oscillator's, less the linear part of the law along the path
         known = (
             stiffness * points.x - path.restoring(points.x) - slope[:, 0] * points.x - slope[:, 1] * points.v
         )

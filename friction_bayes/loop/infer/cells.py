@@ -1,7 +1,7 @@
 """Candidates of an analysis along measured motions: sets of columns, under a random force or none.
 
-The analysis knows points of a grid over the random force, and sets of columns; one candidate is all of those
-that stand for the same effects.
+The analysis evaluates points of a grid over the random force, and sets of columns; one candidate comprises
+all of those with the same effects.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _LEAST = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """How probable each set of columns is at each point of the grid.
+    """Probability of each set of columns at each point of the grid.
 
     Attributes
     ----------

@@ -56,7 +56,7 @@ class DrawnLaws:
     def scores(self) -> Array:
         """Coefficients of effects in units of their prior sd, shape (k, c); zero where a law lacks one.
 
-        Each record's own count besides those that all share.
+        Each record's own are counted in addition to the shared ones.
         """
         own = np.array([column.own for column in self.first.fit.law.columns])
         return np.hstack([_scores(self.first, ~own), *(_scores(draws, own) for draws in self.records)])

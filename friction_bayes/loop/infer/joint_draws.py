@@ -57,7 +57,7 @@ def joint_draws(
     )
     frictions = fit.along[0].law.frictions
     force = unit_force(fit.fits[0], records[0].stiffness)
-    # a spread stands for its part of the prior
+    # a spread represents its part of the prior
     least, second = spreads_weighed()[:2]
     spread = fit.level * fit.spread_of[row] * (second / least) ** rng.uniform(-0.5, 0.5, draws)
     friction = mean[:, frictions].sum(axis=1) * force

@@ -100,7 +100,7 @@ class LawDraws:
                     values = values * law.friction / self.friction[mine]
                 found[column.parameter] = values
         for parameter, step in zip(shape, cycle(_STEPS), strict=False):
-            # the value taken stands for its part of the prior: each draw has its place in that
+            # the value represents its part of the prior, within which each draw has a place
             spread = (step * np.flatnonzero(mine)) % 1.0
             found[parameter.name] = np.asarray(parameter.low + (parameter.high - parameter.low) * spread)
         if line is not None and not line.steady:

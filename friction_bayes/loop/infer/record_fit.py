@@ -1,7 +1,7 @@
-"""One record under a law and a force that fluctuates: all sets of linear effects weighed exactly.
+"""One record under a law and a random force: all sets of linear effects evaluated exactly.
 
-The motion is smoothed, the effects are evaluated along it, and a regression of the whitened signal on the
-whitened columns weighs every set (see :mod:`friction_bayes.statespace`), in rounds
+The motion is smoothed, the effects become columns along it, and a regression of the whitened signal on the
+whitened columns gives the evidence of every set (see :mod:`friction_bayes.statespace`), in rounds
 (:mod:`friction_bayes.loop.infer.settle`).
 """
 
@@ -72,7 +72,7 @@ class ForceFit:
     motion : Motion
         Smoothed with that law.
     sensor_noise : SensorNoise
-        What it is besides white.
+        The noise in addition to white.
     error : SensorError or Colour
         What neighbouring samples share of it.
     impossible : ndarray of bool, shape (m,)
@@ -254,7 +254,7 @@ def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> Force
 
 
 def _fit_of(last: Round | None, allowed: Sequence[str]) -> ForceFit | None:
-    """The analysis that the rounds of a law end with, noise of the sensor besides white weighed in it."""
+    """The analysis at the end of the rounds of a law, sensor noise other than white included."""
     if last is None:
         return None
     record, found = last.whole.setting_aside(last.ceiling), last.found

@@ -1,4 +1,4 @@
-"""Candidates weighed along measured motions, of one record or of several: what is told of both alike."""
+"""Candidates evaluated along measured motions, of one record or of several: what both report."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ __all__ = ["Candidates"]
 
 
 class Candidates(ABC):
-    """Candidates weighed along measured motions, of one record or of several.
+    """Candidates evaluated along measured motions, of one record or of several.
 
     Parameters
     ----------
@@ -97,14 +97,13 @@ class Candidates(ABC):
     @property
     @abstractmethod
     def reading(self) -> Reading:
-        """Friction by all that it weighs."""
+        """Friction by all candidates."""
 
     @abstractmethod
     def check(self, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
-        """Compare the posterior of the most probable candidate with a sampler's.
+        """The posterior of the most probable candidate compared with a sampler's.
 
-        The ``share`` of the candidate says how much of it was sampled; the tree is what was sampled, if
-        anything.
+        ``share`` is the sampled share of the candidate's probability; the tree has the samples, if any.
         """
 
     @abstractmethod
@@ -183,15 +182,15 @@ class Candidates(ABC):
 
     @abstractmethod
     def _slight_beside(self, g: int, row: int) -> Iterable[SlightEffect]:
-        """Nuisances beside a set of the posterior at a point of its grid."""
+        """Nuisances in addition to a set of the posterior at a point of its grid."""
 
     @cached_property
     def _friction(self) -> Array:
-        """Draws of friction [N or N m]: those of the laws, which answer for slight effects too."""
+        """Draws of friction [N or N m]: those of the laws, widened by slight effects."""
         return friction_with_slight_effects(self.laws, self._slight_beside, self._rng_draws)
 
     def _reading(self, what: str, fits: tuple[ForceFit, ...], laws: DrawnLaws) -> Reading:
-        """Friction by some laws, with what the most probable one leaves of the records."""
+        """Friction by some laws, with its shift by the residual of the most probable one."""
         shift = max(_friction_shift(fit, what_is_left(fit)) for fit in fits)
         return Reading(what, _moved(laws.friction, shift, self._rng_reading))
 
@@ -329,7 +328,7 @@ def _parameters_of_sensor(name: str, fit: ForceFit, units: dict[str, str]) -> di
 
 
 def _friction_shift(fit: ForceFit, left: LeftOver) -> float:
-    """How far friction could shift for what a record's law does not say [N or N m]."""
+    """How far friction could shift for a force that a record's law lacks [N or N m]."""
     return 0.0 if left.worst is None else left.worst.friction * fit.law.unit_force
 
 

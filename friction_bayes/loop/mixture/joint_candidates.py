@@ -1,4 +1,4 @@
-"""Sets of effects weighed on several records, each with a fluctuation and perhaps friction of its own."""
+"""Sets of effects evaluated on several records, each with its own random force and perhaps friction."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def candidates_together(
 class JointCandidates(Candidates):
     """All candidates of several records: with a random force or none, one friction or one of each record.
 
-    They are weighed along the motions (see :class:`friction_bayes.loop.mixture.candidates.Candidates`).
+    They are evaluated along the motions (see :class:`friction_bayes.loop.mixture.candidates.Candidates`).
 
     Parameters
     ----------
@@ -106,8 +106,8 @@ class JointCandidates(Candidates):
         kinds = [noise for noise, share in noises.items() if share > 0.0]
         self._rank(Cells(np.array(weights), fit.posterior.ratio > 0.0, effects, kinds))
         self.trail = (
-            f"along the measured motions: {len(effects)} sets of effects weighed on {len(fit.alone)} records "
-            "together",
+            f"along the measured motions: {len(effects)} sets of effects evaluated on {len(fit.alone)} "
+            "records together",
         )
 
     @property
@@ -135,7 +135,7 @@ class JointCandidates(Candidates):
     @cached_property
     def reading(self) -> Reading:
         laws = joint_draws(self.fit, self._rng_reading, DRAWS)
-        return self._reading("the sets weighed along the measured motions", self.fit.fits, laws)
+        return self._reading("the sets evaluated along the measured motions", self.fit.fits, laws)
 
     @property
     def notes(self) -> tuple[str, ...]:

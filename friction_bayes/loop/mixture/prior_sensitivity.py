@@ -27,9 +27,9 @@ __all__ = ["prior_sensitivity"]
 _FACTORS = (0.1, 10.0)
 _INCLUSIONS = {"inclusion_halved": 0.5 * INCLUSION, "inclusion_doubled": 2.0 * INCLUSION}
 _LEAST_DRAWS = 50.0
-"""Effective number of draws below which nothing is said."""
+"""Effective number of draws below which no value is reported."""
 _LARGEST_ERROR = 0.1
-"""Monte Carlo error of a shift, in standard deviations of friction, above which nothing is said."""
+"""Monte Carlo error of a shift, in standard deviations of friction, above which no value is reported."""
 
 
 def prior_sensitivity(draws: CandidateDraws, sets: Sequence[frozenset[str]]) -> dict[str, float | None]:

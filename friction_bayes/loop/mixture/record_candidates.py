@@ -1,4 +1,4 @@
-"""Sets of effects weighed on one record, with and without a random force."""
+"""Sets of effects evaluated on one record, with and without a random force."""
 
 from __future__ import annotations
 
@@ -56,10 +56,11 @@ class RecordCandidates(Candidates):
         lines = ", ".join(map(str, fit.lines))
         share = float(fit.posterior.weight[:, fit.impossible].sum())
         left_out = (
-            f"sets in which friction pushes or faults hide the motion, {percent(share)} likely, are left out"
+            f"sets in which friction pushes or sensor effects hide the motion, {percent(share)} likely, "
+            "are left out"
         )
         self.trail = (
-            f"along the measured motion: {len(fit.sets.effects)} sets of effects weighed"
+            f"along the measured motion: {len(fit.sets.effects)} sets of effects evaluated"
             + (
                 f" with and without a random force, log evidence {fit.log_gain:+.1f} with it"
                 if fit.forced
@@ -85,7 +86,7 @@ class RecordCandidates(Candidates):
     @cached_property
     def reading(self) -> Reading:
         laws = DrawnLaws.of_one(law_draws(self.fit, self._rng_reading, DRAWS))
-        return self._reading("the sets weighed along the measured motion", (self.fit,), laws)
+        return self._reading("the sets evaluated along the measured motion", (self.fit,), laws)
 
     def check(self, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
         factor, unit = friction_scale(self.before.model)
@@ -152,7 +153,7 @@ def candidates_of_record(
 
 
 def _cells(fit: ForceFit) -> Cells:
-    """All sets of which the samples say something and whose friction resists, under each kind of noise."""
+    """All sets that the samples can determine and whose friction resists, under each kind of noise."""
     nothing = unknowable(fit)
     known = np.array([not names & nothing for names in fit.sets.effects]) & ~fit.impossible
     noises = fit.sensor_noise.probabilities

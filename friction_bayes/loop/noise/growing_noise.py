@@ -32,7 +32,7 @@ _STENCIL = 0.1
 
 @dataclass(frozen=True, eq=False)
 class NoiseGrowth:
-    """Noise of a record that grows with its motion, given that there is some, and how probable that is.
+    """Noise of a record that grows with its motion, given that it does, and the probability of that.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class NoiseGrowth:
     log_odds : float
         Of growth against none, prior odds included.
     log_volume : float
-        Logarithm of the prior probability of the sizes that ``clock`` stands for.
+        Logarithm of the prior probability of the sizes that ``clock`` represents.
     ratio : float
         The size, a parameter of the effect, over the sd of the noise of one size in natural units.
     log_sd : float

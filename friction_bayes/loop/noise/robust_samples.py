@@ -1,8 +1,8 @@
-r"""Samples that the regression does without: outliers, and those near a ceiling of the sensor.
+r"""Samples that the regression sets aside: outliers, and those near a ceiling of the sensor.
 
-What is set aside is told by what all other samples predict of it. Near a ceiling the sample itself must not
-decide: one that lies just below is there because its noise pointed down, so that the mean noise of those that
-stay would be below zero, and friction off. Outliers are as probable on both sides and may show themselves.
+Samples are set aside by the prediction from all others. Near a ceiling the sample itself must not decide: one
+just below is there because its noise was negative, so that the mean noise of those kept would be below zero,
+and friction biased. Outliers are as probable on both sides, and their own values may decide.
 
 A regression on the samples that are used has their density alone, under normal noise. So that its evidence is
 one of the whole record, as every other candidate's, it takes a factor
@@ -44,7 +44,7 @@ _PARTS = 5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LeftOut:
-    """The samples of a record beside what all others predict of each.
+    """The samples of a record, with the prediction of each from all others.
 
     Attributes
     ----------
@@ -127,7 +127,7 @@ def outlying(noise: NoiseFit) -> Mask:
     """Samples that are more probably outliers than not, shape (n,)."""
     if noise.fraction == 0.0:
         return np.zeros(noise.weight.size, dtype=bool)
-    # the weight is the mean of both precisions, by the probabilities
+    # the weight is the mean of both precisions, weighted by the probabilities
     return np.asarray(noise.weight < 0.5 * (1.0 / noise.sd**2 + 1.0 / noise.scale**2))
 
 

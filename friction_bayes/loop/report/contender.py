@@ -24,7 +24,7 @@ __all__ = ["drawn_contender"]
 
 
 def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
-    """The candidate that some draws, ``chosen`` of shape (k,), are of; None where they are too few to tell.
+    """The candidate of some draws, ``chosen`` of shape (k,); None where they are too few.
 
     Its law is their mean, in the most frequent shape of each effect; state and sensor are those of the first
     record. Where friction differs between the records it would in a further one too.

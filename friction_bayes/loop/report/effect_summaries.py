@@ -31,8 +31,8 @@ _WITHOUT_SIZE = ("1", "s", "Hz")
 def parameter_units(name: str, segment: Segment, system: Oscillator) -> dict[str, str]:
     """Unit of each parameter of an effect, by name.
 
-    Of a signal that is not calibrated those of a force are what they would be were its unit that of the
-    quantity, and say so.
+    For a signal that is not calibrated those of a force are as if its unit were that of the quantity, and
+    marked so.
     """
     decay, effect = segment.decay, EFFECTS[name]
     units = {p.name: p.unit_in(system, decay.unit) for p in effect.parameters}

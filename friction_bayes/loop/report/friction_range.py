@@ -1,6 +1,6 @@
-"""Friction where no candidate explains the record: what the candidates say of it, and Coulomb friction alone.
+"""Friction where no candidate explains the record: by the candidates, and by Coulomb friction alone.
 
-A posterior over candidates none of which is true says how well the record tells them apart, not how far each
+A posterior over candidates none of which is true gives how well the record separates them, not how far each
 is from the truth.
 """
 

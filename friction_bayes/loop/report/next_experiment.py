@@ -4,8 +4,8 @@ Each experiment is predicted under the most probable candidate. A rival, with it
 so far and an initial state of its own, can follow that prediction in part; what is left is linear algebra:
 with the difference ``D`` of the two predictions, noise ``V`` and the rival's derivatives ``J`` and covariance
 ``C``, the expected log Bayes factor is ``D' (V + J C J')^-1 D / 2``. Noise is that of the sensor and, under a
-rival with a random force, what the motion answers to that force. Where the two candidates differ in their
-random force the records also differ in how they scatter, which adds to it.
+rival with a random force, the response of the motion to that force. Where the two candidates differ in their
+random force the records also differ in their scatter, which adds to it.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ class Proposal:
 
 
 def next_experiment(candidates: Sequence[Contender], names: Sequence[str]) -> str | None:
-    """Name, in a sentence, the further record that tells the first candidate best from its rivals."""
+    """The further record that separates the first candidate best from its rivals, in a sentence."""
     decided = [proposals(candidates[0], rival) for rival in candidates[1:]]
     if not decided or not decided[0]:
         return None
@@ -135,7 +135,7 @@ def next_experiment(candidates: Sequence[Contender], names: Sequence[str]) -> st
 
 
 def _agreement_on_friction(candidates: Sequence[Contender]) -> str:
-    """Say so where friction hardly depends on which candidate is right."""
+    """A remark where friction hardly depends on which candidate is right."""
     frictions = [candidate.friction for candidate in candidates]
     spread = (max(frictions) - min(frictions)) / max(max(frictions), 1e-300)
     if spread > settings.SETTINGS.same_friction:
@@ -274,7 +274,7 @@ def log_bayes_factor_of_scatter(
     truth: tuple[float, float],
     rival: tuple[float, float],
 ) -> float:
-    r"""Expected log Bayes factor of two random forces beside the same law, noise of unit variance.
+    r"""Expected log Bayes factor of two random forces with the same law, noise of unit variance.
 
     With :math:`V_1, V_2` the covariances of the record under the two, the uncertainty
     :math:`J C J^T` of the law included, it is

@@ -1,7 +1,7 @@
-"""The paper's own procedure on the same record, and which fault of the measurement makes it differ.
+"""The paper's own procedure on the same record, and which error source makes it differ.
 
 The procedure is run on the record and on predictions of the final model: sampled finely and without noise,
-then sampled as the record is. What it reads off each differs from the last by one fault.
+then sampled as the record is. Each reading differs from the one before by one error source.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def paper_procedure(
     disagrees = bool(abs(said.mean - friction) > least or outside)
     faults = [fault for fault, share in shares.items() if abs(share) > least]
     if disagrees and not faults:
-        # none stands out of a wide friction: the largest it is
+        # none exceeds the uncertainty of friction: the largest is named
         faults = [max(shares, key=lambda fault: abs(shares[fault]))]
     because: list[str] = []
     for fault in faults:

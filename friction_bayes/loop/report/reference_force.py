@@ -1,4 +1,4 @@
-"""A measured friction force beside the resisting forces of two models."""
+"""A measured friction force compared with the resisting forces of two models."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ResistingForce:
     law : ndarray, shape (n,)
         By the law alone [N or N m].
     fluctuation : ndarray, shape (n,), or None
-        What the random force adds; None where there is none.
+        Contribution of the random force; None without one.
     direction : ndarray, shape (n,)
         Sign of the velocity, zero at rest.
     """
@@ -40,7 +40,7 @@ class ResistingForce:
 
     @property
     def total(self) -> Array:
-        """Law and fluctuation, shape (n,)."""
+        """Law and random force, shape (n,)."""
         return self.law if self.fluctuation is None else self.law + self.fluctuation
 
 

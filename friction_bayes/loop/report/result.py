@@ -56,7 +56,7 @@ class ForecastTrace:
     signal, before, after : ndarray, shape (n,)
         Measured, and forecast by the Coulomb model alone and by the final one.
     sd : ndarray, shape (n,)
-        Of the final one's forecast: what the law leaves open, the random force from the last state on, and
+        Of the final one's forecast: uncertainty of the law, the random force from the last state on, and
         the noise of the sensor.
     """
 
@@ -122,7 +122,7 @@ class LoopReport(Shown):
     verdict : str
         ``adequate``, ``explained``, ``ambiguous`` or ``unexplained``.
     because : tuple of str
-        What speaks against the number: see :class:`friction_bayes.loop.report.verdict.Consequences`. With
+        Reasons against the number: see :class:`friction_bayes.loop.report.verdict.Consequences`. With
         a forecast alone that is worse than Coulomb friction's the record is ambiguous, with any other
         unexplained.
     effects : list of dict
@@ -137,8 +137,8 @@ class LoopReport(Shown):
         Where the record is unexplained: the ``readings`` of friction, each with ``what`` it is and its
         summary, ``low`` and ``high``, between which their means lie, and ``unit``; None otherwise.
     friction_agreed : bool
-        Whether the candidates that hold 95 % agree on friction, each by itself, and dry friction matters with
-        a probability of 95 %; False where the record is unexplained.
+        Whether the candidates that together have 95 % agree on friction, each by itself, and dry friction
+        matters with a probability of 95 %; False where the record is unexplained.
     dry_friction : dict
         Whether dry friction matters: ``probability`` that it takes more than the tolerance's share of the
         loss of amplitude, ``upper95``, its 95 % upper limit if there is any, and ``unit``.
@@ -160,7 +160,7 @@ class LoopReport(Shown):
         None where the most probable candidate was not evaluated along the measured motion, and of several
         records.
     left : dict
-        What the law leaves that depends on the motion, of the ``record`` where that could do most:
+        Residual of the law that depends on the motion, of the ``record`` where that could do most:
         ``structured_rms`` in the signal, its ``unit`` and ``share_of_amplitude``, how far
         ``friction_could_shift_by`` it, what it ``depends_on``, and the ``shape`` that describes that best
         with the ``share`` of it that it takes.

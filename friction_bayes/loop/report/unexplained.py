@@ -57,7 +57,7 @@ def experiment_on_unexplained(
     if records > 1:
         return (
             "Nothing yet: close the loop on each record by itself first. A knock or a sensor that slipped in "
-            "one of them is told there, and so is friction, which all were taken to share."
+            "one of them is reported there, and so is friction, which all were taken to share."
         )
     return (
         "Repeat the release twice from the same amplitude, and close the loop on all records together: what "

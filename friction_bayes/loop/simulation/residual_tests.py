@@ -145,7 +145,7 @@ def _noise_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> list[C
 
 
 def far_residuals(x: Array) -> Channel:
-    """Test the tails: how many lie far out, and whether one lies so far that all others are small beside it.
+    """Test of the tails: the number of far residuals, and whether one dwarfs all others.
 
     Parameters
     ----------
