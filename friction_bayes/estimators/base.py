@@ -1,4 +1,4 @@
-"""What an estimator is, what it is given, and what it gives."""
+"""The protocol of an estimator, its inputs and its results."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ __all__ = [
 ]
 
 SURELY_NEGATIVE = 0.99
-"""Probability of a negative friction above which there is no answer."""
+"""Probability of a negative friction above which no answer is given."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,12 +188,12 @@ class Fit:
 
     @property
     def probability_negative(self) -> float:
-        """That friction is negative, before the answer is cut at zero."""
+        """Probability that friction is negative, before the answer is truncated at zero."""
         return float(self._reconciled.cdf(0.0))
 
     @property
     def surely_negative(self) -> bool:
-        """Whether friction is negative: nothing is lost."""
+        """Whether friction is negative: no amplitude is lost."""
         return self.probability_negative > SURELY_NEGATIVE
 
     @property
@@ -204,12 +204,12 @@ class Fit:
 
     @property
     def probability_of_free_corners(self) -> float:
-        """That the corners of the motion do not show as dry friction makes them."""
+        """Probability that the corners of the motion are not recorded as dry friction makes them."""
         return sum(account.probability for account in self.accounts if account.free_corners)
 
     @property
     def filter(self) -> RecordingFilter | None:
-        """The most probable filter, where one is more probable than none; the answer takes its gain back."""
+        """The most probable filter, if more probable than none; the answer is corrected for its gain."""
         behind = [each for each in self.accounts if each.filter is not None]
         if sum(each.probability for each in behind) <= 0.5:
             return None
@@ -223,7 +223,7 @@ class Fit:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FreeDecays:
-    """Many records of one system and sensor, and where in each the free decay lies; possibly no record.
+    """Many records (possibly none) of one system and sensor, and where in each the free decay lies.
 
     Attributes
     ----------
@@ -285,7 +285,7 @@ class FreeDecays:
 
 
 class Glance(NamedTuple):
-    """What is sure of the residuals of many records, shape (records,); nothing of one without a posterior.
+    """Certain results on the residuals of many records, shape (records,); False without a posterior.
 
     Attributes
     ----------
@@ -301,7 +301,7 @@ class Glance(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fits:
-    """What an estimator makes of many free decays, in the units of the signal; nan where it finds nothing.
+    """Results of an estimator for many free decays, in the units of the signal; nan without a result.
 
     Attributes
     ----------
@@ -339,12 +339,12 @@ class Estimator(Protocol):
 
     @property
     def name(self) -> str:
-        """What ``--method`` calls it."""
+        """Its name in ``--method``."""
         ...
 
     @property
     def prior_keys(self) -> tuple[str, ...]:
-        """What ``--prior KEY=VALUE`` and ``prior={...}`` may set."""
+        """Keys that ``--prior KEY=VALUE`` and ``prior={...}`` may set."""
         ...
 
     def default_prior(self, signal: DeclaredSignal) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""From a record to a friction force: the face over the closed-form estimators."""
+"""From a record to a friction force: the public entry to the closed-form estimators."""
 
 from __future__ import annotations
 
@@ -178,7 +178,7 @@ def estimate(
 
 
 def check_choices(peaks: str, random_force: str) -> None:
-    """Refuse a way of picking amplitudes or of treating a random force that there is not.
+    """Refuse an unknown way of picking amplitudes or of treating a random force.
 
     Raises
     ------
@@ -209,7 +209,7 @@ def _precision_of(fit: Fit, method: str) -> Any:
 
 
 def _refuse_negative(decay: FreeDecay, fit: Fit) -> None:
-    """Refuse what loses no amplitude by any account."""
+    """Refuse a decay that loses no amplitude by any account."""
     if fit.surely_negative:
         raise InputError(
             decay.name,
@@ -219,7 +219,7 @@ def _refuse_negative(decay: FreeDecay, fit: Fit) -> None:
 
 
 def _accept_by_set_up(decay: FreeDecay, fit: Fit, reference: Estimate) -> Acceptance:
-    """Accept by the precision of a record of the same sensor in the set-up phase."""
+    """Acceptance by the precision of a record of the same sensor in the set-up phase."""
     set_up, method = reference.decay, reference.method
     if (decay.quantity, decay.unit) != (set_up.quantity, set_up.unit):
         raise InputError(
@@ -238,7 +238,7 @@ def surely_faster_loss(decay: FreeDecay) -> FasterLoss | None:
 
 
 def _faster_loss_note(decay: FreeDecay) -> list[str]:
-    """Warn of a decay that loses more than dry friction alone would: the number is then another law's."""
+    """Warn of a decay that loses more than by dry friction alone: the number is then another law's."""
     faster = surely_faster_loss(decay)
     if faster is None:
         return []

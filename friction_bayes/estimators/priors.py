@@ -43,21 +43,21 @@ UNCALIBRATED_SCALE = 10.0
 
 
 class DeclaredSignal(Protocol):
-    """What is declared of a signal, and all that a default prior may depend on; a FreeDecay is one."""
+    """The declaration of a signal, all that a default prior may depend on; a FreeDecay is one."""
 
     @property
     def system(self) -> Oscillator:
-        """The oscillator that was measured."""
+        """The measured oscillator."""
         ...
 
     @property
     def quantity(self) -> Quantity:
-        """What was measured of it."""
+        """The measured quantity."""
         ...
 
     @property
     def unit(self) -> str:
-        """In which unit."""
+        """Its unit."""
         ...
 
 
@@ -168,7 +168,7 @@ def force_scale(system: Oscillator, quantity: Quantity, unit: str) -> float:
 
 
 def prior_keys(method: str) -> tuple[str, ...]:
-    """Return what ``--prior KEY=VALUE`` may set for a method."""
+    """Return the keys that ``--prior KEY=VALUE`` may set for a method."""
     return tuple(parameter.key for parameter in PRIORS[method])
 
 
@@ -186,7 +186,7 @@ class TabulatedPrior:
 
     @property
     def prior_keys(self) -> tuple[str, ...]:
-        """What ``--prior KEY=VALUE`` may set."""
+        """Keys that ``--prior KEY=VALUE`` may set."""
         return prior_keys(self.name)
 
     def default_prior(self, signal: DeclaredSignal) -> dict[str, float]:
@@ -197,7 +197,7 @@ class TabulatedPrior:
 def complete_prior(
     method: str, default: Mapping[str, float], given: Mapping[str, float] | None
 ) -> dict[str, float]:
-    """Return the default of a method with what was given in its place.
+    """Return the default prior of a method with the given values in place of its own.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The one registry of estimators: what ``estimate``, ``estimate_batch`` and ``sample_reference`` look up."""
+"""The registry of estimators for ``estimate``, ``estimate_batch`` and ``sample_reference``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an estimate is: a fit in the unit of its signal, read as a force."""
+"""The result of an estimate: a fit in the unit of its signal, converted to a force."""
 
 from __future__ import annotations
 
@@ -387,7 +387,7 @@ def rather_a_push(force: RandomForce | None) -> bool:
 
 
 def _negative_note(fit: Fit) -> list[str]:
-    """Warn of a friction that is surely below zero."""
+    """Warn of a friction that is certainly below zero."""
     if not fit.surely_negative:
         return []
     text = (
@@ -399,7 +399,7 @@ def _negative_note(fit: Fit) -> list[str]:
 
 
 def _random_force_notes(fit: Fit) -> list[str]:
-    """What a random force leaves open: whether it is one, and whether it explains the residuals."""
+    """Notes on whether a random force is one, and whether it explains the residuals."""
     force = fit.random_force
     if force is None or force.probability <= 0.5:
         return []
@@ -436,7 +436,7 @@ def _factor_symbol(system: Oscillator, order: int) -> str:
 
 
 def _exact(system: Oscillator, order: int) -> str:
-    """Which of mass and stiffness the force was computed with, as if it were exact."""
+    """A note on which of mass and stiffness is taken as exact."""
     if system.trust is not None:
         return f"the {system.trust} is taken as exact: its"
     moving = system.moving_name
@@ -448,7 +448,7 @@ def _exact(system: Oscillator, order: int) -> str:
 
 
 def _frequency_note(decay: FreeDecay, fit: Fit, slower_swings: bool) -> list[str]:
-    """Give both frequencies and both forces where the declared system does not swing as the record does."""
+    """Notes with both frequencies and both forces where these are not the declared system's."""
     system, found, sd = decay.system, fit.frequency, fit.frequency_sd
     if not frequencies_disagree(system, found, sd):
         return []

@@ -38,7 +38,7 @@ class Witness:
 
     @classmethod
     def beside(cls, posterior: Any, coefficient: Mixture, *, bounds: bool) -> Witness:
-        """Compare a posterior with it; the wider of two nested witnesses is as wide as their difference."""
+        """Comparison with a posterior; the wider of two nested witnesses is as wide as their difference."""
         spread = max(_spread(posterior), _spread(coefficient))
         middle = posterior.median()
         apart = abs(middle - coefficient.median())
@@ -46,7 +46,7 @@ class Witness:
 
 
 def reconciled(posterior: Any, witness: Witness) -> Any:
-    """What spans a posterior and a witness that disagrees, or is as wide as one that bounds it.
+    """A distribution that spans the posterior and a witness that disagrees, or is as wide as a bounding one.
 
     Parameters
     ----------

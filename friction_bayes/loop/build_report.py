@@ -1,4 +1,4 @@
-"""From the candidates to the report: one posterior, tests of what is left, comparisons."""
+"""From the candidates to the report: one posterior, tests of the residuals, comparisons."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def build_report(
     started: float,
     reference_force: Array | None,
 ) -> LoopReport:
-    """Mix the candidates, test the residuals of the most probable, and gather the report.
+    """The report: the mixture of candidates, tests of the residuals of the most probable, comparisons.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def _frequency(frequencies: Array, model: LoopModel, friction: Array) -> dict[st
 
 
 def _fitted(best: Candidates, trace: RecordTrace, model: LoopModel, frequency: float) -> dict[str, Any]:
-    """Which part of the first record was fitted.
+    """The part of the first record that was fitted.
 
     Raises
     ------
@@ -235,7 +235,7 @@ def _fitted(best: Candidates, trace: RecordTrace, model: LoopModel, frequency: f
 def _compare_with_reference(
     after: Distribution, before: Distribution, friction: float | None
 ) -> dict[str, Any] | None:
-    """Compare with a friction known from elsewhere, where there is one."""
+    """Comparison with a friction known from elsewhere, if any."""
     if friction is None:
         return None
     low, high = np.quantile(after.draws, TAILS)

@@ -51,7 +51,7 @@ def close_loop(
     noise : {"auto", "white", "ar"}
         Whether the sensor noise is white, coloured where the residual of the law is, or as the record shows.
     random_force : {"auto", "none"}
-        Whether candidates with a force that fluctuates are evaluated too.
+        Whether candidates with a random force are evaluated too.
     varying_friction : bool
         Assume that friction differs between the records: each one's is drawn from one normal distribution,
         whose mean is the friction reported. Otherwise the evidence decides whether it does, where several

@@ -82,7 +82,7 @@ def sensor_row(order: int, slope: Array | None = None) -> Array:
 
 
 def shown(states: Array, row: Array) -> Array:
-    """What a sensor shows of displacements, velocities and random forces, shape (n, 3); shape (n,)."""
+    """Sensor reading, shape (n,), of displacements, velocities and random forces, shape (n, 3)."""
     return np.asarray(np.einsum("...j,...j->...", states, row))
 
 
@@ -185,7 +185,7 @@ class Clock:
 
     @property
     def even(self) -> bool:
-        """Whether all steps are the same, as nearly as matters to noise that goes from sample to sample."""
+        """Whether all steps are equal, as closely as noise from sample to sample requires."""
         return bool(np.ptp(self.steps) < _EVEN * float(np.mean(self.steps)))
 
     @property
@@ -218,7 +218,7 @@ class Clock:
 
     @cached_property
     def _acts(self) -> Indices:
-        """Intervals in which the forces of a law make something of a perturbation."""
+        """Intervals in which the forces of a law change a perturbation."""
         if self.beside is None:
             return np.zeros(0, np.intp)
         return np.flatnonzero(np.max(np.abs(self.beside - np.eye(2)), axis=(1, 2)) > _NO_CHANGE)
@@ -252,7 +252,7 @@ class Whitened:
 def whiten(
     columns: Array, clock: Clock, row: Array, ratio: float, tau: float, *, keep: bool = False
 ) -> Whitened:
-    """Whiten a block of columns.
+    """Whitened sums of a block of columns.
 
     Parameters
     ----------
@@ -303,7 +303,7 @@ def colour(white: Array, clock: Clock, row: Array, ratio: float, tau: float) -> 
 
 
 def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -> tuple[Array, Array]:
-    """Smooth the fluctuating state of every column (modified Bryson-Frazier form).
+    """Smoothed random state of every column (modified Bryson-Frazier form).
 
     The form needs no inverse of a covariance, which is singular here at the start and for ``q = 0``.
 
@@ -324,7 +324,7 @@ def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -
     if clock.autoregression is not None:
         if ratio > 0.0:
             raise ValueError("a random force with coloured noise is whitened, not smoothed")
-        # nothing but the law moves
+        # there is no motion in addition to the law
         return np.zeros((len(columns), 4, columns.shape[1])), np.zeros((len(columns), 4, 4))
     return _smoothed(columns, clock, row, ratio, tau)[:2]
 
@@ -554,7 +554,7 @@ def whitened_innovations(
 def _coloured(
     white: Array, index: Indices, transitions: Array, decays: Array, rows: Array, gains: Array
 ) -> Array:
-    """The samples of every column: what is predicted, and the innovation."""
+    """The samples of every column: the prediction plus the innovation."""
     n, p = white.shape
     columns = np.empty((n, p))
     x, v, d, u = np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p)

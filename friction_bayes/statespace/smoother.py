@@ -1,6 +1,6 @@
-"""The measured motion before any law is known: no noise level set by hand.
+"""The measured motion before any law is known, without a noise level set by hand.
 
-Everything that is not the free oscillation at the reference frequency counts as one Ornstein-Uhlenbeck force.
+All motion except the free oscillation at the reference frequency is due to one Ornstein-Uhlenbeck force.
 Its sd and correlation time and the sensor noise follow by maximum likelihood of the same Kalman filter that
 the regression uses, with start and rest position as columns.
 """
@@ -64,7 +64,7 @@ class Motion:
 
 
 def first_motion(signal: Array, clock: Clock, row: Array) -> Motion:
-    """Smooth a signal.
+    """Smoothed motion of a signal.
 
     Parameters
     ----------

@@ -46,7 +46,7 @@ _LEAST_FREEDOM = 2
 _EXPONENTS = 400
 """Number of equally probable exponents of the record that represent their prior."""
 _ROUNDS = 4
-"""In which the part in proportion to the amplitude is that of the amplitudes fitted with it."""
+"""Iterations in which the part in proportion to the amplitude is that of the amplitudes fitted with it."""
 _EXACT = 1e-24
 """Share of the response's sum of squares that is rounding."""
 EXACT_TO = 5e-4
@@ -87,7 +87,7 @@ class FasterLoss(NamedTuple):
 
 
 def faster_loss(decay: FreeDecay) -> FasterLoss | None:
-    r"""Compare a loss by dry friction alone with one that has a part in proportion to the amplitude.
+    r"""Evidence of a loss with a part in proportion to the amplitude, against dry friction alone.
 
     With the exponent ``c`` of the whole record a half cycle loses the share ``c / n`` of its amplitude as
     well; ``c`` is half-normal with sd one, as in the catalogue's viscous damping. The Bayes factor is the

@@ -1,4 +1,4 @@
-r"""Which filter a record went through, by what it does to noise and to corners.
+r"""The filter that a record went through, by its effect on noise and corners.
 
 Each filter is compared with the samples by the law behind it, fitted by least squares, and the spectrum of
 its residual,
@@ -37,7 +37,7 @@ from friction_bayes.statespace.regression import near_least_squares
 __all__ = ["likely_filters"]
 
 _LOOKED_AT = 4096
-"""Samples in which filters are looked for."""
+"""Least number of samples in which filters are looked for."""
 _BANDWIDTH, _TAPERS = 4.0, 4
 """Of the spectral estimate, in cycles a record, and how many tapers have it: those that leak less than 1e-4
 of their energy beyond it, for the noise at the zeros of a filter is no more than that."""
@@ -58,7 +58,7 @@ _DRIFT = 2
 _SWINGS = 4
 """The same of the amplitude of the swing, by which a force moves it: what is left there would leak above."""
 _PRIOR = 0.01
-"""That noise which is not white was filtered in one of the ways that are known here."""
+"""Prior probability that noise which is not white was filtered in one of the ways known here."""
 
 
 def likely_filters(
@@ -135,7 +135,7 @@ def _spread(sizes: Array) -> list[int]:
 
 
 class _Spectra:
-    """Likelihoods of what fits leave of so many samples, by its spectrum."""
+    """Likelihoods of the residuals of fits of so many samples, by their spectra."""
 
     def __init__(self, n: int, angle: float, order: int) -> None:
         self._n = n
@@ -194,7 +194,7 @@ class _Spectra:
         return left if known.all() else np.interp(np.arange(signal.size), np.flatnonzero(known), left)
 
     def _price(self, coefficients: int) -> float:
-        """Of what has been fitted, by the Bayesian information criterion."""
+        """Penalty for fitted coefficients, by the Bayesian information criterion."""
         return 0.5 * coefficients * math.log(self._n)
 
     def _power(self, left: Array) -> Array:
@@ -223,5 +223,5 @@ def _tapers(n: int) -> Array:
 
 
 def _log_sum(logarithms: Sequence[float] | Array) -> float:
-    """Logarithm of the sum of a few numbers: SciPy's takes longer over its arguments than over the sum."""
+    """Logarithm of the sum of a few numbers: SciPy's spends more time on its arguments than on the sum."""
     return float(np.logaddexp.reduce(logarithms))

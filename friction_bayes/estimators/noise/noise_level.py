@@ -61,7 +61,7 @@ _OCTAVE = np.geomspace(1.0, 2.0, 20)
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """The noise that an estimator may count on.
+    """The least noise that an estimator may assume.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ def forces_beside() -> ForcesBeside:
 
 
 def noise_floor(residual: Array, phase: Array, order: int, fitted: int) -> float:
-    """Sd of white noise of the sensor's level near the motion's frequency, from what a fit leaves.
+    """Sd of white noise of the sensor's level near the motion's frequency, from the residual of a fit.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def noise_floor(residual: Array, phase: Array, order: int, fitted: int) -> float
 
 
 def sensor_noise(residual: Array, phase: Array, fitted: int, floor: float, *, even: bool) -> SensorNoise:
-    """Noise of that floor with the colour of what a fit leaves.
+    """Noise of that floor with the colour of a fit's residual.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def _samples_in_mean(phase: Array) -> int:
 
 @njit(**KERNEL)
 def samples_in_mean(angle: float) -> int:
-    """How many samples are averaged into one, ``angle`` apart in phase."""
+    """Number of samples, ``angle`` apart in phase, averaged into one."""
     return max(int(2.0 * math.pi / angle / _PER_PERIOD), 1)
 
 
@@ -180,7 +180,7 @@ def _level(residual: Array, phase: Array, order: int, fitted: float) -> float:
 
 
 def _beside_a_force(residual: Array, clock: Clock, row: Array) -> _Beside:
-    """Average over a grid of forces, none among them."""
+    """Average over a grid of forces, no force included."""
     start = at_sensor(initial_response(clock.phase), row)
     columns = np.column_stack([start, np.ones(residual.size), residual])
     freedom = residual.size - columns.shape[1] + 1

@@ -33,7 +33,7 @@ __all__ = [
 _MOST_LATER = 3
 """Half cycles by which the start may be moved."""
 _FEWEST_HALF_CYCLES = 8
-"""Of a decay whose start is judged."""
+"""Least number of half cycles of a decay whose start is tested."""
 _MUCH_NARROWER = 0.5
 """Width of the interval from half a cycle later over the one from the start, below which the later is taken.
 Of eight half cycles one less widens it by a fifth, give or take a quarter."""
@@ -62,7 +62,7 @@ class _Averaged:
 
 
 def _averaged(white: _Averaged, accounts: Sequence[NoiseAccount]) -> _Averaged:
-    """Average over the accounts; the fit under white noise where no other account counts.
+    """Averages over the accounts; the fit under white noise where no other account counts.
 
     The noise of the fit is then at least that of its account, estimated near the motion's frequency.
     """
@@ -146,7 +146,7 @@ def _witness_of(decay: FreeDecay, coefficient: Any, accounts: Sequence[NoiseAcco
 
 
 def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
-    """Average a fit of the whole signal over the accounts of its residual, and add the witness.
+    """A fit of the whole signal averaged over the accounts of its residual, with the witness.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
 def answered(
     decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit], *, from_here: bool = False
 ) -> tuple[FreeDecay, Fit]:
-    """Fit a decay and average over the accounts, from where it is free.
+    """The fit of a decay averaged over the accounts, from where it is free.
 
     Where a random force is found, something may still have held the mass at first. Fewer half cycles say
     less about a force that acts all the time; where they say much more, that force has ended, and the

@@ -44,7 +44,7 @@ _ROUNDING = 1e-28
 
 _MAX_DAMPING = 1e10
 _STEPS_WITHOUT = 3
-"""From the optimum of all samples, which is a few standard deviations off: quadratic from there."""
+"""Iterations from the optimum of all samples, a few standard deviations off: quadratic convergence."""
 _MAX_ROUNDS = 8
 _SHIFTS = (-3.0, -1.0, -0.4, 0.4, 1.0, 3.0)
 """Samples by which the turning points of an acceleration are tried elsewhere."""
@@ -98,7 +98,7 @@ def _penalty(p: Array, prior: Penalty) -> float:
 
 @njit(**INNER)
 def _promised_fall(at: NormalEquations, step: Array, prior: Penalty) -> float:
-    """By how much the linearised cost falls with a step."""
+    """Fall of the linearised cost with a step."""
     fall = 0.0
     for a in range(COEFFICIENTS):
         if prior.weight[a] != math.inf:
@@ -108,7 +108,7 @@ def _promised_fall(at: NormalEquations, step: Array, prior: Penalty) -> float:
 
 @njit(**INNER)
 def _bend(at: NormalEquations, step: Array, unit: float) -> float:
-    """Share of a step, in squared standard deviations, that is left after it.
+    """Share of a step, in squared standard deviations, that remains after it.
 
     The signal bends over the step itself, and noise, of variance ``unit``, turns the phase in which it bends.
     """

@@ -39,9 +39,9 @@ from friction_bayes.estimators.waveform.normal_equations import (
 __all__ = ["WaveformFits", "fit_waveforms", "prior_of"]
 
 _LEAST_EIGENVALUE = 1e-12
-"""Of the normal equations over their diagonal: rounding leaves nothing of what is smaller."""
+"""Least pivot of the normal equations over their diagonal: smaller ones are rounding."""
 _LEAST_AVERAGED = 4
-"""Samples in a mean, below which to fit means first takes longer than it saves."""
+"""Samples in a mean below which fitting means first takes longer than it saves."""
 FLAT = 2
 """Frequency and phase, the last two coefficients, never have a prior precision."""
 
@@ -228,7 +228,7 @@ def _fit_means(signal: Signal, at: NormalEquations, prior: Penalty, width: int) 
 def _leave_out_turns(
     values: Array, places: Array, located: Located, order: int, weight: Array, fits: WaveformFits
 ) -> None:
-    """Fit once more, without samples near the turning points, what :func:`_fit_all` has found."""
+    """Repeat the fits of :func:`_fit_all` without samples near the turning points."""
     for r in np.flatnonzero(fits.found):
         reference = located.rest_position[r]
         y = values[r, located.start[r] : located.stop[r]] - reference

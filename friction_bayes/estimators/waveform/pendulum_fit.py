@@ -147,7 +147,7 @@ def _minimised(swing: PendulumSignal, q: Array, n: int, weight: Array, skip: int
             step = np.linalg.lstsq(stacked, right, rcond=None)[0] / scale
             trial = q.copy()
             trial[skip:] += step
-            # friction that feeds the motion would soon send it over the top
+            # negative friction would soon drive it over the top
             trial[FRICTION] = max(trial[FRICTION], 0.0)
             trial_cost, trial_residual = cost_of(trial)
             if trial_cost <= cost:

@@ -52,7 +52,7 @@ class BesideLaw(NamedTuple):
     score: Array
 
     def test(self, chosen: slice) -> ScoreTest:
-        """Test some of the forces together."""
+        """Test of some of the forces together."""
         norm = self.norm[chosen]
         values, vectors = np.linalg.eigh(self.gram[chosen, chosen] / np.outer(norm, norm))
         kept = values > settings.SETTINGS.minor_share
@@ -66,7 +66,7 @@ class BesideLaw(NamedTuple):
         )
 
     def with_law(self, j: int) -> BesideLaw | None:
-        """The same if force ``j`` were part of the law; None where the law has taken it already."""
+        """The same with force ``j`` as part of the law; None where the law explains it already."""
         own = self.gram[j, j]
         if own <= settings.SETTINGS.minor_share * self.norm[j] ** 2:
             return None
@@ -77,7 +77,7 @@ class BesideLaw(NamedTuple):
 
 
 def beside_law(fit: ForceFit, forces: Array) -> BesideLaw:
-    """Whiten forces, shape (nodes, f), and take the best law out of them."""
+    """Whitened forces, shape (nodes, f), with the best law projected out."""
     best = fit.posterior.best
     law = np.flatnonzero(fit.sets.columns[fit.chosen])
     # the force itself at the samples: the mean over the nodes of the interval before

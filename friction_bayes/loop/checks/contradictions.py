@@ -58,7 +58,7 @@ class Comparison(NamedTuple):
 
 
 def contradictions(fit: JointFit) -> Iterator[str]:
-    """Say which effects the records contradict one size of."""
+    """Sentences on the effects for which the records contradict a common size."""
     found = compared_sizes(fit)
     for one in found:
         if one.p_value >= settings.SETTINGS.false_alarm_rate / len(found):

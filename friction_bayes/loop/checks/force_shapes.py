@@ -54,7 +54,7 @@ def best_shape(fit: ForceFit, binned: Array) -> Shape | None:
     bins = slice(0, binned.shape[1])
     beside = beside_law(fit, np.column_stack([binned, *columns]))
     whole = beside.test(bins)
-    # a single bin that fails may leave all of them together as chance would have them
+    # with a single bin that fails, all of them together may pass
     excess = max(whole.statistic - whole.degrees, whole.degrees)
     found = []
     for j, name in enumerate(names, start=binned.shape[1]):

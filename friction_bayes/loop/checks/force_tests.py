@@ -31,7 +31,7 @@ _JUMPS = "force_jumps"
 
 @dataclass(frozen=True)
 class Dependence:
-    """How far the force that is left depends on something.
+    """Dependence of the residual force on a variable.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class LeftOver(ResidualTests):
 
     @property
     def jumps(self) -> float | None:
-        """Kurtosis of the jumps of the random force where they are no normal ones; None where they may be."""
+        """Kurtosis of the jumps of the random force where they are not normal; None where they may be."""
         if _JUMPS not in self.failed:
             return None
         return next(channel.statistic for channel in self.channels if channel.name == _JUMPS)
@@ -108,7 +108,7 @@ class LeftOver(ResidualTests):
 
 
 def what_is_left(fit: ForceFit) -> LeftOver:
-    """Test what the best law and its random force leave."""
+    """Tests of the residual of the best law and its random force."""
     x = fit.innovations[np.isfinite(fit.clock.variance)]
     white = whiteness(x)
     line, line_p = largest_line(x)
@@ -163,7 +163,7 @@ def _near_motion(fit: ForceFit, innovations: Array) -> float:
 
 
 def _binned_forces(fit: ForceFit) -> Iterator[tuple[str, Array]]:
-    """Forces at the nodes of the path: one a bin, and with the direction of motion where that is another."""
+    """Forces at the nodes of the path: one a bin, and with the direction of motion where that differs."""
     path = fit.path
     sign = path.direction[:, None]
     turns = path.turning_x - np.mean(0.5 * (path.turning_x[1:] + path.turning_x[:-1]))
@@ -191,7 +191,7 @@ def _dependence(fit: ForceFit, on: str, forces: Array) -> Dependence:
 
 
 def _one_of(fit: ForceFit, name: str, forces: Array) -> Dependence:
-    """The force of several that differs most: a test of all at once drowns it."""
+    """The force of several with the largest test statistic: a joint test would hide it."""
     beside = beside_law(fit, forces)
     count = forces.shape[1]
     tests = [beside.test(slice(j, j + 1)) for j in range(count)]
@@ -204,7 +204,7 @@ def _one_of(fit: ForceFit, name: str, forces: Array) -> Dependence:
 
 
 def _of_force(fit: ForceFit, on: str, channel: Channel, forces: Array, found: ScoreTest) -> Dependence:
-    """How large the forces are that a test found."""
+    """The dependence by the forces that a test found, in root mean square."""
     best, coefficients = fit.posterior.best, found.coefficients
     share = fit.path.node_weight / fit.path.node_weight.sum()
     weighted = forces.T @ (forces * share[:, None])

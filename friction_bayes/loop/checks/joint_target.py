@@ -79,7 +79,7 @@ class JointTarget:
     def target(
         self, *, natural: Callable[[Array], dict[str, Array]], signals: list[Array], unit: float
     ) -> Target:
-        """What is sampled.
+        """Parameters that are sampled.
 
         Parameters
         ----------
@@ -290,7 +290,7 @@ class JointTarget:
         mixed = 1 + self.forced
         covariance[s : s + mixed, s : s + mixed] += both[:mixed, :mixed]
         centre, sd = weight[mine] @ np.array(each), np.sqrt(np.diag(covariance))
-        # where the sampler starts has to lie inside the support
+        # the sampler has to start inside the support
         positive = self.problem.positive[self.shared]
         centre[:s] = np.where(positive, np.maximum(centre[:s], 0.5 * sd[:s]), centre[:s])
         centre[s] = max(centre[s], self._log_least_variance + 0.5 * sd[s])
@@ -323,7 +323,7 @@ class JointTarget:
 
     @cached_property
     def _uncut(self) -> JointProblem:
-        """The set alone, its coefficients of either sign: the mass that is cut off cancels in the product."""
+        """The set alone, its coefficients of either sign: the truncated mass cancels in the product."""
         members = [
             replace(
                 member,

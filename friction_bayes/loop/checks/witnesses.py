@@ -1,9 +1,9 @@
-r"""Friction seen twice: in the loss of amplitude, and in the shape within a cycle.
+r"""Friction estimated twice: from the loss of amplitude, and from the shape within a cycle.
 
 In each half cycle the force of friction is split, :math:`\phi = g v + (\phi - g v)` with
 :math:`g = \int \phi v\,dt / \int v^2\,dt`: the first part takes all of the energy, the second none. Offered
-as two columns in place of one, each comes with a friction of its own. A fluctuating force blurs the first;
-the second is at the mercy of errors of the sensor that follow the direction of motion.
+as two columns in place of one, each comes with a friction of its own. A random force blurs the first;
+the second is biased by errors of the sensor that follow the direction of motion.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Witnesses:
 
 
 def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
-    """Split friction into its loss of energy and its shape.
+    """Friction by its loss of energy and by its shape.
 
     Parameters
     ----------

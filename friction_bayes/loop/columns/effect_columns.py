@@ -39,10 +39,9 @@ __all__ = [
 NUDGE = 1e-4
 """Share of the swing over which a force, or a sensor effect, is differenced."""
 PRIOR_SCORES = (-1.6, -0.8, 0.0, 0.8, 1.6)
-"""Where a parameter that shapes a term is taken before anything is known of it, as normal scores of its
-prior."""
+"""Values of a parameter that shapes a term at which it is evaluated first, as normal scores of its prior."""
 _SMALL_SCORES = tuple(0.6 * k for k in range(-4, 5))
-"""The same of one whose prior begins at zero; at twice as many friction comes out the same."""
+"""The same for a prior that begins at zero; friction is the same with twice as many."""
 
 
 class Shape(NamedTuple):
@@ -106,12 +105,12 @@ class Column:
 
     @property
     def score(self) -> float:
-        """Where what shapes it is taken, as a normal score of its prior; zero where nothing does."""
+        """Value of its shape parameter, as a normal score of the prior; zero without one."""
         return self.shape[0].score if self.shape else 0.0
 
     @property
     def own(self) -> bool:
-        """Whether each record has a coefficient of its own: of its start, its filter and of what begins anew.
+        """Whether each record has a coefficient of its own: of its start, its filter and of what restarts.
 
         An effect of one sign, such as backlash, is of the sensor and the same in all records.
         """
@@ -241,14 +240,14 @@ def force_columns(
 
 
 def _same_force(one: Array, other: Array) -> bool:
-    """Whether two forces are one but for rounding, of which the faintest values have most."""
+    """Whether two forces are equal except for rounding, relative to the largest value."""
     return bool(np.max(np.abs(one - other)) <= 1e-6 * np.max(np.abs(other)))
 
 
 def _shapes(
     coordinates: Sequence[Coordinate], prior: Sequence[float], scores: Sequence[float] | None
 ) -> Iterator[tuple[Shape, ...]]:
-    """What shapes a term at each of some normal scores, those of the ``prior`` where no others are given.
+    """Shape parameters of a term at each of some normal scores, by default those of the ``prior``.
 
     Parameters that shape the same term are at the same score.
     """
@@ -321,7 +320,7 @@ class Sampled(NamedTuple):
 
     @property
     def values(self) -> Array:
-        """The signal as the record has it, shape (n,)."""
+        """The signal as recorded, shape (n,)."""
         return block_means(self.signal, self.block)
 
 
@@ -354,7 +353,7 @@ class SensorColumn(NamedTuple):
         return block_means(self.wrong(read), read.block)
 
     def slope(self, read: Sampled) -> Array:
-        """How that changes with the signal, shape (n,): not at all where it is only late, or jumps."""
+        """Derivative of the error in the signal, shape (n,): zero where it is only late, or jumps."""
         nudge = NUDGE * float(np.max(np.abs(read.signal)))
         above, below = (self.wrong(read._replace(signal=read.signal + off)) for off in (nudge, -nudge))
         return block_means((above - below) / (2.0 * nudge), read.block)
@@ -417,7 +416,7 @@ def line_columns(
 def _shape_of_line(line: Line, duration: float) -> tuple[Shape, ...]:
     f, t = line.frequency, line.decay_time
     if line.steady:
-        # a line further off by a quarter of a turn over the record would be another one
+        # a line off by more than a quarter of a turn over the record would be another one
         return (Shape("frequency", f, f - 0.25 / duration, f + 0.25 / duration),)
     # uniform of the same standard deviation; that of the frequency is the same share of its half width
     reach = min(math.sqrt(3.0) * line.scatter, LOG_DECAY_TIME)

@@ -2,7 +2,7 @@
 
 Columns are in natural units (see :mod:`friction_bayes.statespace.transition`), their
 coefficients are the effects' own parameters in SI units, with the priors of the catalogue. A parameter that
-only shapes a term is taken at a few values of its prior, one column each.
+only shapes a term is evaluated at a few values of its prior, one column each.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ class LawColumns:
 
     @property
     def always(self) -> list[int]:
-        """Columns that every set holds: start and stiffness."""
+        """Columns that every set contains: start and stiffness."""
         return [j for j, c in enumerate(self.columns) if c.kind not in ("friction", "effect")]
 
     @property
@@ -144,7 +144,7 @@ class LawColumns:
 
     @property
     def frictions(self) -> list[int]:
-        """The columns of friction, of which a set holds one or, where nothing rubs, none."""
+        """The columns of friction, of which a set contains at most one."""
         return [j for j, c in enumerate(self.columns) if c.kind == "friction"]
 
     @property
@@ -162,7 +162,7 @@ class LawColumns:
         return sizes
 
     def with_shown(self, shown: Sequence[tuple[Column, Array]]) -> LawColumns:
-        """The same with columns of the recording, shape (n,) each, from which no motion follows."""
+        """The same with columns of the recording, shape (n,) each, which do not affect the motion."""
         n, extra = len(self.sensor), len(shown)
         return replace(
             self,
@@ -173,11 +173,11 @@ class LawColumns:
         )
 
     def recorded(self, shown: Array) -> Array:
-        """What the record has of columns that the sensor reads, shape (n, p)."""
+        """Columns that the sensor reads, as recorded, shape (n, p)."""
         return shown if self.filter is None else Through(shown)(self.filter)
 
     def behind(self, filter_: RecordingFilter) -> LawColumns:
-        """The same as a filter shows it, but for lines and the zero of the recording.
+        """The same after a filter, except lines and the zero of the recording.
 
         With what the filter still has of the time before the record, and how far its size is from the next's.
         """
@@ -261,7 +261,7 @@ def law_columns(
     lines: Sequence[Line] = (),
     about: LawBefore | None = None,
 ) -> LawColumns:
-    """Evaluate the law along a path.
+    """Columns of the law along a path.
 
     Parameters
     ----------
@@ -318,7 +318,7 @@ def law_columns(
 
 
 class _Answers(NamedTuple):
-    """What follows from a unit start, from each force and, last, from what is known; as of LawColumns."""
+    """Responses to a unit start, to each force and, last, to the known terms; as in LawColumns."""
 
     about: LawBefore | None
     feedback: Feedback

@@ -114,7 +114,7 @@ def friction_along(path: MeasuredPath) -> float:
     if path.turning.size > 2:
         return friction_of_loss(path.turning_x)
     amplitude = np.hypot(path.x - float(np.mean(path.turning_x)), path.v)
-    # in a half cycle two frictions are lost
+    # a half cycle loses twice r/k of amplitude
     slope = float(np.polyfit(path.phase, amplitude, 1)[0])
     return max(-0.5 * math.pi * slope, 1e-4 * float(amplitude.max()))
 

@@ -142,7 +142,7 @@ class Coordinate:
     def coordinate_bounds(self) -> tuple[float, float]:
         """The bounds as coordinates."""
         if self.prior.family == "log-normal":
-            # a value beyond six prior standard deviations is not one to fit
+            # values beyond six prior standard deviations are not fitted
             return -6.0, 6.0
         return self.coordinate(self.bounds[0]), self.coordinate(self.bounds[1])
 

@@ -139,7 +139,7 @@ class Segment:
 
 
 def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Segment, ...]:
-    """Cut each record, refusing what does not belong together.
+    """The part of each record that is fitted; records that do not belong together are refused.
 
     Raises
     ------
@@ -245,7 +245,7 @@ def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, i
     clock = np.asarray(record["time"].values, dtype=np.float64)
     samples = 2.0 * math.pi / (system.natural_frequency * sampling_interval(record))
     block = samples_in_block(samples)
-    # less than a period is refused for what it is, not for what is left of it
+    # less than a period is refused as such, not for having too few means of blocks
     if block == 1 or samples > values.size or clipped_fraction(values)[1] is not None:
         return record, 1
     spikes = _spikes(values, 2.0 * math.pi / samples)[1]

@@ -1,4 +1,4 @@
-"""The filter that a record went through, which makes corners, noise and a share of the amplitude its own.
+"""The filter that a record went through, which changes corners, noise and amplitude.
 
 It is found as :func:`friction_bayes.estimate` finds it
 (:mod:`friction_bayes.estimators.noise.filter_evidence`), along the motion of a law without a random force.

@@ -1,4 +1,4 @@
-"""How many draws a posterior has, and how they are shared out among its parts."""
+"""Number of draws of a posterior, and their allocation to its parts."""
 
 from __future__ import annotations
 

@@ -21,15 +21,15 @@ from friction_bayes.statespace.response import response_at_sensor
 __all__ = ["finer_shapes"]
 
 _WIDEST = 0.5
-"""Standard deviation, as a normal score of the prior, from which on the values of the prior serve."""
+"""Standard deviation, as a normal score of the prior, above which the values of the prior are used."""
 _LONGEST_STEP = 0.8
-"""As a normal score, of one round: as far as two values of the prior lie apart."""
+"""Largest step of one round, as a normal score: the distance of two values of the prior."""
 _NUDGE = 1e-3
 """Normal scores over which a force is differenced."""
 
 
 def finer_shapes(found: LawAlongMotion, law: Array, point: GridPoint) -> dict[str, tuple[float, ...]]:
-    """Where the shape of each effect of a law is taken next.
+    """Values at which the shape of each effect of a law is evaluated next.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def finer_shapes(found: LawAlongMotion, law: Array, point: GridPoint) -> dict[st
 
 
 def _change(acting: list[tuple[float, ForceColumn]], points: Points) -> Array:
-    """Derivative of a force with the normal score of what shapes it, shape (m,)."""
+    """Derivative of a force in the normal score of its shape parameter, shape (m,)."""
     change = np.zeros(points.x.size)
     for size, each in acting:
         score = each.column.score

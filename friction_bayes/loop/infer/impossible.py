@@ -24,7 +24,7 @@ _HIDDEN = 0.5
 def integrate_possible(
     found: LawAlongMotion, integrated: Callable[[LawAlongMotion], Posterior]
 ) -> tuple[LawAlongMotion, Posterior]:
-    """Integrate a law over the random force, given that the best set is possible.
+    """Posterior of a law over the random force, given that the best set is possible.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def integrate_possible(
     posterior = integrated(found)
     while (better := better_but_impossible(found, posterior)).any():
         while better.any():
-            # those that are then the best there go at once: much is done anew when it is integrated
+            # sets that are then the best there are removed at once: integrating again is costly
             found, best = found.without(better), posterior.best
             problem = found.regression.problem
             again = replace(best, found=problem.weigh(best.ratio, best.tau))

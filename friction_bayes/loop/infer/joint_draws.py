@@ -17,7 +17,7 @@ __all__ = ["joint_draws"]
 def joint_draws(
     fit: JointFit, rng: np.random.Generator, draws: int, weight: Array | None = None
 ) -> DrawnLaws:
-    """Draw from each set at each point of the grid and each spread in proportion to its probability.
+    """Draws from each set at each point of the grid and each spread in proportion to its probability.
 
     Another ``weight`` than the posterior's may be given, shape (points, sets).
     """

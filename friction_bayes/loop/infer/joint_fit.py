@@ -130,7 +130,7 @@ def fit_together(
     noise: str,
     progress: Callable[[str], None] | None = None,
 ) -> JointFit:
-    """Analyse several records of one quantity.
+    """The analysis of several records of one quantity.
 
     Parameters
     ----------
@@ -231,10 +231,10 @@ def _weighed(
     kept: Mask | None = None,
     only_mode: bool = False,
 ) -> JointFit:
-    """Weigh the sets that are ``kept`` with ``some`` spreads, and without one unless friction varies."""
+    """Analysis of the sets ``kept`` with ``some`` spreads, and without one unless friction varies."""
     friction = _friction_of_loss(alone)
     law, sets = along[0].law, along[0].sets
-    # of its frictions a set has one at most
+    # a set has at most one column of friction
     rubbing = sets.columns[:, law.frictions]
     columns = np.where(rubbing.any(axis=1), np.array(law.frictions)[rubbing.argmax(axis=1)], -1)
     level = float(np.median([fit.coefficients[fit.law.frictions].sum() for fit in alone])) or friction

@@ -76,7 +76,7 @@ class Member:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Spread:
-    """The column whose coefficient may differ between the records, and by how much.
+    """The column whose coefficient may differ between the records, and its spread.
 
     Attributes
     ----------
@@ -306,7 +306,7 @@ class JointProblem:
 
 
 class _Eliminated(NamedTuple):
-    """Sums without the records' own columns, and what gives these back.
+    """Sums without the records' own columns, and factors to recover these.
 
     ``root`` (r, k, k) is the Cholesky factor of each record's own block, ``cross`` (r, k, s + 1) its inverse
     times the sums of own columns with the shared ones and the record.

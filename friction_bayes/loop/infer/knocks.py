@@ -72,7 +72,7 @@ def next_knock(regression: LawRegression, law: Array, best: GridPoint, friction:
 
 
 def _joined(jumps: Array, phase: Array) -> Array:
-    """Spans that together last no longer than one knock are one.
+    """The jumps, with spans joined that together last no longer than one knock.
 
     An accelerometer shows the force itself: there only its onset and its end require a jump.
     """

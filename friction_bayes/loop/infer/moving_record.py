@@ -1,4 +1,4 @@
-"""A record while it moves, and its law along a motion: what one round of an analysis regresses on."""
+"""A record while it moves, and its law along a motion: data and columns of one round of an analysis."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ __all__ = ["LEAST_TURNS", "LawAlongMotion", "MovingRecord", "along_motion", "for
 
 
 LEAST_TURNS = 2
-"""Turning points of a motion between which a law has a whole half cycle."""
+"""Least number of turning points, between which a law has a whole half cycle."""
 _LEFT_OUT = 1.5
 """Half cycles before a motion stops that are left out: it ends between two turning points then, neither of
 which is in doubt."""
@@ -195,7 +195,7 @@ class MovingRecord:
         return np.asarray(w0 * (time - time[0]))
 
     def clock_along(self, path: MeasuredPath, feedback: Feedback, w0: float) -> Clock:
-        """Their time stamps and noise, and what oscillator and law make of a perturbation along a motion."""
+        """Their time stamps and noise, and the propagation of a perturbation by oscillator and law."""
         beside = beside_oscillator(path, feedback) if self.forced else None
         return self.error.of(Clock.of(path.phase, self.variance, path.stiffness, self.jump, beside), w0)
 

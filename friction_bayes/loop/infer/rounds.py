@@ -37,7 +37,7 @@ from friction_bayes.statespace.smoother import Motion
 __all__ = ["Round"]
 
 _AUDIBLE = 1.01
-"""Noise over the least that there can be from which on it is noise, and no rounding."""
+"""Noise over the least possible above which it is noise, not rounding."""
 _SETTLED = 2e-3
 """Correction of the stiffness above which the effects are evaluated once more."""
 _MOVED = 0.2
@@ -156,7 +156,7 @@ class Round:
 
     @property
     def wanders(self) -> bool:
-        """Whether a force that fluctuates, or a knock, goes with the motion."""
+        """Whether a random force, or a knock, goes with the motion."""
         return self._best.ratio > 0.0 or self.knocked
 
     @property
@@ -175,12 +175,12 @@ class Round:
 
     @property
     def is_all(self) -> bool:
-        """Whether white noise is all that the law leaves, and no random force is more probable than none."""
+        """Whether the residual of the law is white noise, and a random force is less probable than none."""
         return not self.wanders and self.leaves_white
 
     @cached_property
     def leaves_white(self) -> bool:
-        """Whether law and random force leave white noise."""
+        """Whether the residual of law and random force is white noise."""
         best, regression = self._best, self.found.regression
         left = regression.innovations(self._law, best.ratio, best.tau)[np.isfinite(regression.clock.variance)]
         return whiteness(left).white
@@ -224,7 +224,7 @@ class Round:
 
     @property
     def _next_error(self) -> SensorError | Colour | None:
-        """What neighbouring samples share of the noise; None where that stays as it is."""
+        """The noise that neighbouring samples share; None where it is unchanged."""
         if isinstance(self.whole.error, Colour):
             return self._colour_near_motion if self.whole.error.least_noise else self._colour
         if self.noise == "white" or self.alone:
@@ -233,13 +233,13 @@ class Round:
 
     @property
     def left(self) -> Array:
-        """What the law leaves of the samples that are used, natural units."""
+        """Residual of the law at the samples that are used, natural units."""
         regression = self.found.regression
         return regression.residual(self._law)[np.isfinite(regression.clock.variance)]
 
     @property
     def _colour(self) -> Colour | None:
-        """Colour of what the law leaves; None where that is white."""
+        """Colour of the residual; None where that is white."""
         return colour_of(self.left, int(np.count_nonzero(self._law)))
 
     @property
@@ -253,7 +253,7 @@ class Round:
 
     @property
     def may_be_coloured(self) -> bool:
-        """Whether what the law leaves has a colour, and is more than the sensor's rounding."""
+        """Whether the residual is coloured, and exceeds the sensor's rounding."""
         regression = self.found.regression
         audible = self._best.noise > _AUDIBLE * regression.least_noise
         return audible and regression.clock.even and self._colour is not None
@@ -284,7 +284,7 @@ class Round:
         return None if along is None else replace(self, whole=whole, found=along, near=None)
 
     def behind_filter(self) -> Round | None:
-        """The same law behind the filter that the record went through; None where it went through none."""
+        """The same law behind the filter that the record went through; None without one."""
         segment, bare = self.whole.segment, self._along(replace(self.whole, filter=None))
         missing = self.aside & ~segment.ignored[: self.whole.samples]
         filter_ = None if bare is None else filter_of(bare, missing, segment.order)

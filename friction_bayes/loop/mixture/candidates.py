@@ -115,7 +115,7 @@ class Candidates(ABC):
         """Friction of each record and its spread between them; None where it is one friction."""
 
     def _rank(self, cells: Cells) -> None:
-        """Take these cells as the candidates, the most probable first; all mixtures have the empty set."""
+        """Make these cells the candidates, the most probable first; all mixtures have the empty set."""
         self.cells = cells
         by_set = {frozenset[str](): 0.0} | cells.probabilities
         ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
@@ -125,7 +125,7 @@ class Candidates(ABC):
 
     @cached_property
     def candidate(self) -> Integers:
-        """Which of the sets each draw has, shape (k,)."""
+        """Index of the set of each draw, shape (k,)."""
         drawn = self.laws.first
         upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
         kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
@@ -138,7 +138,7 @@ class Candidates(ABC):
 
     @cached_property
     def _left(self) -> tuple[LeftOver, ...]:
-        """Tests of what each record leaves."""
+        """Tests of the residual of each record."""
         return tuple(what_is_left(fit) for fit in self.best)
 
     @property
@@ -230,7 +230,7 @@ class Candidates(ABC):
         }
 
     def left(self) -> dict[str, Any]:
-        """The largest force that follows the motion, if any does, of the record where it could do most."""
+        """The largest force that follows the motion, if any, of the record whose friction it shifts most."""
         fit, left = self.best[self._worst], self._left[self._worst]
         rms = 0.0 if left.worst is None else left.worst.signal
         return {
@@ -319,7 +319,7 @@ class Candidates(ABC):
 
 
 def _parameters_of_sensor(name: str, fit: ForceFit, units: dict[str, str]) -> dict[str, dict[str, Any]]:
-    """Of clipped samples or outliers in one record; none where it has none."""
+    """Parameters of clipped samples or outliers in one record; empty without any."""
     if name == SENSOR_CLIPPING.name:
         return clipping_parameters(fit.segment, units) if fit.segment.clipped else {}
     if fit.sensor_noise.outliers is None or not fit.sensor_noise.contaminated:
@@ -333,5 +333,5 @@ def _friction_shift(fit: ForceFit, left: LeftOver) -> float:
 
 
 def _moved(friction: Array, shift: float, rng: np.random.Generator) -> Array:
-    """Draws that carry such a shift: reflected, as friction is never negative."""
+    """Draws with such a shift, reflected at zero, as friction is never negative."""
     return np.abs(friction + shift * rng.standard_normal(DRAWS))

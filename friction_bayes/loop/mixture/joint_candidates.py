@@ -44,7 +44,7 @@ def candidates_together(
     rng: np.random.Generator,
     progress: Callable[[str], None] | None,
 ) -> JointCandidates:
-    """Weigh sets of effects on several records together.
+    """Candidates of several records evaluated together.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ class JointCandidates(Candidates):
 
     @property
     def _weight(self) -> Array:
-        """Posterior of the points and of the sets with a spread, zero for what is no candidate."""
+        """Posterior of the points and of the sets with a spread, zero for those of no candidate."""
         kept = self.cells.total > 0.0
         return self.fit.posterior.weight * kept[:, self.fit.problem.number]
 
@@ -143,7 +143,7 @@ class JointCandidates(Candidates):
 
     @cached_property
     def _contradictions(self) -> tuple[str, ...]:
-        """Effects that the records contradict one size of."""
+        """Effects for which the records contradict a common size."""
         return tuple(contradictions(self.fit))
 
     @cached_property
@@ -173,7 +173,7 @@ class JointCandidates(Candidates):
         return check_together(self.fit, mine, factor, unit, seed, forced=self._fluctuates)
 
     def witnesses(self) -> None:
-        """Each record would have its own."""
+        """Not with several records, each of which would have its own."""
 
     def between_records(self) -> dict[str, Any]:
         model = self.before.model

@@ -79,7 +79,7 @@ class Mixture:
         return bool(alike or not self.say_otherwise(count).any())
 
     def say_otherwise(self, count: int) -> Mask:
-        """Which of the ``count`` most probable have a mean beyond the first's 90 %, shape (count,).
+        """Which of the ``count`` most probable have a mean outside the first's 90 % interval, shape (count,).
 
         One of which nothing is drawn has not.
         """

@@ -79,7 +79,7 @@ class RecordCandidates(Candidates):
 
     @cached_property
     def best(self) -> tuple[ForceFit, ...]:
-        # a candidate has sets of columns that are left out too, where another shape of it is impossible
+        # a candidate may lack some of its sets of columns, where one of its shapes is impossible
         own = (self.cells.places(self.sets[:1]) == 0) & (self.cells.weight > 0.0)
         return (self.fit.among(own.any(axis=0)),)
 
@@ -108,7 +108,7 @@ class RecordCandidates(Candidates):
         return {"loss": found.loss.to_dict(), "shape": found.shape.to_dict(), "agree": found.agree}
 
     def left(self) -> dict[str, Any]:
-        """What the best law leaves; where the witnesses disagree friction may be that of the loss.
+        """Tests of the best law's residual; where the witnesses disagree friction may be that of the loss.
 
         The shape within a cycle is at the mercy of errors of the sensor that follow the direction, and of a
         law that is not quite the contact's.
@@ -130,7 +130,7 @@ def candidates_of_record(
     options: LoopOptions,
     rng: np.random.Generator,
 ) -> RecordCandidates:
-    """Weigh sets of effects on one record.
+    """Candidates of one record.
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ class Colour:
         """Fields of the report, of samples every ``step`` [s]."""
         if self.autoregression is None:
             return {"model": "ar", "order": 0, "correlation_length_s": step}
-        # it reaches beyond as many samples as there are coefficients
+        # the correlation extends beyond as many samples as there are coefficients
         correlation = np.fft.irfft(self.autoregression.spectrum(np.linspace(0.0, math.pi, _GRID)))[:_GRID]
         below = np.flatnonzero(correlation < correlation[0] / math.e)
         length = int(below[0]) if below.size else correlation.size
@@ -80,7 +80,7 @@ class Colour:
 def colour_of(residual: Array, fitted: int) -> Colour | None:
     """Colour of the residual of a law with so many coefficients, shape (n,); None where that is white."""
     own, _ = burg(residual, fitted)
-    # behind a filter that leaves nothing an autoregression is singular to rounding
+    # behind a filter that removes everything an autoregression is singular to rounding
     return Colour(own.tempered(_FAINTEST, 0.0)) if own.order else None
 
 

@@ -3,7 +3,7 @@ r"""Correlated errors of the sensor in neighbouring samples, with its white nois
 A sensor that smooths, or one with noise of low frequency, has correlated errors, which would pass for a short
 and strong random force. They are an Ornstein-Uhlenbeck process in the sensor
 (:mod:`friction_bayes.statespace.kalman`), of sd ``rho sigma`` and correlation time ``tau_u``, with the prior
-``log rho ~ N(0, 2**2)`` and ``tau_u`` log-uniform from a third of a step to a tenth of a period: slower errors
+``log rho ~ N(0, 2**2)`` and ``tau_u`` log-uniform from a third of a step to a tenth of a period: slower ones
 are at the motion's own frequency, where they cannot be separated from a force.
 
 The process is found at the mode, together with the random force, since each can explain what the other does,
@@ -40,7 +40,7 @@ _PLACES = (0.1, 0.37, 0.63, 0.9)
 _FORCE_PERIODS = (0.02, 0.08, 0.3)
 """Correlation times at which a force as strong as the best is looked at too [periods of the motion].
 
-Beside an error that takes up what was quick in it a force is slower than without: a mode of its own.
+With an error that explains its fast part a force is slower than without: a mode of its own.
 """
 _FIRST_STEP = 0.4
 """In the logarithms of ratios and times."""
@@ -142,7 +142,7 @@ def find_sensor_error(
 
 
 def _errors(known: CorrelatedError, bounds: Place) -> list[Place]:
-    """The error that is known already; or some of all sizes and times, where none is."""
+    """The error that is known already; or else a grid of sizes and times."""
     if known.ratio > 0.0:
         return [(math.log(known.ratio), min(max(math.log(known.tau), bounds[0]), bounds[1]))]
     width = bounds[1] - bounds[0]
@@ -150,7 +150,7 @@ def _errors(known: CorrelatedError, bounds: Place) -> list[Place]:
 
 
 def _forces(posterior: Posterior) -> list[list[Place | None]]:
-    """No force; and the best one that has been looked at, with some as strong at resonance."""
+    """No force; and the best one evaluated so far, with some as strong at resonance."""
     points = [point for point in posterior.points if point.ratio > 0.0]
     if not points:
         return [[None]]

@@ -142,7 +142,7 @@ def come_anywhere(outliers: Mask, among: Mask, motion: Motion) -> bool:
 
 
 def _evenly(outliers: Mask) -> bool:
-    """Whether equal parts of samples in a row hold as many each as chance would have it."""
+    """Whether equal parts of samples in a row contain as many each as expected by chance."""
     counts = np.array([part.sum() for part in np.array_split(outliers, _PARTS)])
     total = int(counts.sum())
     if total == 0:

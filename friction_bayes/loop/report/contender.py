@@ -65,7 +65,7 @@ def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
 
 
 def _of_model(name: str, drawn: dict[str, Array]) -> dict[str, Array]:
-    """Parameters as the simulated model has them: a line of interference by amplitude and phase."""
+    """Parameters as in the simulated model: a line of interference by amplitude and phase."""
     if name != PERIODIC_INTERFERENCE.name:
         return drawn
     sine, cosine = float(drawn["sine"].mean()), float(drawn["cosine"].mean())

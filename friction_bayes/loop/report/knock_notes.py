@@ -18,7 +18,7 @@ def knock_times(fit: ForceFit) -> list[tuple[float, float]]:
 
 
 def knock_notes(fit: ForceFit, unit_force: float, unit: str) -> Iterator[str]:
-    """Say of each knock when it came and how large it was.
+    """Sentences on each knock: its time and size.
 
     Parameters
     ----------

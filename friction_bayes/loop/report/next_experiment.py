@@ -45,7 +45,7 @@ _RECORDS = 100
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Contender:
-    """A candidate as far as it predicts a further record.
+    """A candidate with all that is needed to predict a further record.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ def next_experiment(candidates: Sequence[Contender], names: Sequence[str]) -> st
     decided = [proposals(candidates[0], rival) for rival in candidates[1:]]
     if not decided or not decided[0]:
         return None
-    # a record decides as well as it does against the rival it is worst at
+    # a record is scored by the rival that it separates worst
     scores = [min(options[i].log_bayes_factor for options in decided) for i in range(len(decided[0]))]
     best = int(np.argmax(scores))
     rivals = listed(names[1:], "or")
@@ -144,7 +144,7 @@ def _agreement_on_friction(candidates: Sequence[Contender]) -> str:
 
 
 def proposals(truth: Contender, rival: Contender) -> list[Proposal]:
-    """Score the experiments on a pair of candidates."""
+    """Scores of the experiments on a pair of candidates."""
     order, turns = truth.model.segments[0].order, truth.model.system.angular
     if order == 2:
         other = Proposal(f"a record of the {'angle' if turns else 'displacement'}", 1.0, 1.0, 0)
@@ -175,7 +175,7 @@ def _score(truth: Contender, rival: Contender, option: Proposal) -> float:
     sd = truth.noise_sd * ratio
     if not truth.random_force and not rival.random_force:
         return expected_log_bayes_factor(difference / sd, jacobian / sd, covariance)
-    # a random force moves what moves: a contact at rest has another law
+    # a random force counts during the motion alone: a contact at rest has another law
     half_cycle = math.pi / truth.frequency
     moving = int(np.searchsorted(time, min(target.stop_time, base.stop_time) - half_cycle))
     if moving < 2:
@@ -205,7 +205,7 @@ def _release(truth: Contender, option: Proposal) -> tuple[float, float]:
 def rival_prediction(
     truth: Contender, rival: Contender, option: Proposal
 ) -> tuple[Prediction, Array, Array] | None:
-    """What a rival predicts of a proposed record; None where its motion does not stay finite.
+    """Prediction of a proposed record by a rival; None where its motion is not finite.
 
     Returns
     -------

@@ -26,13 +26,13 @@ _METHOD = "normal-gamma"
 _FINE = 400.0
 """Samples a period of the finely sampled prediction: the highest falls short by 1e-5 of the amplitude."""
 _NO_WIDTH = 1e-6
-"""Share of friction below which an interval is that of samples without scatter: one alone, or equal steps."""
+"""Width over friction below which samples have no scatter: a single one, or equal steps."""
 
 
 def paper_procedure(
     model: LoopModel, z: Array, after: Distribution, effects: tuple[str, ...]
 ) -> dict[str, Any]:
-    """Compare the paper's procedure with the final friction, on the first record.
+    """Comparison of the paper's procedure with the final friction, on the first record.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def paper_procedure(
         said = _read_off(model, segment.time, segment.values)
     except InputError as error:
         unusable = ["sensor_clipping"] if segment.clipped else []
-        # the remedy of a record that estimate refuses is this loop
+        # the remedy that estimate names is this loop
         return {"friction": None, "disagrees": True, "because": unusable, "why": error.problem}
     moving = segment.time[: segment.moving]
     period = 2.0 * np.pi / segment.decay.frequency
@@ -95,7 +95,7 @@ def _read_off(model: LoopModel, time: Array, values: Array) -> Summary:
     decay = model.segments[0].decay
     record = make_record(time, values, decay.quantity.name, unit=decay.unit, name=decay.name)
     with warnings.catch_warnings():
-        # what an estimate warns of, a wrong frequency above all, is the loop's own business
+        # warnings of an estimate, mostly of a wrong frequency, are handled by the loop
         warnings.simplefilter("ignore", RecordWarning)
         estimated = estimate(record, model.system, method=_METHOD)
     return Summary.of_distribution(estimated.friction, estimated.friction_unit)

@@ -86,7 +86,7 @@ def validate_force(segment: Segment, measured: ArrayLike) -> Array:
 def compare_forces(
     before: LoopFit, after: ResistingForce, measured: Array
 ) -> tuple[dict[str, Any], tuple[Array, ...]]:
-    """Compare a measured friction force with two models, over the samples used of the first record.
+    """Comparison of a measured friction force with two models, over the samples used of the first record.
 
     Parameters
     ----------
@@ -124,6 +124,6 @@ def compare_forces(
 
 
 def _explained(measured: Array, model: Array) -> float:
-    """Share of the variance of a measured force that a model's explains."""
+    """Share of the variance of a measured force that a model explains."""
     variance = float(np.var(measured))
     return 1.0 - float(np.mean((measured - model) ** 2)) / variance if variance > 0.0 else math.nan

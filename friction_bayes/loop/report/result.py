@@ -69,7 +69,7 @@ class ForecastTrace:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordTrace:
-    """One record, and what was made of it.
+    """One record with its predictions.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ class RecordTrace:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LoopReport(Shown):
-    """What closing the loop found; ``to_dict`` is ``report.json``.
+    """Result of closing the loop; ``to_dict`` is ``report.json``.
 
     Attributes
     ----------
@@ -152,7 +152,7 @@ class LoopReport(Shown):
         ``from_mass``, the friction after that each of the declared values gives, else None;
         ``trusted``, the one that friction is computed with, None where its interval spans both.
     random_force : dict or None
-        ``probability`` of a force that fluctuates, and given that there is one its ``sd``,
+        ``probability`` of a random force, and given that there is one its ``sd``,
         ``share_of_friction`` (None without friction) and ``correlation_time_s``;
         None where none was evaluated.
     witnesses : dict or None
@@ -172,7 +172,7 @@ class LoopReport(Shown):
         ``spread`` given that, ``share_of_friction``, ``reduced_chi_square`` of the frictions that each has by
         itself, and ``records`` with ``name`` and ``friction`` of each.
     notes : tuple of str
-        What was done to the records before any model, and which effects were asked for and not evaluated.
+        What was done to the records before any model, and which effects were requested and not evaluated.
     next_experiment : str or None
     reference_check : dict or None
         Of the sampler, or against a reference friction.

@@ -19,7 +19,7 @@ _BY_VARIABLE = {
     "again, what went on in the meantime is warming or wear.",
 }
 _OF_THE_SENSOR = {"whiteness", "spectrum", "tails"}
-"""Tests that examine how samples scatter, and nothing of the motion."""
+"""Tests of the scatter of samples, independent of the motion."""
 
 
 _OF_RECORDS = (
@@ -32,7 +32,7 @@ _OF_RECORDS = (
 def experiment_on_unexplained(
     depends_on: str | None, failed: Collection[str], because: Collection[str], records: int
 ) -> str:
-    """Say in a sentence which measurement shows where what is left comes from.
+    """A sentence on the measurement that shows where the residual comes from.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The verdict in one word, by what may be done with the number; and the candidates that hold 95 %."""
+"""The verdict in one word, by the use of the number; and the candidates that together have 95 %."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ __all__ = [
 AMBIGUOUS = "ambiguous"
 UNEXPLAINED = "unexplained"
 FORECAST = "forecast"
-"""A forecast may be worse than another by chance: that is a doubt, and no proof that the law is wrong."""
+"""A forecast may be worse than another by chance: a reason for doubt, not proof that the law is wrong."""
 
 
 def credible_count(probabilities: ArrayLike) -> int:
-    """Count the candidates, most probable first, that hold 95 % together."""
+    """Number of candidates, most probable first, that together have 95 %."""
     return int(np.searchsorted(np.cumsum(probabilities), settings.SETTINGS.credible_mass) + 1)
 
 
 def credible_candidates(candidates: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
-    """Of a report's ``candidates``, most probable first, those that hold 95 % together."""
+    """Those of a report's ``candidates``, most probable first, that together have 95 %."""
     return candidates[: credible_count([candidate["probability"] for candidate in candidates])]
 
 
@@ -94,7 +94,7 @@ class Consequences:
 
 
 def _overlap(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Whether two intervals share anything."""
+    """Whether two intervals overlap."""
     return one[0] <= other[1] and other[0] <= one[1]
 
 
