@@ -358,7 +358,7 @@ class Estimator(Protocol):
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
         """Closed-form posteriors of many free decays, equal to those of :meth:`fit` up to rounding.
 
-        A record that :meth:`fit` would refuse has none. What no record can be fitted with (this prior, this
-        system) is refused, of no records too.
+        A record that :meth:`fit` would refuse has none. A prior or system with which no record can be fitted
+        is refused, without records too.
         """
         ...

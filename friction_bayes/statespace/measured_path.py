@@ -185,9 +185,8 @@ class MeasuredPath:
 def stiffness_along(phase: Array, x: Array, v: Array) -> tuple[Array, Array]:
     """Slope of a pendulum's restoring force over each interval, shape (n - 1,), and at the samples, (n,).
 
-    One throughout where the motion is not one of the pendulum: an error of its start, which grows with time
-    as a larger swing takes longer, would then grow exponentially, as it does where the stiffness of an
-    oscillator goes with twice its frequency.
+    One throughout where the motion is not that of a pendulum: an error of its start, which grows with time as
+    a larger swing takes longer, would then grow exponentially, by parametric resonance.
 
     Parameters
     ----------

@@ -85,8 +85,8 @@ class LawRegression:
     def reference(self) -> Array:
         """A law in units of ``scale``, shape (p,), near the record, so that residuals to whiten are small.
 
-        With the columns alone that most sets have. Of all of them least squares makes huge coefficients of
-        near collinear ones, and what a set lacks of these has to be put back with their rounding.
+        With the columns alone that most sets have: least squares with all columns gives near collinear ones
+        huge coefficients, and those that a set lacks have to be put back with their rounding.
         """
         guess = self.motion
         whitened = self.whitened(np.zeros(self.scale.size), guess.force_sd / guess.noise, guess.tau)

@@ -131,7 +131,7 @@ def all_sets(always: Mask) -> Mask:
 def nest(sets: Mask) -> NestedSets:
     """Nest sets of columns, shape (m, p).
 
-    Columns that many sets hold come first, the commonest before all, then the others from the rarest on: two
+    Columns of many sets come first, the commonest before all, then the others from the rarest on: two
     sets that follow each other part late, where few columns are left to differ in.
     """
     share = sets.mean(axis=0)

@@ -47,7 +47,7 @@ def half_cycle_rows(
 ) -> tuple[Array, Array, int]:
     """Amplitude of every half cycle, and the rest position, as rows of a regression on ``(a, u, c)``.
 
-    Where a half cycle holds fewer than 6 samples, blocks of several are projected together.
+    Where a half cycle has fewer than 6 samples, blocks of several are projected together.
 
     Parameters
     ----------

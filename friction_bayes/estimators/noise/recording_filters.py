@@ -104,8 +104,8 @@ class RecordingFilter:
 class Through:
     """Columns, shape (n, p), that go through one filter or another.
 
-    They go on beyond either end as their own mirror image about its value, and fade: a step there would ring
-    in every sample behind a filter that delays by a part of one.
+    They are continued beyond either end by their mirror image about its value, fading out: a step there would
+    ring in every sample behind a filter with a fractional delay.
     """
 
     def __init__(self, columns: Array) -> None:

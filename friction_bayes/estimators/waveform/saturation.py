@@ -126,8 +126,8 @@ def _gains(
 ) -> Array:
     """Log likelihood ratio of a sensor that saturates at each level, on the upper side, the lower or both.
 
-    Of the samples: what they show about the rest position and what they should, the weight of that, the half
-    cycle and the bin of the phase, shape (n,) each. Minus infinity where tops scatter by more than noise.
+    Arguments, shape (n,) each: samples about the rest position, their expected values, weights, half cycles
+    and bins of the phase. Minus infinity where tops scatter by more than noise.
     """
     n, half_cycles = away.size, 0
     for which in half_cycle:

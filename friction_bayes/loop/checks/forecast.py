@@ -30,7 +30,7 @@ _DRAWS = 40
 
 
 def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
-    """Forecast of the rest of a record from a new fit of its first part; None where that fails.
+    """The rest of a record forecast from a fit of its first part alone; None where that fails.
 
     The forecast is the posterior predictive mean over all laws, each as probable as it is after the whole
     record: draws over their coefficients and, where there is one, sizes of the random force, each from the

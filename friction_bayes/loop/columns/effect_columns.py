@@ -200,8 +200,8 @@ def force_columns(
     """Columns of a force effect: one for each coefficient, in each of its shapes.
 
     The first parameter is a coefficient, or bends friction; another is one if it makes a force by itself
-    along the ``path``. What shapes a term is taken at some normal ``scores`` of its prior, evenly spaced, and
-    where left out all over the prior.
+    along the ``path``. Shape parameters are evaluated at evenly spaced normal ``scores`` of the prior, by
+    default over all of it.
     """
     coordinates = effect_coordinates(name, scales, 1)
     first, *others = coordinates

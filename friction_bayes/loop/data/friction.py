@@ -58,7 +58,7 @@ def friction_scale(model: LoopModel) -> tuple[float, str]:
 def scale_draws(model: LoopModel, frequencies: Array, size: int, rng: np.random.Generator) -> Array:
     """Draws of the factor from a model's friction to the reported one.
 
-    They carry what is not known of mass and stiffness (see
+    They include the uncertainty of mass and stiffness (see
     :func:`friction_bayes.core.declared_force.declared_forces`).
 
     Parameters

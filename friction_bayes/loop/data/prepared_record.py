@@ -225,7 +225,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
 def _spikes(values: Array, angle: float) -> tuple[Array, Mask]:
     """The neighbours' median of each sample, and which samples lie far from it.
 
-    The motion itself, by ``angle`` from sample to sample, lies away from it at its turning points.
+    The motion, with ``angle`` from sample to sample, deviates from it at its turning points by itself.
     """
     smooth = median_filter(values, _NEIGHBOURS, mode="nearest")
     away = np.abs(values - smooth)
@@ -239,7 +239,7 @@ def _spikes(values: Array, angle: float) -> tuple[Array, Mask]:
 def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int]:
     """Means of blocks of samples, and how many each is of.
 
-    Flat samples and outliers are seen sample by sample alone.
+    Flat samples and outliers can be detected only sample by sample.
     """
     values = np.asarray(record.values, dtype=np.float64)
     clock = np.asarray(record["time"].values, dtype=np.float64)

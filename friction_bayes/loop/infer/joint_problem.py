@@ -96,7 +96,7 @@ class Spread:
 class JointProblem:
     """A regression of several records, integrated over the random force as that of one is.
 
-    Its sets hold the shared columns alone, each once for every spread that it may have.
+    Its sets contain the shared columns alone, each once for every spread that it may have.
 
     Parameters
     ----------

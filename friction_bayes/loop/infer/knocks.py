@@ -109,7 +109,7 @@ def log_odds_of_knocks(jumps: Array) -> float:
 def jump_tails(regression: LawRegression, law: Array, best: GridPoint) -> tuple[float, float, float]:
     """Whether the jumps of a random force are larger than those of a normal one: their kurtosis.
 
-    Neighbouring scores are alike; as many independent ones have a kurtosis of the same variance
+    Neighbouring scores are correlated; the equivalent number of independent ones has the same variance
     (of a sum of fourth powers: ``n / sum rho**4``).
 
     Returns

@@ -167,7 +167,7 @@ class MovingRecord:
     def behind(self, filter_: RecordingFilter) -> MovingRecord:
         """The same behind a filter, without the samples at either end, where its response is unknown.
 
-        A force that could jump cannot any more.
+        The force may no longer jump.
         """
         left_out = margin(filter_.angle)
         variance = np.full(self.samples, np.inf)

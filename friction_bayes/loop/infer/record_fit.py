@@ -168,7 +168,7 @@ class ForceFit:
     def comparable_friction(self, friction: Array) -> float:
         """Friction that a force is compared with, natural units: the median of draws [N or N m].
 
-        Of a decay without dry friction it is what alone would explain the loss of amplitude.
+        For a decay without dry friction, the friction that alone would explain the loss of amplitude.
         """
         median = float(np.median(friction)) / self.law.unit_force
         return max(median, friction_along(self.path))

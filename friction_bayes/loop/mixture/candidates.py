@@ -244,7 +244,7 @@ class Candidates(ABC):
     def noise(self) -> dict[str, Any]:
         """Noise of the first record's sensor, a sample of it: those of a block were averaged.
 
-        What neighbouring samples share stays in their mean.
+        The noise that neighbouring samples share remains in their mean.
         """
         fit = self.best[0]
         white = fit.posterior.noise_sd * fit.unit

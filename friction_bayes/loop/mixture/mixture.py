@@ -81,7 +81,7 @@ class Mixture:
     def say_otherwise(self, count: int) -> Mask:
         """Which of the ``count`` most probable have a mean outside the first's 90 % interval, shape (count,).
 
-        One of which nothing is drawn has not.
+        One without draws has not.
         """
         own = [self.draws.friction[self.draws.candidate == c] for c in range(count)]
         low, high = np.quantile(own[0], TAILS) if own[0].size else (-np.inf, np.inf)

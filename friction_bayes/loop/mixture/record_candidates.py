@@ -110,8 +110,8 @@ class RecordCandidates(Candidates):
     def left(self) -> dict[str, Any]:
         """Tests of the best law's residual; where the witnesses disagree friction may be that of the loss.
 
-        The shape within a cycle is at the mercy of errors of the sensor that follow the direction, and of a
-        law that is not quite the contact's.
+        The shape within a cycle is biased by errors of the sensor that follow the direction, and by a law
+        that is not quite the contact's.
         """
         found, witnesses = super().left(), self._witnesses
         if witnesses is not None and not witnesses.agree:

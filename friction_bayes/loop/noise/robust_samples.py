@@ -134,8 +134,8 @@ def outlying(noise: NoiseFit) -> Mask:
 def come_anywhere(outliers: Mask, among: Mask, motion: Motion) -> bool:
     """Whether outliers are as frequent at any speed and at any time, ``among`` some samples; shape (n,) both.
 
-    Those of a sensor are. What comes with the turning points, or in one part of the record, is something that
-    the law or the force does not describe: with it set aside, friction would be far too sure.
+    Those of a sensor are. Those at turning points, or in one part of the record, are due to an error of the
+    law or the force: with them set aside, the interval of friction would be far too narrow.
     """
     in_turn, speed = outliers[among], np.abs(motion.states[among, 1])
     return all(_evenly(values) for values in (in_turn, in_turn[np.argsort(speed)]))

@@ -72,7 +72,7 @@ class Consequences:
     contradicted: bool
 
     def against(self) -> tuple[str, ...]:
-        """Names of the reasons against the number; a figure that is not known is none."""
+        """Names of the reasons against the number; a figure that is not known is no reason."""
         held_out, as_bad = self.held_out, 1.0 + settings.SETTINGS.worse_forecast
         before = max(held_out["before"], self.least_noise)
         faults = {
