@@ -52,7 +52,7 @@ class Acceptance:
 
 
 def accept_by_threshold(precision: Any, threshold: float, *, unit: str) -> Acceptance:
-    """Accept where the posterior mean of the precision reaches a given threshold.
+    """Acceptance where the posterior mean of the precision reaches a given threshold.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def accept_by_threshold(precision: Any, threshold: float, *, unit: str) -> Accep
 
 
 def accept_by_set_up(precision: Any, set_up: Any, *, unit: str) -> Acceptance:
-    """Accept where the precision is not below that of a long set-up record by more than allowed.
+    """Acceptance where the precision is not below that of a long set-up record by more than allowed.
 
     The posterior mean must reach :data:`SHARE` of the set-up record's. A record of few amplitudes
     may miss that by chance alone: where both have the same scatter, the ratio of the two means

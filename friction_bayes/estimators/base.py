@@ -1,4 +1,4 @@
-"""What an estimator is, what it is given, and what it gives."""
+"""The protocol of an estimator, its inputs and its results."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ __all__ = [
 ]
 
 SURELY_NEGATIVE = 0.99
-"""Probability of a negative friction above which there is no answer."""
+"""Probability of a negative friction above which no answer is given."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RandomForce:
-    """What a record says of a force that fluctuates, an Ornstein-Uhlenbeck process.
+    """Posterior of a random force, an Ornstein-Uhlenbeck process.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ class FittedMotion:
 
 @dataclass(frozen=True, kw_only=True)
 class Fit:
-    """What an estimator makes of one free decay, in the units of the signal.
+    """Result of an estimator for one free decay, in the units of the signal.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class Fit:
     posterior : object
         The conjugate posterior itself (NormalGamma, GammaExponential, NormalInverseGamma).
     amplitudes : int
-        How many amplitudes the model used, or that the moving record holds.
+        How many amplitudes the model used, or the moving record contains.
     frequency, frequency_sd : float
         Angular frequency found in the data [rad/s] and its standard deviation (nan where not estimated).
     rest_position : float
@@ -137,18 +137,18 @@ class Fit:
     build_target : callable, () -> Target
         Makes :attr:`target`.
     notes : tuple of str
-        What a reader must know: assumptions, negative samples, residuals that are not noise.
+        Remarks for the reader: assumptions, negative samples, residuals that are not noise.
     motion : FittedMotion or None
         Of a method that fits the whole signal.
     account_parts : tuple of Part
         Those of the accounts that count.
     accounts : tuple of NoiseAccount
-        Of what a fit of the whole signal leaves, that of white noise alone first; empty where they were not
-        asked for or could not be weighed.
+        Of the residual of a fit of the whole signal, that of white noise alone first; empty where they were
+        not requested or could not be evaluated.
     parts : tuple of Part
         Of the posterior, those that count; one where there are no accounts.
     random_force : RandomForce or None
-        What the record says of one; None where there are no accounts.
+        Its posterior; None where there are no accounts.
     witness : Witness or None
         Friction by the loss of amplitude, of a method that averages over accounts.
     answer : frozen scipy.stats distribution or Mixture
@@ -188,12 +188,12 @@ class Fit:
 
     @property
     def probability_negative(self) -> float:
-        """That friction is negative, before the answer is cut at zero."""
+        """Probability that friction is negative, before the answer is truncated at zero."""
         return float(self._reconciled.cdf(0.0))
 
     @property
     def surely_negative(self) -> bool:
-        """Whether friction is negative: nothing is lost."""
+        """Whether friction is negative: no amplitude is lost."""
         return self.probability_negative > SURELY_NEGATIVE
 
     @property
@@ -204,12 +204,12 @@ class Fit:
 
     @property
     def probability_of_free_corners(self) -> float:
-        """That the corners of the motion do not show as dry friction makes them."""
+        """Probability that the corners of the motion are not recorded as dry friction makes them."""
         return sum(account.probability for account in self.accounts if account.free_corners)
 
     @property
     def filter(self) -> RecordingFilter | None:
-        """The most probable filter, where one is more probable than none; the answer takes its gain back."""
+        """The most probable filter, if more probable than none; the answer is corrected for its gain."""
         behind = [each for each in self.accounts if each.filter is not None]
         if sum(each.probability for each in behind) <= 0.5:
             return None
@@ -223,7 +223,7 @@ class Fit:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FreeDecays:
-    """Many records of one system and sensor, and where in each the free decay lies; possibly no record.
+    """Many records (possibly none) of one system and sensor, and where in each the free decay lies.
 
     Attributes
     ----------
@@ -276,7 +276,7 @@ class FreeDecays:
 
     @property
     def kernel_arguments(self) -> tuple[Any, ...]:
-        """Arguments that say to a half-cycle kernel where each decay lies, and what is known of it."""
+        """Arguments of a half-cycle kernel: where each decay lies, and what is known of it."""
         start, phase = self.located.start, self.located.phase
         frequency = self.located.frequency / self.step
         swing = swing_frequency(self.system, self.unit)
@@ -285,7 +285,7 @@ class FreeDecays:
 
 
 class Glance(NamedTuple):
-    """What is sure of the residuals of many records, shape (records,); nothing of one without a posterior.
+    """Certain results on the residuals of many records, shape (records,); False without a posterior.
 
     Attributes
     ----------
@@ -301,7 +301,7 @@ class Glance(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fits:
-    """What an estimator makes of many free decays, in the units of the signal; nan where it finds nothing.
+    """Results of an estimator for many free decays, in the units of the signal; nan without a result.
 
     Attributes
     ----------
@@ -339,12 +339,12 @@ class Estimator(Protocol):
 
     @property
     def name(self) -> str:
-        """What ``--method`` calls it."""
+        """Its name in ``--method``."""
         ...
 
     @property
     def prior_keys(self) -> tuple[str, ...]:
-        """What ``--prior KEY=VALUE`` and ``prior={...}`` may set."""
+        """Keys that ``--prior KEY=VALUE`` and ``prior={...}`` may set."""
         ...
 
     def default_prior(self, signal: DeclaredSignal) -> dict[str, float]:
@@ -358,7 +358,7 @@ class Estimator(Protocol):
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
         """Closed-form posteriors of many free decays, equal to those of :meth:`fit` up to rounding.
 
-        A record that :meth:`fit` would refuse has none. What no record can be fitted with (this prior, this
-        system) is refused, of no records too.
+        A record that :meth:`fit` would refuse has none. A prior or system with which no record can be fitted
+        is refused, without records too.
         """
         ...

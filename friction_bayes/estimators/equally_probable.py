@@ -1,4 +1,4 @@
-"""One of several distributions, which is not known: their mixture in equal parts."""
+"""Mixture in equal parts of several distributions, of which an unknown one is right."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a record to a friction force: the face over the closed-form estimators."""
+"""From a record to a friction force: the public entry to the closed-form estimators."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ RANDOM_FORCE = ("auto", "none")
 """Whether a random force may be there."""
 
 _MAY_BE_NONE = 0.01
-"""Probability of no dry friction beside damping, from which on no number is given for it."""
+"""Probability of damping without dry friction from which on no number is given for friction."""
 _SPLINE = (
     "the times are uneven: this method goes from sample to sample, so that a cubic spline brings the signal "
     "to an even grid; waveform takes the samples at their own times"
@@ -111,8 +111,8 @@ def estimate(
     rest_position : float, optional
         Signal at rest, unit of the signal; found when left out.
     random_force : {"auto", "none"}
-        Whether method ``waveform`` averages over a force that fluctuates, none among what it weighs; the
-        other methods know none.
+        Whether method ``waveform`` averages over models with and without a random force; the other methods
+        have no random force.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def estimate(
         positive("accept_precision", accept_precision)
     check_choices(peaks, random_force)
     estimator = estimator_named(method)
-    # no decorator, whose frame would stand where warnings name the caller's line
+    # not a decorator: its frame would take the place of the caller's line in warnings
     with single_threaded_blas():
         validate_record(record)
         record, _ = readings_alone(record, system.natural_frequency)
@@ -178,7 +178,7 @@ def estimate(
 
 
 def check_choices(peaks: str, random_force: str) -> None:
-    """Refuse a way of picking amplitudes or of treating a random force that there is not.
+    """Refuse an unknown way of picking amplitudes or of treating a random force.
 
     Raises
     ------
@@ -209,7 +209,7 @@ def _precision_of(fit: Fit, method: str) -> Any:
 
 
 def _refuse_negative(decay: FreeDecay, fit: Fit) -> None:
-    """Refuse what loses no amplitude by any account."""
+    """Refuse a decay that loses no amplitude by any account."""
     if fit.surely_negative:
         raise InputError(
             decay.name,
@@ -219,7 +219,7 @@ def _refuse_negative(decay: FreeDecay, fit: Fit) -> None:
 
 
 def _accept_by_set_up(decay: FreeDecay, fit: Fit, reference: Estimate) -> Acceptance:
-    """Accept by the precision of a record of the same sensor in the set-up phase."""
+    """Acceptance by the precision of a record of the same sensor in the set-up phase."""
     set_up, method = reference.decay, reference.method
     if (decay.quantity, decay.unit) != (set_up.quantity, set_up.unit):
         raise InputError(
@@ -238,7 +238,7 @@ def surely_faster_loss(decay: FreeDecay) -> FasterLoss | None:
 
 
 def _faster_loss_note(decay: FreeDecay) -> list[str]:
-    """Warn of a decay that loses more than dry friction alone would: the number is then another law's."""
+    """Warn of a decay that loses more than by dry friction alone: the number is then another law's."""
     faster = surely_faster_loss(decay)
     if faster is None:
         return []
@@ -260,7 +260,7 @@ def _faster_loss_note(decay: FreeDecay) -> list[str]:
 
 
 def _provenance(record: xr.DataArray) -> list[str]:
-    """What a data set says of its record and its system, and what was done to the samples."""
+    """Remarks of a data set on its record and its system, and what was done to the samples."""
     notes = ["the record is synthetic"] if record.attrs.get("synthetic") else []
     named = {"note": "the record", "system_source": "the declared system"}
     notes += [f"{name}: {record.attrs[key]}" for key, name in named.items() if record.attrs.get(key)]

@@ -1,11 +1,11 @@
 """Default priors: one table, weak, from the declared system and never from the data they meet.
 
-All follow one idea. The declared system has a scale of force ``F`` (its weight ``m g``, or ``k`` times one
-radian) and so a scale of signal; a default prior says that the unknown is about zero give or take that
-scale, with the tails of a Cauchy distribution, and that the noise is about 1e-18 of it, held with the weight
-of one observation. Such a prior pulls on the estimate with 1e-36 of the weight of one datum, and adds to the
-noise less than the rounding of numbers does to signals of picometres on a system of metres: results scale
-with the signal. That weight is a tenth of an observation where records may be as short as a few data.
+The declared system has a scale of force ``F`` (its weight ``m g``, or ``k`` times one radian) and so a scale
+of signal. A default prior of an unknown is centred at zero with that scale and the tails of a Cauchy
+distribution; that of the noise is centred at 1e-18 of it, with the weight of one observation (a tenth of one
+where records may be as short as a few data). Such a prior has 1e-36 of the weight of one datum, and adds to
+the noise less than rounding does to signals of picometres on a system of metres: results scale with the
+signal.
 """
 
 from __future__ import annotations
@@ -43,21 +43,21 @@ UNCALIBRATED_SCALE = 10.0
 
 
 class DeclaredSignal(Protocol):
-    """What is declared of a signal, and all that a default prior may depend on; a FreeDecay is one."""
+    """The declaration of a signal, all that a default prior may depend on; a FreeDecay is one."""
 
     @property
     def system(self) -> Oscillator:
-        """The oscillator that was measured."""
+        """The measured oscillator."""
         ...
 
     @property
     def quantity(self) -> Quantity:
-        """What was measured of it."""
+        """The measured quantity."""
         ...
 
     @property
     def unit(self) -> str:
-        """In which unit."""
+        """Its unit."""
         ...
 
 
@@ -168,7 +168,7 @@ def force_scale(system: Oscillator, quantity: Quantity, unit: str) -> float:
 
 
 def prior_keys(method: str) -> tuple[str, ...]:
-    """Return what ``--prior KEY=VALUE`` may set for a method."""
+    """Return the keys that ``--prior KEY=VALUE`` may set for a method."""
     return tuple(parameter.key for parameter in PRIORS[method])
 
 
@@ -180,13 +180,13 @@ def default_prior(method: str, system: Oscillator, quantity: Quantity, unit: str
 
 
 class TabulatedPrior:
-    """Part of an estimator whose default prior stands in :data:`PRIORS` under its name."""
+    """Part of an estimator whose default prior is in :data:`PRIORS` under its name."""
 
     name: str
 
     @property
     def prior_keys(self) -> tuple[str, ...]:
-        """What ``--prior KEY=VALUE`` may set."""
+        """Keys that ``--prior KEY=VALUE`` may set."""
         return prior_keys(self.name)
 
     def default_prior(self, signal: DeclaredSignal) -> dict[str, float]:
@@ -197,7 +197,7 @@ class TabulatedPrior:
 def complete_prior(
     method: str, default: Mapping[str, float], given: Mapping[str, float] | None
 ) -> dict[str, float]:
-    """Return the default of a method with what was given in its place.
+    """Return the default prior of a method with the given values in place of its own.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The one registry of estimators: what ``estimate``, ``estimate_batch`` and ``sample_reference`` look up."""
+"""The registry of estimators for ``estimate``, ``estimate_batch`` and ``sample_reference``."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ for _built_in in (WaveformEstimator, EnvelopeEstimator, NormalGammaEstimator, Ga
 
 
 def estimator_named(method: str) -> Estimator:
-    """Look an estimator up by name.
+    """Return the estimator of a name.
 
     Raises
     ------
     InputError
-        If there is none of that name.
+        If there is no estimator of that name.
     """
     if method not in ESTIMATORS:
         raise unknown_name("method", "method", method, ESTIMATORS)

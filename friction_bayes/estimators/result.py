@@ -1,4 +1,4 @@
-"""What an estimate is: a fit in the unit of its signal, read as a force."""
+"""The result of an estimate: a fit in the unit of its signal, converted to a force."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ class Estimate(Shown):
     acceptance : Acceptance or None
         Judgement by the precision parameter; None when neither threshold nor set-up record was given.
     notes : tuple of str
-        What a reader of the numbers must know.
+        Remarks for the reader of the numbers.
     friction : frozen scipy.stats distribution
-        Posterior of the friction force, carrying what is not known of mass and stiffness: their standard
+        Posterior of the friction force, with the uncertainty of mass and stiffness: their standard
         deviations, and which of them is right where the record does not swing at their frequency.
     friction_unit : str
         N or N m; the signal's own unit where the sensor was not calibrated.
@@ -92,12 +92,11 @@ class Estimate(Shown):
     rest_position : float
         In the unit of the signal.
     accepted : bool or None
-        Whether the precision parameter says so; None when it was given nothing to compare with.
+        Whether the precision parameter is high enough; None without a value to compare it with.
     probability_negative : float
-        ``P(friction < 0)``: what the model gives to the physically impossible, which is cut off the answer.
+        ``P(friction < 0)`` under the model, before the reported friction is truncated at zero.
     random_force : RandomForce or None
-        What the record says of a force that fluctuates, its size in the unit of friction at the declared
-        mass and stiffness.
+        Posterior of a random force, its size in the unit of friction at the declared mass and stiffness.
     """
 
     method: str
@@ -388,7 +387,7 @@ def rather_a_push(force: RandomForce | None) -> bool:
 
 
 def _negative_note(fit: Fit) -> list[str]:
-    """Warn of a friction that is surely below zero."""
+    """Warn of a friction that is certainly below zero."""
     if not fit.surely_negative:
         return []
     text = (
@@ -400,7 +399,7 @@ def _negative_note(fit: Fit) -> list[str]:
 
 
 def _random_force_notes(fit: Fit) -> list[str]:
-    """What a random force leaves open: whether it is one, and whether it explains the residuals."""
+    """Notes on whether a random force is one, and whether it explains the residuals."""
     force = fit.random_force
     if force is None or force.probability <= 0.5:
         return []
@@ -414,13 +413,13 @@ def _random_force_notes(fit: Fit) -> list[str]:
         warnings.warn(notes[0], RecordWarning, stacklevel=4)
     notes += [
         "an effect that dry friction alone lacks, such as viscous damping, can pass for such a force and "
-        "shift friction by more than the interval says; closing the loop separates them",
+        "shift friction by more than the interval; closing the loop separates them",
     ]
     periods = float(force.correlation_time.mean()) * fit.frequency / (2.0 * math.pi)
     if periods < _SUSPECT_PERIODS:
         notes.append(
-            f"{periods:.2g} periods is as short as a fluctuation is looked for: it rather stands for an "
-            "effect that the model lacks, or for samples out of time; closing the loop looks for it"
+            f"{periods:.2g} periods is as short as a random force is looked for: more likely it is an effect "
+            "that the model lacks, or wrong time stamps; closing the loop looks for it"
         )
     test = force.innovations
     if not test.white:
@@ -437,7 +436,7 @@ def _factor_symbol(system: Oscillator, order: int) -> str:
 
 
 def _exact(system: Oscillator, order: int) -> str:
-    """Which of mass and stiffness the force was computed with, as if it were exact."""
+    """A note on which of mass and stiffness is taken as exact."""
     if system.trust is not None:
         return f"the {system.trust} is taken as exact: its"
     moving = system.moving_name
@@ -449,7 +448,7 @@ def _exact(system: Oscillator, order: int) -> str:
 
 
 def _frequency_note(decay: FreeDecay, fit: Fit, slower_swings: bool) -> list[str]:
-    """Give both frequencies and both forces where the declared system does not swing as the record does."""
+    """Notes with both frequencies and both forces where these are not the declared system's."""
     system, found, sd = decay.system, fit.frequency, fit.frequency_sd
     if not frequencies_disagree(system, found, sd):
         return []

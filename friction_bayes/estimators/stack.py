@@ -1,4 +1,4 @@
-"""Records of a batch as one array over records and times, whatever they come in."""
+"""Records of a batch as one array over records and times, from any accepted type."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __all__ = ["TIME_LAST", "as_stack"]
 TIME_LAST = (
     "give (records, samples), a DataArray with a dimension time, or a DataFrame with one column a record"
 )
-"""What to do about an array of another shape."""
+"""Remedy for an array of another shape."""
 
 
 def as_stack(
@@ -31,9 +31,9 @@ def as_stack(
     records : array_like, dask array, xarray.DataArray, pandas.DataFrame or sequence of records
         As :func:`friction_bayes.estimate_batch` takes them.
     sampling_rate : float or None
-        Samples a second, where ``records`` does not say.
+        Samples a second, where ``records`` does not give it.
     quantity : str
-        What was measured, where ``records`` does not say.
+        What was measured, where ``records`` does not name it.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def _over_time(records: Any, quantity: str) -> xr.DataArray:
 
 
 def _of_frame(frame: Any) -> xr.DataArray:
-    """Take a table of pandas: times are where its labels are, and down the rows where neither has any."""
+    """Array of a pandas table: times along the axis with time labels, or along the rows without any."""
     along, across = (label.dtype.kind in "fmM" for label in (frame.index, frame.columns))
     times, names = (frame.columns, frame.index) if across and not along else (frame.index, frame.columns)
     values = frame.to_numpy() if times is frame.columns else frame.to_numpy().T
@@ -109,7 +109,7 @@ def _of_frame(frame: Any) -> xr.DataArray:
 
 
 def _of_records(records: list[Any] | tuple[Any, ...]) -> xr.DataArray:
-    """Put records of one quantity and one clock one below the other."""
+    """Records of one quantity and one clock as rows of an array."""
     first = records[0]
     for k, each in enumerate(records):
         alike = (

@@ -1,4 +1,4 @@
-"""The witness beside an answer, friction by the loss of amplitude, and an answer that it contradicts."""
+"""The witness of an estimate, friction by the loss of amplitude, and an estimate that it contradicts."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class Witness:
     coefficient : Mixture
         Friction coefficient of the signal.
     agrees : bool
-        Whether the posterior beside it does, within two standard deviations of their difference.
+        Whether it agrees with the posterior, within two standard deviations of their difference.
     bounds : bool
-        Whether the answer has to be as wide at least.
+        Whether the reported interval has to be at least as wide.
     """
 
     coefficient: Mixture
@@ -38,7 +38,7 @@ class Witness:
 
     @classmethod
     def beside(cls, posterior: Any, coefficient: Mixture, *, bounds: bool) -> Witness:
-        """Compare a posterior with it; the wider of two nested witnesses is as wide as their difference."""
+        """Comparison with a posterior; the wider of two nested witnesses is as wide as their difference."""
         spread = max(_spread(posterior), _spread(coefficient))
         middle = posterior.median()
         apart = abs(middle - coefficient.median())
@@ -46,7 +46,7 @@ class Witness:
 
 
 def reconciled(posterior: Any, witness: Witness) -> Any:
-    """What spans a posterior and a witness that disagrees, or is as wide as one that bounds it.
+    """A distribution that spans the posterior and a witness that disagrees, or is as wide as a bounding one.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def reconciled(posterior: Any, witness: Witness) -> Any:
 
 
 def not_negative(answer: Any) -> Any:
-    """What is left above zero, where there is anything to speak of on either side."""
+    """The answer truncated at zero, where its probability below is not negligible."""
     below = float(answer.cdf(0.0))
     return _as_mixture(answer).kept_positive() if _NEGATIVE < below < 1.0 else answer
 

@@ -1,4 +1,4 @@
-"""From the candidates to the report: one posterior, tests of what is left, comparisons."""
+"""From the candidates to the report: one posterior, tests of the residuals, comparisons."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def build_report(
     started: float,
     reference_force: Array | None,
 ) -> LoopReport:
-    """Mix the candidates, test what the most probable leaves, and gather the report.
+    """The report: the mixture of candidates, tests of the residuals of the most probable, comparisons.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def build_report(
 
 
 def _next_experiment(judged: Judgement, records: int) -> str | None:
-    """What to measure next, where the verdict leaves something open."""
+    """The next experiment, where the verdict leaves a question open."""
     if judged.word == AMBIGUOUS and (deciding := _deciding_experiment(judged.mixture)):
         return deciding
     if judged.against:
@@ -135,7 +135,7 @@ def _next_experiment(judged: Judgement, records: int) -> str | None:
 def _reference_check(
     judged: Judgement, effects: Sequence[str], options: LoopOptions
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
-    """Friction known from elsewhere, and a sampler's, with ours where asked for; and what was sampled."""
+    """Friction known from elsewhere and a sampler's, each with ours, if requested; and what was sampled."""
     known = options.reference_friction
     reference = _compare_with_reference(judged.friction, judged.friction_before, known) or {}
     sampled = None
@@ -149,8 +149,8 @@ def _reference_check(
 def _deciding_experiment(mixture: Mixture) -> str | None:
     """The record that would decide between the most probable candidates.
 
-    Between those that say another friction, if there are any, and do not hold the first as the case of a
-    vanishing size: no record tells that from it.
+    Between those with another friction, if there are any, and that do not contain the first as the case of a
+    vanishing size: no record separates these.
     """
     count, first = credible_count(mixture.probabilities), mixture.sets[0]
     others = [mixture.sets[c] for c in np.flatnonzero(mixture.say_otherwise(count))]
@@ -164,7 +164,7 @@ def _deciding_experiment(mixture: Mixture) -> str | None:
 
 
 def _random_force(mixture: Mixture, factor: float, unit: str) -> dict[str, Any] | None:
-    """Size and correlation time of the random force, given that there is one; None where none was weighed."""
+    """Size and correlation time of the random force, given that there is one; None where not evaluated."""
     draws = mixture.of.draws
     forced = draws.random_force > 0.0
     if np.count_nonzero(forced) < 2:
@@ -179,7 +179,7 @@ def _random_force(mixture: Mixture, factor: float, unit: str) -> dict[str, Any] 
 
 
 def _frequency(frequencies: Array, model: LoopModel, friction: Array) -> dict[str, Any]:
-    """Draws of the natural frequency [rad/s] beside the declared one, and both forces where they disagree.
+    """Draws of the natural frequency [rad/s], the declared one, and both forces where they disagree.
 
     Those of ``friction``, shape (m,), are of the model's [N or N m].
     """
@@ -203,7 +203,7 @@ def _frequency(frequencies: Array, model: LoopModel, friction: Array) -> dict[st
 
 
 def _fitted(best: Candidates, trace: RecordTrace, model: LoopModel, frequency: float) -> dict[str, Any]:
-    """Which part of the first record was fitted.
+    """The part of the first record that was fitted.
 
     Raises
     ------
@@ -235,7 +235,7 @@ def _fitted(best: Candidates, trace: RecordTrace, model: LoopModel, frequency: f
 def _compare_with_reference(
     after: Distribution, before: Distribution, friction: float | None
 ) -> dict[str, Any] | None:
-    """Compare with a friction known from elsewhere, where there is one."""
+    """Comparison with a friction known from elsewhere, if any."""
     if friction is None:
         return None
     low, high = np.quantile(after.draws, TAILS)

@@ -33,13 +33,13 @@ def close_loop(
     reference_force: ArrayLike | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> LoopReport:
-    """Find what a Coulomb model of one or more free decays lacks, and how probable each explanation is.
+    """Return which effects a Coulomb model of one or more free decays lacks, and their probabilities.
 
     Parameters
     ----------
     records : xarray.DataArray or sequence of xarray.DataArray
         One record, or several of one system and one quantity, fitted together: shared physics, own initial
-        states, sensor faults, drifts of friction and noise.
+        states, sensor effects, drifts of friction and noise.
     system : Oscillator
         The declared system.
     seed : int
@@ -49,18 +49,17 @@ def close_loop(
     exclude : sequence of str
         Effects that may not.
     noise : {"auto", "white", "ar"}
-        Whether the noise of the sensor is white, coloured where what the law leaves has a colour, or as the
-        record shows.
+        Whether the sensor noise is white, coloured where the residual of the law is, or as the record shows.
     random_force : {"auto", "none"}
-        Whether candidates with a force that fluctuates are evaluated too.
+        Whether candidates with a random force are evaluated too.
     varying_friction : bool
-        Take it that friction differs between the records: each one's is drawn from one normal distribution,
-        whose mean is the friction reported. Left out, records that are weighed along their motions together
-        decide by their evidence whether it does.
+        Assume that friction differs between the records: each one's is drawn from one normal distribution,
+        whose mean is the friction reported. Otherwise the evidence decides whether it does, where several
+        records are evaluated along their motions.
     tolerance : float
         Root mean square of a force that follows the motion, over friction, below which a law with a random
-        force counts as complete although a test can tell that force from none; share of the loss of
-        amplitude that dry friction takes where it matters.
+        force counts as complete although a test detects that force; share of the loss of amplitude from
+        which on dry friction matters.
     check : bool
         Sample the most probable candidate with emcee too; no other number depends on it.
     reference_friction : float, optional

@@ -1,4 +1,4 @@
-"""What is judged of the candidates before a report is written: the verdict, and friction under it."""
+"""The verdict on the candidates, and friction under it, before a report is written."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ __all__ = ["Judgement", "judge"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Judgement:
-    """The verdict and what it rests on.
+    """The verdict and its reasons.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Judgement:
 
 
 def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) -> Judgement:
-    """Mix the candidates and judge the most probable by its consequences.
+    """The mixture of candidates, and the verdict on the most probable by its consequences.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def judge(candidates: Candidates, rng: np.random.Generator, tolerance: float) ->
     word = verdict(mixture.sets, mixture.probabilities, mixture.agrees, against, dry["probability"])
     sensitivity = prior_sensitivity(mixture.draws, mixture.sets)
     count = credible_count(mixture.probabilities)
-    # all agree on a friction that may be none
+    # all agree on a friction that may be zero
     agreed = dry["probability"] >= settings.SETTINGS.credible_mass and mixture.same_friction(count)
     alone = coulomb_alone(before, rng_before)
     readings = [alone, candidates.reading] if word == UNEXPLAINED else []

@@ -34,12 +34,12 @@ def run(
     reference_force: ArrayLike | None,
     progress: Callable[[str], None] | None,
 ) -> LoopReport:
-    """Close the loop on some records; see :func:`friction_bayes.close_loop`."""
+    """The report on some records; see :func:`friction_bayes.close_loop`."""
     started = time.perf_counter()
     options.validate(records)
     segments = cut_records(records, system)
     if SENSOR_CLIPPING.name not in options.allowed:
-        # what lies at an end of the range was measured then
+        # without that effect samples at an end of the range count as measured
         segments = tuple(replace(segment, sides=np.zeros_like(segment.sides)) for segment in segments)
     force = None if reference_force is None else validate_force(segments[0], reference_force)
     system = _calibrated(system, segments)
@@ -54,7 +54,7 @@ def run(
     report = build_report(candidates, rng_report, options=options, started=started, reference_force=force)
     if options.effects is None:
         return report
-    notes = (f"{words(name)} was asked for and not weighed: {why}" for name, why in sorted(barred.items()))
+    notes = (f"{words(name)} was requested and not evaluated: {why}" for name, why in sorted(barred.items()))
     return replace(report, notes=(*report.notes, *notes))
 
 

@@ -129,7 +129,7 @@ class LoopSettings:
         0.05,
         "share",
         "prior sd of the stiffness about what the measured motion shows",
-        "wider, a fault of the sensor takes the place of the motion",
+        "wider, a sensor effect takes the place of the motion",
     )
     state_share: float = _setting(
         2.0, "largest in the record", "prior sd of the initial displacement and velocity", "wide"

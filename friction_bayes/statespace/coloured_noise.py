@@ -5,7 +5,7 @@ r"""Coloured noise of the sensor: an autoregression of the samples, in place of 
 Filters of the acquisition, differences of positions and interpolation make noise of this kind. The
 coefficients are those of the residual by Burg's recursion, which keeps the process stationary on short
 records; the order is the one with the least Bayesian information criterion (Schwarz, Annals of Statistics 6,
-1978), whose penalty then goes with the evidence of the hypothesis. The likelihood is exact: the filter of
+1978), whose penalty then enters the evidence of the candidate. The likelihood is exact: the filter of
 :func:`coloured_gains` has the last ``p`` values of the noise as states, from their stationary covariance
 on, so that samples may be left out and a random force may act in addition.
 """

@@ -6,7 +6,7 @@ put an atom at zero.
 
 The prior of :class:`ForcePrior` is one of ``log q`` and ``log tau``. The grid lives in ``l = log tau`` and
 ``u = log(q g(tau) / sigma)`` with ``g(tau)**2 = 2 tau / (1 + tau**2)``, the spectral density of the force at
-resonance, which is what a record pins down; the Jacobian is one.
+resonance, which is what a record determines; the Jacobian is one.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ _OUTSIDE = 1e10
 _SUBCELLS = np.stack(np.meshgrid(*2 * [np.linspace(-0.5, 0.5, 17)[1::2]]), axis=-1).reshape(-1, 2)
 """Points of a cell, in its sides, that show how much of it lies within the prior."""
 _SLIGHT = 1e-9
-"""Probability of a part below which a mixture does without it."""
+"""Probability of a part below which a mixture omits it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +82,7 @@ class ForcePrior:
     centre : float
         Median of its standard deviation, a force in natural units.
     none : float
-        Probability that there is none, in (0, 1].
+        Probability that there is no random force, in (0, 1].
     spread : float
         Standard deviation of ``log q``.
     tau_low, tau_high : float
@@ -107,7 +107,7 @@ class ForcePrior:
 
     @property
     def without_force(self) -> ForcePrior:
-        """That there is none, for certain."""
+        """The prior without a random force."""
         return replace(self, none=1.0)
 
     def log_density(self, q: ArrayLike, tau: ArrayLike) -> Any:
@@ -125,7 +125,7 @@ class ForcePrior:
 
 
 class Weighable(Protocol):
-    """What is integrated over the random force: of a record as :class:`Problem`, or of several."""
+    """A problem to be integrated over the random force: of a record as :class:`Problem`, or of several."""
 
     @property
     def names(self) -> tuple[str, ...]: ...
@@ -371,7 +371,7 @@ def integrate(
     near: GridPoint | None = None,
     only_mode: bool = False,
 ) -> Posterior:
-    """Evaluate the posterior where it is: without a force, and with one on cells grown outward from modes.
+    """Posterior evaluated where it has mass: without a force, and with one on cells grown from its modes.
 
     Neighbours of every cell near the best are looked at in turn, so that ridges and edges are followed. Modes
     share the correlation times among them: cells of one reach to the lowest place on the way to the next.
@@ -578,7 +578,7 @@ def _cells(density: _Density, mode: _Mode) -> list[GridPoint]:
 
 
 def _inside(centre: Array, axes: Array, low: float, high: float) -> tuple[Array, float]:
-    """Middle of the part of a cell that lies within bounds of ``log tau``, and how large a share it is."""
+    """Middle of the part of a cell within bounds of ``log tau``, and the share of that part."""
     places = centre + _SUBCELLS @ axes.T
     inside = (places[:, 1] >= low) & (places[:, 1] <= high)
     share = float(inside.mean())
@@ -612,7 +612,7 @@ def _axes(density: _Density, mode: Array) -> Array:
         bend = np.array([[fitted[3], fitted[5]], [fitted[5], fitted[4]]])
         curvature = -inverse.T @ bend @ inverse
         if at_edge:
-            # where the density falls from it in a straight line, that says how far it reaches
+            # where the log density falls linearly from it, its slope gives how far it reaches
             slope = inverse.T @ (fitted[1:3] + bend @ inverse @ (mode - centre))
             curvature[1, 1] += slope[1] ** 2
         size, vectors = np.linalg.eigh(curvature)

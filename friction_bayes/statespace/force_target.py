@@ -5,10 +5,10 @@ r"""The posterior under a random force as a sampler sees it: every parameter fre
 
 with ``s`` the prior sd of the coefficients, half-normal where a coefficient has to be positive, and the prior
 of ``q`` and ``tau`` that of :class:`friction_bayes.statespace.force_grid.ForcePrior`. Likelihood
-and Gram matrices are those of the closed form. The closed form takes three short cuts that this does not: the
-prior precision of ``b`` in units of the noise found with all columns, the prior of ``q`` at the noise found
-given ``q/sigma`` and ``tau``, and normals for Student t distributions of hundreds of degrees of freedom; its
-grid and its moments of ``q`` and ``tau`` come on top. A sampler judges them all.
+and Gram matrices are those of the closed form, whose approximations are not used here, so that a sampler
+checks them: the prior precision of ``b`` in units of the noise found with all columns, the prior of ``q`` at
+the noise found given ``q/sigma`` and ``tau``, normals for Student t distributions of hundreds of degrees of
+freedom, the grid, and the moments of ``q`` and ``tau``.
 """
 
 from __future__ import annotations
@@ -311,7 +311,7 @@ def densities_of_half_cycles(
 def replicated_records(
     regression: LawRegression, signal: Array, unit: float, laws: Array, drawn: Sequence[Array]
 ) -> Array:
-    """Records as each law and what was drawn with it make them, shape (m, n), unit of the signal."""
+    """Replicated records of each law and its other parameters, shape (m, n), unit of the signal."""
     pairs = zip(laws, drawn, strict=True)
     return np.array([signal + unit * (other - regression.residual(law)) for law, other in pairs])
 
@@ -345,7 +345,7 @@ def _samples(regression: LawRegression) -> int:
 
 
 def _axes(problem: Problem, prior: ForcePrior, noise: float) -> tuple[Array, Array]:
-    """Axes of the smallest rectangle of ``(u, l)`` that holds all of the posterior that matters."""
+    """Axes of the smallest rectangle of ``(u, l)`` that contains the posterior except a negligible part."""
     tau = np.exp(np.linspace(math.log(prior.tau_low), math.log(prior.tau_high), 12))
     middle = math.log(prior.centre / noise)
     reach = _REACH * prior.spread
@@ -421,7 +421,7 @@ def _moments(
     for _, spread in humps:
         # one may be narrower than a cell
         spread[-2:, -2:] += np.diag([(axis[1] - axis[0]) ** 2 / 12.0 for axis in axes])
-    # where the sampler starts has to lie inside the support
+    # the sampler has to start inside the support
     sd = np.sqrt(np.diag(covariance))
     centre[:p] = np.where(regression.positive, np.maximum(centre[:p], 0.5 * sd[:p]), centre[:p])
     if quietest > 0.0:

@@ -1,8 +1,8 @@
-r"""Whitened sums between the points of a grid, for a sampler that asks for them a hundred thousand times.
+r"""Whitened sums between the points of a grid, for a sampler that needs them a hundred thousand times.
 
 The sums change smoothly with ``l = log tau`` and ``u = log(q g(tau) / sigma)``, in which
-:mod:`friction_bayes.statespace.force_grid` lays its grid. What is interpolated, by cubic splines,
-is the Cholesky factor of the Gram matrix, so that every misfit stays a sum of squares, and ``log det V``.
+:mod:`friction_bayes.statespace.force_grid` lays its grid. Cubic splines interpolate ``log det V`` and the
+Cholesky factor of the Gram matrix, so that every misfit remains a sum of squares.
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
-r"""Whitening of a record and its columns under a fluctuating force, and the smoother that belongs to it.
+r"""Whitening of a record and its columns under a random force, and the smoother that belongs to it.
 
 The record is ``y = X beta + h' s + u + e``: the state ``s = (x, v, d)`` starts at ``x = v = 0`` (the start is
 two columns of ``X``) with ``d`` stationary, ``d`` is an Ornstein-Uhlenbeck force of sd ``q``, ``u`` such a
-process of sd ``rho sigma`` in the sensor itself, whose errors in neighbouring samples are alike where it
-smooths, and ``e`` is white with sd ``sigma sqrt(R_i)``. Hence
+process of sd ``rho sigma`` in the sensor itself, whose errors in neighbouring samples are correlated where
+it smooths, and ``e`` is white with sd ``sigma sqrt(R_i)``. Hence
 
 .. math:: y \sim N(X\beta, \sigma^2 V), \quad V = R + (q/\sigma)^2 H C H' + \rho^2 U
 
 with ``C`` the covariance of the states for unit sd and ``U`` the correlation of the sensor's errors. The
-gains of the Kalman filter depend on the clock, which holds what is said of the sensor, and on
+gains of the Kalman filter depend on the clock, which contains the description of the sensor, and on
 ``(q/sigma, tau)`` alone, so one pass turns every column into innovations: with ``L`` the filter and ``S`` the
 variances of the innovations, ``inv(V) = L' inv(S) L`` and ``log det V = sum log S_i``. For ``q = rho = 0``
 this is least squares. Units are those of :mod:`friction_bayes.statespace.transition`.
@@ -82,7 +82,7 @@ def sensor_row(order: int, slope: Array | None = None) -> Array:
 
 
 def shown(states: Array, row: Array) -> Array:
-    """What a sensor shows of displacements, velocities and random forces, shape (n, 3); shape (n,)."""
+    """Sensor reading, shape (n,), of displacements, velocities and random forces, shape (n, 3)."""
     return np.asarray(np.einsum("...j,...j->...", states, row))
 
 
@@ -129,8 +129,8 @@ class Clock:
     steps, stiffness : ndarray, shape (m,)
         Distinct steps, and the stiffness of the oscillator over each.
     jump : ndarray, shape (m,)
-        Sd, over that of the white noise, by which the force may jump in such a step besides what it does of
-        itself.
+        Sd, over that of the white noise, by which the force may jump in such a step in addition to its own
+        increment.
     index : ndarray of int, shape (n - 1,)
         Which of them each interval takes.
     variance : ndarray, shape (n,)
@@ -138,8 +138,9 @@ class Clock:
     error : CorrelatedError
         Of the sensor.
     beside : ndarray or None, shape (n - 1, 2, 2)
-        What the forces of a law, which depend on the motion, make of a perturbation over each interval beside
-        the oscillator (:func:`friction_bayes.statespace.response.beside_oscillator`); nothing where left out.
+        Propagation of a perturbation over each interval by the forces of a law, which depend on the motion,
+        relative to the oscillator alone (:func:`friction_bayes.statespace.response.beside_oscillator`);
+        the identity if None.
     autoregression : Autoregression or None
         Coloured noise in place of the white noise and the correlated error, from sample to sample.
     """
@@ -184,7 +185,7 @@ class Clock:
 
     @property
     def even(self) -> bool:
-        """Whether all steps are the same, as nearly as matters to noise that goes from sample to sample."""
+        """Whether all steps are equal, as closely as noise from sample to sample requires."""
         return bool(np.ptp(self.steps) < _EVEN * float(np.mean(self.steps)))
 
     @property
@@ -217,7 +218,7 @@ class Clock:
 
     @cached_property
     def _acts(self) -> Indices:
-        """Intervals in which the forces of a law make something of a perturbation."""
+        """Intervals in which the forces of a law change a perturbation."""
         if self.beside is None:
             return np.zeros(0, np.intp)
         return np.flatnonzero(np.max(np.abs(self.beside - np.eye(2)), axis=(1, 2)) > _NO_CHANGE)
@@ -236,7 +237,7 @@ class Whitened:
     used : int
         How many samples were.
     columns : ndarray or None, shape (n, p)
-        Whitened columns, zero in samples that were not used; None unless asked for.
+        Whitened columns, zero in samples that were not used; None unless requested.
     variances : ndarray or None, shape (n,)
         Of the innovations, in units of ``sigma**2``, nan in samples that were not used; None likewise.
     """
@@ -251,7 +252,7 @@ class Whitened:
 def whiten(
     columns: Array, clock: Clock, row: Array, ratio: float, tau: float, *, keep: bool = False
 ) -> Whitened:
-    """Whiten a block of columns.
+    """Whitened sums of a block of columns.
 
     Parameters
     ----------
@@ -302,7 +303,7 @@ def colour(white: Array, clock: Clock, row: Array, ratio: float, tau: float) -> 
 
 
 def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -> tuple[Array, Array]:
-    """Smooth the fluctuating state of every column (modified Bryson-Frazier form).
+    """Smoothed random state of every column (modified Bryson-Frazier form).
 
     The form needs no inverse of a covariance, which is singular here at the start and for ``q = 0``.
 
@@ -323,7 +324,7 @@ def smooth(columns: Array, clock: Clock, row: Array, ratio: float, tau: float) -
     if clock.autoregression is not None:
         if ratio > 0.0:
             raise ValueError("a random force with coloured noise is whitened, not smoothed")
-        # nothing but the law moves
+        # there is no motion in addition to the law
         return np.zeros((len(columns), 4, columns.shape[1])), np.zeros((len(columns), 4, 4))
     return _smoothed(columns, clock, row, ratio, tau)[:2]
 
@@ -332,8 +333,8 @@ def jump_scores(column: Array, clock: Clock, row: Array, ratio: float, tau: floa
     """How much a jump of the force before each sample would explain, in standard deviations, shape (n,).
 
     The derivatives of the log density of a column with respect to the jumps (de Jong and Penzer's auxiliary
-    residuals): normal with the sd of the white noise, one to the next alike, where the column is what the
-    filter describes. Zero where the samples after it say nothing about a jump.
+    residuals): normal with the sd of the white noise, neighbours correlated, where the column is what the
+    filter describes. Zero where the samples after it contain no information about a jump.
 
     Parameters
     ----------
@@ -553,7 +554,7 @@ def whitened_innovations(
 def _coloured(
     white: Array, index: Indices, transitions: Array, decays: Array, rows: Array, gains: Array
 ) -> Array:
-    """The samples of every column: what is predicted, and the innovation."""
+    """The samples of every column: the prediction plus the innovation."""
     n, p = white.shape
     columns = np.empty((n, p))
     x, v, d, u = np.zeros(p), np.zeros(p), np.zeros(p), np.zeros(p)
@@ -582,7 +583,7 @@ def _coloured(
 
 @njit(**INNER)
 def _product(left: Array, right: Array, out: Array) -> Array:
-    """Fill ``out = left' right``, which is none of the two, and return it; ``left`` is 4 x 4."""
+    """Fill ``out = left' right``, an array other than the two, and return it; ``left`` is 4 x 4."""
     for b in range(right.shape[1]):
         for a in range(4):
             total = 0.0
@@ -637,10 +638,10 @@ def _looked_back(
     gains: Array,
     predicted: Array,
 ) -> tuple[Array, Array, Array]:
-    """States given all samples, in place, their covariance, and what later samples say about a jump.
+    """States given all samples, in place, their covariance, and scores of a jump by later samples.
 
-    That is of the force of the first column, shape (n, 2): what all later samples say of a jump and how much
-    they can say.
+    These are of the force of the first column, shape (n, 2): the score of a jump by all later samples, and
+    its information.
     """
     n, p = innovations.shape
     changes = len(rows) > 1
@@ -661,7 +662,7 @@ def _looked_back(
             information = _product(_product(information, f, half), f, information)
         scale = gains[i, 4]
         if scale > 0.0:
-            # what the later samples say about the state before this one, and this one itself
+            # score and information of the later samples on the state before this one, and of this one itself
             both = scale * scale
             for a in range(3):
                 read[a] = rows[i if changes else 0, a]

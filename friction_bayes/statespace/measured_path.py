@@ -5,21 +5,20 @@ one measured state to the next,
 
 .. math:: x(s) = x_0 \cos s + v_0 \sin s + f_0 (1-\cos s) + f_1 (s-\sin s),
 
-an interpolation that is exact for the free oscillation at any sampling rate; what it approximates is the
-small force alone. Where the velocity changes sign the interval is split at the crossing, so that every piece
-has one direction of motion. Friction jumps there, so that no force linear in time leads over it: the motion
-goes on from either side under the mean force of the interval before and after, and the crossing is halfway
-between where both find it.
+an interpolation that is exact for the free oscillation at any sampling rate, and approximates the small force
+alone. Where the velocity changes sign the interval is split at the crossing, so that every piece has one
+direction of motion. Friction jumps there, and no force linear in time describes it: the motion is continued
+from either side under the mean force of the interval before and after, and the crossing is the mean of the
+two crossings.
 
 A pendulum's restoring force ``sin x`` is taken along the measured motion ``xm``, and near it by its slope,
 
 .. math:: \sin x \approx \kappa x + (\sin x_m - \kappa x_m), \quad \kappa \approx \cos x_m:
 
 with the slope left at one, an error of ``xm`` would pass for a force of ``1 - cos xm`` of its size. ``kappa``
-is constant over an interval and rounded, so that few transitions are distinct; what that leaves out is of the
-second order, as the same ``kappa`` is in the known force. An accelerometer, which reads the restoring force
-itself, reads it with the slope at the sample. Units are those of
-:mod:`friction_bayes.statespace.transition`.
+is constant over an interval and rounded, so that few transitions are distinct; the error is of second order,
+as the same ``kappa`` is in the known force. An accelerometer reads the restoring force with the slope at the
+sample. Units are those of :mod:`friction_bayes.statespace.transition`.
 """
 
 from __future__ import annotations
@@ -40,16 +39,16 @@ from friction_bayes.statespace.transition import initial_response
 __all__ = ["LEEWAY", "NEAR_TURN", "MeasuredPath", "Points", "stiffness_along"]
 
 NEAR_TURN = 0.02
-"""Phase from a turning point within which an accelerometer, which jumps there, says nothing: its sample may
-be on either side, and what a fit takes it for it would hold for certain. One sample in eighty is as near."""
+"""Phase from a turning point, where an accelerometer jumps, within which its sample is not used: it may be on
+either side, and a fit would take one for certain. One sample in eighty is as near."""
 
 _ABSCISSAE, _WEIGHTS = (0.5 * each for each in np.polynomial.legendre.leggauss(3))
 _STIFFNESS_STEP = 0.005
 """To which the slope of a pendulum's restoring force is rounded."""
 _LEFT_OUT = 0.01
-"""Share of a force that its straight restoring force may leave out of a pendulum's."""
+"""Share of a force by which the linear restoring force may differ from a pendulum's."""
 LEEWAY = 4.0
-"""How many times as far as the swing alone would carry it an error may go."""
+"""Largest growth of an error, relative to that under the swing alone."""
 _LONGEST_PIECE = 0.15
 """Phase over which three Gauss nodes integrate a force to rounding in practice."""
 
@@ -171,13 +170,13 @@ class MeasuredPath:
         return np.sin(x) if self.pendulum else x
 
     def reading(self, order: int, x: Array, v: Array) -> Array:
-        """What a sensor of the derivative ``order`` reads of a motion with no force but the restoring one."""
+        """Reading by a sensor of the derivative ``order`` of a motion under the restoring force alone."""
         return (x, v, -self.restoring(x))[order]
 
     def serves(self, x: Array, force: float) -> bool:
         """Whether the slopes along this path hold for another motion, of displacements ``x``, shape (n,).
 
-        What they leave out of the restoring force is then small compared with a ``force`` that is looked for.
+        Their error of the restoring force is then small compared with a ``force`` that is looked for.
         """
         left_out = self.restoring(x) - self.restoring(self.x) - self.slope * (x - self.x)
         return bool(np.max(np.abs(left_out)) < _LEFT_OUT * force)
@@ -186,9 +185,8 @@ class MeasuredPath:
 def stiffness_along(phase: Array, x: Array, v: Array) -> tuple[Array, Array]:
     """Slope of a pendulum's restoring force over each interval, shape (n - 1,), and at the samples, (n,).
 
-    One throughout where the motion is not one of the pendulum: an error of its start, which grows with time
-    as a larger swing takes longer, would then grow exponentially, as it does where the stiffness of an
-    oscillator goes with twice its frequency.
+    One throughout where the motion is not that of a pendulum: an error of its start, which grows with time as
+    a larger swing takes longer, would then grow exponentially, by parametric resonance.
 
     Parameters
     ----------
@@ -323,7 +321,7 @@ def _nodes(phase: Array, x: Array, v: Array, abscissae: Array, weights: Array) -
 def _turn(
     phase: Array, x: Array, v: Array, force: Array, crosses: Mask, i: int
 ) -> tuple[float, float, bool, float, float]:
-    """Where the motion turns in an interval, by its phase from there and its displacement.
+    """Turning point in an interval: phase from its start, and displacement.
 
     Then whether the motion goes on from either side, and the mean forces under which it does, before and
     after; else it does not jump there, under the ``force`` that leads over the interval.
@@ -334,7 +332,7 @@ def _turn(
         after = force[0, i + 1] + 0.5 * force[1, i + 1] * (phase[i + 2] - phase[i + 1])
         left = math.atan2(abs(v[i]), abs(x[i] - before))
         right = math.atan2(abs(v[i + 1]), abs(x[i + 1] - after))
-        # from the left it comes to rest, from the right it sets out
+        # from the left the motion comes to rest, from the right it starts
         if v[i] * (x[i] - before) >= 0.0 and v[i + 1] * (x[i + 1] - after) <= 0.0 and max(left, right) <= h:
             at = 0.5 * (left + h - right)
             from_left = _state(x[i], v[i], before, 0.0, at)[0]

@@ -29,7 +29,7 @@ _FAR = -30.0
 _SWEEPS = 30
 _CONVERGED = 1e-7
 _ROUNDING = 1e-16
-"""Share of a variance below which what a constraint leaves of it is lost in rounding."""
+"""Share of a variance below which the part remaining after a constraint is lost in rounding."""
 
 
 @njit(**KERNEL)
@@ -118,13 +118,13 @@ def confine(mean: Array, cov: Array, positive: Mask, location: Array, scale2: Ar
         total = centre * cavity_precision + shift[i]
         log_mass -= 0.5 * (total**2 / (cavity_precision + tilt[i]) - centre**2 * cavity_precision)
     log_mass += _log_integral(mean, cov, chosen, tilt, shift)
-    # all are positive at most as often as each; what rounding leaves without an answer is never so
+    # all are positive at most as often as each; not finite by rounding counts as never
     return min(log_mass, most) if math.isfinite(log_mass) else -math.inf
 
 
 @njit(**INNER)
 def _places(chosen: Mask) -> Integers:
-    """Places of what is chosen, as ``np.flatnonzero``, which takes the compiler a second, gives them."""
+    """Indices of the chosen, as by ``np.flatnonzero``, which takes the compiler a second."""
     places = np.empty(chosen.size, np.int64)
     count = 0
     for i in range(chosen.size):

@@ -1,7 +1,7 @@
 """A record as a regression on the columns of its law along the measured motion, given the random force.
 
-The first round evaluates forces along a motion smoothed without a law, and only to smooth again: what the law
-explains is not noise of the motion. The next one goes along the motion smoothed with that law, in natural
+The first round evaluates forces along a motion smoothed without a law, only to smooth again: the part that
+the law explains is not noise of the motion. The next round uses the motion smoothed with that law, in natural
 units of the frequency found.
 """
 
@@ -23,17 +23,17 @@ from friction_bayes.statespace.subset_evidence import full_noise2, solved
 __all__ = ["LawRegression", "MarginalRegression", "frequency_change", "likely_columns", "near_least_squares"]
 
 _LIKELY = 0.25
-"""Prior probability of a column from which on the reference law has it."""
+"""Prior probability of a column above which it is part of the reference law."""
 _RIDGE = 1e-10
 """Of the reference law, over each column's own sum of squares: columns may be the same to rounding."""
 
 _LEAST_KEPT = 1e-6
-"""Share of a sample's noise that its smoothed value leaves, at least: beyond is rounding."""
+"""Least share of a sample's noise that remains after smoothing: below is rounding."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LawRegression:
-    """Columns along a motion, and the record as it is left by what is known.
+    """Columns along a motion, and the record less the known terms.
 
     Attributes
     ----------
@@ -83,10 +83,10 @@ class LawRegression:
 
     @cached_property
     def reference(self) -> Array:
-        """A law in units of ``scale``, shape (p,), near the record, so that nothing large is whitened.
+        """A law in units of ``scale``, shape (p,), near the record, so that residuals to whiten are small.
 
-        With the columns alone that most sets have. Of all of them least squares makes huge coefficients of
-        near collinear ones, and what a set lacks of these has to be put back with their rounding.
+        With the columns alone that most sets have: least squares with all columns gives near collinear ones
+        huge coefficients, and those that a set lacks have to be put back with their rounding.
         """
         guess = self.motion
         whitened = self.whitened(np.zeros(self.scale.size), guess.force_sd / guess.noise, guess.tau)
@@ -117,7 +117,7 @@ class LawRegression:
 
     @property
     def log_least_variance(self) -> float:
-        """Logarithm of the least variance of the noise; below every other where there is none."""
+        """Logarithm of the least variance of the noise; below every other where there is no least one."""
         return 2.0 * math.log(max(self.least_noise, 1e-300))
 
     @property
@@ -177,20 +177,20 @@ class LawRegression:
         return np.where(used, -0.5 * (np.log(2.0 * math.pi * variance) + squares), 0.0)
 
     def left_out(self, law: Array, ratio: float, tau: float) -> tuple[Array, Array]:
-        """Each sample less what all others predict of it, shape (n,), and the variance of that error.
+        """Each sample less its prediction from all others, shape (n,), and the variance of that error.
 
         The variance is in units of that of the sensor noise; a sample that is not used has noise of unit
         variance too.
         """
         residual = self.residual(law)
         states, covariance = smooth(residual[:, None], self.clock, self.row, ratio, tau)
-        # the sensor shows its own error with the state
+        # the sensor reads its own error with the state
         row = np.column_stack([np.broadcast_to(self.row, (residual.size, 3)), np.ones(residual.size)])
         error = residual - shown(states[:, :, 0], row)
         known = np.einsum("ni,nij,nj->n", row, covariance, row)
         used = np.isfinite(self.clock.variance)
         own = np.where(used, self.clock.variance, 1.0)
-        # what is left of a sample's own noise once it has been smoothed with
+        # the part of a sample's own noise that remains after smoothing
         kept = np.where(used, np.maximum(1.0 - known / own, _LEAST_KEPT), 1.0)
         return error / kept, np.where(used, own / kept, own + known)
 
@@ -221,7 +221,7 @@ class MarginalRegression(LawRegression):
     nuisance : ndarray, shape (n, q)
         These columns, times the prior sd of their coefficients.
     nuisance_law : ndarray, shape (q,)
-        What of them has been taken from ``target``, in units of that sd.
+        Their coefficients in the part subtracted from ``target``, in units of that sd.
     """
 
     nuisance: Array
@@ -229,7 +229,7 @@ class MarginalRegression(LawRegression):
 
     @classmethod
     def without(cls, regression: LawRegression, nuisance: Mask, law: Array) -> MarginalRegression:
-        """Integrate columns, shape (p,), out; ``law`` has them where one number is wanted."""
+        """The regression with columns, shape (p,), integrated out; ``law`` has their values where needed."""
         kept = regression.of_columns(~nuisance)
         own = {each.name: getattr(kept, each.name) for each in fields(LawRegression)}
         own["target"] = regression.target - regression.columns[:, nuisance] @ law[nuisance]

@@ -1,4 +1,4 @@
-"""Draws of a motion under a random force and of a sensor's noise: what the filter describes, run forward."""
+"""Draws of a motion under a random force and of a sensor's noise: the model of the filter, run forward."""
 
 from __future__ import annotations
 

@@ -1,18 +1,18 @@
-r"""What an oscillator answers to a force given along a path, at the sensor.
+r"""The response of an oscillator to a force given along a path, at the sensor.
 
 Over an interval ``h`` the state ``z = (x, v)`` takes
 
 .. math:: z(h) = F(h) z(0) + \int_0^h F(h-s)\,(0, \phi(s))'\,ds
 
 with the free motion ``F`` of the oscillator, and the integral is the quadrature of
-:mod:`friction_bayes.statespace.measured_path`, which also says how stiff the oscillator is over
+:mod:`friction_bayes.statespace.measured_path`, which also gives the stiffness of the oscillator over
 each interval. A sensor of displacement or velocity reads the state; an accelerometer reads ``-x + phi``, or
 ``-kappa x + phi`` with the slope ``kappa`` of a pendulum's restoring force at the sample.
 
-A force that depends on the motion changes with the answer. To first order that is a :class:`Feedback`: its
+A force that depends on the motion changes with the response. To first order that is a :class:`Feedback`: its
 slopes in displacement and velocity, and at each turning point, where dry friction changes sign, the
 acceleration after it over the one before it, by which a perturbation of the velocity is multiplied: the
-saltation matrix of a hybrid system (Kong, Council and Johnson 2021). With it the answers to the forces
+saltation matrix of a hybrid system (Kong, Council and Johnson 2021). With it the responses to the forces
 of a law are the exact derivatives of its motion.
 """
 
@@ -32,7 +32,7 @@ __all__ = ["Feedback", "at_sensor", "beside_oscillator", "force_response", "resp
 
 
 class Feedback(NamedTuple):
-    """How the force of a law changes with the motion, to first order about a path.
+    """Derivatives of the force of a law in the motion, about a path.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ def force_response(
     start : ndarray, optional, shape (2, p)
         Displacement and velocity at the first sample; at rest where left out.
     feedback : Feedback, optional
-        Of the forces that depend on the answer; none where left out.
+        Of the forces that depend on the response; none by default.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def response_at_sensor(
     start: Array | None = None,
     feedback: Feedback | None = None,
 ) -> tuple[Array, Array]:
-    """States that follow from forces, shape (n, 2, p), and what the sensor shows of them, shape (n, p).
+    """States that follow from forces, shape (n, 2, p), and the sensor's reading of them, shape (n, p).
 
     Parameters
     ----------
@@ -149,7 +149,7 @@ def at_sensor(states: Array, row: Array, forces: Array | None = None) -> Array:
 
 
 def beside_oscillator(path: MeasuredPath, feedback: Feedback) -> Array:
-    """What a force that depends on the motion makes of a perturbation, in addition to the oscillator.
+    """Propagation of a perturbation by a force that depends on the motion, relative to the oscillator's.
 
     Over each interval, from the state that the oscillator alone would lead to, shape (n - 1, 2, 2).
     """
@@ -176,7 +176,7 @@ def _drive(course: _Course, forces: Array, slope: Array, passed: Array, states: 
 
 @njit(**KERNEL)
 def _perturb(course: _Course, forces: Array, slope: Array, passed: Array, moved: Array) -> None:
-    """Fill what each interval makes of a unit displacement and velocity, less what the oscillator does."""
+    """Fill the propagation of a unit displacement and velocity in each interval, less the oscillator's."""
     k = turn = ZERO
     state = np.empty((2, 2))
     for i in range(course.phase.size - 1):
@@ -195,7 +195,7 @@ def _perturb(course: _Course, forces: Array, slope: Array, passed: Array, moved:
 def _over(  # type: ignore[no-untyped-def]
     course: _Course, i: int, k: int, turn: int, forces: Array, slope: Array, passed: Array, state: Array
 ):
-    """Take a state, shape (2, p), over interval ``i``, and count nodes and turning points on."""
+    """Propagate a state, shape (2, p), over interval ``i``, and advance nodes and turning points."""
     phase, stiffness, interval, node_phase, weight, turning = course
     m, p = forces.shape
     at, sample = phase[i], False

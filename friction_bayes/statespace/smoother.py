@@ -1,6 +1,6 @@
-"""The measured motion before any law is known: no noise level set by hand.
+"""The measured motion before any law is known, without a noise level set by hand.
 
-Everything that is not the free oscillation at the reference frequency counts as one Ornstein-Uhlenbeck force.
+All motion except the free oscillation at the reference frequency is due to one Ornstein-Uhlenbeck force.
 Its sd and correlation time and the sensor noise follow by maximum likelihood of the same Kalman filter that
 the regression uses, with start and rest position as columns.
 """
@@ -20,7 +20,7 @@ from friction_bayes.statespace.transition import initial_response
 __all__ = ["LEAST_NOISE", "Motion", "first_motion"]
 
 LEAST_NOISE = 1e-5
-"""Noise over amplitude below which the smoothed motion is not exact enough to speak of residuals."""
+"""Noise over amplitude below which the smoothed motion is not exact enough for residuals."""
 
 _LOG_LIMITS = (-12.0, 16.0)
 """Of the logarithms of ``q / sigma`` and ``tau``."""
@@ -56,16 +56,15 @@ class Motion:
     def at_frequency(self, change: float) -> Motion:
         """Velocities in natural units of a reference frequency ``change`` times as high.
 
-        Displacements have no unit of time: what a law with its stiffness corrected says of them holds for
-        a sensor of velocity or acceleration too. Force and correlation time, which serve as first guesses,
-        are left.
+        Displacements have no unit of time: those of a law with corrected stiffness are right for a sensor of
+        velocity or acceleration too. Force and correlation time, which serve as first guesses, stay.
         """
         unit = np.array([1.0, 1.0 / change, 1.0])
         return replace(self, states=self.states * unit, covariance=self.covariance * np.outer(unit, unit))
 
 
 def first_motion(signal: Array, clock: Clock, row: Array) -> Motion:
-    """Smooth a signal.
+    """Smoothed motion of a signal.
 
     Parameters
     ----------

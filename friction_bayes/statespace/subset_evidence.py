@@ -8,10 +8,10 @@ prior precision in units of the noise, ``lam = s**2`` with ``s**2`` the noise va
 .. math:: \log p(y|S) = -\tfrac12\log|V| + \tfrac{|S|}{2}\log\lambda - \tfrac12\log|G_{SS}+\lambda I|
           - \tfrac n2 \log\tfrac{R_S}{2} + \sum_{j\in P}\log 2 + \log P(b_P > 0\,|\,y)
 
-where ``R_S`` is the penalised sum of squares and the last two terms cut prior and posterior at zero. The
-record enters as residual of a reference law, so that nothing large is subtracted. The coefficients are given
-as normal, with the noise variance ``R_S/n``: ``n`` is hundreds at least. Where that would be below what the
-sensor's rounding leaves, the noise is that: the likelihood of ``R_S`` at this variance takes the place of its
+where ``R_S`` is the penalised sum of squares and the last two terms truncate prior and posterior at zero. The
+data are the residual of a reference law, so that no large numbers are subtracted. The coefficients are taken
+as normal, with the noise variance ``R_S/n``: ``n`` is hundreds at least. Where that would be below the
+sensor's rounding, the noise has that variance: the likelihood of ``R_S`` at it takes the place of the
 integral.
 """
 
@@ -48,15 +48,15 @@ __all__ = [
 _NEGLIGIBLE = 12.0
 """Nats below the best at which a set's mass of positive coefficients is not computed any more."""
 _LEFT_OUT = 1e3
-"""Nats by which such sets are put further down."""
+"""Nats by which such sets are lowered."""
 _OFTEN = 0.25
-"""Share of the sets that hold a column from which on it is one of the first."""
+"""Share of the sets that contain a column above which it is one of the first."""
 _LEAST = 1e-300
 _Values = TypeVar("_Values", Array, Mask)
 
 
 class SetBounds(NamedTuple):
-    """What :func:`bound_sets` finds.
+    """Bounds from :func:`bound_sets`.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class SetBounds(NamedTuple):
 
 
 class WeighedSets(NamedTuple):
-    """What :func:`weigh_sets` finds.
+    """Evidences and noise variances of sets, from :func:`weigh_sets`.
 
     Attributes
     ----------
@@ -93,7 +93,7 @@ class WeighedSets(NamedTuple):
 
 
 class NestedSets(NamedTuple):
-    """Sets of columns as :func:`bound_sets` goes through them fastest.
+    """Sets of columns in the order that is fastest for :func:`bound_sets`.
 
     Attributes
     ----------
@@ -121,7 +121,7 @@ class _Regression(NamedTuple):
 
 
 def all_sets(always: Mask) -> Mask:
-    """Every set, shape (2**free, p), that holds the columns ``always``, shape (p,)."""
+    """Every set, shape (2**free, p), that contains the columns ``always``, shape (p,)."""
     free = np.flatnonzero(~always)
     sets = np.tile(always, (2**free.size, 1))
     sets[:, free] = (np.arange(2**free.size)[:, None] >> np.arange(free.size)) & 1
@@ -131,7 +131,7 @@ def all_sets(always: Mask) -> Mask:
 def nest(sets: Mask) -> NestedSets:
     """Nest sets of columns, shape (m, p).
 
-    Columns that many sets hold come first, the commonest before all, then the others from the rarest on: two
+    Columns of many sets come first, the commonest before all, then the others from the rarest on: two
     sets that follow each other part late, where few columns are left to differ in.
     """
     share = sets.mean(axis=0)
@@ -142,7 +142,7 @@ def nest(sets: Mask) -> NestedSets:
 
 
 def _read_only(array: _Values) -> _Values:
-    """View that cannot be written to, as those that are kept cannot: numba compiles for one kind alone."""
+    """Read-only view, as the stored arrays are read-only: numba compiles for one kind alone."""
     view = array.view()
     view.flags.writeable = False
     return view
@@ -180,7 +180,7 @@ def set_posterior(
 
 
 def solved(matrix: Array, right: Array) -> Array:
-    """Solve for a few unknowns by Cholesky's factors: SciPy's own faces to LAPACK take longer than that."""
+    """Solution for a few unknowns by Cholesky's factors: SciPy's wrappers of LAPACK take longer."""
     _, solution, failed = dposv(matrix, right)
     if failed:
         raise np.linalg.LinAlgError(f"no Cholesky factor: order {failed} of {len(matrix)}")
@@ -221,7 +221,7 @@ def bound_sets(
     lam: float | None = None,
     nested: NestedSets | None = None,
 ) -> SetBounds:
-    """Bound the weight of all sets from above, which costs much less than to evaluate them.
+    """Upper bounds of the weights of all sets, at much less cost than evaluating them.
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ def bound_sets(
     lam : float, optional
         Noise variance with all columns, where there are more than these.
     nested : NestedSets, optional
-        The sets from :func:`nest`: much faster than as they come.
+        The sets from :func:`nest`: much faster than in arbitrary order.
     """
     full = max(full_noise2(whitened), least_noise2) if lam is None else lam
     if nested is None:
@@ -265,7 +265,7 @@ def weigh_sets(
     least_noise2: float = 0.0,
     nested: NestedSets | None = None,
 ) -> WeighedSets:
-    """Evaluate all sets; parameters as of :func:`bound_sets`."""
+    """Evidences of all sets; parameters as of :func:`bound_sets`."""
     bounds = bound_sets(
         whitened, reference, positive, sets, log_prior, least_noise2=least_noise2, nested=nested
     )
@@ -280,14 +280,14 @@ def weigh_bounded(
     bounds: SetBounds,
     best: float = -math.inf,
 ) -> WeighedSets:
-    """Evaluate the sets that may matter, given what all of them can have at most.
+    """Evidences of the sets that may matter, given upper bounds of all weights.
 
     Parameters
     ----------
     whitened, reference, positive, sets
         As :func:`bound_sets` takes them.
     bounds : SetBounds
-        What that found.
+        Its result.
     best : float
         Log weight of a set that is not among these, compared with which they may not matter.
     """
@@ -317,7 +317,7 @@ def _full_noise(gram: Array, used: int, work: Array, half: Array) -> float:
 def _bound_sets(
     regression: _Regression, nested: NestedSets, log_prior: Array, lam: float, least_noise2: float
 ) -> tuple[Array, Array]:
-    """Bounds and noise variances, from what the columns of a set leave of the sums when eliminated in turn.
+    """Bounds and noise variances, from the sums after elimination of a set's columns in turn.
 
     A set begins where it differs from the one before it in ``order``. Step ``k`` takes column ``column[k]``
     into the set, or, where the set lacks it, what the reference has of it back into the record. The arrays
@@ -372,7 +372,7 @@ def _bound_sets(
 
 @njit(**INNER)
 def _take_step(before: Array, after: Array, j: int, taken: bool, reference: Array, lam: float) -> None:
-    """Fill what is left of the sums of the columns after ``j``, and of the record with them."""
+    """Fill the remaining sums of the columns after ``j``, and of the record with them."""
     p = reference.size
     pivot = max(before[j, j] + lam, _LEAST)
     weight = (lam * reference[j] - before[j, p]) / pivot if taken else reference[j]

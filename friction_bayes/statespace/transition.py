@@ -124,7 +124,7 @@ def discretise(step: float, stiffness: float, tau: float, transition: Array, cov
 
 @njit(**INNER)
 def free_motion(h: float, stiffness: float) -> tuple[float, float]:
-    """What is left of a unit displacement, and what a unit velocity leads to, after a phase ``h``."""
+    """Displacement from a unit displacement, and from a unit velocity, after a phase ``h``."""
     if stiffness > 0.0:
         omega = math.sqrt(stiffness)
         return math.cos(omega * h), math.sin(omega * h) / omega

@@ -3,9 +3,9 @@
 The amplitudes themselves are the data, not their differences: with few unknowns - initial amplitude, friction
 coefficient, rest position - they lie on a straight line, their errors are independent and equal, and the
 posterior is a normal-inverse-gamma in closed form. See
-:mod:`friction_bayes.estimators.envelope.half_cycle_rows`. The noise level is judged by how half cycles
-scatter about that line, not by the samples within them, so that noise which is correlated from sample to
-sample narrows the interval little.
+:mod:`friction_bayes.estimators.envelope.half_cycle_rows`. The noise level is estimated from the scatter of
+half cycles about that line, not from the samples within them, so that noise which is correlated from sample
+to sample narrows the interval little.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ _MIN_ROWS = 4
 
 
 class EnvelopeEstimator(TabulatedPrior):
-    """Conjugate regression on half cycles; ``peaks`` plays no part, since none is picked."""
+    """Conjugate regression on half cycles; ``peaks`` is not used, since none is picked."""
 
     name = "envelope"
 
     def fit(self, decay: FreeDecay, prior: Mapping[str, float], *, peaks: str) -> Fit:
-        """Closed-form posterior of one free decay; what ``prior`` leaves out is the default.
+        """Closed-form posterior of one free decay; keys missing in ``prior`` have the default.
 
         Raises
         ------
@@ -102,7 +102,7 @@ class EnvelopeEstimator(TabulatedPrior):
         )
 
     def fit_many(self, decays: FreeDecays, prior: Mapping[str, float], *, peaks: str) -> Fits:
-        """Closed-form posteriors of many free decays; what ``prior`` leaves out is the default."""
+        """Closed-form posteriors of many free decays; keys missing in ``prior`` have the default."""
         before = _prior_of(complete_prior(self.name, self.default_prior(decays), prior))
         many = envelope_statistics(*decays.kernel_arguments)
         found = np.isfinite(many.residual) & (many.rows >= _MIN_ROWS)

@@ -1,4 +1,4 @@
-r"""One number a half cycle that holds all a Coulomb decay says of its amplitude.
+r"""One number a half cycle, a sufficient statistic of its amplitude in a Coulomb decay.
 
 Given the phase ``theta(t)``, a sample is ``c + a f + u g``, see
 :func:`friction_bayes.mechanics.coulomb.coulomb_shapes`. Within one half cycle that is a constant plus a
@@ -8,9 +8,9 @@ that white noise of the signal becomes independent noise of the same variance. T
 exact projections of ``f``, ``g`` and 1 at whatever instants were sampled. No peak is picked, and nothing
 telescopes.
 
-What is left of the constant, orthogonal to both, is summed over the half cycles to one datum of the rest
-position. Kept apart it would hold about ``1/N^2`` of the information on friction that ``N`` amplitudes hold,
-and it would mix the slow noise of a drifting centre with that of the amplitudes.
+The remainder of the constant, orthogonal to both, is summed over the half cycles to one datum of the rest
+position. Kept per half cycle it would add about ``1/N^2`` of the information of ``N`` amplitudes on friction,
+and mix the slow noise of a drifting centre with that of the amplitudes.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def half_cycle_rows(
 ) -> tuple[Array, Array, int]:
     """Amplitude of every half cycle, and the rest position, as rows of a regression on ``(a, u, c)``.
 
-    Where a half cycle holds fewer than 6 samples, blocks of several are projected together.
+    Where a half cycle has fewer than 6 samples, blocks of several are projected together.
 
     Parameters
     ----------

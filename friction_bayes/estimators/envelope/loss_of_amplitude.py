@@ -1,8 +1,8 @@
-r"""Friction by the loss of amplitude alone: the witness beside an estimate of the whole signal.
+r"""Friction by the loss of amplitude alone: the witness of an estimate by the whole signal.
 
 The amplitudes of the half cycles lie on a straight line, but for noise that is independent from one to the
-next and, where a force fluctuates, for steps that stay: a random walk. Both are judged by how the amplitudes
-scatter, so that neither the colour of the noise nor the shape of the motion within a half cycle enters,
+next and, where a random force acts, for steps that stay: a random walk. Both are estimated from the scatter
+of the amplitudes, so that neither the colour of the noise nor the shape within a half cycle enters,
 
 .. math:: y_k = X_k \beta + a_k w_k + \sigma e_k, \quad w_k = w_{k-1} + \rho \sigma n_k,
 
@@ -35,18 +35,18 @@ from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
 __all__ = ["EXACT_TO", "SURELY_FASTER", "FasterLoss", "faster_loss", "loss_of_amplitude"]
 
 SURELY_FASTER = 0.95
-"""Probability of a loss that is not of dry friction alone, from which on it is said first."""
+"""Probability of a loss not by dry friction alone, from which on it is reported first."""
 
 _AMPLITUDE, _FRICTION = 0, 1
 """Columns of the rows."""
 _WALKS = np.geomspace(0.01, 100.0, 25)
 """Steps of the walk, over the standard error of an amplitude."""
 _LEAST_FREEDOM = 2
-"""Degrees of freedom below which the amplitudes do not tell how they scatter."""
+"""Degrees of freedom below which the scatter of the amplitudes cannot be estimated."""
 _EXPONENTS = 400
-"""Equally probable exponents of the record that stand for their prior."""
+"""Number of equally probable exponents of the record that represent their prior."""
 _ROUNDS = 4
-"""In which the part in proportion to the amplitude is that of the amplitudes fitted with it."""
+"""Iterations in which the part in proportion to the amplitude is that of the amplitudes fitted with it."""
 _EXACT = 1e-24
 """Share of the response's sum of squares that is rounding."""
 EXACT_TO = 5e-4
@@ -64,7 +64,7 @@ def loss_of_amplitude(decay: FreeDecay) -> Mixture | None:
     -------
     Mixture or None
         In the unit of the signal, as :attr:`friction_bayes.estimators.base.Fit.coefficient`; None where too
-        few half cycles tell it.
+        few half cycles determine it.
     """
     response, design = _rows(decay)
     found = _regressed(response, design)
@@ -87,7 +87,7 @@ class FasterLoss(NamedTuple):
 
 
 def faster_loss(decay: FreeDecay) -> FasterLoss | None:
-    r"""Compare a loss by dry friction alone with one that has a part in proportion to the amplitude.
+    r"""Evidence of a loss with a part in proportion to the amplitude, against dry friction alone.
 
     With the exponent ``c`` of the whole record a half cycle loses the share ``c / n`` of its amplitude as
     well; ``c`` is half-normal with sd one, as in the catalogue's viscous damping. The Bayes factor is the
@@ -101,7 +101,7 @@ def faster_loss(decay: FreeDecay) -> FasterLoss | None:
     Returns
     -------
     FasterLoss or None
-        None where too few half cycles tell it.
+        None where there are too few half cycles to compute it.
     """
     response, design = _rows(decay)
     alone = _regressed(response, design, exact=EXACT_TO**2)
@@ -144,9 +144,9 @@ def _rows(decay: FreeDecay) -> tuple[Array, Array]:
 
 
 def _regressed(response: Array, design: Array, exact: float = _EXACT) -> _Regressed | None:
-    """Average over the walk of the amplitudes; None where they do not tell how they scatter.
+    """Posterior averaged over the walk of the amplitudes; None where their scatter cannot be estimated.
 
-    What is left is taken to be the share ``exact`` of their sum of squares at least.
+    The residual is taken to be at least the share ``exact`` of their sum of squares.
     """
     freedom = response.size - design.shape[1]
     if freedom < _LEAST_FREEDOM or not np.all(np.isfinite(response)):

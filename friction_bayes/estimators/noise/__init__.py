@@ -1,1 +1,1 @@
-"""What the residual of a decay rests on: white or coloured noise, corners of any shape, a random force."""
+"""Accounts of the residual of a decay: white or coloured noise, corners of any shape, a random force."""

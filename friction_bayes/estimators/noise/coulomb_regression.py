@@ -1,4 +1,4 @@
-r"""The plain law as a regression: start, friction, stiffness, rest position, along a motion.
+r"""The Coulomb law as a regression: start, friction, stiffness, rest position, along a motion.
 
 In natural units, about the rest position,
 
@@ -6,9 +6,9 @@ In natural units, about the rest position,
 
 or, for a pendulum, ``x'' = -sin x - c sign v - kappa sin x + d``, with the reference frequency taken from
 the fit under white noise: ``kappa`` corrects it. The forces are evaluated along a motion, so that the signal
-is linear in start, ``c``, ``kappa`` and rest position. Along the trajectory that was fitted this is the
-expansion of that fit, exact without a random force; along the motion smoothed under a random force it holds
-for one of any size.
+is linear in start, ``c``, ``kappa`` and rest position. Along the fitted trajectory this is the expansion of
+that fit, exact without a random force; along the motion smoothed under a random force it is valid for a force
+of any size.
 
 Priors, of the scale of this record: friction ``F`` as fitted under white noise and amplitude ``A``;
 ``c`` normal with sd 2 F about zero, ``kappa`` 0.05, rest position 0.1 A, start 10 A; the random force as in
@@ -50,18 +50,18 @@ _CENTRE = 0.3
 _SURELY_SLIDES = 3.0
 """Amplitude over ``r/k`` below which a half cycle may end in sticking, and is left out."""
 LEAST_SAMPLES = 64
-"""Samples of which noise can be told from a random force."""
+"""Least number of samples to separate noise from a random force."""
 CORNER = "corner_"
-"""What the names of the columns of free corners begin with."""
+"""Prefix of the names of the columns of free corners."""
 _ON_GRID = 0.05
 """Share of the step within which samples lie on an even grid."""
 _MOST_ROUNDS = 4
-"""Motions that are smoothed with a law: one serves but for a pendulum that swings far."""
+"""Motions that are smoothed with a law: one is enough except for a pendulum that swings far."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlainDecay:
-    """One decay and what the fit under white noise, without a random force, has found in it.
+    """One decay and the results of its fit under white noise, without a random force.
 
     Attributes
     ----------
@@ -109,7 +109,7 @@ class PlainDecay:
 
     @property
     def block(self) -> int:
-        """How many samples are averaged into one; those of an accelerometer, which jumps, are not."""
+        """Number of samples averaged into one; one for an accelerometer, which jumps."""
         per_period = 2.0 * math.pi / (self.frequency * self.step)
         return 1 if self.order == 2 else samples_in_block(per_period)
 
@@ -120,7 +120,7 @@ class PlainDecay:
 
     @property
     def usable(self) -> bool:
-        """Whether white noise can be told from anything else here."""
+        """Whether white noise can be separated from anything else here."""
         return (
             # an oscillation that grows is no free decay
             self.coefficient > 0.0
@@ -139,7 +139,7 @@ class Laid:
     order: int
     frequency: float
     filter: RecordingFilter | None = None
-    """Behind which the sensor shows the motion."""
+    """The filter between the motion and the recording."""
 
     @property
     def unit(self) -> float:
@@ -160,7 +160,7 @@ class Laid:
         return replace(self, regression=replace(regression, clock=clock, least_noise=least))
 
     def behind(self, filter_: RecordingFilter, signal: Array) -> Laid:
-        """The same law as a filter shows it; ``signal``, shape (n,), in natural units.
+        """The same law behind a filter; ``signal``, shape (n,), in natural units.
 
         With what the filter still has of the time before the record, and how far its size is from the next's.
         """
@@ -257,7 +257,7 @@ class PreparedDecay:
         n = max(_surely_sliding(states, self.friction, decay.frequency * decay.step * block), 0)
         signal = block_means(decay.values - decay.rest_position, block)[whole][:n]
         self._missing = np.isnan(signal)
-        # of no weight: what the motion that was fitted would show
+        # of no weight: the signal of the fitted motion
         about = unit * np.array([states[:n, 0], states[:n, 1], -states[:n, 0]][decay.order])
         self.signal = np.where(self._missing, about, signal)
         self.time = (time - time[0])[:n]
@@ -276,7 +276,7 @@ class PreparedDecay:
         return self.decay.frequency**self.decay.order * math.sqrt(self.decay.block)
 
     def filters_along(self, laid: Laid) -> tuple[list[tuple[float, RecordingFilter]], float]:
-        """Filters that the samples may have gone through, and the probability that they went through any."""
+        """Filters that the samples may have gone through, and the probability of any."""
         regression = laid.regression
         if not regression.clock.even:
             return [], 0.0
@@ -378,7 +378,7 @@ def _on_even_grid(decay: PlainDecay) -> PlainDecay:
 
 
 def _surely_sliding(states: Array, friction: float, step: float) -> int:
-    """How many samples come before the half cycles that may end in sticking.
+    """Number of samples before the half cycles that may end in sticking.
 
     The amplitude falls by ``2 r/k`` a half cycle.
     """
@@ -390,7 +390,7 @@ def _surely_sliding(states: Array, friction: float, step: float) -> int:
 
 
 def _relative_variance(path: MeasuredPath, order: int) -> Array:
-    """One of every sample that counts: no acceleration near a turning point does."""
+    """Relative variances: one where a sample counts, which no acceleration near a turning point does."""
     near = np.abs(path.v) < NEAR_TURN * np.hypot(path.x, path.v)
     return np.where(near & (order == 2), np.inf, 1.0)
 
@@ -401,7 +401,7 @@ def _regression(
     row = sensor_row(decay.order, path.slope)
 
     def forces(x: Array, direction: Array, stiffness: Array) -> Array:
-        """Friction, stiffness and what the restoring force lacks of ``stiffness x``, in columns."""
+        """Columns of friction, of stiffness, and of the restoring force less ``stiffness x``."""
         restoring = path.restoring(x)
         return np.stack([-direction, -restoring, stiffness * x - restoring], axis=1)
 

@@ -1,15 +1,15 @@
-r"""Which filter a record went through, by what it does to noise and to corners.
+r"""The filter that a record went through, by its effect on noise and corners.
 
-Each filter is held against the samples by the law behind it, fitted by least squares, and the spectrum of
-what that leaves,
+Each filter is compared with the samples by the law behind it, fitted by least squares, and the spectrum of
+its residual,
 
 .. math:: S(\omega) = a (|H(\omega)|^2 + \rho),
 
-``H`` the response of the filter, ``rho`` white noise that came after it. The rivals say nothing of an
-amplitude: noise of any other colour, an autoregression; white noise and the spectrum of an oscillator under a
-random force; noise that was integrated. Each has corners as dry friction makes them or of any shape. Spectra
-are of several orthogonal tapers (Thomson, Proceedings of the IEEE 70, 1982), whose sidelobes are low enough
-for the zeros of a filter; the likelihood is Whittle's.
+``H`` the response of the filter, ``rho`` white noise added after it. The alternatives leave amplitudes
+unfiltered: noise of any other colour, an autoregression; white noise and the spectrum of an oscillator under
+a random force; integrated noise. Each has corners as dry friction makes them or of any shape. Spectra are of
+several orthogonal tapers (Thomson, Proceedings of the IEEE 70, 1982), whose sidelobes are low enough for the
+zeros of a filter; the likelihood is Whittle's.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from friction_bayes.statespace.regression import near_least_squares
 __all__ = ["likely_filters"]
 
 _LOOKED_AT = 4096
-"""Samples in which filters are looked for."""
+"""Least number of samples in which filters are looked for."""
 _BANDWIDTH, _TAPERS = 4.0, 4
 """Of the spectral estimate, in cycles a record, and how many tapers have it: those that leak less than 1e-4
 of their energy beyond it, for the noise at the zeros of a filter is no more than that."""
@@ -52,19 +52,19 @@ _INTEGRATED = (2, 4)
 _STRIDE = 1.12
 """Ratio of the sizes that are tried first: the evidence has one hump, which is wider."""
 _MOST, _MUCH_LESS = 6, 0.05
-"""Filters that are told at the most, and probability of each over that of the first."""
+"""Largest number of filters reported, and least probability of each over that of the first."""
 _DRIFT = 2
 """Degree of the polynomial by which the zero of a recording may drift, as of one that was integrated."""
 _SWINGS = 4
 """The same of the amplitude of the swing, by which a force moves it: what is left there would leak above."""
 _PRIOR = 0.01
-"""That noise which is not white was filtered in one of the ways that are known here."""
+"""Prior probability that noise which is not white was filtered in one of the ways known here."""
 
 
 def likely_filters(
     signal: Array, known: Array, columns: Array, free_columns: Array, angle: float, order: int
 ) -> tuple[list[tuple[float, RecordingFilter]], float]:
-    """The filter that a record most likely went through, and how likely it is that it was one.
+    """The filter that a record most likely went through, and the probability that there was one.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def likely_filters(
     -------
     list of (float, RecordingFilter)
         The most probable ones, the first of them most, with their probabilities among themselves; none where
-        the record is too short to tell.
+        the record is too short to decide.
     float
     """
     kinds = kinds_for(angle)
@@ -135,7 +135,7 @@ def _spread(sizes: Array) -> list[int]:
 
 
 class _Spectra:
-    """Likelihoods of what fits leave of so many samples, by its spectrum."""
+    """Likelihoods of the residuals of fits of so many samples, by their spectra."""
 
     def __init__(self, n: int, angle: float, order: int) -> None:
         self._n = n
@@ -168,7 +168,7 @@ class _Spectra:
         return self._index.size == 0
 
     def of_others(self, signal: Array, rows: Array) -> float:
-        """Log evidence of noise that says nothing of an amplitude, averaged over its kinds."""
+        """Log evidence of noise that leaves amplitudes unfiltered, averaged over its kinds."""
         left = self._left(signal, rows)
         colour, _ = burg(left, len(rows))
         power = self._power(left)
@@ -185,7 +185,7 @@ class _Spectra:
         return self._averaged(self._power(left), response) - self._price(len(rows))
 
     def _left(self, signal: Array, rows: Array) -> Array:
-        """What rows, a zero that drifts and a swing that wanders leave of a signal."""
+        """Residual of a signal after rows, a drifting zero and a swing of varying amplitude and phase."""
         both = np.vstack([rows, self._slow, signal])
         known = np.isfinite(signal)
         if not known.all():
@@ -194,7 +194,7 @@ class _Spectra:
         return left if known.all() else np.interp(np.arange(signal.size), np.flatnonzero(known), left)
 
     def _price(self, coefficients: int) -> float:
-        """Of what has been fitted, by the Bayesian information criterion."""
+        """Penalty for fitted coefficients, by the Bayesian information criterion."""
         return 0.5 * coefficients * math.log(self._n)
 
     def _power(self, left: Array) -> Array:
@@ -223,5 +223,5 @@ def _tapers(n: int) -> Array:
 
 
 def _log_sum(logarithms: Sequence[float] | Array) -> float:
-    """Logarithm of the sum of a few numbers: SciPy's takes longer over its arguments than over the sum."""
+    """Logarithm of the sum of a few numbers: SciPy's spends more time on its arguments than on the sum."""
     return float(np.logaddexp.reduce(logarithms))

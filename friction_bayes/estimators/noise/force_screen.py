@@ -1,4 +1,4 @@
-r"""The probability that no force acts beside white noise on an even clock, by filters that records share.
+r"""The probability that no force acts in addition to white noise, even sampling, by filters records share.
 
 The gains of a filter, and what it makes of the columns of the free motion, depend on the clock alone. For
 records of one system that is one table for all, and a record costs one run of every filter over itself.
@@ -123,7 +123,7 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ForcesBesid
 
 @njit(**INNER, fastmath={"contract"})
 def _advance(value: float, row: Array, f: Array, filters: Array, sums: Array) -> None:
-    """Take one sample into the filters of all forces, side by side.
+    """Update the filters of all forces, side by side, with one sample.
 
     ``sums`` are the states, and those of the innovations with the columns and themselves.
     """
@@ -145,7 +145,7 @@ def _advance(value: float, row: Array, f: Array, filters: Array, sums: Array) ->
 
 @njit(**KERNEL)
 def probability_of_none(residual: Array, row: Array, forces: ForcesBeside, table: ForceTable) -> float:
-    """Probability that no force acts on what has this residual, shape (m,), of at most the table's samples.
+    """Probability that no force acts, from a residual, shape (m,), of at most the table's samples.
 
     Its free motion, a constant and the noise are integrated out under a flat prior.
     """

@@ -1,10 +1,10 @@
 r"""Corners of a motion as a recording may have made them: of any shape, the same at every turning point.
 
-A linear filter, a mean over an interval or a sensor that answers late leaves a decaying cosine a decaying
-cosine, and with it the loss of amplitude. What it changes are the corners that dry friction makes: beside the
-cosine, the part of the motion that is locked to the direction is periodic and does not decay, so that
-whatever passes it stays a sum of odd harmonics of constant size. With these as columns of their own, the
-corners tell nothing of friction any more, and the loss of amplitude alone does.
+A linear filter, a mean over an interval or a sensor with a delay turns a decaying cosine into a decaying
+cosine and preserves the loss of amplitude. It changes the corners that dry friction makes: next to the
+cosine, the part of the motion locked to the direction is periodic and does not decay, so that after any
+filter it is a sum of odd harmonics of constant size. With these as columns of their own, the corners say
+nothing about friction any more, and the loss of amplitude alone determines it.
 
 Unfiltered, harmonic ``n`` of a displacement is ``4 r/k`` over ``pi n (n**2 - 1)``, of a velocity ``n`` times
 and of an acceleration ``n**2`` times as large: as much a filter may take away, which is the prior.

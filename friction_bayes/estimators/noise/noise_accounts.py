@@ -1,9 +1,9 @@
-r"""What white noise leaves of a decay, and the accounts of it: coloured noise, a random force, both.
+r"""Accounts of the residual of a decay: white noise, coloured noise, a random force, both.
 
 White noise, coloured noise, white noise with a random force and coloured noise with one are evaluated on the
 same samples. Without a force the columns of the law go along the trajectory that was fitted, so that the
 regression is the expansion of that very fit; with one along the motion smoothed under it, or along the
-trajectory too where that explains the record better, as it does of a slight force.
+trajectory too where that explains the record better, as for a slight force.
 """
 
 from __future__ import annotations
@@ -43,22 +43,22 @@ from friction_bayes.statespace.regression import MarginalRegression, frequency_c
 __all__ = ["SLIGHT", "NoiseAccount", "noise_accounts"]
 
 SLIGHT = 0.01
-"""Probability of an account below which it is left out."""
+"""Probability of an account below which it is omitted."""
 _SHIFTS_PATH = 0.05
-"""Probability of a force along the fitted trajectory, from which on the motion is smoothed under it: a
-force that is less probable is so slight that it moves the turning points by next to nothing."""
+"""Probability of a force along the fitted trajectory above which the motion is smoothed under it: a less
+probable force hardly moves the turning points."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NoiseAccount:
-    """One account of what dry friction leaves: white or coloured noise, with a random force or without.
+    """One account of the residual of dry friction: white or coloured noise, with or without a random force.
 
     Attributes
     ----------
     coloured, forced : bool
         Whether the noise is coloured, and whether there is a random force.
     weaker_above : bool
-        Whether white noise stands for noise that is weaker far above the motion's frequency.
+        Whether white noise represents noise that is weaker far above the motion's frequency.
     free_corners : bool
         Whether the corners of the motion may have any shape.
     filter : RecordingFilter or None
@@ -72,7 +72,7 @@ class NoiseAccount:
     noise_sd : float
         Of a sample.
     sd, correlation_time : frozen scipy.stats distribution or None
-        Of the random force, in the unit of ``coefficient`` and [s]; None where there is none.
+        Of the random force, in the unit of ``coefficient`` and [s]; None without one.
     innovations : Whiteness
         Of the whitened residuals at the most probable random force.
     target : callable, float -> Target
@@ -96,12 +96,12 @@ class NoiseAccount:
 
     @property
     def gain(self) -> float:
-        """By what the way from the motion to the recording multiplies it."""
+        """Gain from the motion to the recording."""
         return 1.0 if self.filter is None else self.filter.gain
 
     @property
     def of_known_noise(self) -> bool:
-        """Whether its noise is white, or what a filter makes of white noise, and there is no force."""
+        """Whether its noise is white, or filtered white noise, and there is no force."""
         plain = not (self.coloured or self.weaker_above or self.free_corners)
         return not self.forced and (plain or self.filter is not None)
 
@@ -118,9 +118,9 @@ class NoiseAccount:
 
 
 def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
-    """Weigh all accounts of a decay, the one of white noise alone first.
+    """All accounts of a decay with their probabilities, the one of white noise alone first.
 
-    None where it is too short, or has no noise to speak of.
+    None where it is too short, or has no appreciable noise.
     """
     if not decay.usable:
         return ()
@@ -138,11 +138,11 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
     if not _white_noise_explains(weighed):
         filters, probability = prepared.filters_along(along[0])
         if filters and probability > SLIGHT:
-            # noise and corners tell a filter; the evidences of accounts leave the noise far above the
-            # motion out, and are compared among those behind filters
+            # noise and corners identify a filter; the evidences of accounts, without the noise far above
+            # the motion, are compared among those behind filters
             shares, behind = zip(*prepared.behind(filters[0][1], along[0]), strict=True)
             filtered = _weigh(prepared, [[laid] for laid in behind], np.log(shares))
-            # spectra behind filters have no force in them, and do not tell a filter that leaves one
+            # spectra behind filters include no force, and cannot identify a filter with one behind it
             still = [(part, share * probability) for part, share in filtered if not part.has_force]
             weighed = [
                 (part, share * (1.0 - sum(own for _, own in still))) for part, share in weighed
@@ -153,7 +153,7 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
 def _white_noise_explains(weighed: Sequence[tuple[_Weighed, float]]) -> bool:
     """Whether white noise, alone or with a force, explains a record, and corners as dry friction makes them.
 
-    A filter would colour the noise or take the corners away; what it would not is asked about no filter.
+    Then no filter is evaluated: it would have coloured the noise or removed the corners.
     """
     law, any_shape, forced = (
         sum(share for part, share in weighed if part.of_white_noise and part.kind == kind)
@@ -214,7 +214,7 @@ def _forced(prepared: PreparedDecay, paths: Sequence[Laid], floor: float) -> lis
 
 @dataclass(frozen=True, eq=False)
 class _Weighed:
-    """A regression along a path with its posterior, or what of that has a force, or none."""
+    """A regression along a path with its posterior, or the part of that with a force, or without."""
 
     laid: Laid
     posterior: Posterior
@@ -252,20 +252,20 @@ class _Weighed:
 
     @property
     def noise_floor(self) -> float:
-        """Sd of white noise as strong as what is left near the motion's frequency."""
+        """Sd of white noise as strong as the residual near the motion's frequency."""
         regression = self.laid.regression
         fitted = len(regression.names)
         return noise_floor(self._left, regression.clock.phase, self.laid.order, fitted)
 
     def noise(self, floor: float) -> SensorNoise:
-        """Noise of that floor with the colour of what is left."""
+        """Noise of that floor with the colour of the residual."""
         regression = self.laid.regression
         clock = regression.clock
         return sensor_noise(self._left, clock.phase, len(regression.names), floor, even=clock.even)
 
     @cached_property
     def _left(self) -> Array:
-        """What the law and the most probable force leave; samples that do not count are bridged."""
+        """Residual of the law and the most probable force; samples that do not count are interpolated."""
         regression, force = self.laid.regression, self.posterior.best
         clock = regression.clock
         left = regression.residual(self.posterior.best_law())
@@ -289,7 +289,7 @@ def _best(parts: Sequence[_Weighed]) -> _Weighed:
 
 
 def _account(part: _Weighed, probability: float, prepared: PreparedDecay) -> NoiseAccount:
-    """Put an account in units of the signal."""
+    """The account in units of the signal."""
     laid, posterior, decay = part.laid, part.posterior, prepared.decay
     regression, frequency = laid.regression, laid.frequency
     kappa = posterior.coefficient("stiffness")

@@ -1,18 +1,18 @@
-r"""How strong the noise of the sensor is near the motion's frequency, and what colour it has above.
+r"""The level of the sensor noise near the motion's frequency, and its colour above.
 
-What lies far above the motion's frequency is no witness of friction: filters, means over intervals and
-interpolation take the corners of the motion away together with the noise there, and the silence of that band
-would speak against friction, or for a force in place of the noise. The noise is therefore taken to be nowhere
+The band far above the motion's frequency is no evidence about friction: filters, means over intervals and
+interpolation remove the corners of the motion together with the noise there, and a quiet band would count as
+evidence against friction, or for a force in place of the noise. The noise is therefore taken to be nowhere
 below its level ``sigma**2`` near the motion's frequency,
 
 .. math:: S(\omega) = \max(S_r(\omega), \sigma^2) \ (\omega > 2 \omega_0), \quad \sigma^2 \ \text{else},
 
-with ``S_r`` the spectrum of an autoregression of the residual. The level is told by means of a sixth of a
-period, which show nothing of what lies higher, and three ways: as the mean white noise beside a random force
-or none, whose mark is a resonance that no sensor has, and as the spectrum of the residual over the octave
-above the motion's frequency, with that force in it and without. A force raises the first of these spectra and
-lowers the second; noise that falls with frequency raises both, noise that rises lowers both. The median is
-right in all three cases.
+with ``S_r`` the spectrum of an autoregression of the residual. The level is computed from means of a sixth of
+a period, which filter out what lies higher, in three ways: as the white noise averaged over models with and
+without a random force (which shows as a resonance that no sensor has), and as the spectrum of the residual
+over the octave above the motion's frequency, with that force in it and without. A force raises the first of
+these spectra and lowers the second; noise that falls with frequency raises both, noise that rises lowers
+both. The median is right in all three cases.
 """
 
 from __future__ import annotations
@@ -52,16 +52,16 @@ _SIZES = np.geomspace(0.1, 100.0, 7)
 _TIMES = (0.3, 1.0, 3.0, 10.0)
 """Of forces that the level is averaged over: sd at resonance over the noise, correlation times as phases."""
 _FEWEST_MEANS = 2 * _PER_PERIOD
-"""In two periods: fewer tell nothing of a force, and the residual's own size has to do."""
+"""In two periods: fewer say nothing about a force, and the residual's own size is used."""
 PRIOR_NONE = 0.5
 """Prior probability of none in that average."""
 _OCTAVE = np.geomspace(1.0, 2.0, 20)
-"""Frequencies, over the motion's, at which a noise that rises with frequency is told."""
+"""Frequencies, over the motion's, at which noise that rises with frequency is evaluated."""
 
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """The noise that an estimator may count on.
+    """The least noise that an estimator may assume.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ def forces_beside() -> ForcesBeside:
 
 
 def noise_floor(residual: Array, phase: Array, order: int, fitted: int) -> float:
-    """Sd of white noise of the sensor's level near the motion's frequency, from what a fit leaves.
+    """Sd of white noise of the sensor's level near the motion's frequency, from the residual of a fit.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def noise_floor(residual: Array, phase: Array, order: int, fitted: int) -> float
 
 
 def sensor_noise(residual: Array, phase: Array, fitted: int, floor: float, *, even: bool) -> SensorNoise:
-    """Noise of that floor with the colour of what a fit leaves.
+    """Noise of that floor with the colour of a fit's residual.
 
     Parameters
     ----------
@@ -142,12 +142,12 @@ def _samples_in_mean(phase: Array) -> int:
 
 @njit(**KERNEL)
 def samples_in_mean(angle: float) -> int:
-    """How many samples are averaged into one, ``angle`` apart in phase."""
+    """Number of samples, ``angle`` apart in phase, averaged into one."""
     return max(int(2.0 * math.pi / angle / _PER_PERIOD), 1)
 
 
 def looks_white(residual: Array, phase: Array, order: int, fitted: int) -> bool:
-    """Whether nothing in a residual speaks for coloured noise or for a force: a glance before a long look.
+    """Whether a residual shows neither coloured noise nor a force: a quick test before the long one.
 
     Parameters as for :func:`noise_floor`. Both autoregressions are of order zero by their criterion, and a
     force is no more probable than it was.
@@ -161,7 +161,7 @@ def looks_white(residual: Array, phase: Array, order: int, fitted: int) -> bool:
 
 
 class _Beside(NamedTuple):
-    """What a grid of forces says of a residual: mean variance of the white noise, what is left, P(none)."""
+    """By a grid of forces on a residual: mean variance of the white noise, what is left, P(no force)."""
 
     variance: float
     left: Array
@@ -180,7 +180,7 @@ def _level(residual: Array, phase: Array, order: int, fitted: float) -> float:
 
 
 def _beside_a_force(residual: Array, clock: Clock, row: Array) -> _Beside:
-    """Average over a grid of forces, none among them."""
+    """Average over a grid of forces, no force included."""
     start = at_sensor(initial_response(clock.phase), row)
     columns = np.column_stack([start, np.ones(residual.size), residual])
     freedom = residual.size - columns.shape[1] + 1

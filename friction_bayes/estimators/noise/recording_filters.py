@@ -1,8 +1,8 @@
-"""Linear filters between a motion and its recording, and what they make of a signal.
+"""Linear filters between a motion and its recording, and their effect on a signal.
 
-Each takes a share of the amplitude at the motion's frequency, and of friction with it, that no oscillation
-shows. What a filter delays is no matter here, as the time of the motion is that of the recording: its
-response is taken without the delay that the motion's own frequency has.
+Each reduces the amplitude at the motion's frequency, and friction with it, by a share that the oscillation
+alone does not show. Delays are irrelevant, as the time of the motion is that of the recording: the response
+is taken less the delay at the motion's own frequency.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _HIGHEST_CORNER = 0.98
 _BELOW_NYQUIST = math.pi - 1e-6
 """Frequency at which a bilinear transform is still finite."""
 _MARGIN = 0.25
-"""Of a period at either end, where a filter has not seen enough."""
+"""Share of a period at either end, where a filter has too few samples."""
 _FORGOTTEN = 1e-4
 """Share of what was before the recording that a filter may still show where it is taken to be forgotten."""
 
@@ -75,7 +75,7 @@ class RecordingFilter:
 
     @property
     def gain(self) -> float:
-        """By what it multiplies the motion."""
+        """Factor on the motion."""
         return abs(self._at_motion)
 
     def to_dict(self) -> dict[str, str | float]:
@@ -93,7 +93,7 @@ class RecordingFilter:
         return None if self.beside is None else replace(self, response=self.beside, beside=None)
 
     def memory(self, samples: int) -> Array:
-        """What is left of what was before the recording, shape (samples, p): any multiples of these.
+        """Responses to the time before the recording, shape (samples, p): any multiples of these.
 
         The difference between two recordings of one motion, whatever had gone through the filter before.
         """
@@ -104,8 +104,8 @@ class RecordingFilter:
 class Through:
     """Columns, shape (n, p), that go through one filter or another.
 
-    They go on beyond either end as their own mirror image about its value, and fade: a step there would ring
-    in every sample behind a filter that delays by a part of one.
+    They are continued beyond either end by their mirror image about its value, fading out: a step there would
+    ring in every sample behind a filter with a fractional delay.
     """
 
     def __init__(self, columns: Array) -> None:
@@ -120,18 +120,18 @@ class Through:
         self._omega = 2.0 * math.pi * np.arange(self._spectrum.shape[1]) / self._size
 
     def __call__(self, filter_: RecordingFilter) -> Array:
-        """Columns behind the filter, shape (n, p); within the :func:`margin` of either end of no meaning."""
+        """Columns behind the filter, shape (n, p); not valid within the :func:`margin` of either end."""
         return np.ascontiguousarray(self.rows(filter_).T)
 
     def rows(self, filter_: RecordingFilter) -> Array:
-        """The same, a row each, shape (p, n), as the transform has them at hand."""
+        """The same, a row each, shape (p, n), as the transform provides them."""
         response = filter_.without_delay(self._omega)
         shown = irfft(self._spectrum * response, self._size)
         return np.asarray(shown[:, self._added : self._added + self._n])
 
 
 def margin(angle: float) -> int:
-    """Samples at either end in which it is not known what a filter of a motion of ``angle`` shows."""
+    """Number of samples at either end where the output of a filter of a motion of ``angle`` is unknown."""
     return math.ceil(_MARGIN * 2.0 * math.pi / angle)
 
 
@@ -152,7 +152,7 @@ class FilterKind:
 
 
 def kinds_for(angle: float) -> list[FilterKind]:
-    """Filters that take from a motion of ``angle`` [rad/sample], all kinds equally probable."""
+    """Filters that attenuate a motion of ``angle`` [rad/sample], all kinds equally probable."""
     kinds = [_means(angle), *(_polynomials(angle, degree) for degree in (2, 4)), _couplings(angle)]
     kinds += [_low_passes(angle, order, ways) for order, ways in ((1, 1), (2, 1), (4, 1), (2, 2), (4, 2))]
     return [kind for kind in kinds if kind.sizes.size]

@@ -1,7 +1,7 @@
-"""The fit of the whole signal averaged over the accounts of what it leaves: coloured noise, a random force.
+"""The fit of the whole signal averaged over accounts of its residual: coloured noise, a random force.
 
-Where the residual is white noise the fit itself, exact in frequency and phase, is the answer; the others are
-those of :mod:`friction_bayes.estimators.noise.noise_accounts`.
+Where the residual is white noise the fit itself, exact in frequency and phase, is reported; the other
+accounts are those of :mod:`friction_bayes.estimators.noise.noise_accounts`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ __all__ = [
 _MOST_LATER = 3
 """Half cycles by which the start may be moved."""
 _FEWEST_HALF_CYCLES = 8
-"""Of a decay whose start is judged."""
+"""Least number of half cycles of a decay whose start is tested."""
 _MUCH_NARROWER = 0.5
 """Width of the interval from half a cycle later over the one from the start, below which the later is taken.
 Of eight half cycles one less widens it by a fifth, give or take a quarter."""
@@ -43,7 +43,7 @@ _AS_LOUD = 1.01
 
 @dataclass(frozen=True, kw_only=True)
 class _Averaged:
-    """What a fit says of a signal, under white noise or averaged over the accounts; see :class:`Fit`.
+    """Estimates by a fit of a signal, under white noise or averaged over the accounts; see :class:`Fit`.
 
     Attributes
     ----------
@@ -62,10 +62,9 @@ class _Averaged:
 
 
 def _averaged(white: _Averaged, accounts: Sequence[NoiseAccount]) -> _Averaged:
-    """Average over the accounts; the fit under white noise is the answer where nothing else counts.
+    """Averages over the accounts; the fit under white noise where no other account counts.
 
-    The noise of the fit is then at least that of its account, which knows how strong it is near the motion's
-    frequency.
+    The noise of the fit is then at least that of its account, estimated near the motion's frequency.
     """
     louder = max(accounts[0].noise_sd / white.noise_sd, 1.0)
     exact = Mixture.of_student(white.coefficient).widened(louder)
@@ -92,7 +91,7 @@ def _mean_of(parts: Sequence[NoiseAccount]) -> _Averaged:
 
 
 def _random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
-    """What the accounts with a random force say of it, and of friction with it and without."""
+    """Posterior of the random force from the accounts that have one, and of friction with and without it."""
     forced = [each for each in accounts if each.forced]
     best = max(forced, key=lambda each: each.probability)
     still = [each for each in accounts if not each.forced]
@@ -109,7 +108,7 @@ def _random_force_of(accounts: Sequence[NoiseAccount]) -> RandomForce:
 def _accounts_of(
     decay: FreeDecay, white: _Averaged, motion: FittedMotion, rest_position: float
 ) -> tuple[NoiseAccount, ...]:
-    """Weigh the accounts of what a fit under white noise leaves; empty where nothing tells them."""
+    """Accounts of the residual of a fit under white noise; empty where they cannot be evaluated."""
     return noise_accounts(
         PlainDecay(
             values=decay.values,
@@ -128,11 +127,11 @@ def _accounts_of(
 
 
 def _witness_of(decay: FreeDecay, coefficient: Any, accounts: Sequence[NoiseAccount]) -> Witness | None:
-    """The loss of amplitude beside a posterior of the friction coefficient; None where it tells nothing.
+    """Witness by the loss of amplitude of a friction posterior; None where it cannot be computed.
 
-    It bounds the answer where no account but white noise could be weighed, and where an accelerometer's noise
-    is neither white nor that of a filter: such a sensor shows a force itself, which then passes for noise
-    that moves nothing.
+    It bounds the width of the answer where only white noise could be evaluated, and where an accelerometer's
+    noise is neither white nor that of a filter: such a sensor shows a force itself, which then passes for
+    noise without effect on the motion.
     """
     lost = loss_of_amplitude(decay)
     if lost is None:
@@ -147,7 +146,7 @@ def _witness_of(decay: FreeDecay, coefficient: Any, accounts: Sequence[NoiseAcco
 
 
 def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
-    """Average a fit of the whole signal over the accounts of what it leaves, and set the witness beside it.
+    """A fit of the whole signal averaged over the accounts of its residual, with the witness.
 
     Parameters
     ----------
@@ -170,7 +169,7 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
     doubts: tuple[str, ...] = ()
     white_noise = accounts[0].probability >= 0.5 and not accounts[0].weaker_above
     if not white_noise and fit.prediction is not None:
-        # what residuals say against the interval under white noise is no longer said of this one
+        # remarks about residuals concern the interval under white noise, not this one
         doubts = residual_notes(decay.values - fit.prediction, fit.prediction)
     return replace(
         fit,
@@ -186,10 +185,11 @@ def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:
 def answered(
     decay: FreeDecay, fit_of: Callable[[FreeDecay], Fit], *, from_here: bool = False
 ) -> tuple[FreeDecay, Fit]:
-    """Fit a decay and average over the accounts, from where it is free.
+    """The fit of a decay averaged over the accounts, from where it is free.
 
-    Where a force has to act, something may still have held the mass at first. Fewer half cycles say less of a
-    force that acts all the time; where they say much more, that force is over, and they are taken.
+    Where a random force is found, something may still have held the mass at first. Fewer half cycles say
+    less about a force that acts all the time; where they say much more, that force has ended, and the
+    shortened decay is used.
 
     Parameters
     ----------
@@ -223,7 +223,7 @@ def _width(fit: Fit) -> float:
 
 
 def _parts(decay: FreeDecay, fit: Fit, accounts: Sequence[NoiseAccount]) -> tuple[Part, ...]:
-    """Parts for a sampler: the fit itself under white noise, unless its account knows of more noise."""
+    """Parts for a sampler: the fit itself under white noise, unless its account has more noise."""
     factor = force_factor(decay.system, decay.quantity, decay.unit)
     parts = []
     for i, account in enumerate(accounts):

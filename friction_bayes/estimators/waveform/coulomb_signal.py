@@ -193,7 +193,7 @@ def exact_misfit(y: Array, samples: Samples, order: int, p: Array, kappa: float,
 def crossing_misfit(
     y: Array, samples: Samples, order: int, centre: Array, p: Array, kappa: float, stop: int
 ) -> Array:
-    """What is missing from the sum of squared residuals with the half cycles of ``centre``, exactly.
+    """Exact correction of the sum of squared residuals taken with the half cycles of ``centre``.
 
     Only samples that lie in another half cycle under ``p``, shape (m, 5), differ: a few at each turning.
     """

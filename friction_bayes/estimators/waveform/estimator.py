@@ -65,7 +65,7 @@ _SURELY = 4.0
 
 
 class WaveformEstimator(TabulatedPrior):
-    """Conjugate regression on the whole signal; ``peaks`` plays no part, since none is picked."""
+    """Conjugate regression on the whole signal; ``peaks`` is not used, since none is picked."""
 
     name = "waveform"
 

@@ -44,7 +44,7 @@ _ROUNDING = 1e-28
 
 _MAX_DAMPING = 1e10
 _STEPS_WITHOUT = 3
-"""From the optimum of all samples, which is a few standard deviations off: quadratic from there."""
+"""Iterations from the optimum of all samples, a few standard deviations off: quadratic convergence."""
 _MAX_ROUNDS = 8
 _SHIFTS = (-3.0, -1.0, -0.4, 0.4, 1.0, 3.0)
 """Samples by which the turning points of an acceleration are tried elsewhere."""
@@ -98,7 +98,7 @@ def _penalty(p: Array, prior: Penalty) -> float:
 
 @njit(**INNER)
 def _promised_fall(at: NormalEquations, step: Array, prior: Penalty) -> float:
-    """By how much the linearised cost falls with a step."""
+    """Fall of the linearised cost with a step."""
     fall = 0.0
     for a in range(COEFFICIENTS):
         if prior.weight[a] != math.inf:
@@ -108,7 +108,7 @@ def _promised_fall(at: NormalEquations, step: Array, prior: Penalty) -> float:
 
 @njit(**INNER)
 def _bend(at: NormalEquations, step: Array, unit: float) -> float:
-    """Share of a step, in squared standard deviations, that is left after it.
+    """Share of a step, in squared standard deviations, that remains after it.
 
     The signal bends over the step itself, and noise, of variance ``unit``, turns the phase in which it bends.
     """
@@ -168,7 +168,7 @@ def _settle_jumps(
 ) -> float:
     """Move an acceleration's turning points by a few samples, all alike or at the ends, while that helps.
 
-    Where a jump stands out of the noise, every sample in the wrong half cycle makes a minimum of its own.
+    Where a jump exceeds the noise, every sample in the wrong half cycle makes a minimum of its own.
     """
     held, trial = np.zeros(COEFFICIENTS), _blank()
     for _ in range(_MAX_ROUNDS):
@@ -227,10 +227,10 @@ def fit_waveform(
     prior : Penalty
         Prior precisions relative to that of a sample (infinite: held) and prior means.
     rough : bool
-        Whether that is too rough to say where the motion ends.
+        Whether that is too rough to determine where the motion ends.
     once : bool
-        Whether to be content where the regression on the signal linearised there takes the last step. Not of
-        an acceleration, which jumps.
+        Whether to stop where the regression on the signal linearised there takes the last step. Not for an
+        acceleration, which jumps.
 
     Returns
     -------
@@ -268,9 +268,8 @@ def leave_out_turns(
 ) -> tuple[float, int, bool]:
     """Minimise without the samples of an acceleration that may be of either half cycle at a turning point.
 
-    All others keep theirs, so that what is left is smooth. Where a jump stands out of the noise, each of
-    those samples decides for one side and draws frequency and friction after it. A few passes over arrays,
-    which to compile took two seconds.
+    The signal of the other samples is smooth. Where a jump exceeds the noise, each of the ambiguous samples
+    would decide for one side and bias frequency and friction. Not compiled: compilation takes two seconds.
 
     Returns
     -------

@@ -1,9 +1,9 @@
-"""A glance at what the fits of many records leave: surely white noise, surely a loss by dry friction alone.
+"""Quick tests of the residuals of many fits: surely white noise, surely a loss by dry friction alone.
 
-Each test asks what a longer one asks (:func:`~friction_bayes.estimators.noise.noise_level.looks_white`,
-:func:`~friction_bayes.estimators.envelope.loss_of_amplitude.faster_loss`), of sums over the residual, and
-says yes only by a margin, so that no record passes that the longer one would not pass. The others are not
-judged here.
+Each is a conservative version, from sums over the residual, of a longer test
+(:func:`~friction_bayes.estimators.noise.noise_level.looks_white`,
+:func:`~friction_bayes.estimators.envelope.loss_of_amplitude.faster_loss`): it passes by a margin only, so
+that no record passes which the longer one would reject. The other records are left to the longer test.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ _ODDS_OF_FASTER_LOSS = math.log(SURELY_FASTER / (1.0 - SURELY_FASTER)) - PRIOR_L
 
 
 def glance(values: Array, located: Located, order: int, fits: WaveformFits) -> Glance:
-    """Look at the residuals of fits of evenly spaced records.
+    """Results of the quick tests of the residuals of fits of evenly spaced records.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _glance_all(
 
 @njit(**KERNEL, fastmath={"reassoc"})
 def _centre(out: Array) -> None:
-    """Take the mean off, and make the mean square one."""
+    """Subtract the mean, and normalise the mean square to one."""
     total, square = 0.0, 0.0
     for i in range(out.size):
         total += out[i]
@@ -148,7 +148,7 @@ def _add_lagged_products(x: NDArray[np.float32], count: int, lag: int, products:
 
 @njit(**INNER)
 def _surely_uncorrelated(x: NDArray[np.float32]) -> bool:
-    """Whether no order of an autoregression is as probable as none, by the Yule-Walker equations."""
+    """Whether order zero of an autoregression is the most probable, by the Yule-Walker equations."""
     most = most_lags(x.size)
     covariance = np.zeros(MOST_LAGS + 1)
     # the last values, of which there are not so many to go with, once more before nothing
@@ -180,7 +180,7 @@ def _surely_uncorrelated(x: NDArray[np.float32]) -> bool:
 
 @njit(**KERNEL)
 def _order_zero(means: Array) -> bool:
-    """Whether Burg's autoregression of the means is none, exactly as the long form has it."""
+    """Whether Burg's autoregression of the means has order zero, exactly as in the long form."""
     x = means.copy()
     _centre(x)
     most = most_lags(x.size)
@@ -213,7 +213,7 @@ def _leave(  # type: ignore[no-untyped-def]
     scale: float,
     out: NDArray[np.float32],
 ):
-    """Fill in what a half cycle leaves, times a scale; its sums of ``rc`` and ``rs`` as they are."""
+    """Fill in the residual of a half cycle, times a scale; its sums of ``rc`` and ``rs`` unscaled."""
     cosine, sine = turns.cosine, turns.sine
     sum_rc = sum_rs = 0.0
     for j in range(y.size):
@@ -234,7 +234,7 @@ def _straight(
     scale: float,
     residual: NDArray[np.float32],
 ) -> bool:
-    """Whether a fit surely leaves nothing that falls faster while the amplitude is larger.
+    """Whether the residual of a fit surely has no loss that is faster while the amplitude is larger.
 
     The amplitudes of the half cycles by what is left of each, as in the long form. The residual times a scale
     is filled in.

@@ -39,9 +39,9 @@ from friction_bayes.estimators.waveform.normal_equations import (
 __all__ = ["WaveformFits", "fit_waveforms", "prior_of"]
 
 _LEAST_EIGENVALUE = 1e-12
-"""Of the normal equations over their diagonal: rounding leaves nothing of what is smaller."""
+"""Least pivot of the normal equations over their diagonal: smaller ones are rounding."""
 _LEAST_AVERAGED = 4
-"""Samples in a mean, below which to fit means first takes longer than it saves."""
+"""Samples in a mean below which fitting means first takes longer than it saves."""
 FLAT = 2
 """Frequency and phase, the last two coefficients, never have a prior precision."""
 
@@ -151,7 +151,7 @@ def fit_waveforms(
 
 
 def _regular(normal: Array) -> Mask:
-    """Which of the normal equations, shape (records, p, p), tell all coefficients apart."""
+    """Which of the normal equations, shape (records, p, p), determine all coefficients."""
     square = np.diagonal(normal, axis1=1, axis2=2)
     usable: Mask = np.isfinite(normal).all(axis=(1, 2)) & (square.min(axis=1) > 0.0)
     scale = np.sqrt(np.where(usable[:, None], square, 1.0))
@@ -194,7 +194,7 @@ def _fit_all(
 
 @njit(**KERNEL)
 def _fit_means(signal: Signal, at: NormalEquations, prior: Penalty, width: int) -> tuple[float, bool]:
-    """Fit means of ``width`` samples and put what they say in ``at.p``: the samples are then read twice only.
+    """Fit means of ``width`` samples, into ``at.p``: the samples are then read twice only.
 
     Returns
     -------
@@ -228,7 +228,7 @@ def _fit_means(signal: Signal, at: NormalEquations, prior: Penalty, width: int) 
 def _leave_out_turns(
     values: Array, places: Array, located: Located, order: int, weight: Array, fits: WaveformFits
 ) -> None:
-    """Fit once more, without samples near the turning points, what :func:`_fit_all` has found."""
+    """Repeat the fits of :func:`_fit_all` without samples near the turning points."""
     for r in np.flatnonzero(fits.found):
         reference = located.rest_position[r]
         y = values[r, located.start[r] : located.stop[r]] - reference
@@ -242,7 +242,7 @@ def prior_of(prior: Mapping[str, float], size: int) -> NormalInverseGamma:
     """Prior of ``size`` coefficients, the last two of them flat, and all where they have no precision.
 
     In a normal-inverse-gamma a coefficient's scale goes with the error's. Flat coefficients have none, which
-    costs the shape one half each, so that the error variance has the prior that was asked for.
+    costs the shape one half each, so that the error variance has the given prior.
     """
     precision = np.full(size, float(prior["coefficient_precision"]))
     precision[-FLAT:] = 0.0

@@ -87,7 +87,7 @@ def fit_pendulum(decay: FreeDecay, prior: Mapping[str, float]) -> Fit:
 
 
 def _phase_sd(swing: PendulumSignal, q: Array, after: NormalInverseGamma) -> float:
-    """Of the phase at the end, from that of the start, told by its angle and velocity, and the frequency."""
+    """Sd of the phase at the end, from that at the start (by angle and velocity) and of the frequency."""
     sd = np.sqrt(np.diag(after.coefficients.shape))[[ANGLE - q.size, FREQUENCY - q.size, VELOCITY - q.size]]
     states = swing.states(q) / q[FREQUENCY] ** swing.order
     largest = float(np.max(np.hypot(*states.T)))
@@ -147,7 +147,7 @@ def _minimised(swing: PendulumSignal, q: Array, n: int, weight: Array, skip: int
             step = np.linalg.lstsq(stacked, right, rcond=None)[0] / scale
             trial = q.copy()
             trial[skip:] += step
-            # friction that feeds the motion would soon send it over the top
+            # negative friction would soon drive it over the top
             trial[FRICTION] = max(trial[FRICTION], 0.0)
             trial_cost, trial_residual = cost_of(trial)
             if trial_cost <= cost:

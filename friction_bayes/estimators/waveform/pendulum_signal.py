@@ -83,14 +83,14 @@ class PendulumSignal:
         return np.unique(np.concatenate([[0], first]))
 
     def about_the_bottom(self, q: Array) -> Array:
-        """The same motion with angles counted from the bottom it comes to rest at, not whole turns away."""
+        """The same motion with angles from the bottom at which it comes to rest, not whole turns away."""
         turns = 2.0 * math.pi * round((self.motion(q, self.n)[0][-1] - q[OFFSET]) / (2.0 * math.pi))
         if self.order > 0 or turns == 0.0:
             return q
         return q + turns * np.array([1.0, -1.0, 0.0, 0.0, 0.0])
 
     def steps(self, q: Array, n: int) -> Array:
-        """Steps of the coefficients that each change the signal alike."""
+        """Steps of the coefficients that change the signal by equal amounts."""
         half_cycles = max(q[FREQUENCY] * self.time[n - 1] / math.pi, 1.0)
         a, w = self.amplitude, q[FREQUENCY]
         change = [a * w**self.order, a, a * w**self.order / half_cycles, w / half_cycles, a * w]

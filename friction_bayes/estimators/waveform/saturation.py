@@ -1,4 +1,4 @@
-r"""Whether a sensor saturates below noise that comes on top: tops that are flat and yet never twice the same.
+r"""Whether a sensor saturates before noise is added: tops that are flat, but differ by noise.
 
 The samples well inside the range determine frequency, phase and amplitude of every half cycle, and so what
 the others should show. Where these stay at one level instead, whatever they should show beyond it, the
@@ -7,7 +7,7 @@ likelihood of a saturated sensor exceeds that of half cycles of the right shape,
 .. math:: \Lambda(L) = \sum_{|s_i| > L} \frac{(y_i - d_i - g s_i)^2 - (y_i - L)^2}{2 \mathrm{var}(y_i - s_i)},
 
 with the level ``L`` averaged over the range, on either side or on both. A filter bends the motion near its
-corners too, but by the same ``d`` in every half cycle: it is seen in those whose tops stay below the level.
+corners too, but by the same ``d`` in every half cycle: it is estimated from those with tops below the level.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from friction_bayes.estimators.waveform.normal_equations import ADVANCE, COEFFIC
 __all__ = ["refuse_saturated", "saturation_level"]
 
 _INSIDE = 0.55
-"""Of the largest excursion: a sensor that saturates lower has lost more than half of the motion."""
+"""Levels over the largest excursion: a sensor that saturates lower has lost more than half of the motion."""
 _LEVELS = np.linspace(_INSIDE, 1.0, 46)[:-1]
 _LOG_PRIOR = math.log(0.01)
 """Of a sensor that saturates, on one side or on both."""
@@ -44,9 +44,9 @@ _LIKE_NOISE = 3.0
 
 
 def saturation_level(decay: FreeDecay) -> float | None:
-    """Level about the rest position at which the sensor saturates, unit of the signal; None where it is none.
+    """Level about the rest position at which the sensor saturates, unit of the signal; None without one.
 
-    Nor is it told of a pendulum's large swings, or where too few samples lie inside.
+    None also for a pendulum's large swings, or where too few samples lie inside.
     """
     if swing_frequency(decay.system, decay.unit) > 0.0:
         return None
@@ -76,7 +76,7 @@ def saturation_level(decay: FreeDecay) -> float | None:
     noise2 = float(fits.misfit[0]) / (count - COEFFICIENTS)
     jacobian, _ = signal_derivatives(samples, order, p, kappa, stop)
     told = np.einsum("ni,ij,nj->n", jacobian, np.linalg.inv(fits.normal[0]), jacobian)
-    # what sensor and law are wrong by goes on over a bin: so many samples say of it what one does
+    # errors of sensor and law are alike within a bin: its samples inform about them as one does
     in_bin = max(math.pi * (away.size - 1) / (2.0 * p[ADVANCE] * _BINS), 1.0)
     variance = noise2 * (1.0 + told) + in_bin * (_LINEAR * largest) ** 2
     angle = p[ADVANCE] * places + p[PHASE]
@@ -126,8 +126,8 @@ def _gains(
 ) -> Array:
     """Log likelihood ratio of a sensor that saturates at each level, on the upper side, the lower or both.
 
-    Of the samples: what they show about the rest position and what they should, the weight of that, the half
-    cycle and the bin of the phase, shape (n,) each. Minus infinity where tops scatter by more than noise.
+    Arguments, shape (n,) each: samples about the rest position, their expected values, weights, half cycles
+    and bins of the phase. Minus infinity where tops scatter by more than noise.
     """
     n, half_cycles = away.size, 0
     for which in half_cycle:
@@ -139,7 +139,7 @@ def _gains(
         for k in range(n):
             beyond[k] = (upper and expected[k] > level) or (lower and -expected[k] > level)
             reach[half_cycle[k]] |= beyond[k]
-        # what half cycles that stay below the level show beyond the law
+        # the deviation from the law in half cycles below the level
         common, total = np.zeros(_BINS), np.zeros(_BINS)
         for k in range(n):
             if not reach[half_cycle[k]]:

@@ -1,4 +1,4 @@
-"""What a fit of the whole signal says, whichever forward model it was made with."""
+"""The result of a fit of the whole signal, with any forward model."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def signal_fit(
     fitted: FittedSignal,
     notes: tuple[str, ...] = (),
 ) -> Fit:
-    """Put a fit together.
+    """Return a fit, put together from its parts.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def signal_fit(
     fitted : FittedSignal
         The optimum.
     notes : tuple of str
-        What is to be said before the residuals speak.
+        Remarks that precede those on the residuals.
     """
     if fitted.jumps:
         notes = (*notes, _JUMPS)

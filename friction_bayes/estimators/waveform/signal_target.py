@@ -1,7 +1,6 @@
 """The posterior of a whole signal as the sampler sees it: all coefficients, frequency and phase among them.
 
-The linearisation that makes the closed form is not used here: ``log_prob`` has the signal itself, so that a
-sampler can judge it.
+``log_prob`` uses the signal itself, so that a sampler checks the linearisation behind the closed form.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Forces beside a law: how much better would they explain the record, whatever the law can take of them?"""
+"""Forces in addition to a law: how much better would they explain the record, all else of the law free?"""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class ScoreTest(NamedTuple):
     statistic : float
         Chi-square.
     degrees : int
-        Combinations of the forces that can be told from the law.
+        Combinations of the forces that can be distinguished from the law.
     coefficients : ndarray, shape (f,)
     covariance : ndarray, shape (f, f)
     """
@@ -42,7 +42,7 @@ class BesideLaw(NamedTuple):
     norm : ndarray, shape (f,)
         Length of each force before anything is taken from it.
     gram : ndarray, shape (f, f)
-        Of what the law leaves of the forces.
+        Of the residuals of the forces after the law.
     score : ndarray, shape (f,)
         Of that with the residual.
     """
@@ -52,7 +52,7 @@ class BesideLaw(NamedTuple):
     score: Array
 
     def test(self, chosen: slice) -> ScoreTest:
-        """Test some of the forces together."""
+        """Test of some of the forces together."""
         norm = self.norm[chosen]
         values, vectors = np.linalg.eigh(self.gram[chosen, chosen] / np.outer(norm, norm))
         kept = values > settings.SETTINGS.minor_share
@@ -66,7 +66,7 @@ class BesideLaw(NamedTuple):
         )
 
     def with_law(self, j: int) -> BesideLaw | None:
-        """The same if force ``j`` were part of the law; None where the law has taken it already."""
+        """The same with force ``j`` as part of the law; None where the law explains it already."""
         own = self.gram[j, j]
         if own <= settings.SETTINGS.minor_share * self.norm[j] ** 2:
             return None
@@ -77,7 +77,7 @@ class BesideLaw(NamedTuple):
 
 
 def beside_law(fit: ForceFit, forces: Array) -> BesideLaw:
-    """Whiten forces, shape (nodes, f), and take the best law out of them."""
+    """Whitened forces, shape (nodes, f), with the best law projected out."""
     best = fit.posterior.best
     law = np.flatnonzero(fit.sets.columns[fit.chosen])
     # the force itself at the samples: the mean over the nodes of the interval before

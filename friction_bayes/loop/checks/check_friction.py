@@ -1,4 +1,4 @@
-"""Compare friction of a closed form with a sampler's, on one target."""
+"""Comparison of the friction of a closed form with a sampler's, on one target."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _MOST_STEPS = 4000
 def check_friction(
     target: Target, expected: Array, *, factor: float, unit: str, seed: int, walkers: int | None = None
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
-    """Sample a target with emcee and compare its friction with draws of the closed form.
+    """Friction of a target sampled with emcee, compared with draws of the closed form.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def check_friction(
         Of the latter.
     seed : int
     walkers : int, optional
-        Of each ensemble; as many as the sampler takes by itself where left out.
+        Of each ensemble; the sampler's own choice by default.
 
     Returns
     -------

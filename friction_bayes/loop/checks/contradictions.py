@@ -1,10 +1,10 @@
 r"""Whether several records contradict one law for all: an effect's size by each record alone, compared.
 
-Friction may differ between records, an effect that they share may not. Where it does all the same, other
-effects and the random force take up the difference, and the law that is best for all is none of theirs. So
-the records are asked as if each had sizes of its own: the set of effects that is most probable then has
-coefficients :math:`m_r` in record r, with covariance :math:`C_r` over all else that the set holds (by its
-samples alone: to a record that says little, the prior is no evidence of a small effect), and
+Friction may differ between records, a shared effect may not. Where it does, other effects and the random
+force take up the difference, and the best common law fits no record. So each record is given sizes of its
+own: the most probable set then has coefficients :math:`m_r` in record r, with covariance :math:`C_r` over all
+else in the set (by the samples alone: in a record with little information, the prior is no evidence of a
+small effect), and
 
 .. math:: \chi^2 = \sum_r (m_r - \bar m)^T C_r^{-1} (m_r - \bar m), \qquad
    \bar m = \Big(\sum_r C_r^{-1}\Big)^{-1} \sum_r C_r^{-1} m_r
@@ -28,7 +28,7 @@ from friction_bayes.statespace.subset_evidence import set_posterior
 __all__ = ["Comparison", "compared_sizes", "contradictions"]
 
 _PRIOR = 1e-4
-"""Of its precision, what the sizes by themselves are told with: enough for a unique answer."""
+"""Share of the prior precision with which sizes by themselves are computed: enough for uniqueness."""
 
 
 class Comparison(NamedTuple):
@@ -58,7 +58,7 @@ class Comparison(NamedTuple):
 
 
 def contradictions(fit: JointFit) -> Iterator[str]:
-    """Say which effects the records contradict one size of."""
+    """Sentences on the effects for which the records contradict a common size."""
     found = compared_sizes(fit)
     for one in found:
         if one.p_value >= settings.SETTINGS.false_alarm_rate / len(found):
@@ -77,10 +77,10 @@ def contradictions(fit: JointFit) -> Iterator[str]:
 
 
 def compared_sizes(fit: JointFit) -> list[Comparison]:
-    """Compare the effects that all records share in the set that is best where sizes may differ.
+    """Chi-square of each effect that all records share, in the set that is best where sizes may differ.
 
-    Effects that each record has of its own, and those that are told as shares of friction, which may differ
-    between the records, are not compared.
+    Effects of which each record has its own, and those that are shares of friction, which may differ between
+    the records, are not compared.
     """
     law = fit.along[0].law
     mean, covariance, columns = _by_themselves(fit)
@@ -106,7 +106,7 @@ def _compared(effect: str, mean: Array, covariance: Array) -> Comparison:
 
 
 def _by_themselves(fit: JointFit) -> tuple[Array, Array, Integers]:
-    """What each record says, under its own noise and random force, in the set that is best for all then.
+    """Estimates of each record, under its own noise and random force, in the set that is best for all then.
 
     Means (r, s) and covariances (r, s, s) of the coefficients, in units of their prior sd, and their columns.
     """

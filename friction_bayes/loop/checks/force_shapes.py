@@ -1,4 +1,4 @@
-"""The shape of a force that a law leaves: which simple form describes best how it follows the motion."""
+"""The shape of a force in a law's residual: the simple form that best describes how it follows the motion."""
 
 from __future__ import annotations
 
@@ -40,21 +40,21 @@ class Shape(NamedTuple):
 
 
 def best_shape(fit: ForceFit, binned: Array) -> Shape | None:
-    """Find the form that, as a part of the law, leaves least of a binned force.
+    """The form that, as a part of the law, explains most of a binned force.
 
-    None where the law has taken all of them already, as one with faults of the sensor can.
+    None where the law contains all of the forms already, as one with sensor effects can.
 
     Parameters
     ----------
     fit : ForceFit
     binned : ndarray, shape (nodes, f)
-        The binned force that the law was found to leave.
+        The binned force in the residual of the law.
     """
     names, columns = zip(*_shapes(fit.path), strict=True)
     bins = slice(0, binned.shape[1])
     beside = beside_law(fit, np.column_stack([binned, *columns]))
     whole = beside.test(bins)
-    # a single bin that fails may leave all of them together as chance would have them
+    # with a single bin that fails, all of them together may pass
     excess = max(whole.statistic - whole.degrees, whole.degrees)
     found = []
     for j, name in enumerate(names, start=binned.shape[1]):

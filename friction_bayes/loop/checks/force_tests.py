@@ -1,8 +1,8 @@
-"""What a law and a random force leave: noise, or something that follows the motion.
+"""Whether the residual of a law and a random force is noise, or follows the motion.
 
-A random force takes up whatever moves the oscillator. Whether it depends on the motion is tested as a force:
-binned functions of the velocity, the position, the amplitude and the time, whitened like every column, beside
-the law. What passes is fluctuation; what fails and is large is an effect that the catalogue lacks.
+A random force takes up whatever moves the oscillator. Whether it depends on the motion is tested by forces in
+addition to the law: binned functions of the velocity, the position, the amplitude and the time, whitened like
+every column. One that passes is random; one that fails and is large is an effect outside the catalogue.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _JUMPS = "force_jumps"
 
 @dataclass(frozen=True)
 class Dependence:
-    """How far the force that is left depends on something.
+    """Dependence of the residual force on a variable.
 
     Attributes
     ----------
@@ -62,10 +62,10 @@ class LeftOver(ResidualTests):
     ----------
     dependences : tuple of Dependence
     near_motion : float
-        Standard deviation of the innovations near the frequency of the motion, over the model's: at least so
-        much, with the probability that candidates are credible with.
+        Lower limit of the innovations' standard deviation near the frequency of the motion, over the model's,
+        with the probability of credible candidates.
     shape : Shape or None
-        That describes the worst dependence best; None where there is none.
+        That describes the worst dependence best; None without one.
     """
 
     dependences: tuple[Dependence, ...]
@@ -74,7 +74,7 @@ class LeftOver(ResidualTests):
 
     @property
     def jumps(self) -> float | None:
-        """Kurtosis of the jumps of the random force where they are no normal ones; None where they may be."""
+        """Kurtosis of the jumps of the random force where they are not normal; None where they may be."""
         if _JUMPS not in self.failed:
             return None
         return next(channel.statistic for channel in self.channels if channel.name == _JUMPS)
@@ -86,12 +86,12 @@ class LeftOver(ResidualTests):
         return max(failed, key=lambda d: d.force, default=None)
 
     def matters(self, tolerance: float, friction: float) -> bool:
-        """Whether what is left is more than friction can be told in spite of.
+        """Whether the residual is too large for friction to be estimated.
 
         It is where a force that depends on the motion is larger than the tolerance's share of ``friction``
-        (natural units), or where innovations that are no noise exceed what the model says of them by that
-        share near the frequency of the motion: elsewhere they are the sensor's own, and say nothing about
-        the law. That a random force jumps as no normal one does is said and decides nothing: it fluctuates.
+        (natural units), or where innovations that are not noise exceed the model's by that share near the
+        frequency of the motion: elsewhere they are the sensor's, and no evidence about the law. Jumps of the
+        random force that are not normal are reported and decide nothing.
         """
         if self.worst is not None and self.worst.force > tolerance * friction:
             return True
@@ -99,7 +99,7 @@ class LeftOver(ResidualTests):
         return coloured and self.near_motion > 1.0 + tolerance
 
     def to_left(self) -> dict[str, Any]:
-        """What the report says of the worst dependence: ``depends_on``, ``shape`` and its ``share``."""
+        """The worst dependence as reported: ``depends_on``, ``shape`` and its ``share``."""
         return {
             "depends_on": None if self.worst is None else self.worst.on,
             "shape": None if self.shape is None else self.shape.name,
@@ -108,7 +108,7 @@ class LeftOver(ResidualTests):
 
 
 def what_is_left(fit: ForceFit) -> LeftOver:
-    """Test what the best law and its random force leave."""
+    """Tests of the residual of the best law and its random force."""
     x = fit.innovations[np.isfinite(fit.clock.variance)]
     white = whiteness(x)
     line, line_p = largest_line(x)
@@ -163,7 +163,7 @@ def _near_motion(fit: ForceFit, innovations: Array) -> float:
 
 
 def _binned_forces(fit: ForceFit) -> Iterator[tuple[str, Array]]:
-    """Forces at the nodes of the path: one a bin, and with the direction of motion where that is another."""
+    """Forces at the nodes of the path: one a bin, and with the direction of motion where that differs."""
     path = fit.path
     sign = path.direction[:, None]
     turns = path.turning_x - np.mean(0.5 * (path.turning_x[1:] + path.turning_x[:-1]))
@@ -191,7 +191,7 @@ def _dependence(fit: ForceFit, on: str, forces: Array) -> Dependence:
 
 
 def _one_of(fit: ForceFit, name: str, forces: Array) -> Dependence:
-    """The force of several that differs most: a test of all at once drowns it."""
+    """The force of several with the largest test statistic: a joint test would hide it."""
     beside = beside_law(fit, forces)
     count = forces.shape[1]
     tests = [beside.test(slice(j, j + 1)) for j in range(count)]
@@ -204,7 +204,7 @@ def _one_of(fit: ForceFit, name: str, forces: Array) -> Dependence:
 
 
 def _of_force(fit: ForceFit, on: str, channel: Channel, forces: Array, found: ScoreTest) -> Dependence:
-    """How large the forces are that a test found."""
+    """The dependence by the forces that a test found, in root mean square."""
     best, coefficients = fit.posterior.best, found.coefficients
     share = fit.path.node_weight / fit.path.node_weight.sum()
     weighted = forces.T @ (forces * share[:, None])

@@ -26,11 +26,11 @@ from friction_bayes.statespace.transition import distinct_steps, transition_tabl
 __all__ = ["forecast"]
 
 _DRAWS = 40
-"""Laws that are simulated: their scatter adds to a band that the random force makes for the most part."""
+"""Laws that are simulated: their scatter adds to a band that is mostly due to the random force."""
 
 
 def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
-    """Fit the first part of the record anew and forecast the rest; None where that fails.
+    """The rest of a record forecast from a fit of its first part alone; None where that fails.
 
     The forecast is the posterior predictive mean over all laws, each as probable as it is after the whole
     record: draws over their coefficients and, where there is one, sizes of the random force, each from the
@@ -164,7 +164,7 @@ def _simulated(draws: LawDraws, k: int, state: Array, time: Array) -> Array | No
 
 
 def _filtered(draws: LawDraws, which: Mask, motions: Array, time: Array) -> Array:
-    """What the filter of the record adds to forecasts, shape (k, n), that begin with its first part's last.
+    """The effect of the record's filter on forecasts, shape (k, n), that begin with the last fitted sample.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def _fluctuation(
     stiffness: Array | None,
     slope: Array | None,
 ) -> tuple[Array, Array]:
-    """What the random force adds to the signal from the last state on.
+    """Contribution of the random force to the signal from the last state on.
 
     Parameters
     ----------

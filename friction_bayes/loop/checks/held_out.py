@@ -1,4 +1,4 @@
-"""Forecast of the rest of a record by a model that is fitted anew to its first part."""
+"""Forecast of the rest of a record by a model fitted to its first part alone."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Forecast:
 
 
 def forecast_records(fit: LoopFit) -> tuple[Forecast, ...]:
-    """Fit the first 70 % of each moving record anew and forecast the rest; empty where that fails.
+    """Forecasts of the rest of each moving record from a fit of the first 70 %; empty where that fails.
 
     The mean is the prediction at the posterior mode; the variance is that of the coordinates, linearised over
     steps of their standard deviations, and that of the noise.
@@ -95,7 +95,7 @@ def forecast_records(fit: LoopFit) -> tuple[Forecast, ...]:
 def held_out_error(
     before: Sequence[Forecast], after: Sequence[Forecast], noise_floor: float, unit: str
 ) -> dict[str, Any]:
-    """Errors of both models over all records, as the report has them; nan where one could not forecast."""
+    """Errors of both models over all records, as reported; nan where one could not forecast."""
     return {
         "before": _rms(before),
         **forecast_errors(after),
@@ -121,7 +121,7 @@ def _rms(forecasts: Sequence[Forecast]) -> float:
 def with_forecasts(
     traces: Sequence[RecordTrace], before: Sequence[Forecast], after: Sequence[Forecast]
 ) -> tuple[RecordTrace, ...]:
-    """Records with what both models forecast of their last parts; as they are where one could not."""
+    """Records with both models' forecasts of their last parts; unchanged where one could not forecast."""
     if not len(traces) == len(before) == len(after):
         return tuple(traces)
     return tuple(

@@ -1,4 +1,4 @@
-"""Compare the posterior of several records under one law with a sampler's."""
+"""Comparison of the posterior of several records under one law with a sampler's."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _CLOSED_FORM_DRAWS = 20_000
 
 
 def target_together(fit: JointFit, row: int, *, forced: bool) -> JointTarget:
-    """What a sampler sees of one of the posterior's sets, under a random force or none."""
+    """The sampler's target of one of the posterior's sets, with or without a random force."""
     return JointTarget(problem=fit.problem, posterior=fit.posterior, row=row, prior=fit.prior, forced=forced)
 
 
 def check_together(
     fit: JointFit, cells: Mask, factor: float, unit: str, seed: int, *, forced: bool
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
-    """Sample the most probable set of columns and spread of the most probable candidate with emcee.
+    """Comparison with emcee of the most probable columns and spread of the most probable candidate.
 
     Parameters
     ----------

@@ -3,10 +3,10 @@ r"""The posterior of several records under one law as a sampler sees it: every s
 .. math:: y_r \sim N(S_r b + O_r a_r,\, \sigma^2 n_r^2 V_r(q/\sigma, \tau)), \quad b, a_r \sim N(0, s^2),
           \quad p(\sigma) \propto 1/\sigma, \quad \log q \sim N, \quad \log\tau \sim U
 
-with ``b`` what all records share, half-normal where it has to be positive, and ``a`` each record's own, the
-deviation of its friction among them: normal, and integrated out exactly at every size of the noise. Sizes of
-noise and random force beside each other are those of :class:`.joint_problem.Member`. The closed form has the
-prior precision in units of the noise found with all columns, and a grid over the random force.
+with ``b`` shared by all records, half-normal where it has to be positive, and ``a`` each record's own, the
+deviation of its friction among them: normal, and integrated out exactly at every size of the noise. The
+ratios of noise and random force between records are those of :class:`.joint_problem.Member`. The closed form
+has the prior precision in units of the noise found with all columns, and a grid over the random force.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class JointTarget:
     def target(
         self, *, natural: Callable[[Array], dict[str, Array]], signals: list[Array], unit: float
     ) -> Target:
-        """What is sampled.
+        """Parameters that are sampled.
 
         Parameters
         ----------
@@ -290,7 +290,7 @@ class JointTarget:
         mixed = 1 + self.forced
         covariance[s : s + mixed, s : s + mixed] += both[:mixed, :mixed]
         centre, sd = weight[mine] @ np.array(each), np.sqrt(np.diag(covariance))
-        # where the sampler starts has to lie inside the support
+        # the sampler has to start inside the support
         positive = self.problem.positive[self.shared]
         centre[:s] = np.where(positive, np.maximum(centre[:s], 0.5 * sd[:s]), centre[:s])
         centre[s] = max(centre[s], self._log_least_variance + 0.5 * sd[s])
@@ -323,7 +323,7 @@ class JointTarget:
 
     @cached_property
     def _uncut(self) -> JointProblem:
-        """The set alone, its coefficients of either sign: the mass that is cut off cancels in the product."""
+        """The set alone, its coefficients of either sign: the truncated mass cancels in the product."""
         members = [
             replace(
                 member,

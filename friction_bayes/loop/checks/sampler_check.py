@@ -1,4 +1,4 @@
-"""Compare the posterior of a law along the measured motion with a sampler's, under a random force or not."""
+"""Comparison of the posterior of a law along the measured motion with a sampler's."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def target_of_set(fit: ForceFit, chosen: int, *, forced: bool) -> Target:
 def check_random_force(
     fit: ForceFit, factor: float, unit: str, seed: int, *, forced: bool
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
-    """Sample the most probable set of columns with emcee, and compare friction.
+    """Friction of the most probable set of columns, compared with emcee's.
 
     Parameters
     ----------

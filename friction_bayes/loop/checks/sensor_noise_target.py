@@ -39,7 +39,7 @@ def sensor_noise_target(
     signal: Array,
     unit: float,
 ) -> Target:
-    """Build the target of a regression given that there is no random force.
+    """The target of a regression given that there is no random force.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def sensor_noise_target(
     covariance[p, p] = 2.0 / n
     sd = np.sqrt(np.diag(covariance))
     centre = np.append(quiet.middle * scale, math.log(quiet.noise2))
-    # where the sampler starts has to lie inside the support
+    # the sampler has to start inside the support
     centre[:p] = np.where(regression.positive, np.maximum(centre[:p], 0.5 * sd[:p]), centre[:p])
     centre[p] = max(centre[p], regression.log_least_variance + 0.5 * sd[p])
     return Target(

@@ -1,9 +1,9 @@
-r"""Friction seen twice: in the loss of amplitude, and in the shape within a cycle.
+r"""Friction estimated twice: from the loss of amplitude, and from the shape within a cycle.
 
 In each half cycle the force of friction is split, :math:`\phi = g v + (\phi - g v)` with
 :math:`g = \int \phi v\,dt / \int v^2\,dt`: the first part takes all of the energy, the second none. Offered
-as two columns in place of one, each comes with a friction of its own. A fluctuating force blurs the first;
-the second is at the mercy of errors of the sensor that follow the direction of motion.
+as two columns in place of one, each comes with a friction of its own. A random force blurs the first;
+the second is biased by errors of the sensor that follow the direction of motion.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Witnesses:
     ----------
     loss, shape : Summary
         Of the loss of amplitude, and of the shape within a cycle; not cut at zero, since a friction that is
-        negative tells of an error.
+        negative indicates an error.
     agree : bool
     """
 
@@ -44,7 +44,7 @@ class Witnesses:
 
 
 def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
-    """Split friction into its loss of energy and its shape.
+    """Friction by its loss of energy and by its shape.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     """
     best = fit.posterior.best
     others = fit.sets.columns[fit.chosen].copy()
-    # where the best law has no dry friction, both witnesses are asked for that of Coulomb
+    # where the best law has no dry friction, both witnesses are of Coulomb friction added to it
     friction = next((j for j in fit.law.frictions if others[j]), fit.law.dry_friction)
     others[friction] = False
     at_nodes, at_samples = _losing_part(fit.path, fit.law.force(friction, fit.path.nodes))
@@ -68,7 +68,7 @@ def two_witnesses(fit: ForceFit, unit_force: float, unit: str) -> Witnesses:
     columns = np.column_stack([fit.law.sensor[:, others], loss, shape]) * scale
     block = np.column_stack([columns, fit.residual])
     gram = whiten(block, fit.clock, fit.row, best.ratio, best.tau).gram
-    # the record enters as what the best law leaves, about which the prior is as good as centred
+    # the data are the residual of the best law, about which the prior is nearly centred
     law = np.append(fit.coefficients[others], [fit.coefficients[friction]] * 2) / scale
     noise2, prior = best.noise**2, best.found.full_noise2
     factor = cho_factor(gram[:-1, :-1] + prior * np.eye(scale.size))

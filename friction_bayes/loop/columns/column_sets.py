@@ -1,4 +1,4 @@
-"""The sets of effects that are weighed along the measured motion, as sets of columns."""
+"""The sets of effects that are evaluated along the measured motion, as sets of columns."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ColumnSets:
 
 
 class _Structure(NamedTuple):
-    """What the sets follow from: which columns each effect may have, and how probable its shapes are.
+    """Inputs of the sets: the columns that each effect may have, and the probabilities of its shapes.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ def _sets_of(given: _Structure, known: LoopSettings) -> ColumnSets:
 def _log_shares(law: LawColumns, shapes: Sequence[tuple[int, ...]]) -> list[float]:
     """Logarithm of the share of an effect's probability that each of its shapes has."""
     taken = [law.columns[columns[0]].shape for columns in shapes]
-    # the extents of a series in one shape share alike
+    # the extents of a series in one shape are equally probable
     return [math.log(math.prod(each.weight for each in shape) / taken.count(shape)) for shape in taken]
 
 

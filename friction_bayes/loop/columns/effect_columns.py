@@ -1,4 +1,4 @@
-"""Each effect of the catalogue as columns along a measured path: forces, faults of the sensor, lines."""
+"""Each effect of the catalogue as columns along a measured path: forces, sensor effects, lines."""
 
 from __future__ import annotations
 
@@ -37,16 +37,15 @@ __all__ = [
 ]
 
 NUDGE = 1e-4
-"""Share of the swing over which a force, or a fault of the sensor, is differenced."""
+"""Share of the swing over which a force, or a sensor effect, is differenced."""
 PRIOR_SCORES = (-1.6, -0.8, 0.0, 0.8, 1.6)
-"""Where a parameter that shapes a term is taken before anything is known of it, as normal scores of its
-prior."""
+"""Values of a parameter that shapes a term at which it is evaluated first, as normal scores of its prior."""
 _SMALL_SCORES = tuple(0.6 * k for k in range(-4, 5))
-"""The same of one whose prior begins at zero; at twice as many friction comes out the same."""
+"""The same for a prior that begins at zero; friction is the same with twice as many."""
 
 
 class Shape(NamedTuple):
-    """A parameter that shapes a column: where it is taken, and the values that this stands for.
+    """A parameter that shapes a column: where it is taken, and the values that this represents.
 
     Attributes
     ----------
@@ -70,7 +69,7 @@ class Shape(NamedTuple):
 
 @dataclass(frozen=True)
 class Column:
-    """What a column of the law is.
+    """Description of a column of the law.
 
     Attributes
     ----------
@@ -106,14 +105,14 @@ class Column:
 
     @property
     def score(self) -> float:
-        """Where what shapes it is taken, as a normal score of its prior; zero where nothing does."""
+        """Value of its shape parameter, as a normal score of the prior; zero without one."""
         return self.shape[0].score if self.shape else 0.0
 
     @property
     def own(self) -> bool:
-        """Whether each record has a coefficient of its own: of its start, its filter and of what begins anew.
+        """Whether each record has a coefficient of its own: of its start, its filter and of what restarts.
 
-        A fault of one sign, such as backlash, is of the sensor and the same in all records.
+        An effect of one sign, such as backlash, is of the sensor and the same in all records.
         """
         if self.kind == "effect":
             return EFFECTS[self.effect].per_record and not self.positive
@@ -201,8 +200,8 @@ def force_columns(
     """Columns of a force effect: one for each coefficient, in each of its shapes.
 
     The first parameter is a coefficient, or bends friction; another is one if it makes a force by itself
-    along the ``path``. What shapes a term is taken at some normal ``scores`` of its prior, evenly spaced, and
-    where left out all over the prior.
+    along the ``path``. Shape parameters are evaluated at evenly spaced normal ``scores`` of the prior, by
+    default over all of it.
     """
     coordinates = effect_coordinates(name, scales, 1)
     first, *others = coordinates
@@ -241,14 +240,14 @@ def force_columns(
 
 
 def _same_force(one: Array, other: Array) -> bool:
-    """Whether two forces are one but for rounding, of which the faintest values have most."""
+    """Whether two forces are equal except for rounding, relative to the largest value."""
     return bool(np.max(np.abs(one - other)) <= 1e-6 * np.max(np.abs(other)))
 
 
 def _shapes(
     coordinates: Sequence[Coordinate], prior: Sequence[float], scores: Sequence[float] | None
 ) -> Iterator[tuple[Shape, ...]]:
-    """What shapes a term at each of some normal scores, those of the ``prior`` where no others are given.
+    """Shape parameters of a term at each of some normal scores, by default those of the ``prior``.
 
     Parameters that shape the same term are at the same score.
     """
@@ -321,7 +320,7 @@ class Sampled(NamedTuple):
 
     @property
     def values(self) -> Array:
-        """The signal as the record has it, shape (n,)."""
+        """The signal as recorded, shape (n,)."""
         return block_means(self.signal, self.block)
 
 
@@ -329,7 +328,7 @@ def sampled(path: MeasuredPath, block: int, order: int) -> Sampled:
     """The readings within the blocks of a path by a sensor of the derivative ``order``."""
     if block == 1:
         return Sampled(path.phase, path.reading(order, path.x, path.v), block)
-    # a fault that jumps within a block shows there with a share of its size
+    # an effect that jumps within a block shows there with a share of its size
     within = (np.arange(block) - 0.5 * (block - 1)) / block
     phase = (path.phase[:, None] + np.gradient(path.phase)[:, None] * within).ravel()
     motion = CubicHermiteSpline(path.phase, path.x, path.v)
@@ -337,7 +336,7 @@ def sampled(path: MeasuredPath, block: int, order: int) -> Sampled:
 
 
 class SensorColumn(NamedTuple):
-    """A column of a fault of the sensor, and what that makes of a signal.
+    """A column of a sensor effect, and the error that it makes in a signal.
 
     Attributes
     ----------
@@ -354,7 +353,7 @@ class SensorColumn(NamedTuple):
         return block_means(self.wrong(read), read.block)
 
     def slope(self, read: Sampled) -> Array:
-        """How that changes with the signal, shape (n,): not at all where it is only late, or jumps."""
+        """Derivative of the error in the signal, shape (n,): zero where it is only late, or jumps."""
         nudge = NUDGE * float(np.max(np.abs(read.signal)))
         above, below = (self.wrong(read._replace(signal=read.signal + off)) for off in (nudge, -nudge))
         return block_means((above - below) / (2.0 * nudge), read.block)
@@ -363,9 +362,9 @@ class SensorColumn(NamedTuple):
 def sensor_columns(
     name: str, scales: Scales, order: int, w0: float, size: float | None = None
 ) -> Iterator[SensorColumn]:
-    """Columns of a fault of the sensor that is linear in its parameters, or in the first about its ``size``.
+    """Columns of a sensor effect that is linear in its parameters, or in the first about its ``size``.
 
-    That is the scale of its prior where none has been found yet.
+    The size is the scale of its prior where no estimate exists yet.
     """
     effect = EFFECTS[name]
     assert isinstance(effect, SensorEffect)
@@ -417,7 +416,7 @@ def line_columns(
 def _shape_of_line(line: Line, duration: float) -> tuple[Shape, ...]:
     f, t = line.frequency, line.decay_time
     if line.steady:
-        # a line further off by a quarter of a turn over the record would be another one
+        # a line off by more than a quarter of a turn over the record would be another one
         return (Shape("frequency", f, f - 0.25 / duration, f + 0.25 / duration),)
     # uniform of the same standard deviation; that of the frequency is the same share of its half width
     reach = min(math.sqrt(3.0) * line.scatter, LOG_DECAY_TIME)

@@ -1,4 +1,4 @@
-"""The law of the round before and the sensor's faults, about which the columns of the next one are linear."""
+"""The law of the round before and its sensor effects, about which the columns of the next are linear."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class LawBefore:
     forces : tuple of (float, ForceColumn)
         Those that act, and their coefficients.
     faults : tuple of (float, SensorColumn)
-        The sensor's faults, and their coefficients.
+        The sensor effects, and their coefficients.
     fluctuation : ndarray, shape (n,)
-        The random force beside them at the samples; it does not depend on the motion.
+        The random force at the samples; it does not depend on the motion.
     """
 
     forces: tuple[tuple[float, ForceColumn], ...]
@@ -33,7 +33,7 @@ class LawBefore:
     fluctuation: Array
 
     def gain(self, read: Sampled) -> Array:
-        """What the sensor with its faults makes of a change of the signal, shape (n,)."""
+        """A change of the signal as read by the sensor with its effects, shape (n,)."""
         gain = np.ones(read.phase.size // read.block)
         for size, each in self.faults:
             gain += size * each.slope(read)
@@ -53,7 +53,7 @@ class LawBefore:
                 - self.force(points._replace(**{name: getattr(points, name) - nudge}))
                 for name in ("x", "v")
             )
-            # of the restoring force, what the oscillator that answers lacks
+            # the part of the restoring force that the linear oscillator lacks
             bent = straight - (np.cos(points.x) if path.pendulum else 1.0)
             return np.column_stack([bent + by_x / (2.0 * nudge), by_v / (2.0 * nudge)])
 

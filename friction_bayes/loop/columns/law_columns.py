@@ -2,7 +2,7 @@
 
 Columns are in natural units (see :mod:`friction_bayes.statespace.transition`), their
 coefficients are the effects' own parameters in SI units, with the priors of the catalogue. A parameter that
-only shapes a term is taken at a few values of its prior, one column each.
+only shapes a term is evaluated at a few values of its prior, one column each.
 """
 
 from __future__ import annotations
@@ -52,22 +52,22 @@ class LawColumns:
     ----------
     columns : tuple of Column, length p
     sensor : ndarray, shape (n, p)
-        What the recording shows of each, natural units.
+        Each as recorded, natural units.
     states : ndarray, shape (n, 2, p)
-        Displacement and velocity of each; none of a sensor's fault.
+        Displacement and velocity of each; zero for a sensor effect.
     forces : ndarray, shape (n, p)
-        Force of each, natural units; none of the start and of a sensor's fault.
+        Force of each, natural units; zero for the start and for a sensor effect.
     read : Sampled
         The motion along the path as the sensor reads it.
     row : ndarray, shape (3,) or (n, 3)
-        With which the sensor, with the faults that it had before, reads the state.
+        With which the sensor, with the effects that it had before, reads the state.
     known : ndarray, shape (n,)
-        What the recording shows of the terms without a coefficient.
+        The terms without a coefficient as recorded.
     known_states : ndarray, shape (n, 2)
     acting : tuple of ForceColumn
         The forces behind the columns, which come after the start.
     wrong : tuple of SensorColumn
-        The faults of the sensor behind the columns, which come after those of the forces.
+        The sensor effects behind the columns, which come after those of the forces.
     about : LawBefore or None
         The law about which the columns are linear; None where forces are taken as given along the path.
     feedback : Feedback
@@ -108,7 +108,7 @@ class LawColumns:
     def before(self, coefficients: Array, fluctuation: Array) -> LawBefore:
         """The law of some coefficients, shape (p,), in units of the frequency that it found.
 
-        With the random force beside it, shape (n,).
+        With the random force, shape (n,).
         """
         forces = self.with_sizes(coefficients)
         kept = tuple(pair for pair in forces if pair[1].column.kind != "stiffness")
@@ -118,7 +118,7 @@ class LawColumns:
 
     @property
     def of_faults(self) -> slice:
-        """Columns of the sensor's faults, but for lines."""
+        """Columns of sensor effects, except lines."""
         first = _OF_START + len(self.acting)
         return slice(first, first + len(self.wrong))
 
@@ -134,7 +134,7 @@ class LawColumns:
 
     @property
     def always(self) -> list[int]:
-        """Columns that every set holds: start and stiffness."""
+        """Columns that every set contains: start and stiffness."""
         return [j for j, c in enumerate(self.columns) if c.kind not in ("friction", "effect")]
 
     @property
@@ -144,7 +144,7 @@ class LawColumns:
 
     @property
     def frictions(self) -> list[int]:
-        """The columns of friction, of which a set holds one or, where nothing rubs, none."""
+        """The columns of friction, of which a set contains at most one."""
         return [j for j, c in enumerate(self.columns) if c.kind == "friction"]
 
     @property
@@ -153,7 +153,7 @@ class LawColumns:
         return [j for j, c in enumerate(self.columns) if j not in self.always and not _of_a_spring(c.effect)]
 
     def fault_sizes(self, coefficients: Array) -> dict[str, float]:
-        """Size of each fault of the sensor in a law whose size shapes it, by effect."""
+        """Size in a law of each sensor effect whose size shapes it, by effect."""
         sizes: dict[str, float] = {}
         for column, size in zip(self.columns, coefficients.tolist(), strict=True):
             effect = EFFECTS.get(column.effect)
@@ -162,7 +162,7 @@ class LawColumns:
         return sizes
 
     def with_shown(self, shown: Sequence[tuple[Column, Array]]) -> LawColumns:
-        """The same with columns of the recording, shape (n,) each, from which no motion follows."""
+        """The same with columns of the recording, shape (n,) each, which do not affect the motion."""
         n, extra = len(self.sensor), len(shown)
         return replace(
             self,
@@ -173,11 +173,11 @@ class LawColumns:
         )
 
     def recorded(self, shown: Array) -> Array:
-        """What the record has of columns that the sensor reads, shape (n, p)."""
+        """Columns that the sensor reads, as recorded, shape (n, p)."""
         return shown if self.filter is None else Through(shown)(self.filter)
 
     def behind(self, filter_: RecordingFilter) -> LawColumns:
-        """The same as a filter shows it, but for lines and the zero of the recording.
+        """The same after a filter, except lines and the zero of the recording.
 
         With what the filter still has of the time before the record, and how far its size is from the next's.
         """
@@ -217,7 +217,7 @@ def _of_a_spring(name: str) -> bool:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Circumstances:
-    """What a law has to do with besides the motion: how that was recorded, and what may act.
+    """Inputs of a law in addition to the motion: how that was recorded, and which effects may act.
 
     Attributes
     ----------
@@ -232,7 +232,7 @@ class Circumstances:
     duration : float
         Length of the record [s], to which friction drift refers.
     sizes : mapping
-        About how large the faults of the sensor are whose size shapes them, by effect.
+        Approximate size of the sensor effects whose size shapes them, by effect.
     scores : mapping
         Where the shapes of forces are taken, as normal scores of their priors, by effect.
     block : int
@@ -261,7 +261,7 @@ def law_columns(
     lines: Sequence[Line] = (),
     about: LawBefore | None = None,
 ) -> LawColumns:
-    """Evaluate the law along a path.
+    """Columns of the law along a path.
 
     Parameters
     ----------
@@ -276,7 +276,7 @@ def law_columns(
         Those of each effect, the strongest first.
     about : LawBefore, optional
         The law under which the path was smoothed: the columns are the derivatives of its motion. The forces
-        are taken as given along the path where left out.
+        are taken as given along the path by default.
     """
     system, order = given.system, given.order
     ratio = w0 / system.natural_frequency
@@ -301,7 +301,7 @@ def law_columns(
         forces=answers.forces[:, :-1],
         read=read,
         row=row,
-        # the faults were linear about the path, of which the gain has a share too much
+        # the sensor effects are linear about the path, so that the gain counts a share of it twice
         known=answers.sensor[:, -1] - (gain - 1.0) * read.values,
         known_states=answers.states[:, :, -1],
         acting=tuple(acting),
@@ -318,7 +318,7 @@ def law_columns(
 
 
 class _Answers(NamedTuple):
-    """What follows from a unit start, from each force and, last, from what is known; as of LawColumns."""
+    """Responses to a unit start, to each force and, last, to the known terms; as in LawColumns."""
 
     about: LawBefore | None
     feedback: Feedback
@@ -337,8 +337,7 @@ def _answers(
         (path.nodes, feedback.nodes, path.stiffness[path.interval]),
         (path.samples, feedback.samples, path.slope),
     ):
-        # what the restoring force lacks of the oscillator that answers; and a force that is linear about the
-        # path is known as far as the path is
+        # the restoring force beyond the linear oscillator's, less the linear part of the law along the path
         known = (
             stiffness * points.x - path.restoring(points.x) - slope[:, 0] * points.x - slope[:, 1] * points.v
         )
@@ -373,7 +372,7 @@ def _acting(path: MeasuredPath, given: Circumstances, evaluator: ForceEvaluator)
 
 
 def _wrong(given: Circumstances, w0: float) -> Iterator[SensorColumn]:
-    """Columns of the faults that the sensor may have, but for lines."""
+    """Columns of the sensor effects that may act, except lines."""
     for name in given.effects:
         if isinstance(EFFECTS[name], SensorEffect) and name not in OF_LINES:
             yield from sensor_columns(name, given.scales, given.order, w0, given.sizes.get(name))

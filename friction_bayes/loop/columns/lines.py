@@ -1,6 +1,6 @@
-"""Lines in the spectrum of what a law leaves: interference if they are steady, a second mode if they die out.
+"""Lines in the spectrum of a law's residual: interference if they are steady, a second mode if they die out.
 
-A line that dies out with a decay time ``T`` stands out most under the window ``exp(-t/T)``, its own envelope.
+A line that dies out with a decay time ``T`` is most visible under the window ``exp(-t/T)``, its own envelope.
 A few decay times are tried, each on as much of the record as such a line lasts.
 """
 
@@ -28,13 +28,13 @@ OF_LINES = (PERIODIC_INTERFERENCE.name, SECOND_MODE.name)
 """Effects that are lines."""
 
 LOG_DECAY_TIME = math.log(9.0)
-"""By how much the logarithm of a decay time may be off where a line is first seen."""
+"""Largest error of the logarithm of a decay time where a line is first found."""
 _MOST_LINES = 8
-"""Lines of each effect in one record: a second mode, its products, the mains."""
+"""Largest number of lines of each effect in one record: a second mode, its products, the mains."""
 _NEIGHBOURS = 61
-"""Ordinates of a spectrum that show what a line stands out of."""
+"""Ordinates of a spectrum in the surroundings that a line is compared with."""
 _LEAST_SAMPLES = 500
-"""The spectrum of fewer has no surroundings to speak of."""
+"""The spectrum of fewer has too few surroundings."""
 _APART = 4.0
 """Distance between two lines times the length of the window: those of a windowed signal are four wide."""
 _CLOSE = 1e-3
@@ -100,7 +100,7 @@ class Line(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Spectrum:
-    """How far each top of the spectrum of a signal stands out of its surroundings.
+    """Height of each peak in the spectrum of a signal over its surroundings.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class _Spectrum:
         # the median of exponential ordinates is ln 2 of their mean; at an end they are reflected: of copies
         # of the last one most of its surroundings would be made
         around = median_filter(power, _NEIGHBOURS, mode="reflect") / math.log(2.0)
-        # what rises towards a neighbour is the flank of another line, or of the motion's own band
+        # an ordinate lower than a neighbour is the flank of another line, or of the motion's own band
         top = power >= maximum_filter1d(power, 3)
         height = np.zeros_like(power)
         height[top] = power[top] / np.maximum(around[top], 1e-300)
@@ -143,18 +143,18 @@ class _Spectrum:
 
     @property
     def stands_out(self) -> bool:
-        """Whether its highest top is one that noise is not expected to have."""
+        """Whether its highest peak exceeds what noise is expected to have."""
         samples = self.window.size
         by_chance = samples * math.exp(-float(self.height.max()))
         return samples >= _LEAST_SAMPLES and by_chance < settings.SETTINGS.noise_alarm_rate
 
     def strike_out(self, line: Line) -> None:
-        """Look for no other line so near to one."""
+        """Exclude the surroundings of a line from the search for others."""
         length = min(self.window.size * self.step, _DECAYED * line.decay_time)
         self.height[np.abs(self.frequency - line.frequency) * length < _APART] = 0.0
 
     def highest(self) -> tuple[Line, Line]:
-        """The ordinate of the highest top, and the line that it is part of."""
+        """The ordinate of the highest peak, and the line that it is part of."""
         ordinate = int(np.argmax(self.height))
         at = Line(float(self.frequency[ordinate]), self.decay_time)
         if at.steady:
@@ -166,14 +166,14 @@ class _Spectrum:
 def lines_beside_motion(
     innovations: Array, force: Array, segment: Segment, known: Sequence[Line], effects: Collection[str]
 ) -> tuple[Line, ...]:
-    """Lines of these effects that stand out of their surroundings in a spectrum, none the motion's.
+    """Lines of these effects that exceed their surroundings in a spectrum, except the motion's.
 
     Parameters
     ----------
     innovations : ndarray, shape (n,)
         Under the law and the random force, in standard deviations.
     force : ndarray, shape (n,)
-        The random force, which hides what the oscillator answers to.
+        The random force, which hides lines that the oscillator responds to.
     segment : Segment
     known : sequence of Line
         Those that have been found: another one of the same effect lies apart from them.
@@ -229,7 +229,7 @@ def _found(spectra: Sequence[_Spectrum], segment: Segment, known: Sequence[Line]
 
 
 def _of_motion(frequency: ArrayLike, decay_time: float, segment: Segment) -> Mask:
-    """Whether lines [Hz] may be made by the motion's own changes about a harmonic, or are drifts."""
+    """Whether lines [Hz] may be due to changes of the motion about a harmonic, or to drifts."""
     line, motion = np.asarray(frequency, dtype=np.float64), segment.decay.frequency / (2.0 * math.pi)
     # a line that dies out is so wide at half its power
     width = 1.0 / (math.pi * decay_time)
@@ -240,7 +240,7 @@ def _of_motion(frequency: ArrayLike, decay_time: float, segment: Segment) -> Mas
 
 
 def _top(signal: Array, ordinate: int) -> float:
-    """Where a spectrum is highest within half an ordinate of its highest one, in ordinates.
+    """Position of a spectrum's maximum within half an ordinate of its highest one, in ordinates.
 
     A line held at the ordinate may slip by a quarter of a turn over either half of the record. It would leave
     up to a third of its power to the other effects, more or less with every sample that the record has.
@@ -256,7 +256,7 @@ def _top(signal: Array, ordinate: int) -> float:
 
 
 def _decaying_top(innovations: Array, step: float, near: Line) -> Line:
-    """Where a line near an ordinate has most power under its own envelope: its frequency and decay time."""
+    """Frequency and decay time with the most power of a line near an ordinate under its own envelope."""
     time = step * np.arange(innovations.size)
 
     def at(place: Array) -> tuple[float, float]:

@@ -1,1 +1,1 @@
-"""What a closed loop starts from: prepared records, parameters and the signal that a law predicts."""
+"""Inputs of a closed loop: prepared records, parameters and the signal that a law predicts."""

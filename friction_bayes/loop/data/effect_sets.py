@@ -1,4 +1,4 @@
-"""Sets of effects: which of them come besides, and in which order they are told."""
+"""Sets of effects: those that are combined with every set, and the order in which they are reported."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from friction_bayes.mechanics.effects.sensor_offset import SENSOR_OFFSET
 __all__ = ["SENSOR_ZERO", "in_catalogue_order"]
 
 SENSOR_ZERO = frozenset({SENSOR_OFFSET.name, SENSOR_DRIFT.name})
-"""An error of the sensor's zero comes besides: measured records hardly ever have none."""
+"""An error of the sensor's zero is combined with every set: nearly every measured record has one."""
 
 
 def in_catalogue_order(names: frozenset[str]) -> tuple[str, ...]:

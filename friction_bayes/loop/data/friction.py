@@ -58,7 +58,7 @@ def friction_scale(model: LoopModel) -> tuple[float, str]:
 def scale_draws(model: LoopModel, frequencies: Array, size: int, rng: np.random.Generator) -> Array:
     """Draws of the factor from a model's friction to the reported one.
 
-    They carry what is not known of mass and stiffness (see
+    They include the uncertainty of mass and stiffness (see
     :func:`friction_bayes.core.declared_force.declared_forces`).
 
     Parameters
@@ -109,12 +109,12 @@ def friction_of_loss(turning_points: Array) -> float:
 def friction_along(path: MeasuredPath) -> float:
     """Friction over stiffness that alone would explain the loss of amplitude along a motion.
 
-    Of fewer than three turning points it is told by how fast ``hypot(x, v)`` about their middle falls.
+    Of fewer than three turning points it is computed from how fast ``hypot(x, v)`` about their middle falls.
     """
     if path.turning.size > 2:
         return friction_of_loss(path.turning_x)
     amplitude = np.hypot(path.x - float(np.mean(path.turning_x)), path.v)
-    # in a half cycle two frictions are lost
+    # a half cycle loses twice r/k of amplitude
     slope = float(np.polyfit(path.phase, amplitude, 1)[0])
     return max(-0.5 * math.pi * slope, 1e-4 * float(amplitude.max()))
 

@@ -4,10 +4,10 @@ A release from rest leaves a position that is even in the time since, whatever f
 
 .. math:: x = a + b \cos \omega s + c \cos 2 \omega s, \quad s = t - t_0,
 
-over the first half cycle, and what the hand holds before. A record that begins in motion has the odd terms
-too, and no hold. Both are fitted to the first half period and compared by their likelihood, the noise at its
-most probable. Beforehand a hold is as probable as every effect, and it ends at any sample within a quarter of
-a period. The jump with which an acceleration begins shows by itself, and those within are like it.
+over the first half cycle, and a constant before. A record that begins in motion has the odd terms too, and no
+hold. Both are fitted to the first half period and compared by their likelihood at the most probable noise. A
+priori a hold is as probable as every effect, and it ends at any sample within a quarter of a period. An
+acceleration is not tested: its jump at the release is visible, and alike those at turning points.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from friction_bayes.records.quantisation import ROUNDING
 __all__ = ["held_samples"]
 
 _FINENESS = 8
-"""Times of a release that are tried between two samples."""
+"""Number of release times that are tried between two samples."""
 _HARMONICS = np.array([1.0, 2.0])
 """A half cycle of a far swing, or on a spring that stiffens, has the second too."""
 
 
 def held_samples(decay: FreeDecay) -> int:
-    """How many samples were read before the release; zero where none were or the record cannot tell."""
+    """Number of samples read before the release; zero also where the record cannot show it."""
     order = decay.quantity.order
     if order == 2 or not decay.evenly_spaced or decay.disturbed:
         return 0
@@ -50,7 +50,7 @@ def held_samples(decay: FreeDecay) -> int:
 
 
 def _released(since: Array, order: int) -> Array:
-    """Columns of what a sensor of a derivative reads, ``since`` in radians, of a mass held until zero."""
+    """Columns of a sensor's reading of a derivative, ``since`` in radians, for a mass held until zero."""
     moving = np.maximum(since, 0.0)
     return np.column_stack([np.ones_like(since), _terms(moving, order)])
 
@@ -62,6 +62,6 @@ def _terms(angle: Array, derivative: int) -> Array:
 
 
 def _misfit(columns: Array, values: Array) -> float:
-    """Sum of squares that a regression leaves."""
+    """Residual sum of squares of a regression."""
     left = values - columns @ np.linalg.lstsq(columns, values, rcond=None)[0]
     return float(left @ left)

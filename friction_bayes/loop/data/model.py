@@ -47,9 +47,9 @@ class Prediction:
     Attributes
     ----------
     clean : ndarray, shape (n,)
-        What an ideal sensor shows.
+        Reading of an ideal sensor.
     signal : ndarray, shape (n,)
-        With the faults of the sensor that act before the noise.
+        With the sensor effects that act before the noise.
     displacement, velocity : ndarray, shape (n,)
         The motion.
     direction : ndarray, shape (n,)
@@ -93,7 +93,7 @@ class RecordParameters(NamedTuple):
 
 
 def changes_signal(name: str) -> bool:
-    """Whether an effect changes the predicted signal: random ones and what acts after noise do not."""
+    """Whether an effect changes the predicted signal: not if random, or acting after the noise."""
     effect = EFFECTS[name]
     return not (
         isinstance(effect, NoiseEffect | ProcessEffect)
@@ -145,7 +145,7 @@ class LoopModel:
 
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
-        """Coordinates between which the force laws make sense, each of shape (p,)."""
+        """Bounds of the coordinates within which the force laws are defined, each of shape (p,)."""
         ends = np.array([c.coordinate_bounds for c in self.coordinates])
         return ends[:, 0], ends[:, 1]
 
@@ -156,7 +156,7 @@ class LoopModel:
         return ends[:, 0], ends[:, 1]
 
     def within_bounds(self, z: Array) -> Array:
-        """Move coordinates back to where the force laws make sense."""
+        """Coordinates moved back to where the force laws are defined."""
         return np.clip(z, *self.bounds)
 
     def index(self, name: str, *, effect: str = "", record: int = SHARED) -> int:
@@ -209,7 +209,7 @@ class LoopModel:
         return replace(self, segments=self.shortened(samples), whole=self.whole or self.segments)
 
     def predict(self, z: Array, r: int, segment: Segment | None = None) -> Prediction | None:
-        """Predict record ``r`` (or a shortened ``segment``); None when the motion does not stay finite."""
+        """Prediction of record ``r`` (or a shortened ``segment``); None when the motion is not finite."""
         seg = self.segments[r] if segment is None else segment
         return self.predict_at(z, r, seg.time)
 
@@ -221,7 +221,7 @@ class LoopModel:
         state: tuple[float, float] | None = None,
         order: int | None = None,
     ) -> Prediction | None:
-        """Predict record ``r`` at any times, from another state or for another sensor where these are given.
+        """Prediction of record ``r`` at any times, from another state or for another sensor if given.
 
         Parameters
         ----------
@@ -265,7 +265,7 @@ class LoopModel:
 
 
 def sensor_output(clean: Array, time: Array, effects: Mapping[str, tuple[float, ...]]) -> Array:
-    """What the sensor shows of a clean signal, with those of the effects that are faults of the sensor."""
+    """A clean signal as read by the sensor, with those of the effects that are sensor effects."""
     signal = clean
     for name, values in effects.items():
         effect = EFFECTS[name]

@@ -1,4 +1,4 @@
-"""What the user asks of a closed loop, checked once."""
+"""Options of a closed loop, checked once."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class LoopOptions:
     reference_friction: float | None
 
     def validate(self, records: Sequence[xr.DataArray]) -> None:
-        """Refuse what cannot be used, with the records it was asked for."""
+        """Refuse options that cannot be used with the records."""
         if isinstance(records, np.ndarray):
             raise InputError(
                 "records",

@@ -92,7 +92,7 @@ class Coordinate:
 
     @property
     def is_sensor(self) -> bool:
-        """Whether it belongs to a fault of a record's sensor."""
+        """Whether it belongs to an effect of a record's sensor."""
         return bool(self.effect) and isinstance(EFFECTS[self.effect], SensorEffect)
 
     def value(self, z: float | Array) -> float | Array:
@@ -142,7 +142,7 @@ class Coordinate:
     def coordinate_bounds(self) -> tuple[float, float]:
         """The bounds as coordinates."""
         if self.prior.family == "log-normal":
-            # a value beyond six prior standard deviations is not one to fit
+            # values beyond six prior standard deviations are not fitted
             return -6.0, 6.0
         return self.coordinate(self.bounds[0]), self.coordinate(self.bounds[1])
 

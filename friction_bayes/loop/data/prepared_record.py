@@ -48,7 +48,7 @@ class Segment:
         1 and -1 where the sample lies flat at the upper and lower end of the sensor's range, else 0.
     ignored : ndarray of bool, shape (n,)
         Not fitted: isolated excursions; and where the acceleration jumps, its sample nearest to each turning
-        point, which tells either side of the jump; of means of blocks, which may tell a mean of both, the
+        point, which may be on either side of the jump; of means of blocks, which may average both sides, the
         neighbours too.
     moving : int
         Samples before the stop.
@@ -78,7 +78,7 @@ class Segment:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a reader must know of the record and of what was done to it before any model."""
+        """Remarks on the record and on what was done to it before any model."""
         pendulum = pendulum_notes(self.decay)
         notes = pendulum + self.decay.notes
         far = self.decay.far_from_declared(self.decay.frequency)
@@ -139,7 +139,7 @@ class Segment:
 
 
 def cut_records(records: Sequence[xr.DataArray], system: Oscillator) -> tuple[Segment, ...]:
-    """Cut each record, refusing what does not belong together.
+    """The part of each record that is fitted; records that do not belong together are refused.
 
     Raises
     ------
@@ -225,7 +225,7 @@ def _cut(record: xr.DataArray, system: Oscillator) -> Segment:
 def _spikes(values: Array, angle: float) -> tuple[Array, Mask]:
     """The neighbours' median of each sample, and which samples lie far from it.
 
-    The motion itself, by ``angle`` from sample to sample, lies away from it at its turning points.
+    The motion, with ``angle`` from sample to sample, deviates from it at its turning points by itself.
     """
     smooth = median_filter(values, _NEIGHBOURS, mode="nearest")
     away = np.abs(values - smooth)
@@ -239,13 +239,13 @@ def _spikes(values: Array, angle: float) -> tuple[Array, Mask]:
 def _averaged(record: xr.DataArray, system: Oscillator) -> tuple[xr.DataArray, int]:
     """Means of blocks of samples, and how many each is of.
 
-    Flat samples and outliers are seen sample by sample alone.
+    Flat samples and outliers can be detected only sample by sample.
     """
     values = np.asarray(record.values, dtype=np.float64)
     clock = np.asarray(record["time"].values, dtype=np.float64)
     samples = 2.0 * math.pi / (system.natural_frequency * sampling_interval(record))
     block = samples_in_block(samples)
-    # less than a period is refused for what it is, not for what is left of it
+    # less than a period is refused as such, not for having too few means of blocks
     if block == 1 or samples > values.size or clipped_fraction(values)[1] is not None:
         return record, 1
     spikes = _spikes(values, 2.0 * math.pi / samples)[1]

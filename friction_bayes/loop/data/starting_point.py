@@ -1,4 +1,4 @@
-"""Where the fit of a model starts: from what was found when the records were cut."""
+"""The start of the fit of a model: from estimates made when the records were cut."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Candidates along the measured motions: rounds in which a law settles, one record or several, and draws."""
+"""Candidates along the measured motions: rounds until a law converges, one record or several, and draws."""

@@ -1,4 +1,4 @@
-"""The filter that a record went through, which makes corners, noise and a share of the amplitude its own.
+"""The filter that a record went through, which changes corners, noise and amplitude.
 
 It is found as :func:`friction_bayes.estimate` finds it
 (:mod:`friction_bayes.estimators.noise.filter_evidence`), along the motion of a law without a random force.
@@ -20,15 +20,15 @@ __all__ = ["filter_of"]
 def filter_of(found: LawAlongMotion, missing: Mask, order: int) -> RecordingFilter | None:
     """The most probable filter of a record; None where it is less probable than none.
 
-    Other forces than friction are left to the swing that may wander: what they do above the motion's
-    frequency is little beside the corners.
+    Forces other than friction are represented by a swing of varying amplitude and phase: above the motion's
+    frequency they are small next to the corners.
 
     Parameters
     ----------
     found : LawAlongMotion
         As if there were no filter.
     missing : ndarray of bool, shape (n,)
-        Samples that say nothing.
+        Samples that are not used.
     order : int
         Order of the derivative measured.
     """

@@ -1,7 +1,7 @@
 """Candidates of an analysis along measured motions: sets of columns, under a random force or none.
 
-The analysis knows points of a grid over the random force, and sets of columns; one candidate is all of those
-that stand for the same effects.
+The analysis evaluates points of a grid over the random force, and sets of columns; one candidate comprises
+all of those with the same effects.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ __all__ = ["Cells"]
 Names = frozenset[str]
 
 _LEAST = 1e-12
-"""Share of the probability of all that counts."""
+"""Least share of the total probability that counts."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """How probable each set of columns is at each point of the grid.
+    """Probability of each set of columns at each point of the grid.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Cells:
 
     @cached_property
     def _sets(self) -> tuple[list[Names], Integers]:
-        """Different sets of effects, and which of them each set of columns is, shape (m,)."""
+        """Distinct sets of effects, and the index of that of each set of columns, shape (m,)."""
         different = list(dict.fromkeys(self.effects))
         place = {names: i for i, names in enumerate(different)}
         return different, np.array([place[names] for names in self.effects])
@@ -75,7 +75,7 @@ class Cells:
         return effects | noise | ({RANDOM_FORCE.name} if forced else set())
 
     def places(self, sets: Sequence[Names]) -> Integers:
-        """Which of some candidates each cell belongs to, shape (j, g, m); -1 where to none."""
+        """Index of the candidate that each cell belongs to, shape (j, g, m); -1 without one."""
         different, which = self._sets
         place = {names: i for i, names in enumerate(sets)}
         table = np.array(

@@ -1,4 +1,4 @@
-"""The motion of a record under the Coulomb law that fits it best: where another law may be linearised."""
+"""The motion of a record under the Coulomb law that fits it best, about which another law is linearised."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class CoulombMotion(NamedTuple):
 
 
 def coulomb_motion(record: MovingRecord) -> CoulombMotion | None:
-    """Simulate the Coulomb law that fits the samples of a record best.
+    """The simulated motion of the Coulomb law that fits the samples of a record best.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Draws of the law that one or several records share, and of what each has of its own."""
+"""Draws of the law that one or several records share, and of each record's own parameters."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["DrawnLaws"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class DrawnLaws:
-    """Joint draws of the law, of what each record has of its own, and of the spread between them.
+    """Joint draws of the law, of each record's own parameters, and of the spread between records.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class DrawnLaws:
     def scores(self) -> Array:
         """Coefficients of effects in units of their prior sd, shape (k, c); zero where a law lacks one.
 
-        Each record's own count besides those that all share.
+        Each record's own are counted in addition to the shared ones.
         """
         own = np.array([column.own for column in self.first.fit.law.columns])
         return np.hstack([_scores(self.first, ~own), *(_scores(draws, own) for draws in self.records)])
@@ -88,7 +88,7 @@ def _scores(draws: LawDraws, wanted: Mask) -> Array:
 
 
 def _parameters(draws: LawDraws, effect: str, chosen: Mask) -> dict[str, Array]:
-    """Parameters as the catalogue has them: a line of interference by amplitude and phase."""
+    """Parameters as in the catalogue: a line of interference by amplitude and phase."""
     values = draws.parameters(effect, chosen)
     if effect == PERIODIC_INTERFERENCE.name:
         sine, cosine = values["sine"], values["cosine"]

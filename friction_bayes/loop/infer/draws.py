@@ -1,4 +1,4 @@
-"""How many draws a posterior has, and how they are shared out among its parts."""
+"""Number of draws of a posterior, and their allocation to its parts."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ DRAWS = 4000
 
 
 def shared_out(draws: int, weight: Array, rng: np.random.Generator) -> Integers:
-    """How many of some draws each part of a mixture has, shape (parts,): as many as its share, within one.
+    """Number of draws from each part of a mixture, shape (parts,): in proportion to its share, within one.
 
-    Systematic sampling (Kitagawa, J. Comput. Graph. Stat. 5, 1996). Each part has its share on the average,
-    as with multinomial numbers; but those scatter, and an sd that a few far draws make scatters with them.
+    Systematic sampling (Kitagawa, J. Comput. Graph. Stat. 5, 1996), unbiased as multinomial numbers are, but
+    without their scatter, which an sd due to a few far draws would inherit.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Lines once a law has them: those that show, and those of a second mode taken more finely.
+"""Lines once a law has them: those that exceed noise, and those of a second mode refined.
 
-Where they were found first they were not known: the random force stood for a part of a second mode, and a
-steady line for another.
+They were found under a law without them, in which the random force represented a part of a second mode, and
+a steady line another.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ _LONGEST_STEP = 0.5
 def lines_that_show(
     lines: Sequence[Line], found: LawAlongMotion, law: Array, point: GridPoint
 ) -> tuple[Line, ...]:
-    """Leave out those that came out no larger than noise alone is expected to have one.
+    """The lines that are larger than noise alone is expected to have one.
 
-    A line that dies out stands out of the spectrum of the whole record too, as one that lasts, until the law
-    has it. Lines of an effect that the law lacks stay.
+    A line that dies out is also a peak in the spectrum of the whole record, as one that lasts, until the law
+    has it. Lines of an effect that the law lacks are kept.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def lines_that_show(
     law : ndarray, shape (p,)
         Its coefficients.
     point : GridPoint
-        The random force beside it.
+        The random force in addition to it.
     """
     regression = found.regression
     showing = []
@@ -58,7 +58,7 @@ def lines_that_show(
 def finer_lines(
     lines: Sequence[Line], found: LawAlongMotion, law: Array, point: GridPoint
 ) -> tuple[Line, ...]:
-    """Move those that die out by a Gauss-Newton step of frequency and decay time; others stay.
+    """The lines, those that die out moved by a Gauss-Newton step of frequency and decay time.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def finer_lines(
     law : ndarray, shape (p,)
         Its coefficients.
     point : GridPoint
-        The random force beside it.
+        The random force in addition to it.
     """
     regression = found.regression
     finer = []

@@ -1,8 +1,8 @@
-"""Parameters that shape a term, taken more finely once the record tells of them.
+"""Parameters that shape a term, refined once the record determines them.
 
-The first round takes such a parameter at a few values of its prior. About the best of these its term is
-linear: one more column, the derivative of the force with the parameter, says where the next round takes it
-and how closely.
+The first round evaluates such a parameter at a few values of its prior. About the best of these its term is
+linearised: one more column, the derivative of the force in the parameter, gives the values and the spacing of
+the next round.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from friction_bayes.statespace.response import response_at_sensor
 __all__ = ["finer_shapes"]
 
 _WIDEST = 0.5
-"""Standard deviation, as a normal score of the prior, from which on the values of the prior serve."""
+"""Standard deviation, as a normal score of the prior, above which the values of the prior are used."""
 _LONGEST_STEP = 0.8
-"""As a normal score, of one round: as far as two values of the prior lie apart."""
+"""Largest step of one round, as a normal score: the distance of two values of the prior."""
 _NUDGE = 1e-3
 """Normal scores over which a force is differenced."""
 
 
 def finer_shapes(found: LawAlongMotion, law: Array, point: GridPoint) -> dict[str, tuple[float, ...]]:
-    """Where the shape of each effect of a law is taken next.
+    """Values at which the shape of each effect of a law is evaluated next.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def finer_shapes(found: LawAlongMotion, law: Array, point: GridPoint) -> dict[st
     law : ndarray, shape (p,)
         Its coefficients.
     point : GridPoint
-        The random force beside it.
+        The random force in addition to it.
 
     Returns
     -------
@@ -63,7 +63,7 @@ def finer_shapes(found: LawAlongMotion, law: Array, point: GridPoint) -> dict[st
     block = np.column_stack([columns, found.law.recorded(shown), regression.residual(law)])
     gram = whiten(block, regression.clock, regression.row, point.ratio, point.tau).gram / point.noise**2
     score = np.array([acting[0][1].column.score for acting in bent.values()])
-    # the record enters as what the law leaves; each coefficient and score has a standard normal prior
+    # the data are the residual of the law; each coefficient and score has a standard normal prior
     factor = cho_factor(gram[:-1, :-1] + np.eye(len(gram) - 1))
     k = len(score)
     present = np.append(law[own] / regression.scale[own], score)
@@ -78,7 +78,7 @@ def finer_shapes(found: LawAlongMotion, law: Array, point: GridPoint) -> dict[st
 
 
 def _change(acting: list[tuple[float, ForceColumn]], points: Points) -> Array:
-    """Derivative of a force with the normal score of what shapes it, shape (m,)."""
+    """Derivative of a force in the normal score of its shape parameter, shape (m,)."""
     change = np.zeros(points.x.size)
     for size, each in acting:
         score = each.column.score

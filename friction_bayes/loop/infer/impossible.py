@@ -18,13 +18,13 @@ __all__ = ["better_but_impossible", "impossible", "integrate_possible"]
 _NEGLIGIBLE = 1e-3
 """Probability of sets that need not be looked at."""
 _HIDDEN = 0.5
-"""Share of the signal that faults take away where they hide the motion: at one nothing is left of it."""
+"""Share of the signal that sensor effects cancel where they hide the motion: at one nothing is left of it."""
 
 
 def integrate_possible(
     found: LawAlongMotion, integrated: Callable[[LawAlongMotion], Posterior]
 ) -> tuple[LawAlongMotion, Posterior]:
-    """Integrate a law over the random force, given that the best set is possible.
+    """Posterior of a law over the random force, given that the best set is possible.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def integrate_possible(
     posterior = integrated(found)
     while (better := better_but_impossible(found, posterior)).any():
         while better.any():
-            # those that are then the best there go at once: much is done anew when it is integrated
+            # sets that are then the best there are removed at once: integrating again is costly
             found, best = found.without(better), posterior.best
             problem = found.regression.problem
             again = replace(best, found=problem.weigh(best.ratio, best.tau))
@@ -60,14 +60,13 @@ def better_but_impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
 
 
 def impossible(found: LawAlongMotion, posterior: Posterior) -> Mask:
-    """Sets, shape (m,), in which dry friction pushes, or faults are what the sensor shows.
+    """Sets, shape (m,), in which dry friction pushes, or sensor effects cancel the motion.
 
-    A regression knows friction that depends on something as a force of its own. Its prior is in units of the
-    friction that explains the loss of amplitude, so that where dry friction is small it may outgrow this and
-    change sign: no friction does. A fault that follows the motion is a column along the smoothed signal. With
-    a large one of another sign than the motion it is that signal, of which it leaves little, and the columns
-    are not linear in it as far as that. Of the sets that are the most probable, until what is left is
-    negligible.
+    In the regression a dependence of friction is a force of its own, with a prior in units of the friction
+    that explains the loss of amplitude; where dry friction is small, it may exceed this and change the sign.
+    A sensor effect that follows the motion is a column along the smoothed signal, which a large negative
+    coefficient cancels, beyond the range where the columns are linear in it. The sets are tested from the
+    most probable on, until the rest is negligible.
     """
     beyond = np.zeros(len(found.sets.columns), np.bool_)
     total = posterior.weight.sum(axis=0)
@@ -113,7 +112,7 @@ class _Friction:
 
 
 class _Sensor:
-    """Whether the faults of a sensor take away, or add, half of the signal."""
+    """Whether the effects of a sensor take away, or add, half of the signal."""
 
     def __init__(self, law: LawColumns) -> None:
         self.faults = law.of_faults

@@ -17,7 +17,7 @@ __all__ = ["joint_draws"]
 def joint_draws(
     fit: JointFit, rng: np.random.Generator, draws: int, weight: Array | None = None
 ) -> DrawnLaws:
-    """Draw from each set at each point of the grid and each spread in proportion to its probability.
+    """Draws from each set at each point of the grid and each spread in proportion to its probability.
 
     Another ``weight`` than the posterior's may be given, shape (points, sets).
     """
@@ -57,7 +57,7 @@ def joint_draws(
     )
     frictions = fit.along[0].law.frictions
     force = unit_force(fit.fits[0], records[0].stiffness)
-    # a spread stands for its part of the prior
+    # a spread represents its part of the prior
     least, second = spreads_weighed()[:2]
     spread = fit.level * fit.spread_of[row] * (second / least) ** rng.uniform(-0.5, 0.5, draws)
     friction = mean[:, frictions].sum(axis=1) * force

@@ -1,8 +1,9 @@
-"""Several records under one law, each with start, sensor faults, fluctuation and perhaps friction of its own.
+"""Several records under one law, each with its own start, sensor effects and random force; perhaps friction.
 
-Each record is analysed alone first, which gives its motion and how large its noise and its random force are
-beside those of the others. Then all sets of effects are weighed on all records at once: along these motions,
-to find the common law and the sets that may matter, and those along the motions smoothed with that law.
+Each record is analysed alone first, which gives its motion and the sizes of its noise and random force
+relative to those of the others. Then all sets of effects are evaluated on all records at once: along these
+motions, to find the common law and the sets that may matter, and those along the motions smoothed with that
+law.
 """
 
 from __future__ import annotations
@@ -46,14 +47,14 @@ _HOPELESS = 1e-13
 
 
 def spreads_weighed() -> Array:
-    """Spreads of friction between records that are weighed, over friction; all are as probable."""
+    """Spreads of friction between records that are evaluated, over friction; all are equally probable."""
     least, largest = settings.SETTINGS.spreads
     return np.geomspace(least, largest, _SPREADS)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JointFit:
-    """What the analysis of several records found.
+    """Result of the analysis of several records.
 
     Attributes
     ----------
@@ -66,7 +67,7 @@ class JointFit:
     posterior : Posterior
         Of the shared coefficients.
     spreads : ndarray, shape (k,)
-        Spreads of friction that were weighed, over ``level``; zero for none.
+        Spreads of friction that were evaluated, over ``level``; zero for none.
     level : float
         Friction that these are shares of, natural units.
     prior : ForcePrior
@@ -129,7 +130,7 @@ def fit_together(
     noise: str,
     progress: Callable[[str], None] | None = None,
 ) -> JointFit:
-    """Analyse several records of one quantity.
+    """The analysis of several records of one quantity.
 
     Parameters
     ----------
@@ -230,10 +231,10 @@ def _weighed(
     kept: Mask | None = None,
     only_mode: bool = False,
 ) -> JointFit:
-    """Weigh the sets that are ``kept`` with ``some`` spreads, and without one unless friction varies."""
+    """Analysis of the sets ``kept`` with ``some`` spreads, and without one unless friction varies."""
     friction = _friction_of_loss(alone)
     law, sets = along[0].law, along[0].sets
-    # of its frictions a set has one at most
+    # a set has at most one column of friction
     rubbing = sets.columns[:, law.frictions]
     columns = np.where(rubbing.any(axis=1), np.array(law.frictions)[rubbing.argmax(axis=1)], -1)
     level = float(np.median([fit.coefficients[fit.law.frictions].sum() for fit in alone])) or friction
@@ -264,7 +265,7 @@ def _weighed(
 
 
 def _shared_sizes(alone: Sequence[ForceFit]) -> dict[str, float]:
-    """Faults of the sensor as large as in the median of the records that have them."""
+    """Median size of each sensor effect over the records that have it."""
     own = [fit.law.fault_sizes(fit.coefficients) for fit in alone]
     found = {fault for sizes in own for fault in sizes}
     return {fault: float(np.median([sizes[fault] for sizes in own if fault in sizes])) for fault in found}
@@ -293,9 +294,9 @@ def _lines(alone: Sequence[ForceFit]) -> list[tuple[Line, ...]]:
 
 
 def _members(alone: Sequence[ForceFit], along: Sequence[LawAlongMotion]) -> list[Member]:
-    """The records with the sizes of noise and force, beside each other, that each has by itself."""
+    """The records with their sizes of noise and force relative to each other, from each record alone."""
     noises = np.array([math.log(fit.posterior.noise_sd) for fit in alone])
-    # where none may act all are alike
+    # all are equal where no random force may act
     forces = np.array([math.log(fit.posterior.force_sd.median()) if fit.forced else 0.0 for fit in alone])
     noises, forces = np.exp(noises - noises.mean()), np.exp(forces - forces.mean())
     return [

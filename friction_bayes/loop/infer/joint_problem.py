@@ -1,18 +1,18 @@
-r"""Several records under one law: what each has of its own is integrated out, and what is left adds up.
+r"""Several records under one law: each one's own coefficients are integrated out, and the rest adds up.
 
 Given the random force a record is ``y = S b + O a + e`` with coefficients ``b`` that all records share and
-``a`` of its own: its start, the faults of its sensor. With the sums ``G`` of ``[O S y]`` and the normal prior
-of ``a``, of precision ``lam`` in units of the noise as in
-:mod:`friction_bayes.statespace.subset_evidence`, the record says of ``b`` what the sums
+``a`` of its own: its start, the effects of its sensor. With the sums ``G`` of ``[O S y]`` and the normal
+prior of ``a``, of precision ``lam`` in units of the noise as in
+:mod:`friction_bayes.statespace.subset_evidence`, the likelihood of ``b`` has the sums
 
 .. math:: G_{SS} - G_{SO}\,(G_{OO}+\lambda I)^{-1} G_{OS}
 
-say, and :math:`\tfrac12\log|G_{OO}+\lambda I| - \tfrac{|O|}{2}\log\lambda` comes off its log evidence. The
-sums of the records are added, and the sets are weighed on them as on those of one record.
+and :math:`\tfrac12\log|G_{OO}+\lambda I| - \tfrac{|O|}{2}\log\lambda` is subtracted from its log evidence.
+The sums of the records are added, and the sets are evaluated on them as on those of one record.
 
-One coefficient may differ between the records, about a mean that they share: the deviation is one more
-column of each record's own, whose prior sd is the spread between them. The spread is taken at a few values,
-none among them, each of which makes every set another one.
+One coefficient may differ between the records, about a shared mean: the deviation is one more column of each
+record's own, whose prior sd is the spread between them. The spread takes a few values, zero among them; each
+set is evaluated with each of these.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class Member:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Spread:
-    """The column whose coefficient may differ between the records, and by how much.
+    """The column whose coefficient may differ between the records, and its spread.
 
     Attributes
     ----------
@@ -96,7 +96,7 @@ class Spread:
 class JointProblem:
     """A regression of several records, integrated over the random force as that of one is.
 
-    Its sets hold the shared columns alone, each once for every spread that it may have.
+    Its sets contain the shared columns alone, each once for every spread that it may have.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ class JointProblem:
         Columns whose coefficient is each record's own. Their priors are normal.
     spread : Spread
     kept : ndarray of bool, shape (m,), optional
-        The sets of the records that are weighed; all where left out.
+        The sets of the records that are evaluated; all by default.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ class JointProblem:
         lam = self._full_noise2(grams, used)
         shared = np.flatnonzero(~self.own)
         positive, reference = self.positive[shared], self.references[0, shared]
-        # what all sets can have at most comes first, so that one is weighed only where it may matter
+        # upper bounds of all sets come first, so that one is evaluated only where it may matter
         parts: list[tuple[Integers, Whitened, Mask, SetBounds]] = []
         for mine, sets, nested in self._parts:
             left = self._eliminated(grams, int(mine[0]), lam)
@@ -178,7 +178,7 @@ class JointProblem:
         return int(self._deviating[row]), float(self.spread.sd[self.spread_number[row]])
 
     def conditional(self, point: GridPoint, row: int) -> Conditional:
-        """What the records say of all coefficients in one set at a point of the grid."""
+        """The posterior of all coefficients in one set at a point of the grid."""
         left = self._left(point, row)
         columns = np.flatnonzero(self.sets[row])
         mean, covariance = self._shared_posterior(left, point, row, self.sets[row])
@@ -306,7 +306,7 @@ class JointProblem:
 
 
 class _Eliminated(NamedTuple):
-    """Sums without the records' own columns, and what gives these back.
+    """Sums without the records' own columns, and factors to recover these.
 
     ``root`` (r, k, k) is the Cholesky factor of each record's own block, ``cross`` (r, k, s + 1) its inverse
     times the sums of own columns with the shared ones and the record.
@@ -356,7 +356,7 @@ def _eliminate(grams: Array, mixing: Array, centre: Array, lam: float) -> _Elimi
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Conditional:
-    """What the records say of all coefficients in one set at a point of the grid.
+    """The posterior of all coefficients in one set at a point of the grid.
 
     Attributes
     ----------
@@ -398,7 +398,7 @@ class Conditional:
         shared : ndarray, shape (n, s)
             Shared coefficients in the set.
         rng : numpy.random.Generator, optional
-            To draw the records' own coefficients; their means where left out.
+            To draw the records' own coefficients; their means by default.
         """
         problem, left = self.problem, self.left
         n, records, k = len(shared), *self.centre.shape

@@ -1,10 +1,9 @@
 """A force that comes once: a knock, a touch, a rope that slips.
 
-A random force that is smaller everywhere else says so: there the jumps of the force that its samples call for
-are larger than it ever makes (:func:`friction_bayes.statespace.kalman.jump_scores`). In those
-few intervals the force may then jump as far as it likes, so that the rest of the record tells how large the
-random force is. What comes more often is the machine's and not let off: its jumps are tested as all that a
-law leaves is.
+It requires jumps of the force larger than the random force makes anywhere else
+(:func:`friction_bayes.statespace.kalman.jump_scores`). In those few intervals the force may then jump freely,
+so that the rest of the record determines the random force. Jumps that come more often are the machine's and
+not excluded: they are tested with the residuals of a law.
 """
 
 from __future__ import annotations
@@ -25,13 +24,13 @@ from friction_bayes.statespace.smoother import Motion
 __all__ = ["jump_tails", "log_odds_of_knocks", "next_knock", "spans_of"]
 
 _BESIDE = 1
-"""Samples on either side of it that see the jump of friction too."""
+"""Samples on either side of it that contain the jump of friction too."""
 _FEWEST = 20.0
-"""Independent scores that it takes to tell the tails of their distribution."""
+"""Least number of independent scores for a test of the tails of their distribution."""
 
 
 def next_knock(regression: LawRegression, law: Array, best: GridPoint, friction: float) -> Array | None:
-    """Look for a knock beside those that are known.
+    """Where the force may jump, with one more knock than is known.
 
     Parameters
     ----------
@@ -46,7 +45,7 @@ def next_knock(regression: LawRegression, law: Array, best: GridPoint, friction:
     Returns
     -------
     ndarray or None, shape (n - 1,)
-        How far the force may jump in each interval, over the noise: with the new knock, or nowhere where that
+        How far the force may jump in each interval, over the noise: with the new knock, or nowhere if that
         is one too many. None where there is no other.
     """
     clock = regression.clock
@@ -73,9 +72,9 @@ def next_knock(regression: LawRegression, law: Array, best: GridPoint, friction:
 
 
 def _joined(jumps: Array, phase: Array) -> Array:
-    """Spans that together last no longer than one knock are one.
+    """The jumps, with spans joined that together last no longer than one knock.
 
-    An accelerometer shows the force itself: there only its onset and its end call for a jump.
+    An accelerometer shows the force itself: there only its onset and its end require a jump.
     """
     spans, jumps = spans_of(jumps), jumps.copy()
     for (a, b), (c, d) in pairwise(spans):
@@ -110,7 +109,7 @@ def log_odds_of_knocks(jumps: Array) -> float:
 def jump_tails(regression: LawRegression, law: Array, best: GridPoint) -> tuple[float, float, float]:
     """Whether the jumps of a random force are larger than those of a normal one: their kurtosis.
 
-    Neighbouring scores are alike; as many independent ones have a kurtosis of the same variance
+    Neighbouring scores are correlated; the equivalent number of independent ones has the same variance
     (of a sum of fourth powers: ``n / sum rho**4``).
 
     Returns
@@ -150,7 +149,7 @@ def _scores(regression: LawRegression, law: Array, best: GridPoint) -> Array:
 def _beside_turns(regression: LawRegression, motion: Motion) -> Mask:
     """Samples at which friction may have either direction and the sensor shows the force, shape (n,).
 
-    There an accelerometer sees a jump that is none of the random force.
+    There an accelerometer shows a jump that is not of the random force.
     """
     velocity = motion.states[:, 1]
     if not np.any(regression.row[..., 2]):

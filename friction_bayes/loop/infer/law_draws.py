@@ -1,4 +1,4 @@
-"""Draws from the posterior of a law under a random force, which every number of the report summarises."""
+"""Draws from the posterior of a law under a random force, summarised by every number of the report."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from friction_bayes.statespace.subset_evidence import set_posterior
 __all__ = ["LEAST_PROBABILITY", "LawDraws", "law_draws", "laws_drawn", "unit_force"]
 
 LEAST_PROBABILITY = 1e-4
-"""Of a set at a point of the grid, below which nothing is drawn from it."""
+"""Probability of a set at a point of the grid below which nothing is drawn from it."""
 
 _STEPS = (0.5 * (math.sqrt(5.0) - 1.0), math.sqrt(2.0) - 1.0)
 """Multiples of each, less their whole parts, fill the unit interval evenly from any of them on, and those of
@@ -42,7 +42,7 @@ class LawDraws:
     stiffness : ndarray, shape (k,)
         Relative correction of the stiffness.
     random_force : ndarray, shape (k,)
-        Sd of the random force [N or N m]; zero where there is none.
+        Sd of the random force [N or N m]; zero without one.
     correlation_time : ndarray, shape (k,)
         Its correlation time [s].
     noise_growth : ndarray, shape (k,)
@@ -88,7 +88,7 @@ class LawDraws:
         return [self._drawn(waves, chosen & held[:, waves].all(axis=1)) for waves in found.values()]
 
     def _drawn(self, columns: Sequence[int], mine: Mask) -> dict[str, Array]:
-        """Coefficients of columns of one shape, and what shapes them, in draws that have these."""
+        """Coefficients of columns of one shape, and the shape parameters, in draws that have these."""
         law = self.fit.law
         found: dict[str, Array] = {}
         shape, line = law.columns[columns[0]].shape, law.columns[columns[0]].line
@@ -100,7 +100,7 @@ class LawDraws:
                     values = values * law.friction / self.friction[mine]
                 found[column.parameter] = values
         for parameter, step in zip(shape, cycle(_STEPS), strict=False):
-            # the value taken stands for its part of the prior: each draw has its place in that
+            # the value represents its part of the prior, within which each draw has a place
             spread = (step * np.flatnonzero(mine)) % 1.0
             found[parameter.name] = np.asarray(parameter.low + (parameter.high - parameter.low) * spread)
         if line is not None and not line.steady:
@@ -109,7 +109,7 @@ class LawDraws:
 
 
 def law_draws(fit: ForceFit, rng: np.random.Generator, draws: int, weight: Array | None = None) -> LawDraws:
-    """Draw from each set at each point of the grid in proportion to its probability.
+    """Draws from each set at each point of the grid in proportion to its probability.
 
     Another ``weight`` than the posterior's may be given, shape (points, sets).
     """
@@ -155,7 +155,7 @@ def laws_drawn(
     noise: Array,
     rng: np.random.Generator,
 ) -> LawDraws:
-    """Drawn coefficients, random forces ``ratio`` times the noise, and what follows from them."""
+    """Draws with these coefficients and random forces ``ratio`` times the noise, and derived quantities."""
     stiffness = coefficients[:, fit.law.always[2]]
     factor = unit_force(fit, stiffness)
     return LawDraws(

@@ -1,4 +1,4 @@
-"""A record while it moves, and its law along a motion: what one round of an analysis regresses on."""
+"""A record while it moves, and its law along a motion: data and columns of one round of an analysis."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ __all__ = ["LEAST_TURNS", "LawAlongMotion", "MovingRecord", "along_motion", "for
 
 
 LEAST_TURNS = 2
-"""Turning points of a motion between which a law has a whole half cycle."""
+"""Least number of turning points, between which a law has a whole half cycle."""
 _LEFT_OUT = 1.5
 """Half cycles before a motion stops that are left out: it ends between two turning points then, neither of
 which is in doubt."""
 
 
 def along_motion(effect: Effect, scales: Scales) -> bool:
-    """Whether an effect can be evaluated along a measured motion: forces, lines and linear sensor faults."""
+    """Whether an effect can be evaluated along a measured motion: forces, lines and linear sensor effects."""
     if isinstance(effect, ForceEffect) or effect.name in OF_LINES:
         return True
     return isinstance(effect, SensorEffect) and effect.is_linear(scales)
@@ -84,11 +84,11 @@ class LawAlongMotion(NamedTuple):
 
     @property
     def of_sensor(self) -> Mask:
-        """Columns of faults of the sensor, shape (p,)."""
+        """Columns of sensor effects, shape (p,)."""
         return np.array([isinstance(EFFECTS.get(c.effect), SensorEffect) for c in self.law.columns])
 
     def faults(self, sizes: Array) -> Array:
-        """What faults of the sensor of some sizes add to the samples, natural units, shape (n,).
+        """Errors of the samples by sensor effects of some sizes, natural units, shape (n,).
 
         They follow the motion: one that jumps where the motion turns moves with the turning points.
         """
@@ -109,20 +109,20 @@ class MovingRecord:
     scales : Scales
         Of the priors.
     variance : ndarray, shape (samples,)
-        Noise variances of the samples beside each other, infinite for those that are not fitted.
+        Noise variances of the samples relative to each other, infinite for those that are not fitted.
     forced : bool
         Whether a random force may act.
     error : SensorError or Colour
-        What neighbouring samples share of the noise.
+        The noise that neighbouring samples share.
     sizes : dict
-        About how large the faults of the sensor are whose size shapes them, by effect.
+        Approximate size of the sensor effects whose size shapes them, by effect.
     scores : dict
         Where the shapes of forces are taken, as normal scores of their priors, by effect; all over the prior
         where it has none.
     filter : RecordingFilter or None
-        Through which the record went. No random force is weighed behind one.
+        Through which the record went. No random force is evaluated behind one.
     jump : ndarray or None, shape (samples - 1,)
-        How far the random force may jump in each interval besides what it does of itself, over the noise;
+        How far the random force may jump in each interval in addition to its own increment, over the noise;
         None where it may nowhere.
     """
 
@@ -165,9 +165,9 @@ class MovingRecord:
         return replace(self, variance=np.where(samples, np.inf, self.variance))
 
     def behind(self, filter_: RecordingFilter) -> MovingRecord:
-        """The same behind a filter, without the samples at either end of which nobody knows what it shows.
+        """The same behind a filter, without the samples at either end, where its response is unknown.
 
-        What jumped before it does not any more.
+        The force may no longer jump.
         """
         left_out = margin(filter_.angle)
         variance = np.full(self.samples, np.inf)
@@ -195,15 +195,15 @@ class MovingRecord:
         return np.asarray(w0 * (time - time[0]))
 
     def clock_along(self, path: MeasuredPath, feedback: Feedback, w0: float) -> Clock:
-        """Their time stamps and noise, and what oscillator and law make of a perturbation along a motion."""
+        """Their time stamps and noise, and the propagation of a perturbation by oscillator and law."""
         beside = beside_oscillator(path, feedback) if self.forced else None
         return self.error.of(Clock.of(path.phase, self.variance, path.stiffness, self.jump, beside), w0)
 
     def first_motion(self) -> tuple[float, Motion]:
         """The frequency of small swings [rad/s] and the motion, in its units, before any law is known.
 
-        With the values beside the jumps of an acceleration: without a law, what would pass for a gap there
-        leaves the velocity free to wander, and later rounds hold to the turning points of the first.
+        With the values next to the jumps of an acceleration: without a law, gaps there would leave the
+        velocity undetermined, and later rounds keep the turning points of the first.
         """
         order, w0 = self.segment.order, self.segment.decay.frequency
         about_rest = self.signal(w0) - self.segment.decay.rest_position / w0**order
@@ -236,9 +236,9 @@ class MovingRecord:
         lines : sequence of Line
             Those of each effect, the strongest first.
         friction : float, optional
-            Rough friction, natural units; what explains the loss of amplitude where left out.
+            Rough friction, natural units; what explains the loss of amplitude by default.
         about : LawBefore, optional
-            The law about which the columns are linear; forces along the motion alone where left out.
+            The law about which the columns are linear; forces along the motion alone by default.
         """
         order = self.segment.order
         x, v = motion.states[:, :2].T.copy()
@@ -277,18 +277,18 @@ class MovingRecord:
             least_noise=max(self._least_noise / w0**order, self.error.least_noise),
         )
         prior = force_prior(rough)
-        # a random force beside coloured noise would be told twice: both are what is left of white noise
+        # a random force with coloured noise would count twice: both explain what is not white
         may_act = self.forced and clock.autoregression is None
         return LawAlongMotion(w0, path, law, sets, regression, prior if may_act else prior.without_force)
 
 
 def force_prior(friction: float) -> ForcePrior:
-    """Prior of the random force beside a rough friction, natural units."""
+    """Prior of the random force, given a rough friction, natural units."""
     return ForcePrior(centre=settings.SETTINGS.force_share * friction)
 
 
 def why_not_weighed(name: str, segment: Segment, scales: Scales) -> str:
-    """Say why an effect is not weighed along the motion of a record; empty where it may be."""
+    """Why an effect is not evaluated along the motion of a record; empty where it is."""
     effect = EFFECTS[name]
     by_swing = effect.least_swing > 0.0
     if isinstance(effect, ForceEffect) and scales.system.angular:

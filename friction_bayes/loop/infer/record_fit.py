@@ -1,7 +1,7 @@
-"""One record under a law and a force that fluctuates: all sets of linear effects weighed exactly.
+"""One record under a law and a random force: all sets of linear effects evaluated exactly.
 
-The motion is smoothed, the effects are evaluated along it, and a regression of the whitened signal on the
-whitened columns weighs every set (see :mod:`friction_bayes.statespace`), in rounds
+The motion is smoothed, the effects become columns along it, and a regression of the whitened signal on the
+whitened columns gives the evidence of every set (see :mod:`friction_bayes.statespace`), in rounds
 (:mod:`friction_bayes.loop.infer.settle`).
 """
 
@@ -44,7 +44,7 @@ __all__ = ["ForceFit", "fit_first_part", "fit_random_force", "force_fit", "too_f
 
 @dataclass(frozen=True, eq=False)
 class ForceFit:
-    """What the analysis of one record found.
+    """Result of the analysis of one record.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class ForceFit:
     motion : Motion
         Smoothed with that law.
     sensor_noise : SensorNoise
-        What it is besides white.
+        The noise in addition to white.
     error : SensorError or Colour
         What neighbouring samples share of it.
     impossible : ndarray of bool, shape (m,)
@@ -104,7 +104,7 @@ class ForceFit:
 
     @property
     def growth(self) -> NoiseGrowth | None:
-        """Of the noise with the motion, the most probable; None where none may act."""
+        """The most probable growth of the noise with the motion; None where none may act."""
         return self.sensor_noise.growth
 
     @property
@@ -134,7 +134,7 @@ class ForceFit:
 
     @property
     def smoothed_signal(self) -> Array:
-        """What the sensor shows of the smoothed motion, natural units, shape (n,)."""
+        """The smoothed motion as read by the sensor, natural units, shape (n,)."""
         law = self.law.states @ self.coefficients + self.law.known_states
         beside = np.column_stack([self.motion.states[:, :2] - law, self.fluctuation])
         of_law = self.law.known + self.law.sensor @ self.coefficients
@@ -162,13 +162,13 @@ class ForceFit:
 
     @property
     def lines(self) -> tuple[Line, ...]:
-        """Those that may be there, of each effect the strongest first."""
+        """Lines that may be there, the strongest of each effect first."""
         return tuple(dict.fromkeys(c.line for c in self.law.columns if c.line is not None))
 
     def comparable_friction(self, friction: Array) -> float:
         """Friction that a force is compared with, natural units: the median of draws [N or N m].
 
-        Of a decay without dry friction it is what alone would explain the loss of amplitude.
+        For a decay without dry friction, the friction that alone would explain the loss of amplitude.
         """
         median = float(np.median(friction)) / self.law.unit_force
         return max(median, friction_along(self.path))
@@ -190,7 +190,7 @@ class ForceFit:
 
     @property
     def noise_sd(self) -> float:
-        """Posterior mean of the sd of a value's noise, what neighbours share included, unit of the signal."""
+        """Posterior mean of the sd of a value's noise, correlated part included, unit of the signal."""
         return self.posterior.noise_sd * self.error.share * self.unit
 
     @property
@@ -207,7 +207,7 @@ def fit_random_force(
     *,
     noise: str = "auto",
 ) -> ForceFit | None:
-    """Analyse one record.
+    """The analysis of one record.
 
     Parameters
     ----------
@@ -229,7 +229,7 @@ def fit_random_force(
 
 
 def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> ForceFit | None:
-    """Analyse the first so many samples of a record that has been analysed as a whole.
+    """The analysis of the first samples of a record that has been analysed as a whole.
 
     It was recorded through the filter that was found in the whole, or none, and its noise may be coloured if
     that was.
@@ -254,7 +254,7 @@ def fit_first_part(fit: ForceFit, allowed: Sequence[str], samples: int) -> Force
 
 
 def _fit_of(last: Round | None, allowed: Sequence[str]) -> ForceFit | None:
-    """The analysis that the rounds of a law end with, noise of the sensor besides white weighed in it."""
+    """The analysis at the end of the rounds of a law, sensor noise other than white included."""
     if last is None:
         return None
     record, found = last.whole.setting_aside(last.ceiling), last.found
@@ -268,7 +268,7 @@ def _fit_of(last: Round | None, allowed: Sequence[str]) -> ForceFit | None:
 
 
 def too_few_turning_points(segment: Segment) -> InputError:
-    """Say that a record, as far as it moves, does not turn as often as a law along its motion needs."""
+    """The error that a record has too few turning points for a law along its motion."""
     return InputError(
         segment.decay.name,
         f"turns fewer than {LEAST_TURNS} times while it moves freely",

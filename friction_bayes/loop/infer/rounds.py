@@ -1,9 +1,8 @@
-"""A round in which the law of one record settles, and those that may come after it.
+"""A round in which the law of one record converges, and those that may follow it.
 
 In each, the motion is smoothed with the law of the round before, in units of the frequency found there, and
-the effects are evaluated along it, until the law moves no more and the faults of the sensor stay where they
-are: one that jumps where the motion turns, such as a lag, is in the first motion, and moves its turning
-points.
+the effects are evaluated along it, until neither the law nor the sensor effects change: one that jumps where
+the motion turns, such as a lag, is in the first motion, and moves its turning points.
 """
 
 from __future__ import annotations
@@ -38,11 +37,11 @@ from friction_bayes.statespace.smoother import Motion
 __all__ = ["Round"]
 
 _AUDIBLE = 1.01
-"""Noise over the least that there can be from which on it is noise, and no rounding."""
+"""Noise over the least possible above which it is noise, not rounding."""
 _SETTLED = 2e-3
 """Correction of the stiffness above which the effects are evaluated once more."""
 _MOVED = 0.2
-"""Share of the noise by which the sensor's faults may change at a sample from round to round."""
+"""Share of the noise by which sensor effects may change at a sample from round to round."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,9 +88,9 @@ class Round:
 
     @classmethod
     def about_coulomb(cls, whole: MovingRecord, noise: str, start: CoulombMotion | None) -> Round | None:
-        """Along the motion under Coulomb friction alone that fits best, ``start``; None where there is none.
+        """Along the motion ``start`` that fits best under Coulomb friction alone; None without one.
 
-        Nothing is linear about a mass that has stopped, so that one that stops within the record is none.
+        A motion that stops within the record does not count: nothing is linear about a mass at rest.
         """
         return None if start is None else cls._starting(whole, noise, *start)
 
@@ -106,7 +105,7 @@ class Round:
     ) -> Round | None:
         found = whole.along(motion, w0, (), about=about)
         if found is not None and not found.determined:
-            # fewer samples than columns say nothing of the shapes that effects may take
+            # fewer samples than columns do not determine the shapes that effects may take
             whole = whole.of_one_column(found.law)
             found = whole.along(motion, w0, (), about=about)
         if found is None:
@@ -145,7 +144,7 @@ class Round:
     def log_evidence(self) -> float:
         """Of the record, in units of the signal; about a law's own motion without a random force alone.
 
-        What a force would add there counts for nothing: it is exact beside the motion that it goes with.
+        Next to an exact motion the contribution of a force counts as zero.
         """
         used = int(np.isfinite(self.found.regression.clock.variance).sum())
         found = self._posterior.log_evidence + self.whole.error.log_volume
@@ -157,7 +156,7 @@ class Round:
 
     @property
     def wanders(self) -> bool:
-        """Whether a force that fluctuates, or a knock, goes with the motion."""
+        """Whether a random force, or a knock, goes with the motion."""
         return self._best.ratio > 0.0 or self.knocked
 
     @property
@@ -176,12 +175,12 @@ class Round:
 
     @property
     def is_all(self) -> bool:
-        """Whether white noise is all that the law leaves, and no random force is more probable than none."""
+        """Whether the residual of the law is white noise, and a random force is less probable than none."""
         return not self.wanders and self.leaves_white
 
     @cached_property
     def leaves_white(self) -> bool:
-        """Whether law and random force leave white noise."""
+        """Whether the residual of law and random force is white noise."""
         best, regression = self._best, self.found.regression
         left = regression.innovations(self._law, best.ratio, best.tau)[np.isfinite(regression.clock.variance)]
         return whiteness(left).white
@@ -225,7 +224,7 @@ class Round:
 
     @property
     def _next_error(self) -> SensorError | Colour | None:
-        """What neighbouring samples share of the noise; None where that stays as it is."""
+        """The noise that neighbouring samples share; None where it is unchanged."""
         if isinstance(self.whole.error, Colour):
             return self._colour_near_motion if self.whole.error.least_noise else self._colour
         if self.noise == "white" or self.alone:
@@ -234,13 +233,13 @@ class Round:
 
     @property
     def left(self) -> Array:
-        """What the law leaves of the samples that are used, natural units."""
+        """Residual of the law at the samples that are used, natural units."""
         regression = self.found.regression
         return regression.residual(self._law)[np.isfinite(regression.clock.variance)]
 
     @property
     def _colour(self) -> Colour | None:
-        """Colour of what the law leaves; None where that is white."""
+        """Colour of the residual; None where that is white."""
         return colour_of(self.left, int(np.count_nonzero(self._law)))
 
     @property
@@ -254,7 +253,7 @@ class Round:
 
     @property
     def may_be_coloured(self) -> bool:
-        """Whether what the law leaves has a colour, and is more than the sensor's rounding."""
+        """Whether the residual is coloured, and exceeds the sensor's rounding."""
         regression = self.found.regression
         audible = self._best.noise > _AUDIBLE * regression.least_noise
         return audible and regression.clock.even and self._colour is not None
@@ -274,7 +273,7 @@ class Round:
         return None if found is None else replace(self, whole=whole, found=found)
 
     def in_its_colour(self) -> Round | None:
-        """The same under noise of the colour that its law leaves, whatever stands for that."""
+        """The same under noise of the colour of its law's residual, whatever explains that."""
         colour = self._colour
         return None if colour is None else self._under(colour)
 
@@ -285,7 +284,7 @@ class Round:
         return None if along is None else replace(self, whole=whole, found=along, near=None)
 
     def behind_filter(self) -> Round | None:
-        """The same law behind the filter that the record went through; None where it went through none."""
+        """The same law behind the filter that the record went through; None without one."""
         segment, bare = self.whole.segment, self._along(replace(self.whole, filter=None))
         missing = self.aside & ~segment.ignored[: self.whole.samples]
         filter_ = None if bare is None else filter_of(bare, missing, segment.order)
@@ -325,7 +324,7 @@ class Round:
         return ceiling, outliers & come_anywhere(outliers, shown, smoothed)
 
     def stays(self, after: Round) -> bool:
-        """Whether the round that follows says the same."""
+        """Whether the round that follows agrees with this one."""
         other_noise = not self.whole.error.alike(after.whole.error)
         other_noise |= not np.array_equal(after.aside, self.aside)
         if after.other_lines or other_noise:

@@ -1,7 +1,7 @@
-"""What the noise of the sensor is besides white: outliers, growth with the motion, both or neither.
+"""Kinds of sensor noise in addition to white: outliers, growth with the motion, both or neither.
 
-These hypotheses are weighed at the law and the random force that the record shows without outliers or with
-them: how the noise is distributed tells the sets of effects next to nothing.
+They are evaluated at the law and the random force of the record without outliers or with them: the
+distribution of the noise hardly changes the probabilities of the sets of effects.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class NoiseHypothesis(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SensorNoise:
-    """The kinds of noise that were weighed, and the one that the posterior takes.
+    """The kinds of noise that were evaluated, and the one that the posterior takes.
 
     Attributes
     ----------
@@ -57,7 +57,7 @@ class SensorNoise:
     growth : NoiseGrowth or None
         Of the noise with the motion, the most probable; None where none may act.
     outliers : NoiseFit or None
-        Noise with outliers about what all other samples predict; None where none were weighed.
+        Noise with outliers about what all other samples predict; None where not evaluated.
     """
 
     hypotheses: tuple[NoiseHypothesis, ...]
@@ -82,7 +82,7 @@ class SensorNoise:
 
     @property
     def probabilities(self) -> dict[frozenset[str], float]:
-        """Probability of each hypothesis by its effects."""
+        """Probability of each kind of noise by its effects."""
         total = self.log_total
         return {h.effects: math.exp(h.log_odds - total) for h in self.hypotheses}
 
@@ -105,7 +105,7 @@ def log_convention(used: int, unit: float) -> float:
 def weigh_sensor_noise(
     record: MovingRecord, along: LawAlongMotion, outliers: Mask, allowed: Sequence[str]
 ) -> tuple[LawRegression, Posterior, SensorNoise]:
-    """Weigh each kind of noise, and integrate over the random force under the most probable.
+    """Evidence of each kind of noise, and the posterior over the random force under the most probable.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def weigh_sensor_noise(
 
 
 class _Weighed(NamedTuple):
-    """One kind of noise, its evidence and what it was weighed at."""
+    """One kind of noise, its evidence, and the law and force at which it was evaluated."""
 
     effects: frozenset[str]
     log_weight: float

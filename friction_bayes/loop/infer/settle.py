@@ -1,11 +1,11 @@
-"""The rounds of one record, until its law has settled, and the rivals that it settles beside.
+"""The rounds of one record, until its law has converged, under alternatives for its residual.
 
-A law settles without a random force first, and from the motion of Coulomb friction where the smoothed one
-does not lead to a law that leaves white noise; where a law leaves more than that, or a force is more
-probable, it settles with one too, and the larger evidence decides. Rivals of both are coloured noise, where
-the spectrum shows it, and a filter that the record went through, behind which the noise has a colour too.
-Under the one that is the most probable the law settles once more, the noise nowhere below its level near the
-motion's frequency. At last the force is searched for knocks.
+A law converges without a random force first, and from the motion of Coulomb friction where the smoothed one
+does not lead to white residuals; where these are not white, or a force is more probable, it converges with a
+force too, and the larger evidence decides. Alternatives to both are coloured noise, where the spectrum shows
+it, and a filter that the record went through, behind which the noise has a colour too. Under the most
+probable one the law converges once more, the noise nowhere below its level near the motion's frequency. At
+last the force is searched for knocks.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from friction_bayes.loop.noise.colour import is_coloured
 __all__ = ["settle"]
 
 _MOST_ROUNDS = 5
-"""Until a law has settled; as many again with every knock that is let off."""
+"""Until a law has converged; as many again with every knock that is admitted."""
 _MOST_LOOKS = 12
-"""For a knock, each of which may take a few: what still calls for one then is no accident."""
+"""For a knock, each of which may take a few: a record that requires more is not knocked by accident."""
 _MOST_FILTERS = 3
 """Until the same filter is found again along the motion behind it."""
 
 
 def settle(whole: MovingRecord, allowed: Sequence[str], noise: str, *, filters: bool = True) -> Round | None:
-    """Go on until the law of a record has settled and the force calls for no other knock.
+    """The round in which the law of a record has converged and the force requires no other knock.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str, *, filters: 
     noise : {"auto", "white", "ar"}
         What the noise of the sensor may be.
     filters : bool
-        Whether one is looked for that the record went through; behind one that is known none is.
+        Whether a filter that the record went through is looked for; not behind one that is known.
 
     Returns
     -------
@@ -54,13 +54,13 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str, *, filters: 
         return None if still is None else _settled(still.in_its_colour_near_motion(), allowed) or still
     coulomb = None
     if still is None or not still.with_force.is_all:
-        # far from where it starts a law that is settled step by step may not arrive
+        # step by step a law may not reach an optimum far from its start
         coulomb = coulomb_motion(whole)
         still = _better(still, _settled(Round.about_coulomb(whole, noise, coulomb), allowed))
     latest = None if still is None else still.with_force
     if first is not None and (latest is None or not latest.is_all):
         free = _settled(first.with_force, allowed)
-        # beside its own motion, which is exact, a law does not call for what made up for an inexact one
+        # along its own, exact motion a law does not need the force that made up for an inexact one
         if still is None or _better(still, free) is free:
             latest = free
     if latest is not None and still is not None and noise != "white":
@@ -83,7 +83,7 @@ def settle(whole: MovingRecord, allowed: Sequence[str], noise: str, *, filters: 
 
 
 def _coloured(still: Round, allowed: Sequence[str]) -> Round | None:
-    """The law under coloured noise; None where the spectrum shows none, and none is asked for."""
+    """The law under coloured noise; None where the spectrum shows none, and none is requested."""
     decay = still.whole.segment.decay
     shows = still.noise == "ar" or is_coloured(still.left, decay.step, decay.frequency)
     if not (shows and still.may_be_coloured):
@@ -92,7 +92,7 @@ def _coloured(still: Round, allowed: Sequence[str]) -> Round | None:
 
 
 def _behind_filter(still: Round, coulomb: CoulombMotion | None, allowed: Sequence[str]) -> Round | None:
-    """The law behind the filter that a record went through; None where there is none.
+    """The law behind the filter that a record went through; None without one.
 
     The filter is found along the motion of Coulomb friction, and anew along the motion behind it.
     """
@@ -113,8 +113,8 @@ def _behind_filter(still: Round, coulomb: CoulombMotion | None, allowed: Sequenc
 def _holds_against(one: Round, other: Round, allowed: Sequence[str]) -> bool:
     """Whether a round is more probable than another, on the samples that both have.
 
-    It is taken with noise that grows with the motion where that is more probable, and with the lines that
-    were found beside the other.
+    It has noise that grows with the motion where that is more probable, and the lines that were found with
+    the other.
     """
     if not {line.effect for line in other.lines} <= {line.effect for line in one.lines}:
         one = _better(one, _settled(one.with_lines(other.lines), allowed)) or one
@@ -140,7 +140,7 @@ def _on_common_samples(one: Round, other: Round) -> tuple[Round | None, Round | 
 
 
 def _settled(latest: Round | None, allowed: Sequence[str]) -> Round | None:
-    """Go on from a round until the next says the same."""
+    """The round after which the next agrees, or the last one tried."""
     for _ in range(_MOST_ROUNDS):
         if latest is None:
             break

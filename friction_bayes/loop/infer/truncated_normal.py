@@ -20,7 +20,7 @@ _NODES = {1: 1, 2: 48, 3: 24, 4: 14, 5: 9, 6: 6}
 
 
 def log_interval_probability(low: Array, high: Array) -> Array:
-    """Log-probability that a standard normal lies between, however far out.
+    """Log-probability that a standard normal lies in an interval, however far out.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def _interval_quantile(low: Array, high: Array, rank: Array) -> Array:
 def truncated_draws(
     mean: Array, covariance: Array, low: Array, high: Array, rng: np.random.Generator, draws: int
 ) -> Array:
-    """Draw from a normal cut to a box, shape (draws, k).
+    """Draws from a normal cut to a box, shape (draws, k).
 
     Coordinates are drawn in turn, each from its conditional normal cut to its interval, and then drawn
     again in proportion to the probability that this left the later ones; with one bounded coordinate that

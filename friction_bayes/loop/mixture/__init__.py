@@ -1,1 +1,1 @@
-"""One posterior over all candidates, with slight effects beside them."""
+"""One posterior over all candidates, with slight effects in addition to them."""

@@ -22,7 +22,7 @@ class CandidateDraws:
     frequency : ndarray, shape (k,)
         Natural frequency [rad/s].
     random_force, correlation_time : ndarray, shape (k,)
-        Sd of the random force [N or N m], zero where there is none, and its correlation time [s].
+        Sd of the random force [N or N m], zero without one, and its correlation time [s].
     coefficients : ndarray of int, shape (k,)
         How many coefficients of effects each draw has whose prior is normal.
     squares : ndarray, shape (k,)

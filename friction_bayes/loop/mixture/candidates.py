@@ -1,4 +1,4 @@
-"""Candidates weighed along measured motions, of one record or of several: what is told of both alike."""
+"""Candidates evaluated along measured motions, of one record or of several: what both report."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ __all__ = ["Candidates"]
 
 
 class Candidates(ABC):
-    """Candidates weighed along measured motions, of one record or of several.
+    """Candidates evaluated along measured motions, of one record or of several.
 
     Parameters
     ----------
@@ -97,14 +97,13 @@ class Candidates(ABC):
     @property
     @abstractmethod
     def reading(self) -> Reading:
-        """Friction by all that it weighs."""
+        """Friction by all candidates."""
 
     @abstractmethod
     def check(self, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
-        """Compare the posterior of the most probable candidate with a sampler's.
+        """The posterior of the most probable candidate compared with a sampler's.
 
-        The ``share`` of the candidate says how much of it was sampled; the tree is what was sampled, if
-        anything.
+        ``share`` is the sampled share of the candidate's probability; the tree has the samples, if any.
         """
 
     @abstractmethod
@@ -116,7 +115,7 @@ class Candidates(ABC):
         """Friction of each record and its spread between them; None where it is one friction."""
 
     def _rank(self, cells: Cells) -> None:
-        """Take these cells as the candidates, the most probable first; all mixtures have the empty set."""
+        """Make these cells the candidates, the most probable first; all mixtures have the empty set."""
         self.cells = cells
         by_set = {frozenset[str](): 0.0} | cells.probabilities
         ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
@@ -126,7 +125,7 @@ class Candidates(ABC):
 
     @cached_property
     def candidate(self) -> Integers:
-        """Which of the sets each draw has, shape (k,)."""
+        """Index of the set of each draw, shape (k,)."""
         drawn = self.laws.first
         upto = np.cumsum(self.cells.weight[:, drawn.point, drawn.chosen], axis=0)
         kind = (self._rng_draws.random(DRAWS) * upto[-1] >= upto[:-1]).sum(axis=0)
@@ -139,7 +138,7 @@ class Candidates(ABC):
 
     @cached_property
     def _left(self) -> tuple[LeftOver, ...]:
-        """Tests of what each record leaves."""
+        """Tests of the residual of each record."""
         return tuple(what_is_left(fit) for fit in self.best)
 
     @property
@@ -183,15 +182,15 @@ class Candidates(ABC):
 
     @abstractmethod
     def _slight_beside(self, g: int, row: int) -> Iterable[SlightEffect]:
-        """Nuisances beside a set of the posterior at a point of its grid."""
+        """Nuisances in addition to a set of the posterior at a point of its grid."""
 
     @cached_property
     def _friction(self) -> Array:
-        """Draws of friction [N or N m]: those of the laws, which answer for slight effects too."""
+        """Draws of friction [N or N m]: those of the laws, widened by slight effects."""
         return friction_with_slight_effects(self.laws, self._slight_beside, self._rng_draws)
 
     def _reading(self, what: str, fits: tuple[ForceFit, ...], laws: DrawnLaws) -> Reading:
-        """Friction by some laws, with what the most probable one leaves of the records."""
+        """Friction by some laws, with its shift by the residual of the most probable one."""
         shift = max(_friction_shift(fit, what_is_left(fit)) for fit in fits)
         return Reading(what, _moved(laws.friction, shift, self._rng_reading))
 
@@ -231,7 +230,7 @@ class Candidates(ABC):
         }
 
     def left(self) -> dict[str, Any]:
-        """The largest force that follows the motion, if any does, of the record where it could do most."""
+        """The largest force that follows the motion, if any, of the record whose friction it shifts most."""
         fit, left = self.best[self._worst], self._left[self._worst]
         rms = 0.0 if left.worst is None else left.worst.signal
         return {
@@ -245,7 +244,7 @@ class Candidates(ABC):
     def noise(self) -> dict[str, Any]:
         """Noise of the first record's sensor, a sample of it: those of a block were averaged.
 
-        What neighbouring samples share stays in their mean.
+        The noise that neighbouring samples share remains in their mean.
         """
         fit = self.best[0]
         white = fit.posterior.noise_sd * fit.unit
@@ -320,7 +319,7 @@ class Candidates(ABC):
 
 
 def _parameters_of_sensor(name: str, fit: ForceFit, units: dict[str, str]) -> dict[str, dict[str, Any]]:
-    """Of clipped samples or outliers in one record; none where it has none."""
+    """Parameters of clipped samples or outliers in one record; empty without any."""
     if name == SENSOR_CLIPPING.name:
         return clipping_parameters(fit.segment, units) if fit.segment.clipped else {}
     if fit.sensor_noise.outliers is None or not fit.sensor_noise.contaminated:
@@ -329,10 +328,10 @@ def _parameters_of_sensor(name: str, fit: ForceFit, units: dict[str, str]) -> di
 
 
 def _friction_shift(fit: ForceFit, left: LeftOver) -> float:
-    """How far friction could shift for what a record's law does not say [N or N m]."""
+    """How far friction could shift for a force that a record's law lacks [N or N m]."""
     return 0.0 if left.worst is None else left.worst.friction * fit.law.unit_force
 
 
 def _moved(friction: Array, shift: float, rng: np.random.Generator) -> Array:
-    """Draws that carry such a shift: reflected, as friction is never negative."""
+    """Draws with such a shift, reflected at zero, as friction is never negative."""
     return np.abs(friction + shift * rng.standard_normal(DRAWS))

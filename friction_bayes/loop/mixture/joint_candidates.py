@@ -1,4 +1,4 @@
-"""Sets of effects weighed on several records, each with a fluctuation and perhaps friction of its own."""
+"""Sets of effects evaluated on several records, each with its own random force and perhaps friction."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def candidates_together(
     rng: np.random.Generator,
     progress: Callable[[str], None] | None,
 ) -> JointCandidates:
-    """Weigh sets of effects on several records together.
+    """Candidates of several records evaluated together.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def candidates_together(
 class JointCandidates(Candidates):
     """All candidates of several records: with a random force or none, one friction or one of each record.
 
-    They are weighed along the motions (see :class:`friction_bayes.loop.mixture.candidates.Candidates`).
+    They are evaluated along the motions (see :class:`friction_bayes.loop.mixture.candidates.Candidates`).
 
     Parameters
     ----------
@@ -106,13 +106,13 @@ class JointCandidates(Candidates):
         kinds = [noise for noise, share in noises.items() if share > 0.0]
         self._rank(Cells(np.array(weights), fit.posterior.ratio > 0.0, effects, kinds))
         self.trail = (
-            f"along the measured motions: {len(effects)} sets of effects weighed on {len(fit.alone)} records "
-            "together",
+            f"along the measured motions: {len(effects)} sets of effects evaluated on {len(fit.alone)} "
+            "records together",
         )
 
     @property
     def _weight(self) -> Array:
-        """Posterior of the points and of the sets with a spread, zero for what is no candidate."""
+        """Posterior of the points and of the sets with a spread, zero for those of no candidate."""
         kept = self.cells.total > 0.0
         return self.fit.posterior.weight * kept[:, self.fit.problem.number]
 
@@ -135,7 +135,7 @@ class JointCandidates(Candidates):
     @cached_property
     def reading(self) -> Reading:
         laws = joint_draws(self.fit, self._rng_reading, DRAWS)
-        return self._reading("the sets weighed along the measured motions", self.fit.fits, laws)
+        return self._reading("the sets evaluated along the measured motions", self.fit.fits, laws)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -143,7 +143,7 @@ class JointCandidates(Candidates):
 
     @cached_property
     def _contradictions(self) -> tuple[str, ...]:
-        """Effects that the records contradict one size of."""
+        """Effects for which the records contradict a common size."""
         return tuple(contradictions(self.fit))
 
     @cached_property
@@ -173,7 +173,7 @@ class JointCandidates(Candidates):
         return check_together(self.fit, mine, factor, unit, seed, forced=self._fluctuates)
 
     def witnesses(self) -> None:
-        """Each record would have its own."""
+        """Not with several records, each of which would have its own."""
 
     def between_records(self) -> dict[str, Any]:
         model = self.before.model

@@ -1,8 +1,8 @@
-"""The posterior over all candidates, and what they say of friction together.
+"""The posterior over all candidates, and friction averaged over them.
 
 Every candidate has its evidence on one scale, so that the posterior is one mixture. Numbers of the record are
-summaries of that mixture; what can only be told of one law, its residual and its parameters, is told of the
-most probable candidate.
+summaries of that mixture; residuals and parameters, which belong to one law, are reported for the most
+probable candidate.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Mixture:
         Candidates, most probable first; the empty set is always among them.
     probabilities : ndarray, shape (c,)
     of : Candidates
-        What is told of the most probable one.
+        Reports on the most probable one.
     draws : CandidateDraws
         Their ``candidate`` counts in ``sets``; -1 where that is not listed.
     """
@@ -51,10 +51,10 @@ class Mixture:
 
     @property
     def agrees(self) -> Mask:
-        """Which candidates do not contradict what all of them say of friction, shape (c,).
+        """Which candidates agree with the friction averaged over all, shape (c,).
 
         One agrees where its mean lies within the 90 % interval over all, or the mean over all within its own;
-        one of which nothing is drawn does not.
+        one without draws does not.
         """
         friction = self.draws.friction
         low, high, mean = *np.quantile(friction, TAILS), friction.mean()
@@ -79,9 +79,9 @@ class Mixture:
         return bool(alike or not self.say_otherwise(count).any())
 
     def say_otherwise(self, count: int) -> Mask:
-        """Which of the ``count`` most probable have a mean beyond the first's 90 %, shape (count,).
+        """Which of the ``count`` most probable have a mean outside the first's 90 % interval, shape (count,).
 
-        One of which nothing is drawn has not.
+        One without draws has not.
         """
         own = [self.draws.friction[self.draws.candidate == c] for c in range(count)]
         low, high = np.quantile(own[0], TAILS) if own[0].size else (-np.inf, np.inf)
@@ -89,7 +89,7 @@ class Mixture:
 
 
 def mixture_of(candidates: Candidates, rng: np.random.Generator) -> Mixture:
-    """Mix candidates in proportion to their evidence, with a random force too slight to show beside them."""
+    """The mixture of candidates by their evidence, with a random force too slight to show in addition."""
     probability = candidates.probabilities
     listed = [
         c for c, names in enumerate(candidates.sets) if probability[c] > _LEAST_PROBABILITY or not names

@@ -1,14 +1,12 @@
-r"""By how much friction would move if the priors of the effects had another scale, or other odds.
+r"""The shift of friction if the priors of the effects had another scale, or other odds.
 
-Coefficients of effects are normal with a standard deviation that the set-up suggests. Were all of them
-:math:`f` times as wide, a draw with :math:`n` coefficients whose squares add up to :math:`S` variances of the
-prior would count
+Coefficients of effects are normal, scaled by the set-up. Were all priors :math:`f` times as wide, a draw with
+:math:`n` coefficients whose squares add up to :math:`S` variances of the prior would have the weight
 
 .. math:: f^{-n} \exp\left(-\tfrac12 S (f^{-2} - 1)\right)
 
-times as much: importance weights of the draws that there are (Kallioinen et al., Stat. Comput. 34, 2024).
-Were each effect taken to act with another probability beforehand, a draw with :math:`m` effects would count
-the ratio of the odds to the :math:`m` times as much.
+(importance weights, Kallioinen et al., Stat. Comput. 34, 2024). With another prior probability of each
+effect, the weight of a draw with :math:`m` effects is the ratio of the odds to the power :math:`m`.
 """
 
 from __future__ import annotations
@@ -27,9 +25,9 @@ __all__ = ["prior_sensitivity"]
 _FACTORS = (0.1, 10.0)
 _INCLUSIONS = {"inclusion_halved": 0.5 * INCLUSION, "inclusion_doubled": 2.0 * INCLUSION}
 _LEAST_DRAWS = 50.0
-"""Effective number of draws below which nothing is said."""
+"""Effective number of draws below which no value is reported."""
 _LARGEST_ERROR = 0.1
-"""Monte Carlo error of a shift, in standard deviations of friction, above which nothing is said."""
+"""Monte Carlo error of a shift, in standard deviations of friction, above which no value is reported."""
 
 
 def prior_sensitivity(draws: CandidateDraws, sets: Sequence[frozenset[str]]) -> dict[str, float | None]:

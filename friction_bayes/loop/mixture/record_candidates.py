@@ -1,4 +1,4 @@
-"""Sets of effects weighed on one record, with and without a random force."""
+"""Sets of effects evaluated on one record, with and without a random force."""
 
 from __future__ import annotations
 
@@ -56,10 +56,11 @@ class RecordCandidates(Candidates):
         lines = ", ".join(map(str, fit.lines))
         share = float(fit.posterior.weight[:, fit.impossible].sum())
         left_out = (
-            f"sets in which friction pushes or faults hide the motion, {percent(share)} likely, are left out"
+            f"sets in which friction pushes or sensor effects hide the motion, {percent(share)} likely, "
+            "are left out"
         )
         self.trail = (
-            f"along the measured motion: {len(fit.sets.effects)} sets of effects weighed"
+            f"along the measured motion: {len(fit.sets.effects)} sets of effects evaluated"
             + (
                 f" with and without a random force, log evidence {fit.log_gain:+.1f} with it"
                 if fit.forced
@@ -78,14 +79,14 @@ class RecordCandidates(Candidates):
 
     @cached_property
     def best(self) -> tuple[ForceFit, ...]:
-        # a candidate has sets of columns that are left out too, where another shape of it is impossible
+        # a candidate may lack some of its sets of columns, where one of its shapes is impossible
         own = (self.cells.places(self.sets[:1]) == 0) & (self.cells.weight > 0.0)
         return (self.fit.among(own.any(axis=0)),)
 
     @cached_property
     def reading(self) -> Reading:
         laws = DrawnLaws.of_one(law_draws(self.fit, self._rng_reading, DRAWS))
-        return self._reading("the sets weighed along the measured motion", (self.fit,), laws)
+        return self._reading("the sets evaluated along the measured motion", (self.fit,), laws)
 
     def check(self, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
         factor, unit = friction_scale(self.before.model)
@@ -107,10 +108,10 @@ class RecordCandidates(Candidates):
         return {"loss": found.loss.to_dict(), "shape": found.shape.to_dict(), "agree": found.agree}
 
     def left(self) -> dict[str, Any]:
-        """What the best law leaves; where the witnesses disagree friction may be that of the loss.
+        """Tests of the best law's residual; where the witnesses disagree friction may be that of the loss.
 
-        The shape within a cycle is at the mercy of errors of the sensor that follow the direction, and of a
-        law that is not quite the contact's.
+        The shape within a cycle is biased by errors of the sensor that follow the direction, and by a law
+        that is not quite the contact's.
         """
         found, witnesses = super().left(), self._witnesses
         if witnesses is not None and not witnesses.agree:
@@ -129,7 +130,7 @@ def candidates_of_record(
     options: LoopOptions,
     rng: np.random.Generator,
 ) -> RecordCandidates:
-    """Weigh sets of effects on one record.
+    """Candidates of one record.
 
     Parameters
     ----------
@@ -152,7 +153,7 @@ def candidates_of_record(
 
 
 def _cells(fit: ForceFit) -> Cells:
-    """All sets of which the samples say something and whose friction resists, under each kind of noise."""
+    """All sets that the samples can determine and whose friction resists, under each kind of noise."""
     nothing = unknowable(fit)
     known = np.array([not names & nothing for names in fit.sets.effects]) & ~fit.impossible
     noises = fit.sensor_noise.probabilities

@@ -1,4 +1,4 @@
-"""Damping and drift too slight to show, beside the laws drawn along measured motions."""
+"""Damping and drift too slight to show, in addition to the laws drawn along measured motions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = ["beside_joint_set", "beside_set", "friction_with_slight_effects"]
 def friction_with_slight_effects(
     laws: DrawnLaws, beside: Callable[[int, int], Iterable[SlightEffect]], rng: np.random.Generator
 ) -> Array:
-    """Draws of friction [N or N m], shape (k,), that answer for slight effects too.
+    """Draws of friction [N or N m], shape (k,), with the uncertainty from slight effects included.
 
     See :mod:`friction_bayes.loop.mixture.slight_effects`.
 
@@ -30,7 +30,7 @@ def friction_with_slight_effects(
     ----------
     laws : DrawnLaws
     beside : callable, (point of the grid, set of the posterior) -> iterable of SlightEffect
-        The nuisances beside that set.
+        The nuisances in addition to that set.
     rng : numpy.random.Generator
     """
     friction = laws.friction.copy()
@@ -42,7 +42,7 @@ def friction_with_slight_effects(
 
 
 def beside_set(fit: ForceFit, g: int, m: int) -> Iterator[SlightEffect]:
-    """The nuisances beside a set of one record at a point of the grid."""
+    """The nuisances in addition to a set of one record at a point of the grid."""
     point = fit.posterior.points[g]
     gram = fit.regression.whiten_at(point.ratio, point.tau).gram
     columns, lam, noise2 = fit.sets.columns[m], point.found.full_noise2, float(point.found.noise2[m])
@@ -54,7 +54,7 @@ def beside_set(fit: ForceFit, g: int, m: int) -> Iterator[SlightEffect]:
 
 
 def beside_joint_set(fit: JointFit, g: int, row: int) -> Iterator[SlightEffect]:
-    """The nuisances beside a set of several records; those of which each record has its own are left out."""
+    """The nuisances in addition to a set of several records, except those that are each record's own."""
     problem, point, law = fit.problem, fit.posterior.points[g], fit.along[0].law
     effects = fit.along[0].sets.effects[problem.number[row]]
     prior = point.found.full_noise2 / float(point.found.noise2[row])
@@ -73,7 +73,7 @@ def _beside(
     prior: float,
     posterior: Callable[[Mask], tuple[Array, Array]],
 ) -> Iterator[SlightEffect]:
-    """The nuisances beside a set.
+    """The nuisances in addition to a set.
 
     Parameters
     ----------

@@ -1,20 +1,19 @@
-r"""Damping and drift too slight for a record to show, which friction has to answer for all the same.
+r"""Damping and drift too slight for a record to show, whose uncertainty friction must include.
 
-A viscous damping of one standard deviation of what the record tells of it leaves no trace by which it could
-be found, and yet moves friction by several of friction's own standard deviations: over a decay that is cut
-before it rests, the two act nearly alike. So every candidate that lacks one of these effects carries it as
-a nuisance: present with the prior probability ``nuisance`` of the settings (that of any effect where the
-candidate has another force of the catalogue), of a size of up to a few of its standard deviations. Of
-several records it is one that they share: damping.
-With the estimate :math:`\hat c` and standard deviation :math:`s` that the samples give its
-coefficient beside the candidate's parameters,
+A viscous damping of one of its standard deviations cannot be detected, and yet moves friction by several of
+friction's own: over a decay that is cut before it rests, the two act nearly alike. So every candidate that
+lacks one of these effects has it as a nuisance: present with the prior probability ``nuisance`` of the
+settings (that of any effect where the candidate has another force of the catalogue), of a size of up to a few
+of its standard deviations. Several records share one: damping.
+With the estimate :math:`\hat c` and standard deviation :math:`s` of its coefficient from the samples, the
+candidate's parameters free,
 
 .. math:: c \sim N(0, (2s)^2)
 
 cut to its support, and no wider than the effect's own prior; friction follows it linearly. The support of
-damping goes a little below zero: a gain of the sensor that rises within the record looks like damping that
-drives the motion, and a nuisance of one sign would draw friction to one side of the truth. Nothing else of a
-candidate changes, nor how probable it is: an effect that a record shows makes a candidate of its own.
+damping extends a little below zero: a gain of the sensor that rises within the record looks like damping that
+drives the motion, and a nuisance of one sign would bias friction. Nothing else of a candidate changes, nor
+its probability: an effect that a record shows makes a candidate of its own.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ _SLIGHT_EFFECTS = (VISCOUS_DAMPING.name, FRICTION_DRIFT.name)
 
 @dataclass(frozen=True, eq=False)
 class SlightEffect:
-    """A nuisance beside a candidate, its coefficient in units of the effect's own prior.
+    """A nuisance in addition to a candidate, its coefficient in units of the effect's own prior.
 
     Attributes
     ----------
@@ -98,7 +97,7 @@ class SlightEffect:
 
 
 def slight_beside(effects: Iterable[str]) -> list[str]:
-    """Names of the nuisances beside a candidate with these effects."""
+    """Names of the nuisances in addition to a candidate with these effects."""
     present = set(effects)
     return [name for name in _SLIGHT_EFFECTS if not present & {name, *EFFECTS[name].excludes}]
 
@@ -106,7 +105,7 @@ def slight_beside(effects: Iterable[str]) -> list[str]:
 def with_slight_effects(friction: Array, slight: Iterable[SlightEffect], rng: np.random.Generator) -> Array:
     """Draws of a candidate's friction, shape (k,), each nuisance acting on its share of them.
 
-    One that would make friction negative leaves none: damping alone takes the amplitude then.
+    Where one would make friction negative, friction is zero: damping alone explains the loss of amplitude.
     """
     for one in slight:
         coefficient = truncated_draws(

@@ -1,12 +1,11 @@
-r"""A random force too slight for a record to show, which friction has to answer for all the same.
+r"""A random force too slight for a record to show, whose uncertainty friction must include.
 
-Measured contacts fluctuate. A force that the noise of the sensor hides moves friction by several times what
-that noise makes of it, since the record averages the one over its samples and the other over far fewer
-correlation times. So every candidate without a random force carries one as a nuisance, as it carries slight
-damping and drift (:mod:`friction_bayes.loop.mixture.slight_effects`): present with the same prior
-probability, of a size and correlation time of which the record says little, those under which the law is as
-probable as under none to within two nats. Nothing else of a candidate changes, nor how probable it is: a
-force that a record shows makes a candidate of its own.
+A random force hidden by the sensor noise moves friction by several times as much as that noise, since the
+record averages the noise over its samples and the force over far fewer correlation times. So every candidate
+without a random force has one as a nuisance, as it has slight damping and drift
+(:mod:`friction_bayes.loop.mixture.slight_effects`): present with the same prior probability, of the sizes and
+correlation times under which the law is as probable as without a force to within two nats. Nothing else of a
+candidate changes, nor its probability: a force that a record shows makes a candidate of its own.
 """
 
 from __future__ import annotations
@@ -26,14 +25,14 @@ __all__ = ["SlightForce", "slight_force"]
 
 @dataclass(frozen=True)
 class SlightForce:
-    """A random force as a nuisance beside a candidate without one.
+    """A random force as a nuisance in addition to a candidate without one.
 
     Attributes
     ----------
     probability : float
         That it acts.
     shift, sd : float
-        What it does to friction where it acts: a change of the mean, and an independent error [N or N m].
+        Change of the mean of friction where it acts, and an independent error [N or N m].
     """
 
     probability: float
@@ -41,7 +40,7 @@ class SlightForce:
     sd: float
 
     def beside(self, friction: Array, rng: np.random.Generator) -> Array:
-        """Draws of friction without a force, shape (k,), with this one beside some of them.
+        """Draws of friction without a force, shape (k,), with this one added to some of them.
 
         A draw that would be negative stays where it is.
         """
@@ -51,12 +50,12 @@ class SlightForce:
 
 
 def slight_force(fit: ForceFit) -> SlightForce | None:
-    """Find the force that a record may hide, beside its most probable law without one.
+    """The force that a record may hide, in addition to its most probable law without one.
 
     Returns
     -------
     SlightForce or None
-        None where that law has no dry friction, or the record says much of every force.
+        None where that law has no dry friction, or the record determines every force.
     """
     none = next(point for point in fit.posterior.points if point.ratio == 0.0)
     best = none.chosen

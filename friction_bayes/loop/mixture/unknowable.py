@@ -1,4 +1,4 @@
-"""Effects of which a record says nothing."""
+"""Effects on which a record has no information."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["unknowable"]
 
 
 def unknowable(fit: ForceFit) -> set[str]:
-    """Effects of which the samples say next to nothing beside the start and friction.
+    """Effects on which the samples have almost no information, start and friction free.
 
     A constant force in an acceleration record is one: its probability would stay that of its prior.
     """

@@ -1,14 +1,14 @@
 """Coloured noise of the sensor in place of white noise and of a random force, where the spectrum shows it.
 
 Filters of the acquisition, differences of positions and interpolation colour the noise. Above the eighth
-harmonic of the motion a free decay has next to no power, whatever the force law: where the spectrum of what a
-law leaves is flat there, the noise is white and everything else in it is misfit. Where it is not, an
-autoregression of it (:mod:`friction_bayes.statespace.coloured_noise`) is a rival of white noise with a random
-force or without one, and pays for its coefficients.
+harmonic of the motion a free decay has almost no power, whatever the force law: where the spectrum of a
+residual is flat there, the noise is white and everything else in it is misfit. Where it is not, an
+autoregression of it (:mod:`friction_bayes.statespace.coloured_noise`) is an alternative to white noise with
+or without a random force, penalised for its coefficients.
 
-Where it is the more probable, the law is found under noise of the sensor's level near the motion's frequency,
-and of that colour where it is stronger (:mod:`friction_bayes.estimators.noise.noise_level`): a filter takes
-the corners of the motion away with the noise, so that the silence above says nothing of friction.
+Where it is more probable, the law is found under noise of the sensor's level near the motion's frequency,
+and of that colour where it is stronger (:mod:`friction_bayes.estimators.noise.noise_level`): a filter removes
+the corners of the motion with the noise, so that a quiet band above is no evidence about friction.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ __all__ = ["Colour", "colour_near_motion", "colour_of", "is_coloured"]
 _GRID = 1025
 """Frequencies of a spectrum whose transform is the correlation of the noise."""
 _FAINTEST = 1e-10
-"""Spectral density over its mean below which there is none to speak of."""
+"""Spectral density over its mean below which it is negligible."""
 _HANN_SPREAD = 1.5
 """Neighbouring ordinates of a Hann-windowed periodogram are correlated: so many count as one."""
 
@@ -54,7 +54,7 @@ class Colour:
 
     @property
     def log_volume(self) -> float:
-        """What its coefficients cost in log evidence, negative."""
+        """Penalty of its coefficients in log evidence, negative."""
         return 0.0 if self.autoregression is None else -self.autoregression.penalty
 
     def of(self, clock: Clock, w0: float) -> Clock:
@@ -62,14 +62,14 @@ class Colour:
         return replace(clock, autoregression=self.autoregression)
 
     def alike(self, other: object) -> bool:
-        """Whether another is as good: it follows what the law leaves, and settles with that."""
+        """Whether another is as good: it follows the residual of the law, and converges with that."""
         return isinstance(other, Colour)
 
     def described(self, step: float) -> dict[str, float | int | str]:
         """Fields of the report, of samples every ``step`` [s]."""
         if self.autoregression is None:
             return {"model": "ar", "order": 0, "correlation_length_s": step}
-        # it reaches beyond as many samples as there are coefficients
+        # the correlation extends beyond as many samples as there are coefficients
         correlation = np.fft.irfft(self.autoregression.spectrum(np.linspace(0.0, math.pi, _GRID)))[:_GRID]
         below = np.flatnonzero(correlation < correlation[0] / math.e)
         length = int(below[0]) if below.size else correlation.size
@@ -78,9 +78,9 @@ class Colour:
 
 
 def colour_of(residual: Array, fitted: int) -> Colour | None:
-    """Colour of what a law of so many coefficients leaves, shape (n,); None where that is white."""
+    """Colour of the residual of a law with so many coefficients, shape (n,); None where that is white."""
     own, _ = burg(residual, fitted)
-    # behind a filter that leaves nothing an autoregression is singular to rounding
+    # behind a filter that removes everything an autoregression is singular to rounding
     return Colour(own.tempered(_FAINTEST, 0.0)) if own.order else None
 
 
@@ -90,7 +90,7 @@ def colour_near_motion(residual: Array, phase: Array, order: int, fitted: int) -
     Parameters
     ----------
     residual : ndarray, shape (n,)
-        What the law leaves of even samples, natural units.
+        Residual of the law at even samples, natural units.
     phase : ndarray, shape (n,)
         Of the samples.
     order : int

@@ -1,15 +1,15 @@
-r"""Whether the sensor's errors in neighbouring samples are alike, beside its white noise and a random force.
+r"""Correlated errors of the sensor in neighbouring samples, with its white noise and a random force.
 
-A sensor that smooths, or one with noise of low frequency, errs alike in samples that follow each other. Taken
-for a force that is a short and strong fluctuation. Here it is an Ornstein-Uhlenbeck process in the sensor
-(:mod:`friction_bayes.statespace.kalman`), of sd ``rho sigma`` and correlation time ``tau_u``,
-with the prior ``log rho ~ N(0, 2**2)`` and ``tau_u`` log-uniform from a third of a step to a tenth of a
-period: what is slower is at the motion's own frequency, where nothing but a force tells it apart.
+A sensor that smooths, or one with noise of low frequency, has correlated errors, which would pass for a short
+and strong random force. They are an Ornstein-Uhlenbeck process in the sensor
+(:mod:`friction_bayes.statespace.kalman`), of sd ``rho sigma`` and correlation time ``tau_u``, with the prior
+``log rho ~ N(0, 2**2)`` and ``tau_u`` log-uniform from a third of a step to a tenth of a period: slower ones
+are at the motion's own frequency, where they cannot be separated from a force.
 
-It is found at the mode, together with the random force, and stays there; the two are one question, since what
-the one takes up the other leaves. The density has several modes: ratios and times of all sizes, beside forces
-of several correlation times, are looked at coarsely, and the best is climbed from. Noise
-that is correlated is as probable beforehand as noise that is not, and pays for its two numbers alone.
+The process is found at the mode, together with the random force, since each can explain what the other does,
+and fixed there. The density has several modes: it is evaluated on a coarse grid of ratios, times and forces,
+and maximised from the best. Correlated noise is as probable a priori as uncorrelated, penalised only for its
+two numbers.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _PLACES = (0.1, 0.37, 0.63, 0.9)
 _FORCE_PERIODS = (0.02, 0.08, 0.3)
 """Correlation times at which a force as strong as the best is looked at too [periods of the motion].
 
-Beside an error that takes up what was quick in it a force is slower than without: a mode of its own.
+With an error that explains its fast part a force is slower than without: a mode of its own.
 """
 _FIRST_STEP = 0.4
 """In the logarithms of ratios and times."""
@@ -61,14 +61,14 @@ class SensorError:
     correlation_time : float
         [s].
     log_volume : float
-        Logarithm of the prior probability of the ratios and times that these stand for.
+        Logarithm of the prior probability of the ratios and times that these represent.
     """
 
     ratio: float = 0.0
     correlation_time: float = 1.0
     log_volume: float = 0.0
     least_noise = 0.0
-    """It says nothing of the white noise."""
+    """It sets no lower limit to the white noise."""
 
     @property
     def share(self) -> float:
@@ -101,7 +101,7 @@ NO_ERROR = SensorError()
 def find_sensor_error(
     regression: LawRegression, posterior: Posterior, prior: ForcePrior, w0: float
 ) -> SensorError | None:
-    """Look for a correlated error of the sensor where the innovations of a record are not white.
+    """The correlated error of the sensor, where the innovations of a record are not white.
 
     Parameters
     ----------
@@ -116,8 +116,8 @@ def find_sensor_error(
     Returns
     -------
     SensorError or None
-        None where nothing asks for one: the innovations are white, and any random force is too slow to stand
-        for one; that of no size where it is less probable than none.
+        None where none is required: the innovations are white, and any random force is too slow to represent
+        one; one of size zero where it is less probable than none.
     """
     best, law = posterior.best, posterior.best_law()
     left = regression.innovations(law, best.ratio, best.tau)[np.isfinite(regression.clock.variance)]
@@ -142,7 +142,7 @@ def find_sensor_error(
 
 
 def _errors(known: CorrelatedError, bounds: Place) -> list[Place]:
-    """The error that is known already; or some of all sizes and times, where none is."""
+    """The error that is known already; or else a grid of sizes and times."""
     if known.ratio > 0.0:
         return [(math.log(known.ratio), min(max(math.log(known.tau), bounds[0]), bounds[1]))]
     width = bounds[1] - bounds[0]
@@ -150,7 +150,7 @@ def _errors(known: CorrelatedError, bounds: Place) -> list[Place]:
 
 
 def _forces(posterior: Posterior) -> list[list[Place | None]]:
-    """No force; and the best one that has been looked at, with some as strong at resonance."""
+    """No force; and the best one evaluated so far, with some as strong at resonance."""
     points = [point for point in posterior.points if point.ratio > 0.0]
     if not points:
         return [[None]]

@@ -1,9 +1,9 @@
 r"""Whether the noise grows with the motion: with the signal, or with its rate as sample times that jitter.
 
-A sample that is late by ``s z`` is off by the rate of the signal times that, one read with a gain that is off
-by ``s z`` by the signal times that. Of what the noise grows with, ``g_i``, sample ``i`` has the variance
-``sigma**2 (1 + (g_i s / sigma)**2)``: the filter takes it as it is. The evidence of growth is that at the
-mode of the random force, whose sd stays, with ``log s`` integrated by Laplace's method.
+A sample that is late by ``s z`` has an error of ``s z`` times the rate of the signal, one with a gain error
+of ``s z`` an error of ``s z`` times the signal. With ``g_i`` that rate or signal, sample ``i`` has the
+variance ``sigma**2 (1 + (g_i s / sigma)**2)``, which the filter uses. The evidence of growth is computed at
+the mode of the random force, whose sd is kept, with ``log s`` integrated by Laplace's method.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _STENCIL = 0.1
 
 @dataclass(frozen=True, eq=False)
 class NoiseGrowth:
-    """Noise of a record that grows with its motion, given that there is some, and how probable that is.
+    """Noise of a record that grows with its motion, given that it does, and the probability of that.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class NoiseGrowth:
     log_odds : float
         Of growth against none, prior odds included.
     log_volume : float
-        Logarithm of the prior probability of the sizes that ``clock`` stands for.
+        Logarithm of the prior probability of the sizes that ``clock`` represents.
     ratio : float
         The size, a parameter of the effect, over the sd of the noise of one size in natural units.
     log_sd : float
@@ -81,7 +81,7 @@ def find_noise_growth(
     w0: float,
     prior: Prior,
 ) -> NoiseGrowth:
-    """Weigh noise that grows against noise of one size.
+    """Noise that grows, with its evidence over noise of one size.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def find_noise_growth(
     reference = regression.reference[chosen]
     scaled = (regression.columns * regression.scale)[:, chosen]
     block = np.column_stack([scaled, regression.target - scaled @ reference])
-    # what is lost at a jump of the acceleration is no matter of time
+    # errors at a jump of the acceleration are not errors of time
     rate = (path.v, np.gradient(path.v, path.phase), -path.slope * path.v)[order]
     signal = path.reading(order, path.x, path.v)
     growth = effect.grows_with(signal, w0 * rate)
@@ -124,7 +124,7 @@ def find_noise_growth(
         return float(found.log_weight[0]), math.sqrt(found.noise2[0])
 
     def density(log_ratio: float) -> float:
-        """Log posterior density of the logarithm of the size; other noise gives what this takes."""
+        """Log posterior density of the logarithm of the size; the other noise is reduced accordingly."""
         ratio = math.exp(log_ratio)
         value, noise = log_weight(clock_at(ratio), math.sqrt(1.0 + ratio**2 * mean_square))
         size = ratio * noise

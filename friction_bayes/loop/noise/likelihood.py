@@ -20,7 +20,7 @@ __all__ = ["NoiseFit", "NoiseModel", "fit_noise", "has_heavy_tails", "log_densit
 
 
 LEAST_NOISE = 1e-6
-"""Noise over signal amplitude that every record is taken to have: ten times the integrator's error."""
+"""Least noise over signal amplitude of every record: ten times the integrator's error."""
 _ROUNDS = 60
 _SETTLED = 1e-4
 
@@ -72,7 +72,7 @@ class NoiseFit:
 def fit_noise(
     residual: Array, sides: Array, noise_model: NoiseModel, scales: Scales, ignored: Mask | None = None
 ) -> NoiseFit:
-    """Find the best noise scale of residuals, and the weight of each sample under it.
+    """The best noise scale of residuals, and the weight of each sample under it.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def _contaminated(x: Array, scales: Scales) -> tuple[float, float, float, float,
 
 
 def has_heavy_tails(x: Array) -> bool:
-    """Whether more residuals lie far out than the normal has by chance."""
+    """Whether more residuals are far out than under a normal distribution."""
     core = 1.4826 * float(np.median(np.abs(x)))
     expected = 2.0 * float(ndtr(-settings.SETTINGS.far)) * x.size
     far = np.count_nonzero(np.abs(x) > settings.SETTINGS.far * core)

@@ -1,8 +1,8 @@
-r"""Samples that the regression does without: outliers, and those near a ceiling of the sensor.
+r"""Samples that the regression sets aside: outliers, and those near a ceiling of the sensor.
 
-What is set aside is told by what all other samples predict of it. Near a ceiling the sample itself must not
-decide: one that lies just below is there because its noise pointed down, so that the mean noise of those that
-stay would be below zero, and friction off. Outliers are as probable on both sides and may show themselves.
+Samples are set aside by the prediction from all others. Near a ceiling the sample itself must not decide: one
+just below is there because its noise was negative, so that the mean noise of those kept would be below zero,
+and friction biased. Outliers are as probable on both sides, and their own values may decide.
 
 A regression on the samples that are used has their density alone, under normal noise. So that its evidence is
 one of the whole record, as every other candidate's, it takes a factor
@@ -44,7 +44,7 @@ _PARTS = 5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LeftOut:
-    """The samples of a record beside what all others predict of each.
+    """The samples of a record, with the prediction of each from all others.
 
     Attributes
     ----------
@@ -127,22 +127,22 @@ def outlying(noise: NoiseFit) -> Mask:
     """Samples that are more probably outliers than not, shape (n,)."""
     if noise.fraction == 0.0:
         return np.zeros(noise.weight.size, dtype=bool)
-    # the weight is the mean of both precisions, by the probabilities
+    # the weight is the mean of both precisions, weighted by the probabilities
     return np.asarray(noise.weight < 0.5 * (1.0 / noise.sd**2 + 1.0 / noise.scale**2))
 
 
 def come_anywhere(outliers: Mask, among: Mask, motion: Motion) -> bool:
     """Whether outliers are as frequent at any speed and at any time, ``among`` some samples; shape (n,) both.
 
-    Those of a sensor are. What comes with the turning points, or in one part of the record, is something that
-    the law or the force does not describe: with it set aside, friction would be far too sure.
+    Those of a sensor are. Those at turning points, or in one part of the record, are due to an error of the
+    law or the force: with them set aside, the interval of friction would be far too narrow.
     """
     in_turn, speed = outliers[among], np.abs(motion.states[among, 1])
     return all(_evenly(values) for values in (in_turn, in_turn[np.argsort(speed)]))
 
 
 def _evenly(outliers: Mask) -> bool:
-    """Whether equal parts of samples in a row hold as many each as chance would have it."""
+    """Whether equal parts of samples in a row contain as many each as expected by chance."""
     counts = np.array([part.sum() for part in np.array_split(outliers, _PARTS)])
     total = int(counts.sum())
     if total == 0:

@@ -1,1 +1,1 @@
-"""What the report says of the candidates: the verdict, friction, parameters, and what to measure next."""
+"""The report on the candidates: the verdict, friction, parameters, and what to measure next."""

@@ -62,7 +62,7 @@ def friction_between_records(
 
 
 def _reduced_chi_square(alone: Sequence[ForceFit], rng: np.random.Generator) -> float:
-    """Of the frictions that each record has by itself, about their weighted mean."""
+    """Reduced chi-square of the frictions by each record alone, about their weighted mean."""
     drawn = [law_draws(one, rng, DRAWS).friction for one in alone]
     mean, weight = np.array([x.mean() for x in drawn]), np.array([1.0 / x.var() for x in drawn])
     centre = float(weight @ mean / weight.sum())

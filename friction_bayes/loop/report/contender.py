@@ -24,7 +24,7 @@ __all__ = ["drawn_contender"]
 
 
 def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
-    """The candidate that some draws, ``chosen`` of shape (k,), are of; None where they are too few to tell.
+    """The candidate of some draws, ``chosen`` of shape (k,); None where they are too few.
 
     Its law is their mean, in the most frequent shape of each effect; state and sensor are those of the first
     record. Where friction differs between the records it would in a further one too.
@@ -65,7 +65,7 @@ def drawn_contender(laws: DrawnLaws, chosen: Mask) -> Contender | None:
 
 
 def _of_model(name: str, drawn: dict[str, Array]) -> dict[str, Array]:
-    """Parameters as the simulated model has them: a line of interference by amplitude and phase."""
+    """Parameters as in the simulated model: a line of interference by amplitude and phase."""
     if name != PERIODIC_INTERFERENCE.name:
         return drawn
     sine, cosine = float(drawn["sine"].mean()), float(drawn["cosine"].mean())

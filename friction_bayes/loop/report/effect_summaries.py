@@ -25,14 +25,14 @@ __all__ = [
 
 
 _WITHOUT_SIZE = ("1", "s", "Hz")
-"""Units of what is the same however far it moves."""
+"""Units of parameters that do not scale with the displacement."""
 
 
 def parameter_units(name: str, segment: Segment, system: Oscillator) -> dict[str, str]:
     """Unit of each parameter of an effect, by name.
 
-    Of a signal that is not calibrated those of a force are what they would be were its unit that of the
-    quantity, and say so.
+    For a signal that is not calibrated those of a force are as if its unit were that of the quantity, and
+    marked so.
     """
     decay, effect = segment.decay, EFFECTS[name]
     units = {p.name: p.unit_in(system, decay.unit) for p in effect.parameters}
@@ -46,7 +46,7 @@ def parameter_summary(draws: Array, unit: str) -> dict[str, Any]:
     """Mean, standard deviation and unit; not a number where there are too few draws."""
     return {
         "mean": float(draws.mean()) if draws.size else math.nan,
-        # what is taken at one value has no spread, not that of rounding
+        # a parameter evaluated at one value has no spread, not that of rounding
         "sd": float(draws.std(ddof=1) if np.ptp(draws) > 0.0 else 0.0) if draws.size > 1 else math.nan,
         "unit": unit,
     }
@@ -93,7 +93,7 @@ def outlier_parameters(samples: int, noise: NoiseFit, units: dict[str, str]) -> 
 
 
 def clipping_parameters(segment: Segment, units: dict[str, str]) -> dict[str, dict[str, Any]]:
-    """The level that samples are held at."""
+    """The level at which samples are clipped."""
     held = np.abs(segment.values[segment.sides != 0.0])
     level = float(held.max()) if held.size else math.nan
     return {"level": {"mean": level, "sd": 0.0, "unit": units["level"]}}

@@ -1,6 +1,6 @@
-"""Friction where no candidate explains the record: what the candidates say of it, and Coulomb friction alone.
+"""Friction where no candidate explains the record: by the candidates, and by Coulomb friction alone.
 
-A posterior over candidates none of which is true says how well the record tells them apart, not how far each
+A posterior over candidates none of which is true gives how well the record separates them, not how far each
 is from the truth.
 """
 
@@ -26,7 +26,7 @@ __all__ = ["Reading", "coulomb_alone", "friction_range"]
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """Friction as one way of reading the record has it.
+    """Friction by one reading of the record.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Reading:
 
 def coulomb_alone(fit: LoopFit, rng: np.random.Generator) -> Reading:
     """Friction by the Coulomb model alone."""
-    # where the residual is more than noise, the draws carry its scatter
+    # where the residual is more than noise, the draws include its scatter
     spread = robust_covariance(fit) if residual_tests(fit).failed else fit.covariance
     # of the normal approximation, cut to the support
     drawn = truncated_draws(fit.centre[0], spread, *fit.model.support, rng, DRAWS)

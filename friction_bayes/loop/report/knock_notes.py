@@ -1,4 +1,4 @@
-"""What a report says of the knocks of a record."""
+"""Notes of a report on the knocks of a record."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def knock_times(fit: ForceFit) -> list[tuple[float, float]]:
 
 
 def knock_notes(fit: ForceFit, unit_force: float, unit: str) -> Iterator[str]:
-    """Say of each knock when it came and how large it was.
+    """Sentences on each knock: its time and size.
 
     Parameters
     ----------
@@ -33,6 +33,6 @@ def knock_notes(fit: ForceFit, unit_force: float, unit: str) -> Iterator[str]:
         largest = float(force[np.argmax(np.abs(force))])
         yield (
             f"{decay.name}: knocked at {decay.start_time + start:.4g} s: for {end - start:.2g} s a force "
-            f"acts that the rest of the record does not know, {largest:.3g} {unit} where it is largest; "
-            "friction and the random force are told without it"
+            f"acts that the rest of the record does not show, {largest:.3g} {unit} where it is largest; "
+            "friction and the random force are estimated without it"
         )

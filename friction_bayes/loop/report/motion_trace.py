@@ -31,7 +31,7 @@ def motion_trace(fit: ForceFit, before: LoopFit, r: int, draws: LawDraws, *, flu
     """
     segment, decay, n = fit.segment, fit.segment.decay, fit.samples
     coulomb = before.predictions[r]
-    # of the law that was found: the path that it was weighed along follows another and its fluctuation
+    # of the law that was found: the path along which it was evaluated is of the law and force before
     path = MeasuredPath.through(fit.clock.phase, *fit.motion.states[:, :2].T.copy())
     turns = path.turning / fit.w0
     factor, unit = friction_scale(before.model)

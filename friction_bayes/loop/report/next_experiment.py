@@ -4,8 +4,8 @@ Each experiment is predicted under the most probable candidate. A rival, with it
 so far and an initial state of its own, can follow that prediction in part; what is left is linear algebra:
 with the difference ``D`` of the two predictions, noise ``V`` and the rival's derivatives ``J`` and covariance
 ``C``, the expected log Bayes factor is ``D' (V + J C J')^-1 D / 2``. Noise is that of the sensor and, under a
-rival with a random force, what the motion answers to that force. Where the two candidates differ in their
-random force the records also differ in how they scatter, which adds to it.
+rival with a random force, the response of the motion to that force. Where the two candidates differ in their
+random force the records also differ in their scatter, which adds to it.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _RECORDS = 100
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Contender:
-    """A candidate as far as it predicts a further record.
+    """A candidate with all that is needed to predict a further record.
 
     Attributes
     ----------
@@ -112,11 +112,11 @@ class Proposal:
 
 
 def next_experiment(candidates: Sequence[Contender], names: Sequence[str]) -> str | None:
-    """Name, in a sentence, the further record that tells the first candidate best from its rivals."""
+    """The further record that separates the first candidate best from its rivals, in a sentence."""
     decided = [proposals(candidates[0], rival) for rival in candidates[1:]]
     if not decided or not decided[0]:
         return None
-    # a record decides as well as it does against the rival it is worst at
+    # a record is scored by the rival that it separates worst
     scores = [min(options[i].log_bayes_factor for options in decided) for i in range(len(decided[0]))]
     best = int(np.argmax(scores))
     rivals = listed(names[1:], "or")
@@ -135,7 +135,7 @@ def next_experiment(candidates: Sequence[Contender], names: Sequence[str]) -> st
 
 
 def _agreement_on_friction(candidates: Sequence[Contender]) -> str:
-    """Say so where friction hardly depends on which candidate is right."""
+    """A remark where friction hardly depends on which candidate is right."""
     frictions = [candidate.friction for candidate in candidates]
     spread = (max(frictions) - min(frictions)) / max(max(frictions), 1e-300)
     if spread > settings.SETTINGS.same_friction:
@@ -144,7 +144,7 @@ def _agreement_on_friction(candidates: Sequence[Contender]) -> str:
 
 
 def proposals(truth: Contender, rival: Contender) -> list[Proposal]:
-    """Score the experiments on a pair of candidates."""
+    """Scores of the experiments on a pair of candidates."""
     order, turns = truth.model.segments[0].order, truth.model.system.angular
     if order == 2:
         other = Proposal(f"a record of the {'angle' if turns else 'displacement'}", 1.0, 1.0, 0)
@@ -175,7 +175,7 @@ def _score(truth: Contender, rival: Contender, option: Proposal) -> float:
     sd = truth.noise_sd * ratio
     if not truth.random_force and not rival.random_force:
         return expected_log_bayes_factor(difference / sd, jacobian / sd, covariance)
-    # a random force moves what moves: a contact at rest has another law
+    # a random force counts during the motion alone: a contact at rest has another law
     half_cycle = math.pi / truth.frequency
     moving = int(np.searchsorted(time, min(target.stop_time, base.stop_time) - half_cycle))
     if moving < 2:
@@ -205,7 +205,7 @@ def _release(truth: Contender, option: Proposal) -> tuple[float, float]:
 def rival_prediction(
     truth: Contender, rival: Contender, option: Proposal
 ) -> tuple[Prediction, Array, Array] | None:
-    """What a rival predicts of a proposed record; None where its motion does not stay finite.
+    """Prediction of a proposed record by a rival; None where its motion is not finite.
 
     Returns
     -------
@@ -274,7 +274,7 @@ def log_bayes_factor_of_scatter(
     truth: tuple[float, float],
     rival: tuple[float, float],
 ) -> float:
-    r"""Expected log Bayes factor of two random forces beside the same law, noise of unit variance.
+    r"""Expected log Bayes factor of two random forces with the same law, noise of unit variance.
 
     With :math:`V_1, V_2` the covariances of the record under the two, the uncertainty
     :math:`J C J^T` of the law included, it is

@@ -1,7 +1,7 @@
-"""The paper's own procedure on the same record, and which fault of the measurement makes it differ.
+"""The paper's own procedure on the same record, and which error source makes it differ.
 
 The procedure is run on the record and on predictions of the final model: sampled finely and without noise,
-then sampled as the record is. What it reads off each differs from the last by one fault.
+then sampled as the record is. Each reading differs from the one before by one error source.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ _METHOD = "normal-gamma"
 _FINE = 400.0
 """Samples a period of the finely sampled prediction: the highest falls short by 1e-5 of the amplitude."""
 _NO_WIDTH = 1e-6
-"""Share of friction below which an interval is that of samples without scatter: one alone, or equal steps."""
+"""Width over friction below which samples have no scatter: a single one, or equal steps."""
 
 
 def paper_procedure(
     model: LoopModel, z: Array, after: Distribution, effects: tuple[str, ...]
 ) -> dict[str, Any]:
-    """Compare the paper's procedure with the final friction, on the first record.
+    """Comparison of the paper's procedure with the final friction, on the first record.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def paper_procedure(
         said = _read_off(model, segment.time, segment.values)
     except InputError as error:
         unusable = ["sensor_clipping"] if segment.clipped else []
-        # the remedy of a record that estimate refuses is this loop
+        # the remedy that estimate names is this loop
         return {"friction": None, "disagrees": True, "because": unusable, "why": error.problem}
     moving = segment.time[: segment.moving]
     period = 2.0 * np.pi / segment.decay.frequency
@@ -74,7 +74,7 @@ def paper_procedure(
     disagrees = bool(abs(said.mean - friction) > least or outside)
     faults = [fault for fault, share in shares.items() if abs(share) > least]
     if disagrees and not faults:
-        # none stands out of a wide friction: the largest it is
+        # none exceeds the uncertainty of friction: the largest is named
         faults = [max(shares, key=lambda fault: abs(shares[fault]))]
     because: list[str] = []
     for fault in faults:
@@ -95,7 +95,7 @@ def _read_off(model: LoopModel, time: Array, values: Array) -> Summary:
     decay = model.segments[0].decay
     record = make_record(time, values, decay.quantity.name, unit=decay.unit, name=decay.name)
     with warnings.catch_warnings():
-        # what an estimate warns of, a wrong frequency above all, is the loop's own business
+        # warnings of an estimate, mostly of a wrong frequency, are handled by the loop
         warnings.simplefilter("ignore", RecordWarning)
         estimated = estimate(record, model.system, method=_METHOD)
     return Summary.of_distribution(estimated.friction, estimated.friction_unit)

@@ -1,4 +1,4 @@
-"""A measured friction force beside the resisting forces of two models."""
+"""A measured friction force compared with the resisting forces of two models."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ResistingForce:
     law : ndarray, shape (n,)
         By the law alone [N or N m].
     fluctuation : ndarray, shape (n,), or None
-        What the random force adds; None where there is none.
+        Contribution of the random force; None without one.
     direction : ndarray, shape (n,)
         Sign of the velocity, zero at rest.
     """
@@ -40,7 +40,7 @@ class ResistingForce:
 
     @property
     def total(self) -> Array:
-        """Law and fluctuation, shape (n,)."""
+        """Law and random force, shape (n,)."""
         return self.law if self.fluctuation is None else self.law + self.fluctuation
 
 
@@ -86,7 +86,7 @@ def validate_force(segment: Segment, measured: ArrayLike) -> Array:
 def compare_forces(
     before: LoopFit, after: ResistingForce, measured: Array
 ) -> tuple[dict[str, Any], tuple[Array, ...]]:
-    """Compare a measured friction force with two models, over the samples used of the first record.
+    """Comparison of a measured friction force with two models, over the samples used of the first record.
 
     Parameters
     ----------
@@ -124,6 +124,6 @@ def compare_forces(
 
 
 def _explained(measured: Array, model: Array) -> float:
-    """Share of the variance of a measured force that a model's explains."""
+    """Share of the variance of a measured force that a model explains."""
     variance = float(np.var(measured))
     return 1.0 - float(np.mean((measured - model) ** 2)) / variance if variance > 0.0 else math.nan

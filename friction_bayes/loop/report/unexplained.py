@@ -19,7 +19,7 @@ _BY_VARIABLE = {
     "again, what went on in the meantime is warming or wear.",
 }
 _OF_THE_SENSOR = {"whiteness", "spectrum", "tails"}
-"""Tests that examine how samples scatter, and nothing of the motion."""
+"""Tests of the scatter of samples, independent of the motion."""
 
 
 _OF_RECORDS = (
@@ -32,7 +32,7 @@ _OF_RECORDS = (
 def experiment_on_unexplained(
     depends_on: str | None, failed: Collection[str], because: Collection[str], records: int
 ) -> str:
-    """Say in a sentence which measurement shows where what is left comes from.
+    """A sentence on the measurement that shows where the residual comes from.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def experiment_on_unexplained(
     if records > 1:
         return (
             "Nothing yet: close the loop on each record by itself first. A knock or a sensor that slipped in "
-            "one of them is told there, and so is friction, which all were taken to share."
+            "one of them is reported there, and so is friction, which all were taken to share."
         )
     return (
         "Repeat the release twice from the same amplitude, and close the loop on all records together: what "

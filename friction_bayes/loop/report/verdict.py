@@ -1,4 +1,4 @@
-"""The verdict in one word, by what may be done with the number; and the candidates that hold 95 %."""
+"""The verdict in one word, by the use of the number; and the candidates that together have 95 %."""
 
 from __future__ import annotations
 
@@ -25,30 +25,30 @@ __all__ = [
 AMBIGUOUS = "ambiguous"
 UNEXPLAINED = "unexplained"
 FORECAST = "forecast"
-"""A forecast may be worse than another by chance: that is a doubt, and no proof that the law is wrong."""
+"""A forecast may be worse than another by chance: a reason for doubt, not proof that the law is wrong."""
 
 
 def credible_count(probabilities: ArrayLike) -> int:
-    """Count the candidates, most probable first, that hold 95 % together."""
+    """Number of candidates, most probable first, that together have 95 %."""
     return int(np.searchsorted(np.cumsum(probabilities), settings.SETTINGS.credible_mass) + 1)
 
 
 def credible_candidates(candidates: Sequence[Mapping[str, Any]]) -> Sequence[Mapping[str, Any]]:
-    """Of a report's ``candidates``, most probable first, those that hold 95 % together."""
+    """Those of a report's ``candidates``, most probable first, that together have 95 %."""
     return candidates[: credible_count([candidate["probability"] for candidate in candidates])]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Consequences:
-    """What friction and forecast have to answer for, whatever the law that was found is called.
+    """Figures of friction and forecast that decide the verdict, whatever the effects found.
 
     Attributes
     ----------
     is_noise : bool
-        Whether what the most probable candidate leaves is noise at the motion's frequency, or too little to
-        matter.
+        Whether the residual of the most probable candidate is noise at the motion's frequency, or too small
+        to matter.
     shift, loss : float
-        How far friction could shift for what is left, and the friction that alone would explain the loss of
+        How far friction could shift for the residual, and the friction that alone would explain the loss of
         amplitude.
     held_out : mapping
         The report's ``held_out_error``.
@@ -72,7 +72,7 @@ class Consequences:
     contradicted: bool
 
     def against(self) -> tuple[str, ...]:
-        """Name what speaks against the number, if anything does; a figure that is not known is no fault."""
+        """Names of the reasons against the number; a figure that is not known is no reason."""
         held_out, as_bad = self.held_out, 1.0 + settings.SETTINGS.worse_forecast
         before = max(held_out["before"], self.least_noise)
         faults = {
@@ -94,7 +94,7 @@ class Consequences:
 
 
 def _overlap(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Whether two intervals share anything."""
+    """Whether two intervals overlap."""
     return one[0] <= other[1] and other[0] <= one[1]
 
 
@@ -103,10 +103,10 @@ def verdict(
 ) -> str:
     """Return the verdict.
 
-    Coulomb friction alone, be it under a random force, is adequate where what holds 95 % agrees on friction:
-    another effect may then act or not. Nor is it where that friction itself is as uncertain: with so wide an
-    interval all agree. An effect explains a record where it holds as much by itself. No law is said to
-    explain what it forecasts worse than Coulomb friction alone.
+    Coulomb friction alone, with or without a random force, is adequate where the candidates with together
+    95 % agree on friction, whether another effect acts or not; but not where friction itself is so uncertain
+    that all agree. An effect explains a record where it has 95 % by itself. No law explains a record that it
+    forecasts worse than Coulomb friction alone.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def verdict(
         Candidates, most probable first.
     probabilities : ndarray, shape (candidates,)
     agrees : ndarray of bool, shape (candidates,)
-        Which of them do not contradict what all of them say of friction.
+        Which of them agree with the friction averaged over all.
     against : sequence of str
         From :meth:`Consequences.against`.
     rubs : float

@@ -1,1 +1,1 @@
-"""A law that is simulated and fitted to whole records: Coulomb friction alone, and laws to be told apart."""
+"""A law that is simulated and fitted to whole records: Coulomb friction alone, and laws to be compared."""

@@ -1,4 +1,4 @@
-"""Coulomb friction alone, fitted to records by simulation: what a loop starts from."""
+"""Coulomb friction alone, fitted to records by simulation: the start of a loop."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["coulomb_fit", "coulomb_model"]
 
 
 def coulomb_model(system: Oscillator, segments: tuple[Segment, ...]) -> LoopFit:
-    """Fit Coulomb friction alone, the rest position free, under white noise.
+    """A fit of Coulomb friction alone, the rest position free, under white noise.
 
     Parameters
     ----------

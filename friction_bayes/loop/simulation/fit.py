@@ -21,9 +21,9 @@ _ITERATIONS = 25
 _SETTLED = 0.02
 """Change of the deviance that ends a fit; an evidence is wanted to a few hundredths."""
 _PROMISED = 0.25 * _SETTLED
-"""Fall of the deviance that a step has to promise to be tried."""
+"""Least predicted fall of the deviance for a step to be tried."""
 _PROMISED_AT_LAST = 0.1 * _PROMISED
-"""The same where an evidence hangs on it: along a flat ridge it changes faster than the deviance."""
+"""The same where an evidence is needed: along a flat ridge it changes faster than the deviance."""
 _NEAR = 0.1
 """Squared length of a step, in posterior standard deviations, over which the derivatives stay the same."""
 _STEP_SHARE = 0.2
@@ -106,7 +106,7 @@ def fit_model(
     segments: Sequence[Segment] | None = None,
     iterations: int = _ITERATIONS,
 ) -> LoopFit | None:
-    """Climb from a start to the mode of the posterior.
+    """The fit at the mode of the posterior, climbed to from a start.
 
     Levenberg and Marquardt's method, with steps that end at the bounds. SciPy's ``least_squares`` does not
     fit: the objective is no sum of squares, since the noise scale is at its best at every step, outliers
@@ -154,7 +154,7 @@ def fit_model(
 
 
 def settle(fit: LoopFit) -> LoopFit:
-    """Climb on with derivatives taken at every point, the last one too, until they promise no more.
+    """The fit climbed on with derivatives at every point, the last one too, until they predict no gain.
 
     A climb ends with the derivatives of a point near its last. Where the posterior is a bent ridge (the
     excess and the speed of Stribeck friction) these may promise nothing before the top, and the evidence
@@ -201,7 +201,7 @@ def _at(objective: Objective, point: Point, curvature: Curvature) -> LoopFit:
 def _improved(
     objective: Objective, point: Point, curvature: Curvature, damping: float, promised: float = _PROMISED
 ) -> tuple[Point | None, Array, float]:
-    """Damp the step until it improves the objective; None once no step promises to."""
+    """The point of a damped step that improves the objective; None when no step is predicted to."""
     precision, gradient = curvature.precision, curvature.gradient
     move = np.zeros_like(point.z)
     while damping < _MOST_DAMPING:
@@ -217,7 +217,7 @@ def _improved(
 
 
 def _step(precision: Array, gradient: Array, z: Array, bounds: tuple[Array, Array]) -> Array:
-    """Newton's step of the coordinates that are not held at their bounds."""
+    """Newton's step of the coordinates that are not at their bounds."""
     low, high = bounds
     free = ~(((z <= low) & (gradient < 0.0)) | ((z >= high) & (gradient > 0.0)))
     move = np.zeros(z.size)
@@ -233,7 +233,7 @@ def _difference_steps(precision: Array) -> Array:
 def fit_growing_record(
     model: LoopModel, noise_models: Sequence[NoiseModel], start: Array, *, share: float = 0.0
 ) -> LoopFit | None:
-    """Fit the first part of the records, then more and more of them, so that no cycle is slipped.
+    """A fit of the first part of the records, then more and more of them, so that no cycle is slipped.
 
     Parameters
     ----------

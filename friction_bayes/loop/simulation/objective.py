@@ -1,4 +1,4 @@
-"""What a fit minimises: minus twice the log-posterior of a model, at the best noise scale of each record."""
+"""The objective of a fit: minus twice the log-posterior of a model at the best noise scale of each record."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ROUNDING = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """The objective at one vector of coordinates, and what it was made of."""
+    """The objective at one vector of coordinates, and its parts."""
 
     z: Array
     predictions: tuple[Prediction, ...]
@@ -74,7 +74,7 @@ class Objective:
         return np.array([c.precision for c in self.model.coordinates])
 
     def at(self, z: Array) -> Point | None:
-        """Evaluate; None where the motion does not stay finite. Coordinates are moved within their bounds."""
+        """The objective; None where the motion is not finite. Coordinates are moved within their bounds."""
         z = self.model.within_bounds(z)
         predictions, noises = [], []
         for r, segment in enumerate(self.segments):
@@ -91,7 +91,7 @@ class Objective:
         return Point(z, tuple(predictions), tuple(noises), deviance, objective)
 
     def curvature(self, point: Point, steps: Array | None, known: Sequence[Array] | None = None) -> Curvature:
-        """Expand about a point, by difference ``steps`` or with derivatives that are ``known`` already."""
+        """Expansion about a point, by difference ``steps`` or with derivatives ``known`` already."""
         precision = np.diag(self.prior_precision + _ROUNDING)
         gradient = -self.prior_precision * point.z
         jacobians = []

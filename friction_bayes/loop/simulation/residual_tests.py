@@ -1,4 +1,4 @@
-"""Is the residual noise? Tests in every channel where an effect can show.
+"""Tests of whether the residual is noise, in every channel where an effect can show.
 
 Each channel is a set of template signals. With the templates' inner products ``b`` with the standardised
 residual, and ``S`` their Gram matrix after what the fit has absorbed is projected out, ``b' S^-1 b`` is chi
@@ -114,7 +114,7 @@ def standardised_residual(fit: LoopFit, r: int) -> tuple[Array, Mask]:
 
 
 def residual_tests(fit: LoopFit) -> ResidualTests:
-    """Test the residual of a fit."""
+    """Tests of the residual of a fit."""
     residuals = [standardised_residual(fit, r) for r in range(len(fit.noises))]
     channels = [*_template_channels(fit, residuals), *_noise_channels(fit, residuals), _saturation(fit)]
     everything = np.concatenate(fit.free_residuals)
@@ -145,7 +145,7 @@ def _noise_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> list[C
 
 
 def far_residuals(x: Array) -> Channel:
-    """Test the tails: how many lie far out, and whether one lies so far that all others are small beside it.
+    """Test of the tails: the number of far residuals, and whether one dwarfs all others.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def _saturation(fit: LoopFit) -> Channel:
 def _template_channels(fit: LoopFit, residuals: list[tuple[Array, Mask]]) -> list[Channel]:
     factor = cho_factor(fit.precision)
     sums: dict[str, tuple[float, int]] = {}
-    # what a last step of the climb would still move: a template close to the fit's own space would show it
+    # the remaining step of the climb: a template close to the fit's own space would show it
     gradient = -np.array([c.precision for c in fit.model.coordinates]) * fit.z
     for (e, _), jacobian, noise in zip(residuals, fit.jacobians, fit.noises, strict=True):
         gradient += jacobian.T @ (np.sqrt(noise.weight) * e)

@@ -1,7 +1,7 @@
 r"""Robust ("sandwich") covariance of a model whose residual is more than noise.
 
-Where the residual follows the motion, its samples are not independent, as the posterior assumes. How the
-scores of stretches of the record scatter still shows how well the parameters are known: with the score
+Where the residual follows the motion, its samples are not independent, as the posterior assumes. The scatter
+of the scores of stretches of the record still gives the uncertainty of the parameters: with the score
 :math:`s_b` of each of the ``m`` stretches and the precision :math:`H` of the posterior,
 
 .. math:: C = H^{-1} + \frac{m}{m-1} H^{-1} \Big(\sum_b s_b s_b^T\Big) H^{-1},

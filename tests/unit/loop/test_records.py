@@ -153,4 +153,4 @@ def test_an_error_that_is_not_linear_in_its_size_is_left_out_and_said(seed: int)
         report = fb.close_loop([long_decay(seed=seed)], SYSTEM, effects=["viscous_damping", "squared"])
     finally:
         del EFFECTS["squared"]
-    assert "squared was asked for and not weighed: it is not linear in its size" in report.notes
+    assert "squared was requested and not evaluated: it is not linear in its size" in report.notes
