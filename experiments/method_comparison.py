@@ -180,6 +180,8 @@ EXPERIMENT = Experiment(
     rows=summary_rows,
     beside="normal-gamma, highest",
     details=detail_lines,
+    paired=("condition",),
+    common_records=True,
 )
 
 if __name__ == "__main__":
