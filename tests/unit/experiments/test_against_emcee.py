@@ -53,8 +53,8 @@ def test_columns_tell_the_worst_and_count_the_verdicts() -> None:
     assert [row.ours for row in verdict_rows(dataset)] == ["1 of 2", "1 of 2"]
     more = dataset.assign({f"{name}_without": each for name, each in dataset.isel(method=0).items()})
     assert what_was_checked(more) == (
-        "Checked by emcee: 6 posteriors, 3 of them converged (over all, R-hat at most 1.0012, ESS bulk/tail at "
-        "least 8000/5000); the closed form agrees in 3 of 6 judged, false alarms 1 % each."
+        "Checked by emcee: 6 posteriors, 3 of them converged (over all, R-hat at most 1.0012, ESS "
+        "bulk/tail at least 8000/5000); the closed form agrees in 3 of 6 judged, false alarms 1 % each."
     )
     unchecked = dataset.isel(replicate=slice(2, None)), dataset.drop_vars(SAMPLED)
     assert {what_was_checked(each) for each in unchecked} == {
