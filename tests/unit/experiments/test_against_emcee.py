@@ -58,7 +58,7 @@ def test_columns_tell_the_worst_and_count_the_verdicts() -> None:
     )
     unchecked = dataset.isel(replicate=slice(2, None)), dataset.drop_vars(SAMPLED)
     assert {what_was_checked(each) for each in unchecked} == {
-        "No posterior of these tables was checked by a sampler."
+        "Of no posterior here are R-hat, effective sample sizes and agreement with a sampler known."
     }
 
 

@@ -12,7 +12,6 @@ from experiments import (
     data_used,
     example_choices,
     gamma_exponential,
-    method_comparison,
     noise_sweep,
     random_force_verdict,
     reduced_data_set,
@@ -50,7 +49,6 @@ def test_the_example_is_one_set_of_records() -> None:
         gamma_exponential.EXPERIMENT: {"friction": 0.07, "check": False},
         data_used.EXPERIMENT: {"check": True},
         shown_records.EXPERIMENT: {"case": "example", "run": "example"},
-        method_comparison.EXPERIMENT: {"condition": "sampling rate: 1000 Hz", "check": True},
         random_force_verdict.EXPERIMENT: {"condition": "no force", "size": 0.0, "check_forced": True},
     }
     seeds = [
