@@ -12,6 +12,7 @@ from experiments import (
     data_used,
     example_choices,
     gamma_exponential,
+    method_comparison,
     noise_sweep,
     random_force_verdict,
     reduced_data_set,
@@ -43,16 +44,17 @@ def test_errors_are_those_of_repeated_samples(draws: int, rng: np.random.Generat
 
 
 def test_the_example_is_one_set_of_records() -> None:
-    asked = {
-        noise_sweep.EXPERIMENT: {"snr_db": 21.59, "check": True},
-        example_choices.EXPERIMENT: {"choice": "100 Hz", "check": False},
-        gamma_exponential.EXPERIMENT: {"friction": 0.07, "check": False},
-        data_used.EXPERIMENT: {"check": True},
-        shown_records.EXPERIMENT: {"case": "example", "run": "example"},
-        random_force_verdict.EXPERIMENT: {"condition": "no force", "size": 0.0, "check_forced": True},
-    }
+    asked = (
+        (noise_sweep.EXPERIMENT, {"snr_db": 21.59, "check": True}),
+        (example_choices.EXPERIMENT, {"choice": "100 Hz", "check": False}),
+        (gamma_exponential.EXPERIMENT, {"friction": 0.07, "check": False}),
+        (data_used.EXPERIMENT, {"check": True}),
+        (shown_records.EXPERIMENT, {"case": "example", "run": "example"}),
+        (method_comparison.EXPERIMENT, {"condition": "sampling rate: 1000 Hz", "check": True}),
+        (random_force_verdict.EXPERIMENT, {"condition": "no force", "size": 0.0, "check_forced": True}),
+    )
     seeds = [
-        {int(_cell_seed(one, cell | {"replicate": i}, 1).generate_state(1)[0]) for one, cell in asked.items()}
+        {int(_cell_seed(one, cell | {"replicate": i}, 1).generate_state(1)[0]) for one, cell in asked}
         for i in range(2)
     ]
     assert [len(found) for found in seeds] == [1, 1]
