@@ -285,6 +285,7 @@ EXPERIMENT = Experiment(
     run=run,
     assemble=assemble,
     rows=rows,
+    common_records=True,
 )
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """Closed forms against emcee, by their own likelihood and prior, on some records of every level.
 
 :func:`sampled` and :func:`sampled_pair` sample one posterior; :func:`three_columns` and :func:`word` tell
-what the checked records of a level came to: R-hat, effective sample sizes, agreement.
+what the checked records of a level came to: R-hat, effective sample sizes, agreement, and
+:func:`what_was_checked` what all of a result did.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ __all__ = [
     "sampled_pair",
     "three_columns",
     "verdict_rows",
+    "what_was_checked",
     "word",
 ]
 
@@ -210,6 +212,34 @@ def _mean_apart(shift: xr.DataArray) -> str:
         return ""
     error = f" ± {values.std(ddof=1) / math.sqrt(values.size):.3f}" if values.size > 1 else ""
     return f", mean {values.mean():+.3f}{error} sd"
+
+
+def what_was_checked(dataset: xr.Dataset) -> str:
+    """Return in one sentence how many posteriors of a result went through emcee, and what came of it.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        With the names of :data:`SAMPLED`, bare or with more before or behind them, or with none of them.
+    """
+    found: dict[str, list[Array]] = {}
+    for each in (str(name) for name in dataset.data_vars):
+        before, mark, behind = each.partition("rhat")
+        if not mark:
+            continue
+        kept = np.isfinite(dataset[each].values)
+        for name in ("rhat", "ess_bulk", "ess_tail", "converged", "agrees"):
+            found.setdefault(name, []).append(dataset[f"{before}{name}{behind}"].values[kept])
+    values = {name: np.concatenate(parts) for name, parts in found.items()}
+    if not values or values["rhat"].size == 0:
+        return "Of no posterior here are R-hat, effective sample sizes and agreement with a sampler known."
+    agrees = values["agrees"][np.isfinite(values["agrees"])]
+    least = "/".join(f"{values[name].min():.0f}" for name in ("ess_bulk", "ess_tail"))
+    return (
+        f"Checked by emcee: {values['rhat'].size} posteriors, {values['converged'].sum():.0f} of them "
+        f"converged (over all, R-hat at most {values['rhat'].max():.4f}, ESS bulk/tail at least {least}); "
+        f"the closed form agrees in {agrees.sum():.0f} of {agrees.size} judged, false alarms 1 % each."
+    )
 
 
 def verdict_rows(dataset: xr.Dataset, dim: str = "method") -> list[Row]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from time import perf_counter
 from typing import Any
@@ -18,14 +18,15 @@ import numpy as np
 import xarray as xr
 
 import friction_bayes as fb
+from experiments.against_emcee import SAMPLED, sampled, verdict_rows
 from experiments.classical import CLASSICAL
-from experiments.closed_forms import METHODS, beside_truth
+from experiments.closed_forms import METHODS, beside_truth, posterior_beside_truth
 from experiments.method_tables import detail_lines, summarised, summary_rows
 from experiments.runner import Cell, Experiment, main
 from experiments.sweeps import SweepConfig, lay_out, seeds_of, sweep_cells
+from experiments.tables import Row
 from friction_bayes.decay.free_decay import find_free_decay
 from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM
-from friction_bayes.reference import sample_target
 
 __all__ = ["EXPERIMENT", "LABELS", "Config", "conditions"]
 
@@ -43,6 +44,7 @@ VARIABLES: dict[str, tuple[str, str]] = {
     "width": ("1", "width of the 90 % interval over the true friction"),
     "elapsed": ("s", "wall time from record to interval"),
     "refused": ("1", "whether the record was refused"),
+    **SAMPLED,
 }
 
 
@@ -109,53 +111,51 @@ def run(config: Config, cell: Cell, seed: np.random.SeedSequence) -> dict[str, A
     }
     settings = base | conditions(config)[cell["condition"]]
     record = fb.simulate(PAPER_SYSTEM, seed=of_noise, **settings)
-    by_label: dict[str, Callable[[xr.DataArray], tuple[float, float, float, float]]] = {}
+    truth = config.friction
+    by_label: dict[str, Callable[[xr.DataArray], dict[str, float]]] = {}
     for label, (method, peaks) in METHODS.items():
-        by_label[label] = partial(_closed_form, method=method, peaks=peaks)
+        by_label[label] = partial(_closed_form, method=method, peaks=peaks, truth=truth)
     for label in CLASSICAL:
-        by_label[label] = partial(_classical, label=label)
+        by_label[label] = partial(_classical, label=label, truth=truth)
     if cell["check"]:
-        by_label[EMCEE] = partial(_sampled, seed=of_sampler)
+        by_label[EMCEE] = partial(_sampled, seed=of_sampler, truth=truth)
     columns: dict[str, list[float]] = {name: [] for name in VARIABLES}
     for label in LABELS:
-        told = _figures(by_label[label], record, config.friction) if label in by_label else {}
+        told = _figures(by_label[label], record) if label in by_label else {}
         for name, column in columns.items():
             column.append(told.get(name, math.nan))
     return {**columns}
 
 
-def _figures(
-    method: Callable[[xr.DataArray], tuple[float, float, float, float]], record: xr.DataArray, truth: float
-) -> dict[str, float]:
+def _figures(method: Callable[[xr.DataArray], dict[str, float]], record: xr.DataArray) -> dict[str, float]:
     """What one method makes of a record; a refusal where it cannot."""
     with warnings.catch_warnings():
         # what a method is not sure of shows in its figures here
         warnings.simplefilter("ignore")
         began = perf_counter()
         try:
-            mean, sd, low, high = method(record)
+            found = method(record)
         except fb.InputError:
             return {"refused": 1.0}
         elapsed = perf_counter() - began
-    return beside_truth(mean, sd, low, high, truth) | {"elapsed": elapsed, "refused": 0.0}
+    return found | {"elapsed": elapsed, "refused": 0.0}
 
 
-def _closed_form(record: xr.DataArray, *, method: str, peaks: str) -> tuple[float, float, float, float]:
-    friction = fb.estimate(record, PAPER_SYSTEM, method=method, peaks=peaks, random_force="none").friction
-    return float(friction.mean()), float(friction.std()), *(float(friction.ppf(q)) for q in (0.05, 0.95))
+def _closed_form(record: xr.DataArray, *, method: str, peaks: str, truth: float) -> dict[str, float]:
+    estimate = fb.estimate(record, PAPER_SYSTEM, method=method, peaks=peaks, random_force="none")
+    return posterior_beside_truth(estimate.friction, truth)
 
 
-def _classical(record: xr.DataArray, *, label: str) -> tuple[float, float, float, float]:
+def _classical(record: xr.DataArray, *, label: str, truth: float) -> dict[str, float]:
     found = CLASSICAL[label](find_free_decay(record, PAPER_SYSTEM))
-    return found.friction, found.sd, *found.interval(0.9)
+    return beside_truth(found.friction, found.sd, *found.interval(0.9), truth)
 
 
-def _sampled(record: xr.DataArray, *, seed: int) -> tuple[float, float, float, float]:
+def _sampled(record: xr.DataArray, *, seed: int, truth: float) -> dict[str, float]:
     """Draws of the posterior that ``waveform`` approximates: every parameter of the whole signal."""
-    target = fb.estimate(record, PAPER_SYSTEM, random_force="none").fit.target
-    draws = sample_target(target, seed=seed)["posterior"].dataset["friction"].values
-    low, high = np.quantile(draws, [0.05, 0.95])
-    return float(draws.mean()), float(draws.std()), float(low), float(high)
+    found = sampled(fb.estimate(record, PAPER_SYSTEM, random_force="none"), seed=seed)
+    names = ("reference_mean", "reference_sd", "reference_low", "reference_high")
+    return found | beside_truth(*(found[name] for name in names), truth)
 
 
 def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.Dataset:
@@ -170,6 +170,12 @@ def assemble(cells: Sequence[Cell], results: Sequence[Mapping[str, Any]]) -> xr.
     )
 
 
+def rows(dataset: xr.Dataset) -> list[Row]:
+    """A row a condition, and what emcee says of ``waveform``."""
+    verdict = verdict_rows(dataset.sel({"method": [EMCEE]}))
+    return summary_rows(dataset) + [replace(row, what="agrees with emcee: waveform") for row in verdict]
+
+
 EXPERIMENT = Experiment(
     name="method_comparison",
     question="which method for which record?",
@@ -177,9 +183,11 @@ EXPERIMENT = Experiment(
     cells=cells,
     run=run,
     assemble=assemble,
-    rows=summary_rows,
+    rows=rows,
     beside="normal-gamma, highest",
     details=detail_lines,
+    paired=("condition",),
+    common_records=True,
 )
 
 if __name__ == "__main__":

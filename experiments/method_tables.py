@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from experiments.against_emcee import word
 from experiments.tables import Row
 from friction_bayes.core.arrays import Array
 
@@ -166,7 +167,7 @@ def summary_rows(dataset: xr.Dataset) -> list[Row]:
             best = min(known, key=known.__getitem__)
             one = at.sel({"method": best})
             remark = f"best classical: {best}, {_error_text(one)} %, covers {_coverage_text(one)} %"
-        rows.append(Row(at["condition"].item(), _words(at, OURS), _words(at, PAPER), remark))
+        rows.append(Row(at["condition"].item(), _words(at, OURS), _words(at, PAPER), remark, word(at)))
     return rows
 
 

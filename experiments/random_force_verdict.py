@@ -61,8 +61,8 @@ TESTBED: dict[str, dict[str, Any]] = {
 class Config:
     """Sizes of the force over the friction, correlation times [s], noise of a sample [m], and records.
 
-    The first ``checked`` of a condition go through emcee; with a random force, where one takes it half a
-    minute, the first ``checked_forced``, and all ``checked`` with ``--full``.
+    The first ``checked`` of a condition go through emcee; with a random force, where one takes it 20 s of
+    processor time, the first ``checked_forced``, and all ``checked`` with ``--full``.
     """
 
     sizes: tuple[float, ...] = (0.0, 0.05, 0.1, 0.2, 0.4, 0.6)
@@ -76,7 +76,7 @@ class Config:
     records: int = 20
     records_full: int = 400
     checked: int = CHECKED
-    checked_forced: int = 1
+    checked_forced: int = 3
 
 
 def cells(config: Config, full: bool) -> Sequence[Cell]:
@@ -124,6 +124,7 @@ def example_with_force(
     rng = np.random.default_rng(seed)
     friction = printed("example-friction")
     time = np.arange(round(33.0 * sampling_rate)) / sampling_rate
+    # drawn first: without a force it is the example's own record
     noise = noise_sd * rng.standard_normal(time.size)
     force = ornstein_uhlenbeck(rng, size * friction, correlation_time, 1.0 / sampling_rate, time.size)
     level = np.full(time.size, friction)
@@ -264,6 +265,7 @@ EXPERIMENT = Experiment(
     details=details,
     beside="normal-gamma, highest",
     paired=("condition", "noise", "size", "time"),
+    common_records=True,
 )
 
 if __name__ == "__main__":

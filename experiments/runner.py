@@ -27,6 +27,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 import friction_bayes
+from experiments.against_emcee import what_was_checked
 from experiments.sources import commit, sources_digest
 from experiments.tables import Row, closing_table, page
 from friction_bayes.core.blas import single_threaded_blas
@@ -207,7 +208,7 @@ def _check_unchanged(experiment: Experiment, options: argparse.Namespace, digest
 
 
 def tables(experiment: Experiment, dataset: xr.Dataset) -> tuple[list[Row], str]:
-    """Return the closing table of an experiment, and all of its tables in Markdown.
+    """Return the closing table of an experiment, and in Markdown what a sampler checked and all tables.
 
     Parameters
     ----------
@@ -217,7 +218,7 @@ def tables(experiment: Experiment, dataset: xr.Dataset) -> tuple[list[Row], str]
     """
     rows = list(experiment.rows(dataset))
     details = [] if experiment.details is None else list(experiment.details(dataset))
-    return rows, page(rows, details, beside=experiment.beside)
+    return rows, f"{what_was_checked(dataset)}\n\n{page(rows, details, beside=experiment.beside)}"
 
 
 def run_experiment(
@@ -290,5 +291,6 @@ def run_experiment(
     shutil.rmtree(waiting)
     console = Console()
     console.print(closing_table(f"{experiment.name}: {experiment.question}", rows, beside=experiment.beside))
+    console.print(what_was_checked(dataset))
     console.print(f"{seconds:.0f} s; all in {target}, tables in {target.with_suffix('.md')}")
     return dataset

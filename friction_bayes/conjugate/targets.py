@@ -248,5 +248,6 @@ def _t_variance(t: Any) -> float:
     """Variance of a Student t; with few degrees of freedom the half-width of its central 68 %, squared."""
     if t.kwds["df"] >= 4.0:
         return float(t.var())
-    low, high = t.interval(0.6827)
-    return float((0.5 * (high - low)) ** 2)
+    # from the scale: about a location a narrow one has lost its width to rounding
+    half = stats.t.ppf(0.5 * (1.0 + 0.6827), t.kwds["df"]) * t.kwds.get("scale", 1.0)
+    return float(half**2)

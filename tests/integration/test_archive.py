@@ -36,6 +36,20 @@ def test_pages_are_made_of_the_archive_word_for_word(tmp_path: Path) -> None:
     assert sum(path.stat().st_size for path in ARCHIVE.iterdir()) < MOST_BYTES
 
 
+@pytest.mark.parametrize("method", ["waveform", "envelope", "normal-gamma"])
+def test_the_readme_says_what_the_archive_says(method: str) -> None:
+    found = xr.load_dataset(ARCHIVE / "noise_sweep.nc", engine="h5netcdf").sel(snr_db=21.59)
+    one = found.sel({"method": f"{method}, highest" if method == "normal-gamma" else method})
+    (row,) = (
+        line
+        for line in (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+        if f"| `{method}`" in line
+    )
+    error = 100.0 * float(np.sqrt((one["error"] ** 2).mean()))
+    width, covers = 100.0 * float(one["width"].median()), 100.0 * float(one["covers"].mean())
+    assert f"| {error:.2g} % | {width:#.2g} % wide, covers {covers:.0f} %".replace(". %", " %") in row
+
+
 def test_another_number_is_another_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for path in ARCHIVE.glob("data_used.*"):
         shutil.copy(path, tmp_path)

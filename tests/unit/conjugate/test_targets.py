@@ -215,3 +215,11 @@ def test_names_must_fit() -> None:
 def test_a_target_is_frozen() -> None:
     target = PROPER["gamma_exponential"]()
     assert replace(target, observed_name="drop").observed_name == "drop"
+
+
+@pytest.mark.parametrize("sample", [0.0, 0.71, 1e8])
+def test_a_sampler_starts_as_wide_as_one_sample_leaves_it(sample: float) -> None:
+    # nothing shows the scatter of one sample: the width is the prior's, below the last digit of 0.71
+    target = normal_gamma_target(NormalGamma(0.0, 0.0, 0.5, 1e-33), [sample])
+    # Student t of two degrees of freedom and scale sqrt(beta/alpha): half of its central 68 %
+    assert np.sqrt(target.covariance[0, 0] / 1e-33) == pytest.approx(1.3213, rel=1e-3)

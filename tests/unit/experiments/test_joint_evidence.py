@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 from experiments import (
+    acceptance_roc,
     data_used,
     example_choices,
     gamma_exponential,
+    method_comparison,
     noise_sweep,
+    random_force_verdict,
     reduced_data_set,
     residuals_traced,
     sampling_rate_sweep,
@@ -41,15 +44,17 @@ def test_errors_are_those_of_repeated_samples(draws: int, rng: np.random.Generat
 
 
 def test_the_example_is_one_set_of_records() -> None:
-    asked = {
-        noise_sweep.EXPERIMENT: {"snr_db": 21.59, "check": True},
-        example_choices.EXPERIMENT: {"choice": "100 Hz", "check": False},
-        gamma_exponential.EXPERIMENT: {"friction": 0.07, "check": False},
-        data_used.EXPERIMENT: {"check": True},
-        shown_records.EXPERIMENT: {"case": "example", "run": "example"},
-    }
+    asked = (
+        (noise_sweep.EXPERIMENT, {"snr_db": 21.59, "check": True}),
+        (example_choices.EXPERIMENT, {"choice": "100 Hz", "check": False}),
+        (gamma_exponential.EXPERIMENT, {"friction": 0.07, "check": False}),
+        (data_used.EXPERIMENT, {"check": True}),
+        (shown_records.EXPERIMENT, {"case": "example", "run": "example"}),
+        (method_comparison.EXPERIMENT, {"condition": "sampling rate: 1000 Hz", "check": True}),
+        (random_force_verdict.EXPERIMENT, {"condition": "no force", "size": 0.0, "check_forced": True}),
+    )
     seeds = [
-        {int(_cell_seed(one, cell | {"replicate": i}, 1).generate_state(1)[0]) for one, cell in asked.items()}
+        {int(_cell_seed(one, cell | {"replicate": i}, 1).generate_state(1)[0]) for one, cell in asked}
         for i in range(2)
     ]
     assert [len(found) for found in seeds] == [1, 1]
@@ -65,6 +70,8 @@ def test_one_condition_has_one_record_wherever_it_is_asked() -> None:
             {"sampling_rate": 1000.0, "quantity": "acceleration", "replicate": 3, "check": True},
         ),
         (residuals_traced.EXPERIMENT, {"sampling_rate": 1000.0, "replicate": 3}),
+        (acceptance_roc.EXPERIMENT, {"replicate": 3, "check": False}),
+        (random_force_verdict.EXPERIMENT, {"condition": "testbed, as chosen", "replicate": 3}),
     )
     seeds = {int(_cell_seed(experiment, cell, 1).generate_state(1)[0]) for experiment, cell in cells}
     assert len(seeds) == 1
