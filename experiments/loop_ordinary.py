@@ -96,7 +96,12 @@ def rows(dataset: xr.Dataset) -> list[Row]:
     unexplained = (dataset["verdict"] == _VERDICTS.index("unexplained")).where(answered)
     forecast = dataset["forecast"].where(answered)
     return [
-        Row("90 % intervals that cover the truth", percent_of(covered), "88 to 92 %", f"too few in: {fewer}"),
+        Row(
+            "90 % intervals that cover the truth",
+            percent_of(covered),
+            "88 to 92 %",
+            f"too few in: {fewer}" if fewer else "",
+        ),
         Row("a whole interval off", percent_of(dataset["off"].where(answered)), "0"),
         Row("unexplained", percent_of(unexplained), "", "of the records that were not refused"),
         Row("an effect that is not there", percent_of(dataset["imitation"].where(answered))),
