@@ -56,8 +56,7 @@ def peak_amplitudes(decay: FreeDecay, peaks: str = "highest") -> tuple[Array, Ar
     """
     if peaks not in PEAKS:
         raise InputError("peaks", f"unknown choice {peaks!r}", f"give one of {', '.join(PEAKS)}")
-    refined = _needs_refined(swing_frequency(decay.system, decay.unit), peaks == "highest")
-    polynomial, values, _ = tracked_phase(decay, refined=refined)
+    polynomial, values, _ = tracked_phase(decay)
     time, value = _peaks_of_periods(values, decay.step, polynomial, peaks == "highest")
     if value.size < 2:
         raise InputError(
@@ -119,12 +118,6 @@ def natural_frequency_found(decay: FreeDecay, peaks: str = "highest") -> float:
     _, amplitude = peak_amplitudes(decay, peaks)
     duration = (values.size - 1) * decay.step
     return float(small_swing_frequency(polynomial, duration, amplitude, 0.0, decay.quantity.order, swing))
-
-
-@njit(**KERNEL)
-def _needs_refined(swing_frequency: float, highest: bool) -> bool:
-    """Whether peaks take more of the phase than to which period a sample belongs: when, or how fast."""
-    return not highest or swing_frequency > 0.0
 
 
 @njit(**KERNEL)
@@ -231,13 +224,12 @@ def friction_sample_statistics(
     mean = np.full(r, np.nan)
     squares = np.full(r, np.nan)
     natural = frequency.copy()
-    refined = _needs_refined(swing_frequency, highest)
     for k in range(r):
         if stop[k] - start[k] < 8:
             continue
         values = records[k, start[k] : stop[k]]
         values = values - values.mean()
-        polynomial = track_phase(values, step, frequency[k], phase[k], order, refined)
+        polynomial = track_phase(values, step, frequency[k], phase[k], order)
         _, peaks = _peaks_of_periods(values, step, polynomial, highest)
         centre = 0.0
         if swing_frequency > 0.0:

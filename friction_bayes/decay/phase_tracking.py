@@ -169,9 +169,7 @@ def coulomb_fit(values: Array, order: int, polynomial: Array) -> tuple[float, fl
 
 
 @njit(**KERNEL)
-def track_phase(
-    values: Array, step: float, frequency: float, phase: float, order: int, refined: bool
-) -> Array:
+def track_phase(values: Array, step: float, frequency: float, phase: float, order: int) -> Array:
     r"""Find the phase of a free decay as a Chebyshev polynomial of time.
 
     Parameters
@@ -184,8 +182,6 @@ def track_phase(
         Rough angular frequency [rad/s] and displacement phase ``theta`` of the first sample [rad].
     order : int
         Derivative order ``q`` of the signal.
-    refined : bool
-        Whether Gauss-Newton refines what the tracker finds, which tells the periods apart without.
 
     Returns
     -------
@@ -225,16 +221,14 @@ def track_phase(
             for k in range(MAX_DEGREE + 1):
                 result[k] = coefficients[k] if k <= trial else 0.0
             break
-    if refined and width > 1:
+    if width > 1:
         _settle(means, begin, spacing, order, result, degree)
-    if refined:
-        _settle(values, -1.0, 2.0 / (n - 1), order, result, degree)
+    _settle(values, -1.0, 2.0 / (n - 1), order, result, degree)
     return result
 
 
-def tracked_phase(decay: FreeDecay, *, refined: bool = True) -> tuple[Array, Array, float]:
-    """Phase of a decay on an even grid as a function of time, from its data; ``refined`` as for
-    :func:`track_phase`.
+def tracked_phase(decay: FreeDecay) -> tuple[Array, Array, float]:
+    """Phase of a decay on an even grid as a function of time, from its data.
 
     Returns
     -------
@@ -249,7 +243,7 @@ def tracked_phase(decay: FreeDecay, *, refined: bool = True) -> tuple[Array, Arr
     reference = float(decay.values.mean())
     values = decay.values - reference
     return (
-        track_phase(values, decay.step, decay.frequency, decay.phase, decay.quantity.order, refined),
+        track_phase(values, decay.step, decay.frequency, decay.phase, decay.quantity.order),
         values,
         reference,
     )

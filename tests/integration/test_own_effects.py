@@ -111,7 +111,7 @@ def test_where_an_effect_plays_no_part_it_is_said(folder: Path, capsys: pytest.C
     assert main(["estimate", "plain.csv", *MOTION[:4], *own]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert (
-        "warning sensor_saturation plays no part: estimate fits dry friction alone; close-loop weighs" in said
+        "warning sensor_saturation plays no part: estimate fits dry friction alone; close-loop evaluates" in said
     )
 
 

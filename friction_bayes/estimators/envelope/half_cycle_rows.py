@@ -273,7 +273,7 @@ def envelope_statistics(
         values = records[k, start[k] : stop[k]]
         reference = values.mean()
         values = values - reference
-        polynomial = track_phase(values, step, frequency[k], phase[k], order, True)
+        polynomial = track_phase(values, step, frequency[k], phase[k], order)
         response, design, _ = half_cycle_rows(values, polynomial, order, swing_frequency)
         found, ok, left, moments = least_squares(design, response)
         rows[k] = response.size

@@ -20,7 +20,7 @@ def test_rough_frequency_and_phase_suffice(rng: np.random.Generator, step: float
     half = np.floor((omega * t + 0.8) / np.pi)
     signal = (1.0 - 0.008 * half) * np.cos(chi)
     noise = rng.normal(0.0, 0.05, t.size)
-    polynomial = track_phase(signal + noise, step, 1.02 * omega, 0.8 + 0.3, order, True)
+    polynomial = track_phase(signal + noise, step, 1.02 * omega, 0.8 + 0.3, order)
     error = found_phase(polynomial, t.size) - chi
     # six free coefficients: mean square error 6 x 2 (sd/amplitude)**2 / n where the amplitude is typical
     typical = np.sqrt(12.0 / t.size) * 0.05 / 0.6
@@ -32,7 +32,7 @@ def test_frequency_that_changes_with_amplitude_is_followed() -> None:
     amplitude = 1.0 - t / 70.0
     rate = 6.0 * (1.0 - amplitude**2 / 16.0)
     chi = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * 0.005)]) + 0.4
-    polynomial = track_phase(amplitude * np.cos(chi), 0.005, 5.8, 0.2, 0, True)
+    polynomial = track_phase(amplitude * np.cos(chi), 0.005, 5.8, 0.2, 0)
     assert np.abs(found_phase(polynomial, t.size) - chi).max() < 0.03
 
 
@@ -59,6 +59,6 @@ def test_solve_spd(rng: np.random.Generator) -> None:
 
 
 def test_too_short_a_record_keeps_the_rough_phase() -> None:
-    polynomial = track_phase(np.zeros(5), 0.1, 6.0, 1.0, 1, True)
+    polynomial = track_phase(np.zeros(5), 0.1, 6.0, 1.0, 1)
     assert phase_at(polynomial, -1.0)[0] == pytest.approx(1.0 + np.pi / 2)
     assert phase_at(polynomial, 1.0)[0] == pytest.approx(1.0 + np.pi / 2 + 6.0 * 0.4)

@@ -73,7 +73,7 @@ def test_a_simulated_wheel_out_of_balance_is_pulled_aside() -> None:
             WHEEL,
             "angle",
             ["position_force", "random_force"],
-            "does not tell it from other effects, 1.6 rad would",
+            "does not distinguish it from other effects, 1.6 rad would",
         ),
         (SYSTEM, "acceleration", ["sensor_hysteresis"], "no sensor of acceleration"),
     ],

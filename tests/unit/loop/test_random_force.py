@@ -404,7 +404,7 @@ def test_the_next_experiment_is_named_under_a_random_force() -> None:
     assert report.verdict == "ambiguous"
     sentence = report.next_experiment
     assert sentence is not None
-    assert "tell viscous damping + random force from quadratic drag + random force" in sentence
+    assert "separate viscous damping + random force from quadratic drag + random force" in sentence
     assert re.search(r"a Bayes factor of (\d|more than \d)", sentence)
 
 
