@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from friction_bayes.cli.program import main
+from refusals import refused
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 Signal = tuple[np.ndarray, np.ndarray]
@@ -56,19 +57,6 @@ RECORDS: dict[str, tuple[Edit, str]] = {
     "clipped": (lambda time, signal: (time, np.clip(signal, -0.015, 0.015)), "close-loop"),
     "empty": (lambda time, signal: (time[:0], signal[:0]), "decay.csv"),
 }
-
-
-def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
-    """Run a command that must be refused, and return its one line."""
-    status = main(argv)
-    shown = capsys.readouterr()
-    assert status == 2, shown.err
-    assert shown.out == ""
-    lines = shown.err.splitlines()
-    assert len(lines) == 1, shown.err
-    assert "Traceback" not in shown.err
-    assert lines[0].startswith("friction-bayes: ")
-    return lines[0]
 
 
 @pytest.mark.parametrize("kind", RECORDS)

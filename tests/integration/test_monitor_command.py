@@ -16,6 +16,7 @@ import friction_bayes as fb
 from decays import short_decay
 from friction_bayes.cli.program import main
 from friction_bayes.report.monitor_story import memory, monitor_story, next_step
+from refusals import refused
 
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
 ISO_13374 = [
@@ -188,15 +189,6 @@ def test_fleet_to_report(
     assert result["prognostic_assessment"][2]["remaining_life"]["median"] is None
 
 
-def refused(capsys: pytest.CaptureFixture[str], *argv: str) -> str:
-    status = main(["monitor", *argv])
-    shown = capsys.readouterr()
-    assert status == 2, shown.err
-    assert shown.out == ""
-    (line,) = shown.err.splitlines()
-    return line
-
-
 BAD: dict[str, tuple[tuple[int, ...], tuple[str, ...], str]] = {
     "one record": ((0,), (), "at least two"),
     "same record twice": ((0, 1, 0), (), "given twice"),
@@ -216,7 +208,7 @@ def test_bad_input(kind: str, runs: list[str], tmp_path: Path, capsys: pytest.Ca
     chosen, options, said = BAD[kind]
     out = tmp_path / "out"
     records = [runs[i] for i in chosen]
-    assert said in refused(capsys, *records, *SYSTEM, "--out", str(out), *options)
+    assert said in refused(capsys, "monitor", *records, *SYSTEM, "--out", str(out), *options)
     assert not out.exists()
 
 
@@ -227,7 +219,7 @@ def test_records_of_different_quantities(
     other.write_text(
         Path(runs[0]).read_text().replace("displacement", "velocity").replace("velocity_m", "velocity_m_s")
     )
-    line = refused(capsys, runs[1], str(other), *SYSTEM, "--out", str(tmp_path / "out"))
+    line = refused(capsys, "monitor", runs[1], str(other), *SYSTEM, "--out", str(tmp_path / "out"))
     assert "velocity" in line
     assert "run2.csv" in line
 
@@ -235,7 +227,7 @@ def test_records_of_different_quantities(
 def test_a_fleet_goes_alone(
     runs: list[str], fleet: Callable[..., Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    line = refused(capsys, runs[0], str(fleet()), *SYSTEM, "--out", str(tmp_path / "out"))
+    line = refused(capsys, "monitor", runs[0], str(fleet()), *SYSTEM, "--out", str(tmp_path / "out"))
     assert "alone" in line
 
 
@@ -246,7 +238,7 @@ def test_help(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_no_folder_is_refused(runs: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert "--out" in refused(capsys, *runs, *SYSTEM)
+    assert "--out" in refused(capsys, "monitor", *runs, *SYSTEM)
 
 
 @pytest.mark.parametrize(
@@ -268,5 +260,5 @@ def test_bad_fleet(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     out = tmp_path / "out"
-    assert said in refused(capsys, str(fleet(**changes)), *SYSTEM, "--out", str(out), *options)
+    assert said in refused(capsys, "monitor", str(fleet(**changes)), *SYSTEM, "--out", str(out), *options)
     assert not out.exists()

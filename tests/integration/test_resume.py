@@ -16,6 +16,7 @@ from decays import short_decay
 from friction_bayes.cli import fleet_run
 from friction_bayes.cli.program import main
 from friction_bayes.records import fleet
+from refusals import refused
 
 MACHINES, POINTS = 3, 2
 SYSTEM = ("--mass", "10", "--stiffness", "1000")
@@ -201,9 +202,7 @@ def test_refusals_of_a_fleet(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     write_fleet(tmp_path / "fleet.zarr")
-    assert main(["estimate", "fleet.zarr", *SYSTEM, *options]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert said in line
+    assert said in refused(capsys, "estimate", "fleet.zarr", *SYSTEM, *options)
     assert [path.name for path in tmp_path.iterdir()] == ["fleet.zarr"]
 
 

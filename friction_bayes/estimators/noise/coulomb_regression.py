@@ -31,7 +31,12 @@ from friction_bayes.estimators.noise.free_corners import (
     corner_scale,
     near_corners,
 )
-from friction_bayes.estimators.noise.recording_filters import RecordingFilter, Through, margin
+from friction_bayes.estimators.noise.recording_filters import (
+    RecordingFilter,
+    Through,
+    margin,
+    own_columns,
+)
 from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.statespace.coloured_noise import Autoregression
 from friction_bayes.statespace.force_grid import ForcePrior, integrate
@@ -166,18 +171,13 @@ class Laid:
         """
         regression, path = self.regression, self.path
         n = signal.size
-        read = path.reading(self.order, path.x, path.v)
-        through = Through(np.column_stack([regression.columns, signal - regression.target, read]))
-        shown = through(filter_)
+        shown = Through(np.column_stack([regression.columns, signal - regression.target]))(filter_)
         if "rest" in regression.names:
             # zero of the recording, not of the motion
             shown[:, regression.names.index("rest")] = 1.0
-        own = memory = filter_.memory(n)
+        memory, offset = own_columns(filter_, path.reading(self.order, path.x, path.v))
         amplitude = float(np.max(np.abs(signal)))
-        scale = np.full(memory.shape[1], amplitude)
-        if filter_.next is not None:
-            own = np.column_stack([memory, (through(filter_.next) - shown)[:, -1]])
-            scale = np.append(scale, 1.0)
+        scale = np.repeat([amplitude, 1.0], [memory.shape[1], offset.shape[1]])
         extra = scale.size
         inside = np.full(n, np.inf)
         left_out = margin(filter_.angle)
@@ -185,8 +185,8 @@ class Laid:
         filtered = replace(
             regression,
             names=(*regression.names, *(["filter"] * extra)),
-            columns=np.hstack([shown[:, :-2], own]),
-            target=signal - shown[:, -2],
+            columns=np.hstack([shown[:, :-1], memory, offset]),
+            target=signal - shown[:, -1],
             states=np.concatenate([regression.states, np.zeros((n, 2, extra))], axis=2),
             scale=np.append(regression.scale, scale),
             positive=np.append(regression.positive, np.zeros(extra, np.bool_)),

@@ -17,7 +17,7 @@ from scipy.fft import irfft, next_fast_len, rfft
 
 from friction_bayes.core.arrays import Array, Complexes
 
-__all__ = ["FilterKind", "RecordingFilter", "Through", "kinds_for", "margin"]
+__all__ = ["FilterKind", "RecordingFilter", "Through", "kinds_for", "margin", "own_columns"]
 
 _LONGEST_MEAN, _LONGEST_POLYNOMIAL = 0.25, 0.5
 """Windows over the period: a moving mean of that length takes a tenth of the amplitude."""
@@ -128,6 +128,29 @@ class Through:
         response = filter_.without_delay(self._omega)
         shown = irfft(self._spectrum * response, self._size)
         return np.asarray(shown[:, self._added : self._added + self._n])
+
+
+def own_columns(filter_: RecordingFilter, read: Array) -> tuple[Array, Array]:
+    """Columns of a recording that are due to the filter alone.
+
+    Parameters
+    ----------
+    filter_ : RecordingFilter
+    read : ndarray, shape (n,)
+        The motion as the sensor reads it.
+
+    Returns
+    -------
+    memory : ndarray, shape (n, p)
+        See :meth:`RecordingFilter.memory`.
+    offset : ndarray, shape (n, 0 or 1)
+        The difference to the next filter of its kind.
+    """
+    memory = filter_.memory(read.size)
+    if filter_.next is None:
+        return memory, np.empty((read.size, 0))
+    through = Through(read[:, None])
+    return memory, through(filter_.next) - through(filter_)
 
 
 def margin(angle: float) -> int:

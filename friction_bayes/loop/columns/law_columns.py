@@ -16,7 +16,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
-from friction_bayes.estimators.noise.recording_filters import RecordingFilter, Through
+from friction_bayes.estimators.noise.recording_filters import RecordingFilter, Through, own_columns
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.effect_columns import (
     Column,
@@ -182,14 +182,16 @@ class LawColumns:
         With what the filter still has of the time before the record, and how far its size is from the next's.
         """
         moved = [j for j, c in enumerate(self.columns) if c.effect not in SENSOR_ZERO and c.line is None]
-        through = Through(np.column_stack([self.sensor[:, moved], self.known, self.read.values]))
-        shown, sensor = through(filter_), self.sensor.copy()
-        sensor[:, moved] = shown[:, :-2]
-        memory = filter_.memory(len(sensor)).T
-        own = [(Column("memory", self.columns[0].scale), each) for each in memory]
-        if filter_.next is not None:
-            own.append((Column("filter", 1.0), (through(filter_.next) - shown)[:, -1]))
-        return replace(self, sensor=sensor, known=shown[:, -2], filter=filter_).with_shown(own)
+        behind = replace(self, filter=filter_)
+        shown, sensor = (
+            behind.recorded(np.column_stack([self.sensor[:, moved], self.known])),
+            self.sensor.copy(),
+        )
+        sensor[:, moved] = shown[:, :-1]
+        memory, offset = own_columns(filter_, self.read.values)
+        own = [(Column("memory", self.columns[0].scale), each) for each in memory.T]
+        own += [(Column("filter", 1.0), each) for each in offset.T]
+        return replace(behind, sensor=sensor, known=shown[:, -1]).with_shown(own)
 
     def alternatives(self, effect: str) -> list[tuple[int, ...]]:
         """Columns of an effect in each of its shapes and extents; all of its lines are one."""

@@ -11,6 +11,7 @@ import xarray as xr
 from scipy import signal
 
 import friction_bayes as fb
+from filtered_decays import filtered
 from fluctuating_force import fluctuating_decay
 from friction_bayes.estimators.noise.recording_filters import Through, kinds_for, margin
 
@@ -75,17 +76,7 @@ def test_a_filter_that_was_empty_differs_by_what_it_remembers(kind: int, order: 
 @pytest.mark.parametrize(("order", "corner"), [(2, 12.0), (4, 8.0)])
 def test_a_record_may_begin_with_an_empty_filter(order: int, corner: float) -> None:
     """Its corner is told by noise 80 dB below the motion, and friction to 1e-3."""
-    b, a = signal.butter(order, corner, fs=2.0 * RATE)
-    decay = fb.simulate(
-        SYSTEM,
-        friction=1.0,
-        initial_displacement=0.04,
-        duration=9.0,
-        sampling_rate=2.0 * RATE,
-        noise_sd=2e-5,
-        seed=4,
-    )
-    record = fb.make_record(decay["time"].values, signal.lfilter(b, a, decay.values), "displacement")
+    record = filtered("displacement", corner, order=order, start=0.04, duration=9.0)
     found = fb.estimate(record, SYSTEM)
     assert found.friction.mean() == pytest.approx(1.0, abs=1e-3)
     assert f"a low pass of order {order}" in found.to_dict()["noise"]["filter"]["name"]
