@@ -16,9 +16,12 @@ from benchmarks.throughput import batch, over_sum, paper_records, peak_share
 from friction_bayes import close_loop, estimate, estimate_batch, sample_reference
 from friction_bayes.mechanics.simulate import simulate
 from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM, paper_example
-from friction_bayes.statespace.force_grid import ForcePrior, Problem, integrate
-from friction_bayes.statespace.kalman import Clock, sensor_row, whiten
+from friction_bayes.statespace.force_grid import integrate
+from friction_bayes.statespace.force_prior import ForcePrior
+from friction_bayes.statespace.kalman import Clock, sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.problem import Problem
+from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.response import at_sensor, force_response
 from friction_bayes.statespace.smoother import first_motion
 from friction_bayes.statespace.subset_evidence import all_sets
@@ -99,18 +102,23 @@ class RandomForce:
             path, np.stack([-path.direction, -path.node_x, 0.0 * path.node_x + 1.0], axis=1)
         )
         columns = at_sensor(np.concatenate([initial_response(path.phase), forces], axis=2), self.row)
-        block = np.column_stack([columns, self.signal])
         sets = all_sets(np.ones(5, np.bool_))
-        problem = Problem(
+        regression = LawRegression(
+            clock=self.clock,
+            row=self.row,
             names=("x0", "v0", "friction", "stiffness", "rest"),
+            columns=columns,
+            states=np.zeros((len(columns), 2, 5)),
+            known_states=np.zeros((len(columns), 2)),
+            target=self.signal,
             scale=np.ones(5),
             positive=np.zeros(5, np.bool_),
             sets=sets,
             log_prior=np.zeros(len(sets)),
-            reference=np.zeros(5),
-            whiten_at=lambda ratio, tau: whiten(block, self.clock, self.row, ratio, tau),
+            stiffness=3,
+            motion=self.motion,
         )
-        return integrate(problem, ForcePrior(centre=1e-3), self.motion.noise)
+        return integrate(Problem.of(regression), ForcePrior(centre=1e-3), self.motion.noise)
 
 
 class Loop:

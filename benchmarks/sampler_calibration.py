@@ -19,7 +19,7 @@ from scipy import stats
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array
 from friction_bayes.reference.ensembles import Ensembles
-from friction_bayes.statespace.force_grid import ForcePrior
+from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.force_target import force_target, half_cycle_blocks
 from friction_bayes.statespace.kalman import Clock, sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath

@@ -18,8 +18,7 @@ from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
 from friction_bayes.loop.infer.moving_record import why_not_weighed
-from friction_bayes.loop.mixture.joint_candidates import candidates_together
-from friction_bayes.loop.mixture.record_candidates import candidates_of_record
+from friction_bayes.loop.mixture.candidates import candidates_of
 from friction_bayes.loop.report.reference_force import validate_force
 from friction_bayes.loop.report.result import LoopReport
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
@@ -46,11 +45,7 @@ def run(
     scales = scales_of(segments, system)
     barred = {name: why for name in options.allowed if (why := why_not_weighed(name, segments[0], scales))}
     rng, rng_report = np.random.default_rng(options.seed).spawn(2)
-    candidates = (
-        candidates_of_record(segments[0], system, options, rng)
-        if len(segments) == 1
-        else candidates_together(segments, system, options, rng, progress)
-    )
+    candidates = candidates_of(segments, system, options, rng, progress)
     report = build_report(candidates, rng_report, options=options, started=started, reference_force=force)
     if options.effects is None:
         return report

@@ -12,14 +12,12 @@ resonance, which is what a record determines; the Jacobian is one.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.optimize import minimize
 from scipy.special import logsumexp
@@ -27,27 +25,12 @@ from scipy.special import logsumexp
 from friction_bayes.conjugate.mixture import Mixture
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
-from friction_bayes.statespace.kalman import Whitened
+from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
 from friction_bayes.statespace.positive_orthant import cut_moments
-from friction_bayes.statespace.subset_evidence import (
-    NestedSets,
-    WeighedSets,
-    nest,
-    set_marginals,
-    set_posterior,
-    weigh_sets,
-)
+from friction_bayes.statespace.problem import Problem
+from friction_bayes.statespace.subset_evidence import WeighedSets
 
-__all__ = [
-    "ForcePrior",
-    "GridPoint",
-    "Posterior",
-    "Problem",
-    "Weighable",
-    "at_resonance",
-    "integrate",
-    "valleys",
-]
+__all__ = ["Posterior", "integrate", "valleys"]
 
 _REACH = (0.003, 30.0)
 """Sizes of the force, over the prior's median, between which its modes are sought."""
@@ -73,177 +56,12 @@ _SLIGHT = 1e-9
 """Probability of a part below which a mixture omits it."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ForcePrior:
-    """Prior of the random force: none, or ``log q`` normal and ``log tau`` uniform.
-
-    Attributes
-    ----------
-    centre : float
-        Median of its standard deviation, a force in natural units.
-    none : float
-        Probability that there is no random force, in (0, 1].
-    spread : float
-        Standard deviation of ``log q``.
-    tau_low, tau_high : float
-        Bounds of its correlation time, a phase.
-
-    Raises
-    ------
-    InputError
-        If a number does not make a prior.
-    """
-
-    centre: float
-    none: float = 0.9
-    spread: float = 1.2
-    tau_low: float = 0.01 * 2.0 * math.pi
-    tau_high: float = 3.0 * 2.0 * math.pi
-
-    def __post_init__(self) -> None:
-        sizes = self.centre > 0.0 and self.spread > 0.0 and 0.0 < self.tau_low < self.tau_high
-        if not (sizes and 0.0 < self.none <= 1.0):
-            raise InputError("random force", f"prior {self}", "give positive sizes and 0 < none <= 1")
-
-    @property
-    def without_force(self) -> ForcePrior:
-        """The prior without a random force."""
-        return replace(self, none=1.0)
-
-    def log_density(self, q: ArrayLike, tau: ArrayLike) -> Any:
-        """Log density in ``(log q, log tau)`` of the part with a force, its probability included.
-
-        Broadcasts over ``q`` and ``tau``; minus infinity beyond the bounds of ``tau``.
-        """
-        if self.none >= 1.0:
-            return np.full(np.broadcast_shapes(np.shape(q), np.shape(tau)), -math.inf)[()]
-        z = (np.log(q) - math.log(self.centre)) / self.spread
-        flat = math.log(self.spread) + math.log(math.log(self.tau_high / self.tau_low))
-        value = math.log1p(-self.none) - 0.5 * (z * z + math.log(2.0 * math.pi)) - flat
-        inside = (np.asarray(tau) >= self.tau_low) & (np.asarray(tau) <= self.tau_high)
-        return np.where(inside, value, -math.inf)[()]
-
-
-class Weighable(Protocol):
-    """A problem to be integrated over the random force: of a record as :class:`Problem`, or of several."""
-
-    @property
-    def names(self) -> tuple[str, ...]: ...
-
-    @property
-    def scale(self) -> Array: ...
-
-    @property
-    def positive(self) -> Mask: ...
-
-    @property
-    def sets(self) -> Mask: ...
-
-    def weigh(self, ratio: float, tau: float) -> WeighedSets:
-        """Weights of all sets given ``q / sigma`` and ``tau``."""
-        ...
-
-    def marginals(self, point: GridPoint, chosen: int) -> tuple[Array, Array]:
-        """Marginals of the coefficients in a set at an evaluated point, in units of ``scale``."""
-        ...
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Problem:
-    """A regression given the random force.
-
-    Attributes
-    ----------
-    names : tuple of str, length p
-        Of the columns.
-    scale : ndarray, shape (p,)
-        Prior sd of the coefficients.
-    positive : ndarray of bool, shape (p,)
-        Which coefficients have to be positive.
-    sets : ndarray of bool, shape (m, p)
-        Sets of columns to evaluate.
-    log_prior : ndarray, shape (m,)
-        Log prior probabilities of the sets.
-    reference : ndarray, shape (p,)
-        Reference law in units of ``scale``.
-    whiten_at : callable, (q / sigma, tau) -> Whitened
-        Whitened sums of ``[X scale | y - X scale reference]``.
-    least_noise2 : float
-        Least noise variance: of the sensor's rounding.
-    """
-
-    names: tuple[str, ...]
-    scale: Array
-    positive: Mask
-    sets: Mask
-    log_prior: Array
-    reference: Array
-    whiten_at: Callable[[float, float], Whitened]
-    least_noise2: float = 0.0
-
-    @cached_property
-    def _nested(self) -> NestedSets:
-        return nest(self.sets)
-
-    def weigh(self, ratio: float, tau: float) -> WeighedSets:
-        """Weights of all sets given ``q / sigma`` and ``tau``."""
-        whitened = self.whiten_at(ratio, tau)
-        return weigh_sets(
-            whitened,
-            self.reference,
-            self.positive,
-            self.sets,
-            self.log_prior,
-            least_noise2=self.least_noise2,
-            nested=self._nested,
-        )
-
-    def marginals(self, point: GridPoint, chosen: int) -> tuple[Array, Array]:
-        """Marginals of the coefficients in a set at an evaluated point, in units of ``scale``."""
-        gram, columns = self.whiten_at(point.ratio, point.tau).gram, self.sets[chosen]
-        found = point.found
-        posterior = set_posterior(
-            gram, self.reference, columns, found.full_noise2, float(found.noise2[chosen])
-        )
-        return set_marginals(*posterior, columns, self.positive)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class GridPoint:
-    """A point at which the posterior has been evaluated.
-
-    Attributes
-    ----------
-    ratio, tau : float
-        ``q / sigma``, zero for no force, and the correlation time as a phase.
-    log_volume : float
-        Log prior probability of its cell.
-    found : WeighedSets
-        All sets given these.
-    """
-
-    ratio: float
-    tau: float
-    log_volume: float
-    found: WeighedSets
-
-    @property
-    def chosen(self) -> int:
-        """The best set."""
-        return int(np.argmax(self.found.log_weight))
-
-    @property
-    def noise(self) -> float:
-        """Sensor noise sd in the best set."""
-        return float(np.sqrt(self.found.noise2[self.chosen]))
-
-
 class Posterior:
     """Probabilities of sets, of columns and of a random force, and marginals of the coefficients.
 
     Parameters
     ----------
-    problem : Weighable
+    problem : Problem
         The regression.
     points : sequence of GridPoint, length g
         Where it has been evaluated.
@@ -258,7 +76,7 @@ class Posterior:
         Of the points, see :class:`GridPoint`.
     """
 
-    def __init__(self, problem: Weighable, points: list[GridPoint]) -> None:
+    def __init__(self, problem: Problem, points: list[GridPoint]) -> None:
         self.problem, self.points = problem, points
         joint = np.array([point.found.log_weight + point.log_volume for point in points])
         self.log_evidence = float(logsumexp(joint))
@@ -364,7 +182,7 @@ class Posterior:
 
 
 def integrate(
-    problem: Weighable,
+    problem: Problem,
     prior: ForcePrior,
     noise: float,
     *,
@@ -378,7 +196,7 @@ def integrate(
 
     Parameters
     ----------
-    problem : Weighable
+    problem : Problem
         The regression.
     prior : ForcePrior
         Of the random force.
@@ -408,16 +226,10 @@ def integrate(
     return Posterior(problem, points)
 
 
-def at_resonance(tau: ArrayLike) -> Any:
-    """Square root of the spectral density at resonance of a force of unit sd and correlation time ``tau``."""
-    phase = np.asarray(tau, dtype=np.float64)
-    return np.sqrt(2.0 * phase / (1.0 + phase * phase))[()]
-
-
 class _Density:
     """Log posterior of ``(u, log tau)``, remembered; ``q`` follows from the noise found there."""
 
-    def __init__(self, problem: Weighable, prior: ForcePrior) -> None:
+    def __init__(self, problem: Problem, prior: ForcePrior) -> None:
         self.problem, self.prior = problem, prior
         self.known: dict[tuple[float, ...], tuple[float, float, WeighedSets]] = {}
 

@@ -4,7 +4,7 @@ r"""The posterior under a random force as a sampler sees it: every parameter fre
           p(\sigma) \propto 1/\sigma, \quad \log q \sim N, \quad \log\tau \sim U
 
 with ``s`` the prior sd of the coefficients, half-normal where a coefficient has to be positive, and the prior
-of ``q`` and ``tau`` that of :class:`friction_bayes.statespace.force_grid.ForcePrior`. Likelihood
+of ``q`` and ``tau`` that of :class:`friction_bayes.statespace.force_prior.ForcePrior`. Likelihood
 and Gram matrices are those of the closed form, whose approximations are not used here, so that a sampler
 checks them: the prior precision of ``b`` in units of the noise found with all columns, the prior of ``q`` at
 the noise found given ``q/sigma`` and ``tau``, normals for Student t distributions of hundreds of degrees of
@@ -24,9 +24,11 @@ from scipy.special import logsumexp
 from friction_bayes.conjugate.likelihood import Target, signal_log_likelihood
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.core.errors import InputError
-from friction_bayes.statespace.force_grid import ForcePrior, Problem, at_resonance, valleys
+from friction_bayes.statespace.force_grid import valleys
+from friction_bayes.statespace.force_prior import ForcePrior, at_resonance
 from friction_bayes.statespace.interpolated_sums import InterpolatedSums
 from friction_bayes.statespace.kalman import Whitened, shown
+from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.statespace.subset_evidence import WeighedSets, set_posterior
@@ -106,7 +108,7 @@ def force_target(
         ``log_correlation_time``, natural units. ``pointwise`` is the density of each half cycle given those
         before it: under a random force half cycles are not independent given the parameters.
     """
-    axes = _axes(regression.problem, prior, regression.motion.noise)
+    axes = _axes(Problem.of(regression), prior, regression.motion.noise)
     sums = InterpolatedSums.over(axes, lambda u, log_tau: regression.whiten_at(*_force(u, log_tau)))
     centre, covariance, humps = _moments(regression, prior, axes, sums)
     forced = _Forced(regression, prior, sums, natural, blocks, signal, unit)
@@ -164,8 +166,17 @@ class _Forced:
         return out
 
     def closed_form(self, theta: Array) -> Array:
-        problem, n = self.regression.problem, _samples(self.regression)
-        return np.array([_closed_form(problem, self.prior, n, row) for row in theta])
+        n = _samples(self.regression)
+        return np.array(
+            [_closed_form(self._uncut, self.regression.positive, self.prior, n, row) for row in theta]
+        )
+
+    @cached_property
+    def _uncut(self) -> LawRegression:
+        """The same, coefficients of either sign: the mass that is cut off cancels in the product."""
+        regression = self.regression
+        free = np.zeros_like(regression.positive)
+        return replace(regression, positive=free, near=regression.reference)
 
     def posterior(self, theta: Array) -> dict[str, Array]:
         noise, q, tau = np.exp(0.5 * theta[:, -3]), np.exp(theta[:, -2]), np.exp(theta[:, -1])
@@ -211,7 +222,7 @@ def still_target(
         Coordinates: the coefficients and ``log_variance`` of the sensor noise, natural units.
     """
     scale, n, p = regression.scale, _samples(regression), regression.scale.size
-    found = regression.problem.weigh(*_NO_FORCE)
+    found = Problem.of(regression).weigh(*_NO_FORCE)
     whitened = regression.whiten_at(*_NO_FORCE)
     lam, noise2 = found.full_noise2, float(found.noise2[0])
     gram, everything = whitened.gram, np.ones(p, dtype=np.bool_)
@@ -429,24 +440,27 @@ def _moments(
     return centre, covariance, tuple(humps)
 
 
-def _closed_form(problem: Problem, prior: ForcePrior, n: int, theta: Array) -> float:
+def _closed_form(regression: LawRegression, positive: Mask, prior: ForcePrior, n: int, theta: Array) -> float:
     """Log density of the closed form at one point, up to what all points share.
 
     The evidence of the place times the conjugate posterior given it, a normal-inverse-gamma, cut where a
-    coefficient has to be positive; the mass that is cut off cancels in the product. Where the noise is at
-    the least that the sensor allows, the evidence has it there and is not its average.
+    coefficient has to be positive; the mass that is cut off cancels in the product, so that ``regression``
+    has coefficients of either sign. Where the noise is at the least that the sensor allows, the evidence has
+    it there and is not its average.
     """
-    at = _Coordinates.of(theta[None], problem.scale)
+    at = _Coordinates.of(theta[None], regression.scale)
     scaled, log_v = at.scaled[0], float(at.log_variance[0])
-    if np.any(scaled[problem.positive] < 0.0):
+    if np.any(scaled[positive] < 0.0):
         return -math.inf
     u, log_tau = at.places[0]
     ratio, tau = _force(u, log_tau)
-    whitened = problem.whiten_at(ratio, tau)
-    free = replace(problem, positive=np.zeros_like(problem.positive)).weigh(ratio, tau)
+    whitened = regression.whiten_at(ratio, tau)
+    free = Problem.of(regression).weigh(ratio, tau)
     lam, rest = free.full_noise2, n * free.noise2[0]
     precision = whitened.gram[:-1, :-1] + lam * np.eye(scaled.size)
-    mean, _ = set_posterior(whitened.gram, problem.reference, problem.sets[0], lam, float(free.noise2[0]))
+    mean, _ = set_posterior(
+        whitened.gram, regression.reference, regression.sets[0], lam, float(free.noise2[0])
+    )
     away = scaled - mean
     log_density = 0.5 * np.linalg.slogdet(precision)[1] - 0.5 * scaled.size * log_v
     log_density -= 0.5 * math.exp(-log_v) * (away @ precision @ away + rest)

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.statespace.force_grid import GridPoint, Problem
+from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.kalman import Clock, Whitened, shown, smooth, whiten
 from friction_bayes.statespace.smoother import Motion
 from friction_bayes.statespace.subset_evidence import full_noise2, solved
@@ -64,6 +64,8 @@ class LawRegression:
         What the columns go along; its force and noise are first guesses.
     least_noise : float
         Least sd of the noise, that of the sensor's rounding, natural units.
+    near : ndarray, shape (p,), optional
+        A law near the record, in units of ``scale``; by least squares where none is given.
     """
 
     clock: Clock
@@ -80,6 +82,7 @@ class LawRegression:
     stiffness: int
     motion: Motion
     least_noise: float = 0.0
+    near: Array | None = None
 
     @cached_property
     def reference(self) -> Array:
@@ -88,6 +91,8 @@ class LawRegression:
         With the columns alone that most sets have: least squares with all columns gives near collinear ones
         huge coefficients, and those that a set lacks have to be put back with their rounding.
         """
+        if self.near is not None:
+            return self.near
         guess = self.motion
         whitened = self.whitened(np.zeros(self.scale.size), guess.force_sd / guess.noise, guess.tau)
         return near_least_squares(whitened.gram, likely_columns(self.sets, self.log_prior))
@@ -120,20 +125,6 @@ class LawRegression:
         """Logarithm of the least variance of the noise; below every other where there is no least one."""
         return 2.0 * math.log(max(self.least_noise, 1e-300))
 
-    @property
-    def problem(self) -> Problem:
-        """What is integrated over the random force."""
-        return Problem(
-            names=self.names,
-            scale=self.scale,
-            positive=self.positive,
-            sets=self.sets,
-            log_prior=self.log_prior,
-            reference=self.reference,
-            whiten_at=self.whiten_at,
-            least_noise2=self.least_noise**2,
-        )
-
     def of_columns(self, chosen: Mask) -> LawRegression:
         """The same record on some of the columns, ``chosen`` of shape (p,), as the one set that there is."""
         mine = np.flatnonzero(chosen)
@@ -146,6 +137,7 @@ class LawRegression:
             positive=self.positive[mine],
             sets=np.ones((1, mine.size), np.bool_),
             log_prior=np.zeros(1),
+            near=None,
             stiffness=int(np.searchsorted(mine, self.stiffness)),
         )
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_bayes.loop.infer.law_draws import law_draws
+from friction_bayes.loop.infer.drawn_laws import draw_laws
+from friction_bayes.loop.infer.law_fit import LawFit
 from unsteady_decays import ERROR, FRICTION, SYSTEM, correlated_record, fitted
 
 
@@ -18,6 +19,6 @@ def test_friction_is_covered(rng: np.random.Generator) -> None:
     covered = 0
     for _ in range(12):
         fit = fitted(correlated_record(rng, ERROR), ("random_force", "viscous_damping", "sensor_offset"))
-        low, high = np.quantile(law_draws(fit, rng, 4000).friction, [0.05, 0.95])
+        low, high = np.quantile(draw_laws(LawFit.of(fit), rng, 4000).first.friction, [0.05, 0.95])
         covered += low <= SYSTEM.stiffness * FRICTION <= high
     assert covered >= 8

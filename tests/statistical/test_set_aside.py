@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.loop.infer.law_draws import law_draws
+from friction_bayes.loop.infer.drawn_laws import draw_laws
+from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.record_fit import ForceFit
 from unsteady_decays import FRICTION, RELEASE, SYSTEM, faulty_record, fitted
 
@@ -42,7 +43,7 @@ def test_friction_is_unbiased(
     z = np.array(
         [
             (drawn.mean() - SYSTEM.stiffness * FRICTION) / drawn.std()
-            for drawn in (law_draws(fit, rng, 2000).friction for fit in records)
+            for drawn in (draw_laws(LawFit.of(fit), rng, 2000).first.friction for fit in records)
         ]
     )
     assert abs(z.mean()) < 3.3 / np.sqrt(z.size)

@@ -12,7 +12,7 @@ of any size.
 
 Priors, of the scale of this record: friction ``F`` as fitted under white noise and amplitude ``A``;
 ``c`` normal with sd 2 F about zero, ``kappa`` 0.05, rest position 0.1 A, start 10 A; the random force as in
-:class:`friction_bayes.statespace.force_grid.ForcePrior` about 0.3 F.
+:class:`friction_bayes.statespace.force_prior.ForcePrior` about 0.3 F.
 """
 
 from __future__ import annotations
@@ -39,9 +39,11 @@ from friction_bayes.estimators.noise.recording_filters import (
 )
 from friction_bayes.records.quantisation import quantisation_step
 from friction_bayes.statespace.coloured_noise import Autoregression
-from friction_bayes.statespace.force_grid import ForcePrior, integrate
+from friction_bayes.statespace.force_grid import integrate
+from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
 from friction_bayes.statespace.measured_path import NEAR_TURN, MeasuredPath
+from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression, frequency_change
 from friction_bayes.statespace.response import at_sensor, force_response
 from friction_bayes.statespace.smoother import LEAST_NOISE, Motion, first_motion
@@ -315,7 +317,7 @@ class PreparedDecay:
     def _seen_through(self, filter_: RecordingFilter, laid: Laid) -> Laid:
         """Regression along the motion that explains the record best behind a filter."""
         regression = laid.behind(filter_, self.natural(laid)).regression
-        law = integrate(regression.problem, self.prior.without_force, regression.motion.noise).best_law()
+        law = integrate(Problem.of(regression), self.prior.without_force, regression.motion.noise).best_law()
         motion, change = regression.motion, frequency_change(law[regression.stiffness])
         states = motion.states.copy()
         states[:, :2] = regression.states @ law + regression.known_states
@@ -332,7 +334,7 @@ class PreparedDecay:
         laid = self._along(motion, frequency).with_noise(least_noise)
         for _ in range(_MOST_ROUNDS):
             regression = laid.regression
-            guessed = integrate(regression.problem, self.prior, regression.motion.noise, only_mode=True)
+            guessed = integrate(Problem.of(regression), self.prior, regression.motion.noise, only_mode=True)
             law = guessed.best_law()
             change = frequency_change(law[regression.stiffness])
             frequency *= change

@@ -31,13 +31,15 @@ from friction_bayes.estimators.noise.coulomb_regression import (
 )
 from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor, sensor_noise
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
-from friction_bayes.statespace.force_grid import ForcePrior, Posterior, integrate
+from friction_bayes.statespace.force_grid import Posterior, integrate
+from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.force_target import (
     force_target,
     half_cycle_blocks,
     still_target,
 )
 from friction_bayes.statespace.kalman import shown, smooth
+from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import MarginalRegression, frequency_change
 
 __all__ = ["SLIGHT", "NoiseAccount", "noise_accounts"]
@@ -279,7 +281,7 @@ class _Weighed:
 
 def _weighed(laid: Laid, prior: ForcePrior, log_prior: float = 0.0, weaker_above: bool = False) -> _Weighed:
     regression = laid.regression
-    posterior = integrate(regression.problem, prior, regression.motion.noise)
+    posterior = integrate(Problem.of(regression), prior, regression.motion.noise)
     return _Weighed(laid, posterior, log_prior, weaker_above)
 
 

@@ -31,7 +31,7 @@ from friction_bayes.core.kernels import KERNEL
 from friction_bayes.decay.block_means import block_means
 from friction_bayes.estimators.noise.force_screen import ForcesBeside
 from friction_bayes.statespace.coloured_noise import Autoregression, burg
-from friction_bayes.statespace.force_grid import at_resonance
+from friction_bayes.statespace.force_prior import at_resonance
 from friction_bayes.statespace.kalman import Clock, sensor_row, shown, smooth, whiten
 from friction_bayes.statespace.response import at_sensor
 from friction_bayes.statespace.transition import initial_response

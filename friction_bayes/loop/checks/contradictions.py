@@ -22,7 +22,8 @@ from scipy.stats import chi2
 
 from friction_bayes.core.arrays import Array, Integers
 from friction_bayes.loop import settings
-from friction_bayes.loop.infer.joint_fit import JointFit
+from friction_bayes.loop.infer.law_fit import LawFit
+from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.subset_evidence import set_posterior
 
 __all__ = ["Comparison", "compared_sizes", "contradictions"]
@@ -57,15 +58,15 @@ class Comparison(NamedTuple):
         return float(chi2.sf(self.chi_square, self.freedom))
 
 
-def contradictions(fit: JointFit) -> Iterator[str]:
-    """Sentences on the effects for which the records contradict a common size."""
-    found = compared_sizes(fit)
+def contradictions(fit: LawFit) -> Iterator[str]:
+    """Sentences on the effects for which the records contradict a common size; none of one record."""
+    found = [] if fit.one else compared_sizes(fit)
     for one in found:
         if one.p_value >= settings.SETTINGS.false_alarm_rate / len(found):
             continue
         shares = ""
         if one.share.shape[1] == 1:
-            each = zip(fit.records, one.share[:, 0], one.share_sd[:, 0], strict=True)
+            each = zip(fit.fits, one.share[:, 0], one.share_sd[:, 0], strict=True)
             shares = ", over the common size: " + ", ".join(
                 f"{record.segment.decay.name} {share:.2f} ± {sd:.2f}" for record, share, sd in each
             )
@@ -76,13 +77,13 @@ def contradictions(fit: JointFit) -> Iterator[str]:
         )
 
 
-def compared_sizes(fit: JointFit) -> list[Comparison]:
+def compared_sizes(fit: LawFit) -> list[Comparison]:
     """Chi-square of each effect that all records share, in the set that is best where sizes may differ.
 
     Effects of which each record has its own, and those that are shares of friction, which may differ between
     the records, are not compared.
     """
-    law = fit.along[0].law
+    law = fit.law
     mean, covariance, columns = _by_themselves(fit)
     places: dict[str, list[int]] = {}
     for place, j in enumerate(columns):
@@ -105,28 +106,29 @@ def _compared(effect: str, mean: Array, covariance: Array) -> Comparison:
     )
 
 
-def _by_themselves(fit: JointFit) -> tuple[Array, Array, Integers]:
+def _by_themselves(fit: LawFit) -> tuple[Array, Array, Integers]:
     """Estimates of each record, under its own noise and random force, in the set that is best for all then.
 
     Means (r, s) and covariances (r, s, s) of the coefficients, in units of their prior sd, and their columns.
     """
-    sets, found = fit.along[0].sets, []
-    for one, alone in zip(fit.along, fit.alone, strict=True):
-        motion, problem = alone.motion, one.regression.problem
+    sets, found = fit.sets, []
+    for one, alone in zip(fit.fits, fit.alone, strict=True):
+        motion, regression = alone.motion, one.regression
         ratio, tau = motion.force_sd / motion.noise, motion.tau
-        found.append((problem, problem.whiten_at(ratio, tau), problem.weigh(ratio, tau)))
+        whitened = regression.whiten_at(ratio, tau)
+        found.append((regression.reference, whitened, Problem.of(regression).weigh(ratio, tau)))
     likelihood = sum(weighed.log_weight - sets.log_prior for _, _, weighed in found)
     best = int(np.argmax(likelihood + sets.log_prior))
     inside = sets.columns[best]
     said = [
         set_posterior(
             whitened.gram,
-            problem.reference,
+            reference,
             inside,
             _PRIOR * weighed.full_noise2,
             float(weighed.noise2[best]),
         )
-        for problem, whitened, weighed in found
+        for reference, whitened, weighed in found
     ]
     mean, covariance = (np.array(values) for values in zip(*said, strict=True))
     return mean, covariance, np.flatnonzero(inside)

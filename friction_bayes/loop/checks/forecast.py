@@ -14,7 +14,9 @@ from friction_bayes.loop.checks.held_out import Forecast
 from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.data.model import LoopModel, changes_signal
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
-from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, LawDraws, law_draws
+from friction_bayes.loop.infer.drawn_laws import LEAST_PROBABILITY, draw_laws
+from friction_bayes.loop.infer.law_draws import LawDraws
+from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_first_part
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
@@ -49,7 +51,7 @@ def forecast(fit: ForceFit, rng: np.random.Generator) -> Forecast | None:
         # which has not seen enough at the end
         step = segment.decay.step
         time = np.append(time, time[-1] + step * np.arange(1, margin(filter_.angle) + 1))
-    draws = law_draws(first, rng, _DRAWS, _as_probable(first, fit))
+    draws = draw_laws(LawFit.of(first), rng, _DRAWS, _as_probable(first, fit)).first
     points, which = np.unique(draws.point, return_inverse=True)
     states, spreads = _last_states(draws, points, which)
     simulated = [_simulated(draws, k, states[k, :2], time) for k in range(_DRAWS)]

@@ -20,16 +20,12 @@ import numpy as np
 
 from friction_bayes.conjugate.likelihood import Target, signal_log_likelihood
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.loop.infer.joint_problem import JointProblem, Member, Spread
-from friction_bayes.statespace.force_grid import (
-    ForcePrior,
-    GridPoint,
-    Posterior,
-    at_resonance,
-)
+from friction_bayes.statespace.force_grid import Posterior
+from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
 from friction_bayes.statespace.force_target import no_prior_draws
 from friction_bayes.statespace.interpolated_sums import InterpolatedSums
 from friction_bayes.statespace.kalman import shown
+from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.replication import drawn_fluctuation, drawn_noise
 
@@ -48,7 +44,7 @@ class JointTarget:
 
     Attributes
     ----------
-    problem : JointProblem
+    problem : Problem
     posterior : Posterior
         Of the problem.
     row : int
@@ -59,7 +55,7 @@ class JointTarget:
         Whether there is a random force.
     """
 
-    problem: JointProblem
+    problem: Problem
     posterior: Posterior
     row: int
     prior: ForcePrior
@@ -322,7 +318,7 @@ class JointTarget:
         return float(value + force)
 
     @cached_property
-    def _uncut(self) -> JointProblem:
+    def _uncut(self) -> Problem:
         """The set alone, its coefficients of either sign: the truncated mass cancels in the product."""
         members = [
             replace(
@@ -333,7 +329,7 @@ class JointTarget:
         ]
         place, sd = (-1, 0.0) if self._deviation is None else self._deviation
         spread = Spread(columns=np.array([place]), sd=np.array([sd]), log_prior=np.zeros(1))
-        return JointProblem(members, self.problem.own[self._chosen], spread)
+        return Problem(members, self.problem.own[self._chosen], spread)
 
 
 def _samples(regression: LawRegression) -> int:

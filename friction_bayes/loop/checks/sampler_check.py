@@ -1,4 +1,4 @@
-"""Comparison of the posterior of a law along the measured motion with a sampler's."""
+"""Comparison of the posterior of a law along measured motions with a sampler's."""
 
 from __future__ import annotations
 
@@ -8,90 +8,104 @@ import numpy as np
 import xarray as xr
 
 from friction_bayes.conjugate.likelihood import Target
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop.checks.check_friction import check_friction
-from friction_bayes.loop.checks.sensor_noise_target import sensor_noise_target
-from friction_bayes.loop.infer.law_draws import law_draws
-from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.statespace.force_target import force_target, half_cycle_blocks
+from friction_bayes.loop.checks.joint_target import JointTarget
+from friction_bayes.loop.infer.drawn_laws import draw_laws
+from friction_bayes.loop.infer.law_draws import unit_force
+from friction_bayes.loop.infer.law_fit import LawFit
+from friction_bayes.statespace.force_target import force_target, half_cycle_blocks, still_target
 
-__all__ = ["best_set", "check_random_force", "target_of_set"]
+__all__ = ["check_law", "target_of_set"]
 
-_CLOSED_FORM_DRAWS = 40_000
-
-
-def best_set(fit: ForceFit, *, forced: bool) -> int:
-    """The most probable set of columns, given that there is a random force or none."""
-    posterior = fit.posterior
-    return int(np.argmax(posterior.weight[(posterior.ratio > 0.0) == forced].sum(axis=0)))
+_CLOSED_FORM_DRAWS = 20_000
+_LEAST_STIFFNESS = -0.75
+"""Correction below which a law would hardly oscillate."""
 
 
-def target_of_set(fit: ForceFit, chosen: int, *, forced: bool) -> Target:
-    """Posterior of a set's coefficients, confined to their support, of noise and of any random force.
-
-    Columns are those along the measured motion and noise that grows is as found: neither is sampled.
-    """
-    columns = fit.sets.columns[chosen]
-    regression = fit.regression.of_columns(columns)
-    frictions = np.isin(np.flatnonzero(columns), fit.law.frictions)
-    order = fit.segment.order
-
-    blocks, signal = half_cycle_blocks(regression.clock.phase), fit.segment.values[: fit.samples]
-
-    def unit_force(law: Array) -> Array:
-        # as for the draws of the closed form: the factor to force stays that of the declared system
-        change = np.maximum(1.0 + law[:, regression.stiffness], 0.25)
-        return np.asarray(fit.law.unit_force * change ** (0.5 * (order - 2)))
-
-    def without_force(law: Array, noise: Array) -> dict[str, Array]:
-        friction = law[:, frictions].sum(axis=1) * unit_force(law)
-        return {"friction": friction, "noise_sd": noise * fit.unit}
-
-    def with_force(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
-        force = {"random_force_sd": q * unit_force(law), "correlation_time": tau / fit.w0}
-        return without_force(law, noise) | force
-
-    if not forced:
-        return sensor_noise_target(
-            regression, natural=without_force, blocks=blocks, signal=signal, unit=fit.unit
-        )
-    return force_target(
-        regression, fit.prior, natural=with_force, blocks=blocks, signal=signal, unit=fit.unit
-    )
-
-
-def check_random_force(
-    fit: ForceFit, factor: float, unit: str, seed: int, *, forced: bool
+def check_law(
+    fit: LawFit, cells: Mask, factor: float, unit: str, seed: int, *, forced: bool
 ) -> tuple[dict[str, Any], xr.DataTree | None]:
-    """Friction of the most probable set of columns, compared with emcee's.
+    """Comparison with emcee of the most probable columns, and spread, of the most probable candidate.
 
     Parameters
     ----------
-    fit : ForceFit
+    fit : LawFit
+    cells : ndarray of bool, shape (g, n)
+        Points and sets of the posterior that are the candidate.
     factor : float
         From friction of the declared system to what is reported.
     unit : str
         Of the latter.
     seed : int
     forced : bool
-        Whether the set of columns under a random force is meant, or that without one.
+        Whether the candidate has a random force.
 
     Returns
     -------
     dict
         As from :func:`friction_bayes.loop.checks.check_friction.check_friction`, with the ``share`` of the
-        fit that was sampled.
+        candidate that was sampled.
     xarray.DataTree or None
         What was sampled, if anything.
     """
-    chosen = best_set(fit, forced=forced)
-    weight = fit.posterior.weight[(fit.posterior.ratio > 0.0) == forced]
-    draws = law_draws(fit, np.random.default_rng(seed), _CLOSED_FORM_DRAWS)
-    check, tree = check_friction(
-        target_of_set(fit, chosen, forced=forced),
-        draws.friction[(draws.chosen == chosen) & ((draws.random_force > 0.0) == forced)],
-        factor=factor,
-        unit=unit,
-        seed=seed,
-    )
-    return check | {"share": float(weight[:, chosen].sum() / weight.sum())}, tree
+    posterior = fit.posterior
+    mine = cells & ((posterior.ratio > 0.0) == forced)[:, None]
+    weight = np.where(mine, posterior.weight, 0.0)
+    row = int(np.argmax(weight.sum(axis=0)))
+    share = float(weight[:, row].sum() / weight.sum())
+    weight[:, np.arange(weight.shape[1]) != row] = 0.0
+    drawn = draw_laws(fit, np.random.default_rng(seed), _CLOSED_FORM_DRAWS, weight)
+    target = target_of_set(fit, row, forced=forced)
+    check, tree = check_friction(target, drawn.friction, factor=factor, unit=unit, seed=seed)
+    return check | {"share": share}, tree
+
+
+def target_of_set(fit: LawFit, row: int, *, forced: bool) -> Target:
+    """Posterior of a set's coefficients, confined to their support, of noise and of any random force.
+
+    Columns are those along the measured motions and noise that grows is as found: neither is sampled. Of
+    several records each one's own coefficients are integrated out.
+
+    Parameters
+    ----------
+    fit : LawFit
+    row : int
+        Which of the posterior's sets.
+    forced : bool
+        Whether there is a random force.
+    """
+    first, columns = fit.fits[0], fit.problem.sets[row]
+
+    def force(laws: Array, stiffness: int) -> Array:
+        # as for the draws of the closed form: the factor to force stays that of the declared system
+        return unit_force(first, np.maximum(laws[:, stiffness], _LEAST_STIFFNESS))
+
+    if not fit.one:
+        everywhere = first.regression.stiffness
+        return JointTarget(
+            problem=fit.problem, posterior=fit.posterior, row=row, prior=fit.prior, forced=forced
+        ).target(
+            natural=lambda laws: {
+                "friction": laws[:, fit.law.frictions].sum(axis=1) * force(laws, everywhere)
+            },
+            signals=[each.segment.values[: each.samples] for each in fit.fits],
+            unit=first.unit,
+        )
+    regression = first.regression.of_columns(columns)
+    frictions = np.isin(np.flatnonzero(columns), fit.law.frictions)
+    blocks, signal = half_cycle_blocks(regression.clock.phase), first.segment.values[: first.samples]
+
+    def still(law: Array, noise: Array) -> dict[str, Array]:
+        friction = law[:, frictions].sum(axis=1) * force(law, regression.stiffness)
+        return {"friction": friction, "noise_sd": noise * first.unit}
+
+    def fluctuating(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
+        size = q * force(law, regression.stiffness)
+        return still(law, noise) | {"random_force_sd": size, "correlation_time": tau / first.w0}
+
+    if forced:
+        return force_target(
+            regression, fit.prior, natural=fluctuating, blocks=blocks, signal=signal, unit=first.unit
+        )
+    return still_target(regression, natural=still, blocks=blocks, signal=signal, unit=first.unit)

@@ -7,12 +7,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.loop.infer.law_draws import LawDraws
+from friction_bayes.loop.infer.draws import shared_out
+from friction_bayes.loop.infer.law_draws import LawDraws, laws_drawn, unit_force
+from friction_bayes.loop.infer.law_fit import LawFit, spreads_weighed
+from friction_bayes.loop.infer.truncated_normal import truncated_draws
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 
-__all__ = ["DrawnLaws"]
+__all__ = ["LEAST_PROBABILITY", "DrawnLaws", "draw_laws"]
+
+LEAST_PROBABILITY = 1e-4
+"""Probability of a set at a point of the grid below which nothing is drawn from it."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,16 +42,15 @@ class DrawnLaws:
     friction: Array
     spread: Array
 
-    @classmethod
-    def of_one(cls, draws: LawDraws) -> DrawnLaws:
-        """Those of one record."""
-        none = np.zeros_like(draws.friction)
-        return cls(records=(draws,), row=draws.chosen, friction=draws.friction, spread=none)
-
     @property
     def first(self) -> LawDraws:
         """Those of the first record."""
         return self.records[0]
+
+    @property
+    def of_first(self) -> DrawnLaws:
+        """The same as if the first record were the only one."""
+        return replace(self, records=self.records[:1], friction=self.first.friction)
 
     @property
     def frequency(self) -> Array:
@@ -79,6 +84,56 @@ class DrawnLaws:
             for r, draws in enumerate(self.records)
             for name, values in _parameters(draws, effect, chosen).items()
         }
+
+
+def draw_laws(fit: LawFit, rng: np.random.Generator, draws: int, weight: Array | None = None) -> DrawnLaws:
+    """Draws from each set at each point of the grid and each spread in proportion to its probability.
+
+    Another ``weight`` than the posterior's may be given, shape (points, sets).
+    """
+    posterior, problem = fit.posterior, fit.problem
+    weight = posterior.weight if weight is None else weight / weight.sum()
+    weight = np.where(weight > LEAST_PROBABILITY, weight, 0.0)
+    counts = shared_out(draws, weight.ravel(), rng)
+    laws = np.zeros((draws, len(fit.fits), problem.own.size))
+    mean = np.zeros((draws, problem.own.size))
+    point, row, noise = np.zeros(draws, np.intp), np.zeros(draws, np.intp), np.zeros(draws)
+    at = 0
+    for flat in np.flatnonzero(counts):
+        g, m = divmod(int(flat), weight.shape[1])
+        k = int(counts[flat])
+        here = slice(at, at + k)
+        said = problem.conditional(posterior.points[g], m)
+        low = np.where(problem.positive[said.columns], 0.0, -np.inf)
+        high = np.full(said.columns.size, np.inf)
+        shared = truncated_draws(said.mean, said.covariance, low, high, rng, k)
+        mean[here, said.columns] = shared
+        laws[here] = said.laws(shared, rng)
+        point[here], row[here], noise[here] = g, m, said.noise
+        at += k
+    chosen = problem.number[row]
+    records = tuple(
+        laws_drawn(
+            one,
+            laws[:, r],
+            point=point,
+            chosen=chosen,
+            ratio=posterior.ratio[point] * member.ratio(1.0),
+            tau=posterior.tau[point],
+            noise=noise * member.noise,
+            rng=rng,
+        )
+        for r, (one, member) in enumerate(zip(fit.fits, problem.members, strict=True))
+    )
+    frictions = fit.law.frictions
+    force = unit_force(fit.fits[0], records[0].stiffness)
+    spread = fit.level * fit.spread_of[row]
+    if not fit.one:
+        # a spread represents its part of the prior
+        least, second = spreads_weighed()[:2]
+        spread = spread * (second / least) ** rng.uniform(-0.5, 0.5, draws)
+    friction = mean[:, frictions].sum(axis=1) * force
+    return DrawnLaws(records=records, row=row, friction=friction, spread=spread * force)
 
 
 def _scores(draws: LawDraws, wanted: Mask) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop.columns.lines import Line
 from friction_bayes.loop.infer.moving_record import LawAlongMotion
-from friction_bayes.statespace.force_grid import GridPoint
+from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.kalman import whiten
 
 __all__ = ["finer_lines", "lines_that_show"]

@@ -12,6 +12,7 @@ from friction_bayes.loop import settings
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.infer.moving_record import LawAlongMotion
 from friction_bayes.statespace.force_grid import Posterior
+from friction_bayes.statespace.problem import Problem
 
 __all__ = ["better_but_impossible", "impossible", "integrate_possible"]
 
@@ -42,7 +43,7 @@ def integrate_possible(
         while better.any():
             # sets that are then the best there are removed at once: integrating again is costly
             found, best = found.without(better), posterior.best
-            problem = found.regression.problem
+            problem = Problem.of(found.regression)
             again = replace(best, found=problem.weigh(best.ratio, best.tau))
             better = better_but_impossible(found, Posterior(problem, [again]))
         posterior = integrated(found)

@@ -16,7 +16,7 @@ from scipy import stats
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.loop import settings
-from friction_bayes.statespace.force_grid import GridPoint
+from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.kalman import Clock, jump_scores
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import Motion

@@ -1,4 +1,4 @@
-"""Draws from the posterior of a law under a random force, summarised by every number of the report."""
+"""Draws of the law of one record and of its random force, summarised by every number of the report."""
 
 from __future__ import annotations
 
@@ -12,15 +12,9 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.columns.lines import Line
-from friction_bayes.loop.infer.draws import shared_out
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.infer.truncated_normal import truncated_draws
-from friction_bayes.statespace.subset_evidence import set_posterior
 
-__all__ = ["LEAST_PROBABILITY", "LawDraws", "law_draws", "laws_drawn", "unit_force"]
-
-LEAST_PROBABILITY = 1e-4
-"""Probability of a set at a point of the grid below which nothing is drawn from it."""
+__all__ = ["LawDraws", "laws_drawn", "unit_force"]
 
 _STEPS = (0.5 * (math.sqrt(5.0) - 1.0), math.sqrt(2.0) - 1.0)
 """Multiples of each, less their whole parts, fill the unit interval evenly from any of them on, and those of
@@ -108,42 +102,6 @@ class LawDraws:
         return found
 
 
-def law_draws(fit: ForceFit, rng: np.random.Generator, draws: int, weight: Array | None = None) -> LawDraws:
-    """Draws from each set at each point of the grid in proportion to its probability.
-
-    Another ``weight`` than the posterior's may be given, shape (points, sets).
-    """
-    posterior = fit.posterior
-    weight = posterior.weight if weight is None else weight / weight.sum()
-    weight = np.where(weight > LEAST_PROBABILITY, weight, 0.0)
-    counts = shared_out(draws, weight.ravel(), rng)
-    coefficients = np.zeros((draws, fit.law.scale.size))
-    point, chosen = np.zeros(draws, dtype=np.intp), np.zeros(draws, dtype=np.intp)
-    noise = np.zeros(draws)
-    at = 0
-    for flat in np.flatnonzero(counts):
-        g, m = divmod(int(flat), weight.shape[1])
-        k = int(counts[flat])
-        mine = np.flatnonzero(fit.sets.columns[m])
-        mean, covariance = _set_posterior(fit, g, m)
-        low = np.where(fit.law.positive[mine], 0.0, -np.inf)
-        drawn = truncated_draws(mean, covariance, low, np.full(mine.size, np.inf), rng, k)
-        coefficients[at : at + k, mine] = drawn
-        point[at : at + k], chosen[at : at + k] = g, m
-        noise[at : at + k] = np.sqrt(posterior.points[g].found.noise2[m])
-        at += k
-    return laws_drawn(
-        fit,
-        coefficients,
-        point=point,
-        chosen=chosen,
-        ratio=posterior.ratio[point],
-        tau=posterior.tau[point],
-        noise=noise,
-        rng=rng,
-    )
-
-
 def laws_drawn(
     fit: ForceFit,
     coefficients: Array,
@@ -183,15 +141,3 @@ def _noise_growth(fit: ForceFit, noise: Array, rng: np.random.Generator) -> Arra
     scatter = np.exp(fit.growth.log_sd * rng.standard_normal(noise.size))
     # as the noise, of a sample: those of a block were averaged
     return np.asarray(fit.growth.ratio * noise * scatter * np.sqrt(fit.segment.block))
-
-
-def _set_posterior(fit: ForceFit, g: int, m: int) -> tuple[Array, Array]:
-    """Mean and covariance of a set's coefficients at a point of the grid, before they are cut at zero."""
-    point, regression = fit.posterior.points[g], fit.regression
-    gram = regression.whiten_at(point.ratio, point.tau).gram
-    found = point.found
-    mean, covariance = set_posterior(
-        gram, regression.reference, fit.sets.columns[m], found.full_noise2, found.noise2[m]
-    )
-    scale = fit.law.scale[fit.sets.columns[m]]
-    return mean * scale, covariance * np.outer(scale, scale)

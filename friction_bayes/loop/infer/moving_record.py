@@ -27,7 +27,7 @@ from friction_bayes.mechanics.effects import EFFECTS, Effect, ForceEffect, Scale
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 from friction_bayes.mechanics.pendulum import frequency_ratio
-from friction_bayes.statespace.force_grid import ForcePrior
+from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import LawRegression

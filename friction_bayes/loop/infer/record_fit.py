@@ -33,7 +33,8 @@ from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import SensorError
 from friction_bayes.loop.noise.growing_noise import NoiseGrowth
 from friction_bayes.mechanics.effects import Scales
-from friction_bayes.statespace.force_grid import ForcePrior, Posterior
+from friction_bayes.statespace.force_grid import Posterior
+from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, shown
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import LawRegression
@@ -184,7 +185,10 @@ class ForceFit:
     def among(self, cells: Mask) -> ForceFit:
         """The same given that the truth is at some of the points and sets, ``cells`` of shape (g, m)."""
         posterior = self.posterior.among(cells)
-        coefficients = posterior.best_law()
+        return self.under(posterior, posterior.best_law())
+
+    def under(self, posterior: Posterior, coefficients: Array) -> ForceFit:
+        """The same under another posterior, its motion smoothed with the law of these coefficients."""
         motion = self.regression.smoothed(coefficients, posterior.best)
         return replace(self, posterior=posterior, coefficients=coefficients, motion=motion)
 

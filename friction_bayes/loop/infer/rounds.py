@@ -30,7 +30,9 @@ from friction_bayes.loop.noise.colour import Colour, colour_near_motion, colour_
 from friction_bayes.loop.noise.correlated_error import NO_ERROR, SensorError, find_sensor_error
 from friction_bayes.loop.noise.robust_samples import LeftOut, come_anywhere, outlying
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
-from friction_bayes.statespace.force_grid import GridPoint, Posterior, integrate
+from friction_bayes.statespace.force_grid import Posterior, integrate
+from friction_bayes.statespace.force_prior import GridPoint
+from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import Motion
 
@@ -135,7 +137,7 @@ class Round:
         prior = self.found.prior.without_force if self.alone else self.found.prior
 
         def integrated(found: LawAlongMotion) -> Posterior:
-            problem = found.regression.problem
+            problem = Problem.of(found.regression)
             return integrate(problem, prior, self.motion.noise, near=self.near, only_mode=True)
 
         return integrate_possible(self.found, integrated)[1]

@@ -25,6 +25,7 @@ from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
 from friction_bayes.mechanics.effects.inclusion import PRIOR_LOG_ODDS
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.statespace.force_grid import Posterior, integrate
+from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
 
 __all__ = ["NoiseHypothesis", "SensorNoise", "log_convention", "weigh_sensor_noise"]
@@ -133,7 +134,7 @@ def weigh_sensor_noise(
     best, white = weighed[chosen], weighed[0].log_weight
     posterior = best.posterior
     if best.growth is not None and best.growth.found:
-        posterior = integrate(best.regression.problem, along.prior, posterior.best.noise)
+        posterior = integrate(Problem.of(best.regression), along.prior, posterior.best.noise)
     noise = SensorNoise(
         hypotheses=tuple(NoiseHypothesis(w.effects, w.log_weight - white) for w in weighed),
         chosen=chosen,
@@ -161,7 +162,7 @@ def _given_samples(
     clock = record.clock_along(along.path, along.law.feedback, along.w0)
     along = along._replace(regression=replace(along.regression, clock=clock))
     regression = along.regression
-    posterior = integrate(regression.problem, along.prior, regression.motion.noise)
+    posterior = integrate(Problem.of(regression), along.prior, regression.motion.noise)
     left = LeftOut.under(
         record.segment, record.scales, regression, along.w0, posterior.best_law(), posterior.best
     )

@@ -1,32 +1,42 @@
-"""Candidates evaluated along measured motions, of one record or of several: what both report."""
+"""Candidates evaluated along measured motions, of one or several records, and what is reported of them."""
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Callable, Iterator
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.core.system import Oscillator
+from friction_bayes.core.text import percent
+from friction_bayes.loop import settings
+from friction_bayes.loop.checks.contradictions import contradictions
 from friction_bayes.loop.checks.force_tests import LeftOver, what_is_left, worst_of
 from friction_bayes.loop.checks.forecast import forecast
 from friction_bayes.loop.checks.held_out import Forecast
-from friction_bayes.loop.data.friction import friction_scale
+from friction_bayes.loop.checks.sampler_check import check_law
+from friction_bayes.loop.checks.witnesses import Witnesses, two_witnesses
+from friction_bayes.loop.data.friction import friction_scale, scale_draws
 from friction_bayes.loop.data.model import LoopModel
+from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
+from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.loop.infer.cells import Cells
-from friction_bayes.loop.infer.drawn_laws import DrawnLaws
+from friction_bayes.loop.infer.drawn_laws import LEAST_PROBABILITY, DrawnLaws, draw_laws
 from friction_bayes.loop.infer.draws import DRAWS
+from friction_bayes.loop.infer.law_fit import LawFit, fit_law
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
 from friction_bayes.loop.mixture.slight_beside_law import friction_with_slight_effects
-from friction_bayes.loop.mixture.slight_effects import SlightEffect
-from friction_bayes.loop.mixture.slight_force import SlightForce
+from friction_bayes.loop.mixture.slight_force import slight_force
+from friction_bayes.loop.mixture.unknowable import unknowable
 from friction_bayes.loop.noise.likelihood import NoiseModel
+from friction_bayes.loop.report.between_records import friction_between_records
 from friction_bayes.loop.report.contender import drawn_contender
 from friction_bayes.loop.report.effect_summaries import (
     clipping_parameters,
@@ -41,22 +51,24 @@ from friction_bayes.loop.report.motion_trace import motion_trace
 from friction_bayes.loop.report.next_experiment import Contender
 from friction_bayes.loop.report.reference_force import ResistingForce
 from friction_bayes.loop.report.result import RecordTrace
+from friction_bayes.loop.simulation.coulomb import coulomb_model
 from friction_bayes.loop.simulation.fit import LoopFit, fit_model
 from friction_bayes.loop.simulation.residual_tests import ResidualTests
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
-__all__ = ["Candidates"]
+__all__ = ["Candidates", "candidates_of"]
 
 
-class Candidates(ABC):
-    """Candidates evaluated along measured motions, of one record or of several.
+class Candidates:
+    """Sets of effects, with a random force or none, one friction or one of each record, evaluated on records.
 
     Parameters
     ----------
     before : LoopFit
         The Coulomb model alone.
+    fit : LawFit
     tolerance : float
         Share of friction below which a force that depends on the motion does not matter.
     rng : numpy.random.Generator
@@ -73,55 +85,107 @@ class Candidates(ABC):
         The steps that led to them.
     """
 
-    slight_force: SlightForce | None = None
-    cells: Cells
-    sets: tuple[frozenset[str], ...]
-    probabilities: Array
-    trail: tuple[str, ...]
-
-    def __init__(self, before: LoopFit, tolerance: float, rng: np.random.Generator) -> None:
-        self.before = before
+    def __init__(self, before: LoopFit, fit: LawFit, tolerance: float, rng: np.random.Generator) -> None:
+        self.before, self.fit = before, fit
         self._tolerance = tolerance
         self._rng_draws, self._rng_forecast, self._rng_reading = rng.spawn(3)
+        self.slight_force = slight_force(fit)
+        self.cells = _cells(fit)
+        by_set = {frozenset[str](): 0.0} | self.cells.probabilities
+        ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
+        self.sets = tuple(names for names, _ in ranked)
+        self.probabilities = np.array([p for _, p in ranked])
+        self.probabilities /= self.probabilities.sum()
+        self.trail = tuple(_trail(fit))
 
     @property
-    @abstractmethod
-    def best(self) -> tuple[ForceFit, ...]:
-        """Each record under the most probable candidate."""
+    def _weight(self) -> Array:
+        """Posterior of the points and of the sets with a spread, zero for those of no candidate."""
+        kept = self.cells.total > 0.0
+        return self.fit.posterior.weight * kept[:, self.fit.problem.number]
 
     @property
-    @abstractmethod
+    def _of_first(self) -> Mask:
+        """Points and sets of the records that are the most probable candidate, shape (g, m)."""
+        # it may lack some of its sets of columns, where one of its shapes is impossible
+        own = (self.cells.places(self.sets[:1]) == 0) & (self.cells.weight > 0.0)
+        return np.asarray(own.any(axis=0))
+
+    @cached_property
     def laws(self) -> DrawnLaws:
         """Draws over all candidates."""
+        return draw_laws(self.fit, self._rng_draws, DRAWS, self._weight)
 
-    @property
-    @abstractmethod
+    @cached_property
+    def best(self) -> tuple[ForceFit, ...]:
+        """Each record under the most probable candidate."""
+        return self.fit.among(self._of_first).fits
+
+    @cached_property
     def reading(self) -> Reading:
-        """Friction by all candidates."""
+        """Friction by all sets, whether candidates or not."""
+        laws = draw_laws(self.fit, self._rng_reading, DRAWS)
+        shift = max(_friction_shift(fit, what_is_left(fit)) for fit in self.fit.fits)
+        moved = _moved(laws.friction, shift, self._rng_reading)
+        return Reading("the sets evaluated along the measured motion", moved)
 
-    @abstractmethod
     def check(self, seed: int) -> tuple[dict[str, Any], xr.DataTree | None]:
         """The posterior of the most probable candidate compared with a sampler's.
 
         ``share`` is the sampled share of the candidate's probability; the tree has the samples, if any.
         """
+        factor, unit = friction_scale(self.before.model)
+        mine = self._of_first[:, self.fit.problem.number] & (self._weight > 0.0)
+        return check_law(self.fit, mine, factor, unit, seed, forced=self._fluctuates)
 
-    @abstractmethod
+    @cached_property
+    def _witnesses(self) -> Witnesses | None:
+        """In the best law of one record, friction in the unit of the report; None without a random force."""
+        if not (self.fit.one and self._fluctuates):
+            return None
+        factor, unit = friction_scale(self.before.model)
+        return two_witnesses(self.best[0], factor * self.fit.law.unit_force, unit)
+
     def witnesses(self) -> dict[str, Any] | None:
         """Friction by the loss of amplitude and by the shape within a cycle; None where not compared."""
+        found = self._witnesses
+        if found is None:
+            return None
+        return {"loss": found.loss.to_dict(), "shape": found.shape.to_dict(), "agree": found.agree}
 
-    @abstractmethod
     def between_records(self) -> dict[str, Any] | None:
-        """Friction of each record and its spread between them; None where it is one friction."""
+        """Friction of each of several records and its spread between them."""
+        if self.fit.one:
+            return None
+        model = self.before.model
+        _, unit = friction_scale(model)
+        rng_scale, rng_alone = self._rng_reading.spawn(2)
+        return friction_between_records(
+            self.laws,
+            self.fit.alone,
+            shift=self._friction - self.laws.friction,
+            probability=self._differs,
+            scale=scale_draws(model, self.laws.frequency, DRAWS, rng_scale),
+            unit=unit,
+            rng=rng_alone,
+        )
 
-    def _rank(self, cells: Cells) -> None:
-        """Make these cells the candidates, the most probable first; all mixtures have the empty set."""
-        self.cells = cells
-        by_set = {frozenset[str](): 0.0} | cells.probabilities
-        ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
-        self.sets = tuple(names for names, _ in ranked)
-        self.probabilities = np.array([p for _, p in ranked])
-        self.probabilities /= self.probabilities.sum()
+    @cached_property
+    def _contradictions(self) -> tuple[str, ...]:
+        """Effects for which the records contradict a common size."""
+        return tuple(contradictions(self.fit))
+
+    @cached_property
+    def _differs(self) -> float:
+        """Probability that friction differs between the records."""
+        weight = self._weight
+        return float(weight[:, self.fit.spread_of > 0.0].sum() / weight.sum())
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether the records contradict one friction for all, if it is not known to differ, or one law."""
+        known = bool((self.fit.spreads > 0.0).all())
+        return bool(self._contradictions) or (not known and self._differs >= settings.SETTINGS.credible_mass)
 
     @cached_property
     def candidate(self) -> Integers:
@@ -156,11 +220,6 @@ class Candidates(ABC):
         return worst_of(self._left)
 
     @property
-    def contradicted(self) -> bool:
-        """One record contradicts nothing."""
-        return False
-
-    @property
     def explains(self) -> bool:
         return not any(
             left.matters(self._tolerance, fit.comparable_friction(self.laws.friction))
@@ -180,19 +239,10 @@ class Candidates(ABC):
             squares=np.sum(laws.scores**2, axis=1),
         )
 
-    @abstractmethod
-    def _slight_beside(self, g: int, row: int) -> Iterable[SlightEffect]:
-        """Nuisances in addition to a set of the posterior at a point of its grid."""
-
     @cached_property
     def _friction(self) -> Array:
         """Draws of friction [N or N m]: those of the laws, widened by slight effects."""
-        return friction_with_slight_effects(self.laws, self._slight_beside, self._rng_draws)
-
-    def _reading(self, what: str, fits: tuple[ForceFit, ...], laws: DrawnLaws) -> Reading:
-        """Friction by some laws, with its shift by the residual of the most probable one."""
-        shift = max(_friction_shift(fit, what_is_left(fit)) for fit in fits)
-        return Reading(what, _moved(laws.friction, shift, self._rng_reading))
+        return friction_with_slight_effects(self.laws, self.fit, self._rng_draws)
 
     def parameters(self, name: str) -> dict[str, dict[str, Any]]:
         fit = self.best[0]
@@ -220,7 +270,7 @@ class Candidates(ABC):
     def variables(self) -> dict[str, Array]:
         fit, best = self.best[0], self._of_best
         declared = math.log(fit.w0 / fit.system.natural_frequency)
-        return {
+        found = {
             "friction": self.laws.friction[best],
             LOG_FREQUENCY_RATIO: declared + 0.5 * np.log1p(self.laws.first.stiffness[best]),
         } | {
@@ -228,16 +278,32 @@ class Candidates(ABC):
             for name in self.sets[0] - {OUTLIERS.name, SENSOR_CLIPPING.name}
             for parameter, values in self.laws.parameters(name, best).items()
         }
+        if not self.fit.one:
+            found["friction_spread"] = self.laws.spread[best]
+            for r, one in enumerate(self.laws.records):
+                found[f"friction[{r}]"] = one.friction[best]
+                found[f"displacement[{r}]"] = one.coefficients[best, 0]
+                found[f"velocity[{r}]"] = one.coefficients[best, 1] * one.fit.w0
+        return found
 
     def left(self) -> dict[str, Any]:
-        """The largest force that follows the motion, if any, of the record whose friction it shifts most."""
+        """The largest force that follows the motion, if any, of the record whose friction it shifts most.
+
+        Where the two witnesses of one record disagree, friction may be that of the loss: the shape within a
+        cycle is biased by errors of the sensor that follow the direction, and by a law that is not quite the
+        contact's.
+        """
         fit, left = self.best[self._worst], self._left[self._worst]
         rms = 0.0 if left.worst is None else left.worst.signal
+        shift, found = _friction_shift(fit, left), self._witnesses
+        if found is not None and not found.agree:
+            factor, _ = friction_scale(self.before.model)
+            shift = max(shift, abs(found.loss.mean / factor - float(self._friction[self._of_best].mean())))
         return {
             "record": fit.segment.decay.name,
             "structured_rms": rms,
             "share_of_amplitude": rms / (float(np.max(np.abs(fit.path.x))) * fit.unit),
-            "friction_could_shift_by": _friction_shift(fit, left),
+            "friction_could_shift_by": shift,
             **left.to_left(),
         }
 
@@ -283,7 +349,7 @@ class Candidates(ABC):
                     f"{fit.segment.decay.name}: the random force jumps as no normal one does (kurtosis "
                     f"{left.jumps:.2g}, where 3 is normal): something slips or knocks now and then"
                 )
-        return tuple(told)
+        return (*told, *self._contradictions)
 
     @property
     def fitted(self) -> tuple[int, int, int]:
@@ -299,7 +365,7 @@ class Candidates(ABC):
 
     def simulated(self) -> tuple[LoopModel, Array]:
         """The most probable law, fitted to the first record as far as it follows that."""
-        law = drawn_contender(DrawnLaws.of_one(self.laws.first), self._of_best)
+        law = drawn_contender(self.laws.of_first, self._of_best)
         if law is None:
             return self.before.model, self.before.z
         fit = fit_model(law.model, [NoiseModel()], law.z)
@@ -316,6 +382,77 @@ class Candidates(ABC):
 
     def contender(self, names: frozenset[str]) -> Contender | None:
         return drawn_contender(self.laws, self.candidate == self.sets.index(names))
+
+
+def candidates_of(
+    segments: tuple[Segment, ...],
+    system: Oscillator,
+    options: LoopOptions,
+    rng: np.random.Generator,
+    progress: Callable[[str], None] | None = None,
+) -> Candidates:
+    """Candidates of one or several records.
+
+    Parameters
+    ----------
+    segments : tuple of Segment, length r
+    system : Oscillator
+        The declared system.
+    options : LoopOptions
+    rng : numpy.random.Generator
+        Of the draws.
+    progress : callable, optional
+        Called with the name of each record.
+
+    Raises
+    ------
+    InputError
+        If a record holds too few turning points, or no Coulomb decay can be fitted.
+    """
+    varying, noise = options.varying_friction, options.noise
+    fit = fit_law(segments, system, options.allowed, varying=varying, noise=noise, progress=progress)
+    return Candidates(coulomb_model(system, segments), fit, options.tolerance, rng)
+
+
+def _cells(fit: LawFit) -> Cells:
+    """All sets that the samples can determine and whose friction resists, under each kind of noise."""
+    nothing = set.intersection(*(unknowable(one) for one in fit.alone))
+    known = np.array([not names & nothing for names in fit.sets.effects]) & ~fit.impossible
+    certain = frozenset({SENSOR_CLIPPING.name} if any(one.segment.clipped for one in fit.alone) else ())
+    noises = {certain: 1.0}
+    for one in fit.alone:
+        # what one sensor has, the records have
+        pairs = list(product(noises.items(), one.sensor_noise.probabilities.items()))
+        noises = dict.fromkeys((names | more for (names, _), (more, _) in pairs), 0.0)
+        for (names, share), (more, probability) in pairs:
+            noises[names | more] += share * probability
+    weights = [probability * known * fit.weight for probability in noises.values()]
+    return Cells(np.array(weights), fit.posterior.ratio > 0.0, fit.sets.effects, list(noises))
+
+
+def _trail(fit: LawFit) -> Iterator[str]:
+    """How the candidates were found."""
+    sets = f"{len(fit.sets.effects)} sets of effects evaluated"
+    if not fit.one:
+        yield f"along the measured motions: {sets} on {len(fit.alone)} records together"
+        return
+    one = fit.alone[0]
+    lines = ", ".join(map(str, one.lines))
+    yield (
+        f"along the measured motion: {sets}"
+        + (
+            f" with and without a random force, log evidence {one.log_gain:+.1f} with it"
+            if one.forced
+            else " without a random force"
+        )
+        + (f"; lines that may be there: {lines}" if lines else "")
+    )
+    share = float(one.posterior.weight[:, one.impossible].sum())
+    if share >= LEAST_PROBABILITY:
+        yield (
+            f"sets in which friction pushes or sensor effects hide the motion, {percent(share)} likely, "
+            "are left out"
+        )
 
 
 def _parameters_of_sensor(name: str, fit: ForceFit, units: dict[str, str]) -> dict[str, dict[str, Any]]:

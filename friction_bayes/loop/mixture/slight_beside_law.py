@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from itertools import chain
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array, Mask
-from friction_bayes.loop.columns.law_columns import LawColumns
+from friction_bayes.core.arrays import Array
 from friction_bayes.loop.infer.drawn_laws import DrawnLaws
-from friction_bayes.loop.infer.joint_fit import JointFit
-from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.mixture.slight_effects import SlightEffect, slight_beside, with_slight_effects
-from friction_bayes.statespace.subset_evidence import set_posterior
 
-__all__ = ["beside_joint_set", "beside_set", "friction_with_slight_effects"]
+__all__ = ["friction_with_slight_effects", "slight_effects_of"]
 
 
-def friction_with_slight_effects(
-    laws: DrawnLaws, beside: Callable[[int, int], Iterable[SlightEffect]], rng: np.random.Generator
-) -> Array:
+def friction_with_slight_effects(laws: DrawnLaws, fit: LawFit, rng: np.random.Generator) -> Array:
     """Draws of friction [N or N m], shape (k,), with the uncertainty from slight effects included.
 
     See :mod:`friction_bayes.loop.mixture.slight_effects`.
@@ -29,74 +24,33 @@ def friction_with_slight_effects(
     Parameters
     ----------
     laws : DrawnLaws
-    beside : callable, (point of the grid, set of the posterior) -> iterable of SlightEffect
-        The nuisances in addition to that set.
+    fit : LawFit
+        From which they were drawn.
     rng : numpy.random.Generator
     """
     friction = laws.friction.copy()
     kinds, kind = np.unique(np.column_stack([laws.first.point, laws.row]), axis=0, return_inverse=True)
     for i, (g, row) in enumerate(kinds):
         mine = kind.ravel() == i
-        friction[mine] = with_slight_effects(friction[mine], beside(int(g), int(row)), rng)
+        friction[mine] = with_slight_effects(friction[mine], slight_effects_of(fit, int(g), int(row)), rng)
     return friction
 
 
-def beside_set(fit: ForceFit, g: int, m: int) -> Iterator[SlightEffect]:
-    """The nuisances in addition to a set of one record at a point of the grid."""
-    point = fit.posterior.points[g]
-    gram = fit.regression.whiten_at(point.ratio, point.tau).gram
-    columns, lam, noise2 = fit.sets.columns[m], point.found.full_noise2, float(point.found.noise2[m])
-
-    def posterior(beside: Mask) -> tuple[Array, Array]:
-        return set_posterior(gram, fit.regression.reference, beside, lam, noise2)
-
-    return _beside(fit.law, fit.sets.effects[m], columns, np.ones_like(columns), lam / noise2, posterior)
-
-
-def beside_joint_set(fit: JointFit, g: int, row: int) -> Iterator[SlightEffect]:
-    """The nuisances in addition to a set of several records, except those that are each record's own."""
-    problem, point, law = fit.problem, fit.posterior.points[g], fit.along[0].law
-    effects = fit.along[0].sets.effects[problem.number[row]]
+def slight_effects_of(fit: LawFit, g: int, row: int) -> Iterator[SlightEffect]:
+    """The nuisances in addition to a set of the posterior at a point, except what is each record's own."""
+    problem, law, point = fit.problem, fit.law, fit.posterior.points[g]
+    columns, effects = problem.sets[row], fit.sets.effects[problem.number[row]]
     prior = point.found.full_noise2 / float(point.found.noise2[row])
-
-    def posterior(beside: Mask) -> tuple[Array, Array]:
-        return problem.shared_posterior(point, row, beside)
-
-    return _beside(law, effects, problem.sets[row], ~problem.own, prior, posterior)
-
-
-def _beside(
-    law: LawColumns,
-    effects: frozenset[str],
-    columns: Mask,
-    offered: Mask,
-    prior: float,
-    posterior: Callable[[Mask], tuple[Array, Array]],
-) -> Iterator[SlightEffect]:
-    """The nuisances in addition to a set.
-
-    Parameters
-    ----------
-    law : LawColumns
-    effects : frozenset of str
-        Of the set.
-    columns, offered : ndarray of bool, shape (p,)
-        Columns of the set, and those that a nuisance may have.
-    prior : float
-        Precision of a coefficient's prior.
-    posterior : callable
-        Mean and covariance of the coefficients in some columns, before they are cut at zero.
-    """
     rubs = columns & np.isin(np.arange(columns.size), law.frictions)
     if not rubs.any():
         return
     for name in slight_beside(effects):
         for j in chain(*law.alternatives(name)):
-            if not offered[j]:
+            if problem.own[j]:
                 continue
             beside = columns.copy()
             beside[j] = True
-            mean, covariance = posterior(beside)
+            mean, covariance = problem.shared_posterior(point, row, beside)
             own, friction = (int(np.count_nonzero(beside[:c])) for c in (j, int(np.flatnonzero(rubs)[0])))
             variance = float(covariance[own, own])
             information = 1.0 / variance - prior

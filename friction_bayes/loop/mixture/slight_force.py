@@ -18,7 +18,7 @@ from scipy.special import expit, logit, softmax
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop import settings
-from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.loop.infer.law_fit import LawFit
 
 __all__ = ["SlightForce", "slight_force"]
 
@@ -49,17 +49,17 @@ class SlightForce:
         return np.where(moved >= 0.0, moved, friction)
 
 
-def slight_force(fit: ForceFit) -> SlightForce | None:
-    """The force that a record may hide, in addition to its most probable law without one.
+def slight_force(fit: LawFit) -> SlightForce | None:
+    """The force that records may hide, in addition to their most probable law without one.
 
     Returns
     -------
     SlightForce or None
-        None where that law has no dry friction, or the record determines every force.
+        None where that law has no dry friction, or the records determine every force.
     """
     none = next(point for point in fit.posterior.points if point.ratio == 0.0)
     best = none.chosen
-    rubs = np.flatnonzero(fit.sets.columns[best] & np.isin(np.arange(fit.law.scale.size), fit.law.frictions))
+    rubs = np.flatnonzero(fit.problem.sets[best] & np.isin(np.arange(fit.law.scale.size), fit.law.frictions))
     if rubs.size == 0:
         return None
     j = int(rubs[0])
@@ -76,7 +76,7 @@ def slight_force(fit: ForceFit) -> SlightForce | None:
     gain = np.exp([point.found.log_weight[best] - none.found.log_weight[best] for point in hidden])
     bayes_factor = float(volume @ gain)
     share = volume * gain / bayes_factor
-    marginals = [fit.posterior.problem.marginals(point, best) for point in (none, *hidden)]
+    marginals = [fit.problem.marginals(point, best) for point in (none, *hidden)]
     location, scale2 = np.array(marginals)[:, :, j].T
     mean, variance = location[1:], scale2[1:]
     middle = float(share @ mean)

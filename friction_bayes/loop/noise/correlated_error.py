@@ -24,7 +24,8 @@ from scipy.optimize import minimize
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop import settings
-from friction_bayes.statespace.force_grid import ForcePrior, Posterior, at_resonance
+from friction_bayes.statespace.force_grid import Posterior
+from friction_bayes.statespace.force_prior import ForcePrior, at_resonance
 from friction_bayes.statespace.kalman import Clock, CorrelatedError, whiten
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.subset_evidence import weigh_sets

@@ -32,7 +32,7 @@ from friction_bayes.loop.noise.likelihood import (
     log_densities,
 )
 from friction_bayes.mechanics.effects import Scales
-from friction_bayes.statespace.force_grid import GridPoint
+from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import Motion
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
-from friction_bayes.loop.infer.drawn_laws import DrawnLaws
+from friction_bayes.loop.infer.drawn_laws import DrawnLaws, draw_laws
 from friction_bayes.loop.infer.draws import DRAWS
-from friction_bayes.loop.infer.law_draws import law_draws
+from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.record_fit import ForceFit
 
 __all__ = ["friction_between_records"]
@@ -63,7 +63,7 @@ def friction_between_records(
 
 def _reduced_chi_square(alone: Sequence[ForceFit], rng: np.random.Generator) -> float:
     """Reduced chi-square of the frictions by each record alone, about their weighted mean."""
-    drawn = [law_draws(one, rng, DRAWS).friction for one in alone]
+    drawn = [draw_laws(LawFit.of(one), rng, DRAWS).friction for one in alone]
     mean, weight = np.array([x.mean() for x in drawn]), np.array([1.0 / x.var() for x in drawn])
     centre = float(weight @ mean / weight.sum())
     return float(weight @ (mean - centre) ** 2 / (len(drawn) - 1))

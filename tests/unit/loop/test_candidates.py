@@ -13,10 +13,8 @@ from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.cells import Cells
 from friction_bayes.loop.infer.draws import DRAWS
 from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
-from friction_bayes.loop.mixture.candidates import Candidates
-from friction_bayes.loop.mixture.joint_candidates import JointCandidates, candidates_together
+from friction_bayes.loop.mixture.candidates import Candidates, candidates_of
 from friction_bayes.loop.mixture.mixture import Mixture, mixture_of
-from friction_bayes.loop.mixture.record_candidates import RecordCandidates, candidates_of_record
 from friction_bayes.loop.report.contender import drawn_contender
 from loop_options import loop_options
 
@@ -48,19 +46,19 @@ def releases(count: int, share: float = 0.3):  # type: ignore[no-untyped-def]
     return cut_records(records, SYSTEM)
 
 
-def alone() -> RecordCandidates:
+def alone() -> Candidates:
     """Without a random force, which may not act."""
     (segment,), options = releases(1, 0.0), loop_options(ALLOWED, random_force="none")
-    return candidates_of_record(segment, SYSTEM, options, np.random.default_rng(1))
+    return candidates_of((segment,), SYSTEM, options, np.random.default_rng(1))
 
 
-def forced() -> RecordCandidates:
-    return candidates_of_record(releases(1)[0], SYSTEM, loop_options(ALLOWED), np.random.default_rng(2))
+def forced() -> Candidates:
+    return candidates_of(releases(1), SYSTEM, loop_options(ALLOWED), np.random.default_rng(2))
 
 
-def together(share: float = 0.3) -> JointCandidates:
+def together(share: float = 0.3) -> Candidates:
     rng, options = np.random.default_rng(3), loop_options(ALLOWED)
-    return candidates_together(releases(2, share), SYSTEM, options, rng, None)
+    return candidates_of(releases(2, share), SYSTEM, options, rng)
 
 
 @pytest.fixture(scope="module", params=[alone, forced, together])
@@ -69,12 +67,12 @@ def candidates(request: pytest.FixtureRequest) -> Candidates:
 
 
 @pytest.fixture(scope="module")
-def joint() -> JointCandidates:
+def joint() -> Candidates:
     return together()
 
 
 def records(candidates: Candidates) -> int:
-    return 2 if isinstance(candidates, JointCandidates) else 1
+    return len(candidates.fit.fits)
 
 
 def test_candidates_are_ranked_and_drawn_by_their_evidence(candidates: Candidates) -> None:
@@ -200,14 +198,14 @@ def test_candidates_agree_on_friction_each_by_itself(
     assert mixture.same_friction(len(means)) == agree
 
 
-def test_between_records_each_has_a_friction(joint: JointCandidates) -> None:
+def test_between_records_each_has_a_friction(joint: Candidates) -> None:
     between = joint.between_records()
     assert 0.0 < between["probability"] < 1.0
     for record in between["records"]:
         assert record["friction"]["mean"] == pytest.approx(0.07, abs=5.0 * record["friction"]["sd"])
 
 
-def test_a_further_record_would_have_a_friction_of_its_own(joint: JointCandidates) -> None:
+def test_a_further_record_would_have_a_friction_of_its_own(joint: Candidates) -> None:
     every, spread = np.ones(DRAWS, np.bool_), np.full(DRAWS, 0.01)
     one, other = (drawn_contender(replace(joint.laws, spread=sd), every) for sd in (np.zeros(DRAWS), spread))
     assert one is not None

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_bayes.loop.infer.law_draws import law_draws
+from friction_bayes.loop.infer.drawn_laws import draw_laws
+from friction_bayes.loop.infer.law_fit import LawFit
 from unsteady_decays import bent_record, fitted, ringing_record
 
 
@@ -13,7 +14,7 @@ def test_a_parameter_is_drawn_with_the_law_that_it_shapes(rng: np.random.Generat
     fit = fitted(bent_record(rng, 0.0), ("viscous_damping", "presliding", "stribeck_friction"))
     # weights of the prior, so that every shape is drawn at several sizes of the force
     weight = np.ones_like(fit.posterior.weight) * np.exp(fit.sets.log_prior)
-    draws = law_draws(fit, rng, 4000, weight)
+    draws = draw_laws(LawFit.of(fit), rng, 4000, weight).first
     for effect in ("presliding", "stribeck_friction"):
         having = np.array([effect in fit.sets.effects[row] for row in draws.chosen])
         shapes = []
@@ -32,7 +33,7 @@ def test_how_a_second_mode_began_is_known_as_its_frequency_and_decay_time_are(
 ) -> None:
     """Its size with its decay time, its phase with its frequency; these two not with each other."""
     fit = fitted(ringing_record(rng, 0.01, 1.5), ("second_mode",))
-    draws = law_draws(fit, rng, 4000)
+    draws = draw_laws(LawFit.of(fit), rng, 4000).first
     drawn = draws.parameters("second_mode", np.ones(4000, np.bool_))
     (line,) = fit.lines
     began = np.log(drawn["sine"] + 1j * drawn["cosine"])

@@ -11,7 +11,7 @@ import xarray as xr
 import friction_bayes as fb
 from decays import SYSTEM, long_decay
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.mixture.record_candidates import RecordCandidates, candidates_of_record
+from friction_bayes.loop.mixture.candidates import Candidates, candidates_of
 from loop_options import loop_options
 
 OFFERED = (
@@ -29,9 +29,9 @@ OFFERED = (
 DISSIPATION = frozenset({"viscous_damping", "quadratic_drag", "friction_drift", "stribeck_friction"})
 
 
-def weighed(record: xr.DataArray) -> RecordCandidates:
+def weighed(record: xr.DataArray) -> Candidates:
     (segment,) = cut_records([record], SYSTEM)
-    return candidates_of_record(segment, SYSTEM, loop_options(OFFERED), np.random.default_rng(1))
+    return candidates_of((segment,), SYSTEM, loop_options(OFFERED), np.random.default_rng(1))
 
 
 def test_strong_damping_of_a_record_that_comes_to_rest_is_found() -> None:

@@ -15,9 +15,10 @@ from decays import SYSTEM, slow_decay
 from friction_bayes.loop.columns.lines import steady_lines
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
 from friction_bayes.loop.infer.record_fit import ForceFit
-from friction_bayes.loop.mixture.record_candidates import candidates_of_record
+from friction_bayes.loop.mixture.candidates import candidates_of
 from friction_bayes.loop.noise.correlated_error import SensorError
 from friction_bayes.statespace.force_grid import integrate
+from friction_bayes.statespace.problem import Problem
 from loop_options import loop_options
 from unsteady_decays import ERROR, correlated_record, fitted
 
@@ -33,7 +34,7 @@ def log_odds(record: xr.DataArray) -> float:
     """Of Stribeck friction against Coulomb friction alone."""
     offered = ("stribeck_friction", "viscous_damping", "asymmetric_friction", "friction_drift")
     (segment,) = cut_records([record], SYSTEM)
-    found = candidates_of_record(segment, SYSTEM, loop_options(offered), np.random.default_rng(1))
+    found = candidates_of((segment,), SYSTEM, loop_options(offered), np.random.default_rng(1))
     probability = dict(zip(found.sets, found.probabilities, strict=True))
     return math.log(probability[frozenset({"stribeck_friction"})] / probability[frozenset()])
 
@@ -75,7 +76,7 @@ def test_what_lies_in_the_band_of_the_motion_is_no_line(samples: int, rng: np.ra
 def log_density(fit: ForceFit, error: SensorError) -> float:
     """Log posterior density of an error of the sensor and the best force beside it, up to a constant."""
     regression = replace(fit.regression, clock=error.of(fit.clock, fit.w0))
-    best = integrate(regression.problem, fit.prior, fit.motion.noise, only_mode=True)
+    best = integrate(Problem.of(regression), fit.prior, fit.motion.noise, only_mode=True)
     return best.log_evidence - 0.125 * math.log(error.ratio) ** 2
 
 

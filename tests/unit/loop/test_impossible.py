@@ -15,8 +15,9 @@ from friction_bayes.loop.data.prepared_record import cut_records
 from friction_bayes.loop.infer.impossible import impossible, integrate_possible
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord
 from friction_bayes.loop.infer.record_fit import fit_random_force
-from friction_bayes.loop.mixture.record_candidates import candidates_of_record
+from friction_bayes.loop.mixture.candidates import candidates_of
 from friction_bayes.statespace.force_grid import Posterior, integrate
+from friction_bayes.statespace.problem import Problem
 from loop_options import loop_options
 
 RELEASE = 0.02
@@ -68,7 +69,7 @@ def test_a_fault_along_the_smoothed_signal_is_not_the_motion() -> None:
     assert found is not None
 
     def integrated(law: LawAlongMotion) -> Posterior:
-        return integrate(law.regression.problem, law.prior.without_force, motion.noise)
+        return integrate(Problem.of(law.regression), law.prior.without_force, motion.noise)
 
     def once_a_turn(law: Array) -> float:
         names = [column.parameter for column in found.law.columns]
@@ -88,8 +89,8 @@ def test_the_best_law_is_none_that_is_left_out() -> None:
     record = slow_decay(duration=10.0, sampling_rate=50.0, noise_sd=1e-5, seed=3, effects=fluctuating)
     names = ("viscous_damping", "random_force")
     segments = cut_records([record], SYSTEM)
-    found = candidates_of_record(segments[0], SYSTEM, loop_options(names), np.random.default_rng(2))
-    effects, likely = found.fit.sets.effects, found.fit.among(found.cells.total > 0.0).chosen
+    found = candidates_of(segments[:1], SYSTEM, loop_options(names), np.random.default_rng(2))
+    effects, likely = found.fit.sets.effects, found.fit.among(found.cells.total > 0.0).fits[0].chosen
     same = np.array([each == effects[likely] for each in effects])
     same[likely] = False
     assert same.any()

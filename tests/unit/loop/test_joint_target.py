@@ -10,16 +10,16 @@ from scipy.stats import multivariate_normal
 
 from decays import SYSTEM, slow_decay
 from dense_force import dense_covariance
-from friction_bayes.loop.checks.joint_check import check_together, target_together
 from friction_bayes.loop.checks.joint_target import JointTarget
+from friction_bayes.loop.checks.sampler_check import check_law
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.infer.joint_fit import JointFit, fit_together
+from friction_bayes.loop.infer.law_fit import LawFit, fit_law
 
 EFFECTS = ("viscous_damping", "random_force", "sensor_offset")
 
 
 @pytest.fixture(scope="module")
-def fit() -> JointFit:
+def fit() -> LawFit:
     """Two short releases, friction of the second a little larger; one sensor is twice as noisy."""
     records = [
         slow_decay(
@@ -32,14 +32,14 @@ def fit() -> JointFit:
         )
         for k, (friction, noise) in enumerate([(0.07, 1e-4), (0.073, 2e-4)])
     ]
-    return fit_together(cut_records(records, SYSTEM), SYSTEM, EFFECTS, varying=False, noise="auto")
+    return fit_law(cut_records(records, SYSTEM), SYSTEM, EFFECTS, varying=False, noise="auto")
 
 
-def of_set(fit: JointFit, *, varies: bool, forced: bool) -> JointTarget:
+def of_set(fit: LawFit, *, varies: bool, forced: bool) -> JointTarget:
     """The most probable set with one friction or one of each record, under a random force or none."""
     weight = fit.posterior.weight[(fit.posterior.ratio > 0.0) == forced].sum(axis=0)
     row = int(np.argmax(np.where((fit.spread_of > 0.0) == varies, weight, -1.0)))
-    return target_together(fit, row, forced=forced)
+    return JointTarget(problem=fit.problem, posterior=fit.posterior, row=row, prior=fit.prior, forced=forced)
 
 
 def densely(target: JointTarget, theta: np.ndarray, r: int) -> float:
@@ -68,7 +68,7 @@ def densely(target: JointTarget, theta: np.ndarray, r: int) -> float:
 @pytest.mark.parametrize("forced", [True, False])
 @pytest.mark.parametrize("varies", [False, True], ids=["one friction", "friction of each"])
 def test_each_record_has_the_density_of_its_covariance(
-    fit: JointFit, varies: bool, forced: bool, rng: np.random.Generator
+    fit: LawFit, varies: bool, forced: bool, rng: np.random.Generator
 ) -> None:
     joint = of_set(fit, varies=varies, forced=forced)
     target = sampled(fit, joint)
@@ -83,8 +83,8 @@ def test_each_record_has_the_density_of_its_covariance(
     np.testing.assert_allclose(together, found.sum(axis=1), rtol=1e-12)
 
 
-def sampled(fit: JointFit, joint: JointTarget):  # type: ignore[no-untyped-def]
-    dry = fit.along[0].law.dry_friction
+def sampled(fit: LawFit, joint: JointTarget):  # type: ignore[no-untyped-def]
+    dry = fit.law.dry_friction
     signals = [one.segment.values[: one.samples] for one in fit.fits]
     return joint.target(
         natural=lambda laws: {"friction": laws[:, dry]}, signals=signals, unit=fit.fits[0].unit
@@ -93,7 +93,7 @@ def sampled(fit: JointFit, joint: JointTarget):  # type: ignore[no-untyped-def]
 
 @pytest.mark.parametrize("forced", [True, False])
 def test_the_closed_form_differs_by_nearly_a_constant(
-    fit: JointFit, forced: bool, rng: np.random.Generator
+    fit: LawFit, forced: bool, rng: np.random.Generator
 ) -> None:
     """But for the closed form's prior precision, which is in units of the noise found with all columns."""
     target = sampled(fit, of_set(fit, varies=True, forced=forced))
@@ -109,7 +109,7 @@ def test_the_closed_form_differs_by_nearly_a_constant(
     assert target.log_prob(negative[None])[0] == -math.inf
 
 
-def test_replicates_scatter_as_the_records_do(fit: JointFit, rng: np.random.Generator) -> None:
+def test_replicates_scatter_as_the_records_do(fit: LawFit, rng: np.random.Generator) -> None:
     joint = of_set(fit, varies=True, forced=True)
     target = sampled(fit, joint)
     drawn = target.predictive(np.tile(target.centre, (60, 1)), rng)
@@ -121,9 +121,9 @@ def test_replicates_scatter_as_the_records_do(fit: JointFit, rng: np.random.Gene
 
 
 @pytest.mark.parametrize("forced", [True, False])
-def test_closed_form_and_sampler_agree(fit: JointFit, forced: bool) -> None:
+def test_closed_form_and_sampler_agree(fit: LawFit, forced: bool) -> None:
     every = np.ones(fit.posterior.weight.shape, np.bool_)
-    check, _ = check_together(fit, every, 1.0, "N", 1, forced=forced)
+    check, _ = check_law(fit, every, 1.0, "N", 1, forced=forced)
     assert check["converged"]
     assert 0.0 < check["share"] <= 1.0
     # a short record leaves the closed form its short cuts: a tenth of its sd

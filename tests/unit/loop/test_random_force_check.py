@@ -9,9 +9,9 @@ import pytest
 
 import friction_bayes as fb
 from fluctuating_force import fluctuating_decay
-from friction_bayes.loop.checks import sampler_check
-from friction_bayes.loop.checks.sampler_check import best_set, check_random_force, target_of_set
-from friction_bayes.loop.infer.record_fit import ForceFit
+from friction_bayes.loop.checks.sampler_check import check_law, target_of_set
+from friction_bayes.loop.infer.law_fit import LawFit
+from friction_bayes.statespace.problem import Problem
 from unsteady_decays import fitted
 
 SYSTEM = fb.Oscillator(mass=2.0, stiffness=200.0)
@@ -20,7 +20,7 @@ EFFECTS = ("viscous_damping", "quadratic_drag", "random_force", "sensor_offset")
 
 
 @pytest.fixture(scope="module")
-def fit() -> ForceFit:
+def fit() -> LawFit:
     rng = np.random.default_rng(1)
     values = fluctuating_decay(
         rng,
@@ -34,10 +34,19 @@ def fit() -> ForceFit:
     )[0]
     noisy = values + 3e-4 * rng.standard_normal(values.size)
     record = fb.make_record(STEP * np.arange(values.size), noisy, "displacement")
-    return fitted(record, EFFECTS, SYSTEM)
+    return LawFit.of(fitted(record, EFFECTS, SYSTEM))
 
 
-def test_coefficients_stay_in_their_support(fit: ForceFit) -> None:
+def best_set(fit: LawFit, *, forced: bool) -> int:
+    weight = fit.posterior.weight[(fit.posterior.ratio > 0.0) == forced]
+    return int(weight.sum(axis=0).argmax())
+
+
+def every_cell(fit: LawFit) -> np.ndarray:
+    return np.ones(fit.posterior.weight.shape, np.bool_)
+
+
+def test_coefficients_stay_in_their_support(fit: LawFit) -> None:
     chosen = fit.sets.effects.index(frozenset({"viscous_damping"}))
     target = target_of_set(fit, chosen, forced=True)
     assert len(target.names) == fit.sets.columns[chosen].sum() + 3
@@ -50,9 +59,9 @@ def test_coefficients_stay_in_their_support(fit: ForceFit) -> None:
         assert target.log_prob(theta[None])[0] == -math.inf
 
 
-def test_closed_form_and_sampler_agree_on_friction(fit: ForceFit) -> None:
+def test_closed_form_and_sampler_agree_on_friction(fit: LawFit) -> None:
     assert fit.sets.effects[best_set(fit, forced=True)] == frozenset()
-    check, _ = check_random_force(fit, 1.0, "N", seed=1, forced=True)
+    check, _ = check_law(fit, every_cell(fit), 1.0, "N", seed=1, forced=True)
     assert check["converged"]
     assert check["rhat"] < 1.01
     assert check["agrees"] is True, check["because"]
@@ -60,15 +69,12 @@ def test_closed_form_and_sampler_agree_on_friction(fit: ForceFit) -> None:
     assert check["friction"]["mean"] == pytest.approx(0.2, abs=4.0 * check["friction"]["sd"])
 
 
-def test_a_positive_coefficient_near_zero(fit: ForceFit, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_positive_coefficient_near_zero(fit: LawFit) -> None:
     """Viscous damping that is not there: friction beside it is far from normal."""
     viscous = fit.sets.effects.index(frozenset({"viscous_damping"}))
-    monkeypatch.setattr(sampler_check, "best_set", lambda fit, forced: viscous)
-    # the set has a probability of a thousandth: its draws are drawn for it alone
-    alone = np.zeros_like(fit.posterior.weight)
-    alone[:, viscous] = fit.posterior.weight[:, viscous]
-    monkeypatch.setattr(fit.posterior, "weight", alone / alone.sum())
-    check, _ = check_random_force(fit, 1.0, "N", seed=1, forced=True)
+    alone = np.zeros(fit.posterior.weight.shape, np.bool_)
+    alone[:, viscous] = True
+    check, _ = check_law(fit, alone, 1.0, "N", seed=1, forced=True)
     sampled, closed = check["friction"], check["closed_form"]
     assert sampled["mean"] == pytest.approx(closed["mean"], abs=0.12 * closed["sd"])
     assert sampled["sd"] == pytest.approx(closed["sd"], rel=0.08)
@@ -76,14 +82,13 @@ def test_a_positive_coefficient_near_zero(fit: ForceFit, monkeypatch: pytest.Mon
     assert check["converged"] or "not converged" in check["because"]
 
 
-def test_closed_form_and_sampler_agree_without_a_force(fit: ForceFit) -> None:
-    still = fit.among(np.outer(fit.posterior.ratio == 0.0, np.ones(len(fit.sets.effects), bool)))
-    check, _ = check_random_force(still, 1.0, "N", seed=1, forced=False)
+def test_closed_form_and_sampler_agree_without_a_force(fit: LawFit) -> None:
+    check, _ = check_law(fit, every_cell(fit), 1.0, "N", seed=1, forced=False)
     assert check["converged"]
     assert check["agrees"] is True, check["because"]
 
 
-def test_the_target_without_a_force_is_the_closed_form(fit: ForceFit) -> None:
+def test_the_target_without_a_force_is_the_closed_form(fit: LawFit) -> None:
     """They differ in the unit of the prior precision alone: the noise found, or the noise itself."""
     chosen = best_set(fit, forced=False)
     target = target_of_set(fit, chosen, forced=False)
@@ -92,7 +97,9 @@ def test_the_target_without_a_force_is_the_closed_form(fit: ForceFit) -> None:
         np.diag(target.covariance)
     )
     scaled = theta[:, :-1] / fit.law.scale[fit.sets.columns[chosen]]
-    log_v = theta[:, -1] - target.centre[-1]
+    # the noise found with all columns of the set
+    alone = fit.fits[0].regression.of_columns(fit.sets.columns[chosen])
+    log_v = theta[:, -1] - math.log(Problem.of(alone).weigh(0.0, 1.0).full_noise2)
     prior = 0.5 * (scaled.shape[1] * log_v + (scaled**2).sum(axis=1) * np.expm1(-log_v))
     difference = target.log_prob(theta) - target.closed_form(theta) - prior
     inside = np.isfinite(difference)

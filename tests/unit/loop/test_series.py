@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.loop.infer.law_draws import law_draws
+from friction_bayes.loop.infer.drawn_laws import draw_laws
+from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.mechanics.effects import EFFECTS, Extent, Parameter, SensorEffect, register
 from friction_bayes.mechanics.effects.prior import normal
 from unsteady_decays import RELEASE, bent_record, fitted, probability_of
@@ -55,6 +56,6 @@ def test_each_extent_is_weighed_and_its_parameters_are_read(
     assert probability_of(fit, series) > 0.99
     best = [fit.law.columns[j] for j in np.flatnonzero(fit.sets.columns[fit.chosen])]
     assert {c.width for c in best if c.effect == series} == {width}
-    drawn = law_draws(fit, rng, 400).parameters(series, np.ones(400, np.bool_))
+    drawn = draw_laws(LawFit.of(fit), rng, 400).first.parameters(series, np.ones(400, np.bool_))
     assert drawn["third"].mean() == pytest.approx(third, abs=0.003)
     assert drawn["fourth"].mean() == pytest.approx(fourth, abs=0.003)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import friction_bayes as fb
+from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.mixture.slight_force import SlightForce, slight_force
 from unsteady_decays import FRICTION, SYSTEM, faulty_record, fitted
 
@@ -14,7 +15,7 @@ EFFECTS = ("random_force", "sensor_offset")
 
 def test_noise_hides_more_than_it_makes_of_friction(rng: np.random.Generator) -> None:
     fit = fitted(faulty_record(rng, force=0.0, noise=3e-4)[0], EFFECTS)
-    hidden = slight_force(fit)
+    hidden = slight_force(LawFit.of(fit))
     assert hidden is not None
     assert 0.1 < hidden.probability < 0.9
     none = next(point for point in fit.posterior.points if point.ratio == 0.0)
@@ -27,7 +28,7 @@ def test_noise_hides_more_than_it_makes_of_friction(rng: np.random.Generator) ->
 
 def test_a_force_that_shows_hides_nothing(rng: np.random.Generator) -> None:
     fit = fitted(faulty_record(rng, force=0.5, noise=2e-5)[0], EFFECTS)
-    hidden = slight_force(fit)
+    hidden = slight_force(LawFit.of(fit))
     best = fit.posterior.best
     shown = best.ratio * best.noise * fit.law.unit_force
     # at most a force far smaller than the one that is there

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from friction_bayes.statespace.force_grid import ForcePrior, at_resonance, integrate
+from friction_bayes.statespace.force_grid import integrate
+from friction_bayes.statespace.force_prior import ForcePrior, at_resonance
 from friction_bayes.statespace.subset_evidence import WeighedSets
 
 PRIOR = ForcePrior(centre=0.3, none=0.5)

@@ -12,10 +12,11 @@ from scipy.stats import multivariate_normal
 from dense_force import dense_covariance
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.errors import InputError
-from friction_bayes.statespace.force_grid import ForcePrior, GridPoint, at_resonance
+from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
 from friction_bayes.statespace.force_target import force_target, half_cycle_blocks
 from friction_bayes.statespace.kalman import Clock, CorrelatedError, sensor_row, whiten
 from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.replication import drawn_fluctuation, drawn_noise
 from friction_bayes.statespace.response import at_sensor, force_response
@@ -119,7 +120,7 @@ def test_closed_form_and_sampler_differ_by_one_constant(order, positive, rng) ->
     honest, at_noise_found = np.empty(len(theta)), np.empty(len(theta))
     for i, row in enumerate(theta):
         ratio, tau = math.exp(row[-2] - 0.5 * row[-3]), math.exp(row[-1])
-        found = regression.problem.weigh(ratio, tau)
+        found = Problem.of(regression).weigh(ratio, tau)
         # as the closed form has it where coefficients need not be positive
         whitened = regression.whiten_at(ratio, tau)
         away = np.linalg.solve(
@@ -150,10 +151,10 @@ def test_centre_and_covariance_are_those_of_a_fine_grid(least_noise: float, rng)
     weight, mean, variance, log_tau = [], [], [], []
     for ratio in np.exp(np.linspace(-1.5, 3.0, 60)):
         for tau in np.exp(np.linspace(low + 1e-9, high - 1e-9, 40)):
-            found = regression.problem.weigh(ratio, tau)
+            found = Problem.of(regression).weigh(ratio, tau)
             weight.append(found.log_weight[0] + prior.log_density(ratio * math.sqrt(found.noise2[0]), tau))
             point = GridPoint(ratio=ratio, tau=tau, log_volume=0.0, found=found)
-            location, scale2 = regression.problem.marginals(point, 0)
+            location, scale2 = Problem.of(regression).marginals(point, 0)
             mean.append(location[2] * 6.0)
             variance.append(scale2[2] * 36.0)
             log_tau.append(math.log(tau))

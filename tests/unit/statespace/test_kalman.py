@@ -15,13 +15,8 @@ from dense_force import dense_covariance
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.coloured_noise import Autoregression
-from friction_bayes.statespace.force_grid import (
-    ForcePrior,
-    GridPoint,
-    Problem,
-    at_resonance,
-    integrate,
-)
+from friction_bayes.statespace.force_grid import integrate
+from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
 from friction_bayes.statespace.kalman import (
     Clock,
     CorrelatedError,
@@ -34,6 +29,7 @@ from friction_bayes.statespace.kalman import (
 )
 from friction_bayes.statespace.measured_path import MeasuredPath, stiffness_along
 from friction_bayes.statespace.positive_orthant import confine, cut_moments, log_normal_mass
+from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression, frequency_change
 from friction_bayes.statespace.response import at_sensor, force_response
 from friction_bayes.statespace.smoother import Motion, first_motion
@@ -515,19 +511,24 @@ def problem_along_known_motion(rng: np.random.Generator, force_sd: float) -> tup
     at_nodes = force_sd * np.interp(path.node_phase, phase, force)[:, None]
     record = columns @ np.array([1000.0, 0.0, 6.0]) + rng.standard_normal(600)
     record = record + at_sensor(force_response(path, at_nodes), sensor_row(0))[:, 0]
-    clock, scale = Clock.of(phase), np.array([1e4, 1e4, 12.0])
-    reference = np.array([1000.0, 0.0, 6.0]) / scale
-    block = np.column_stack([columns * scale, record - columns @ (reference * scale)])
-    problem = Problem(
+    regression = LawRegression(
+        clock=Clock.of(phase),
+        row=sensor_row(0),
         names=("x0", "v0", "friction"),
-        scale=scale,
+        columns=columns,
+        states=np.zeros((600, 2, 3)),
+        known_states=np.zeros((600, 2)),
+        target=record,
+        scale=np.array([1e4, 1e4, 12.0]),
         positive=np.zeros(3, np.bool_),
         sets=np.ones((1, 3), np.bool_),
         log_prior=np.zeros(1),
-        reference=reference,
-        whiten_at=lambda ratio, tau: whiten(block, clock, sensor_row(0), ratio, tau),
+        stiffness=0,
+        motion=Motion(
+            states=np.zeros((600, 3)), covariance=np.zeros((600, 3, 3)), noise=1.0, force_sd=1.0, tau=1.0
+        ),
     )
-    return problem, 6.0
+    return Problem.of(regression), 6.0
 
 
 def test_average_over_the_force(rng) -> None:
@@ -603,7 +604,7 @@ def test_a_corrected_frequency_leaves_displacements_and_rescales_velocities(orde
         stiffness=2,
         motion=first,
     )
-    found = integrate(regression.problem, ForcePrior(centre=1e-3), first.noise, only_mode=True)
+    found = integrate(Problem.of(regression), ForcePrior(centre=1e-3), first.noise, only_mode=True)
     law = found.best_law()
     change = frequency_change(law[regression.stiffness])
     assert change == pytest.approx(1.03, abs=1e-3)

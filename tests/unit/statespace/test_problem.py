@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_bayes.loop.infer.joint_problem import JointProblem, Member, Spread
-from friction_bayes.statespace.force_grid import GridPoint
+from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.kalman import Clock, Whitened, sensor_row
+from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import Motion
 from friction_bayes.statespace.subset_evidence import (
@@ -103,7 +103,7 @@ def dense(members: tuple[Member, ...], spread: Spread) -> tuple[Whitened, np.nda
 @pytest.mark.parametrize("sd", [0.0, 0.03, 0.3])
 def test_own_columns_integrated_out_are_all_columns_at_once(members, sd: float) -> None:
     spread = Spread(columns=FRICTION, sd=np.array([sd]), log_prior=np.zeros(1))
-    joint = JointProblem(members, OWN, spread)
+    joint = Problem(members, OWN, spread)
     found = joint.weigh(RATIO, TAU)
     whitened, sets, together = dense(members, spread)
     positive = np.zeros(sets.shape[1], bool)
@@ -125,7 +125,7 @@ def test_own_columns_integrated_out_are_all_columns_at_once(members, sd: float) 
 
 
 def test_the_noise_of_all_columns_counts_each_once(members) -> None:
-    joint = JointProblem(members, OWN, NONE)
+    joint = Problem(members, OWN, NONE)
     found = joint.weigh(RATIO, TAU)
     gram = dense(members, NONE)[0].gram
     used = np.flatnonzero(np.diag(gram)[:-1])
@@ -137,17 +137,17 @@ def test_the_noise_of_all_columns_counts_each_once(members) -> None:
 
 def test_one_record_is_what_it_is_alone(members) -> None:
     alone = members[0].regression
-    problem = JointProblem([Member(regression=alone)], OWN, NONE)
-    joint, found = problem.weigh(RATIO, TAU), alone.problem.weigh(RATIO, TAU)
+    problem = Problem([Member(regression=alone)], OWN, NONE)
+    joint, found = problem.weigh(RATIO, TAU), Problem.of(alone).weigh(RATIO, TAU)
     np.testing.assert_allclose(joint.log_weight, found.log_weight, rtol=1e-9)
     for k in range(len(SETS)):
-        together, by_itself = problem.marginals(point(joint), k), alone.problem.marginals(point(found), k)
+        together, by_itself = problem.marginals(point(joint), k), Problem.of(alone).marginals(point(found), k)
         np.testing.assert_allclose(together[0][~OWN], by_itself[0][~OWN], rtol=1e-6)
 
 
 def test_copies_of_a_record_say_the_same_and_are_surer(members) -> None:
     alone = members[0].regression
-    problems = [JointProblem([Member(regression=alone)] * copies, OWN, NONE) for copies in (1, 4)]
+    problems = [Problem([Member(regression=alone)] * copies, OWN, NONE) for copies in (1, 4)]
     one, four = (problem.marginals(point(problem.weigh(RATIO, TAU)), 0) for problem in problems)
     np.testing.assert_allclose(four[0][2], one[0][2], rtol=1e-3)
     assert four[1][2] == pytest.approx(one[1][2] / 4.0, rel=0.05)
@@ -155,7 +155,7 @@ def test_copies_of_a_record_say_the_same_and_are_surer(members) -> None:
 
 def test_records_laws_are_the_coefficients_of_all_columns_at_once(members) -> None:
     spread = Spread(columns=FRICTION, sd=np.array([0.03]), log_prior=np.zeros(1))
-    joint = JointProblem(members, OWN, spread)
+    joint = Problem(members, OWN, spread)
     found = joint.weigh(RATIO, TAU)
     point = GridPoint(ratio=RATIO, tau=TAU, log_volume=0.0, found=found)
     row = 3
@@ -175,7 +175,7 @@ def test_records_laws_are_the_coefficients_of_all_columns_at_once(members) -> No
 
 
 def test_a_spread_that_is_there_is_seen_and_weighed(members) -> None:
-    joint = JointProblem(members, OWN, SOME)
+    joint = Problem(members, OWN, SOME)
     found = joint.weigh(RATIO, TAU)
     by_spread = np.logaddexp.reduce(found.log_weight.reshape(3, -1), axis=1)
     assert by_spread[1:].max() > by_spread[0] + 1.0
@@ -184,7 +184,7 @@ def test_a_spread_that_is_there_is_seen_and_weighed(members) -> None:
 
 def test_a_set_without_the_column_does_not_deviate(members) -> None:
     spread = Spread(columns=np.array([-1, 2, 2, 2]), sd=SOME.sd, log_prior=SOME.log_prior)
-    joint = JointProblem(members, OWN, spread)
+    joint = Problem(members, OWN, spread)
     assert joint.spread_number[joint.number == 0].tolist() == [0]
     assert joint.spread_number[joint.number == 1].tolist() == [0, 1, 2]
     assert np.isfinite(joint.weigh(RATIO, TAU).log_weight).all()
@@ -192,7 +192,7 @@ def test_a_set_without_the_column_does_not_deviate(members) -> None:
 
 def test_a_deviation_is_in_the_column_of_the_set(members) -> None:
     spread = Spread(columns=np.array([2, 3, 2, 3]), sd=np.array([0.3]), log_prior=np.zeros(1))
-    joint = JointProblem(members, OWN, spread)
+    joint = Problem(members, OWN, spread)
     point = GridPoint(ratio=RATIO, tau=TAU, log_volume=0.0, found=joint.weigh(RATIO, TAU))
     for row, column in enumerate(spread.columns):
         said = joint.conditional(point, row)
@@ -203,8 +203,8 @@ def test_a_deviation_is_in_the_column_of_the_set(members) -> None:
 
 def test_sets_that_are_kept_weigh_what_they_weigh_among_all(members) -> None:
     every, few = (
-        JointProblem(members, OWN, SOME),
-        JointProblem(members, OWN, SOME, EVERY & [True, False, True, True]),
+        Problem(members, OWN, SOME),
+        Problem(members, OWN, SOME, EVERY & [True, False, True, True]),
     )
     assert set(few.number) == {0, 2, 3}
     found, among = few.weigh(RATIO, TAU), every.weigh(RATIO, TAU)

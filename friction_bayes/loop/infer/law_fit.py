@@ -1,17 +1,16 @@
-"""Several records under one law, each with its own start, sensor effects and random force; perhaps friction.
+"""Records under one law, each with its own start, sensor effects and random force; perhaps friction.
 
 Each record is analysed alone first, which gives its motion and the sizes of its noise and random force
-relative to those of the others. Then all sets of effects are evaluated on all records at once: along these
-motions, to find the common law and the sets that may matter, and those along the motions smoothed with that
-law.
+relative to those of the others. Of one record that is all. Of several, all sets of effects are evaluated on
+all records at once: along these motions, to find the common law and the sets that may matter, and those along
+the motions smoothed with that law.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -19,12 +18,13 @@ from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.system import Oscillator
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.loop import settings
+from friction_bayes.loop.columns.column_sets import ColumnSets
 from friction_bayes.loop.columns.law_before import LawBefore
+from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import OF_LINES, Line
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.infer.joint_problem import JointProblem, Member, Spread
 from friction_bayes.loop.infer.moving_record import LawAlongMotion, MovingRecord, force_prior
 from friction_bayes.loop.infer.record_fit import (
     ForceFit,
@@ -32,12 +32,14 @@ from friction_bayes.loop.infer.record_fit import (
     force_fit,
     too_few_turning_points,
 )
-from friction_bayes.statespace.force_grid import ForcePrior, GridPoint, Posterior, integrate
+from friction_bayes.statespace.force_grid import Posterior, integrate
+from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
+from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import Motion
 from friction_bayes.statespace.subset_evidence import WeighedSets
 
-__all__ = ["JointFit", "fit_together", "spreads_weighed"]
+__all__ = ["LawFit", "fit_law", "spreads_weighed"]
 
 _SPREADS = 13
 _COARSE = 3
@@ -53,17 +55,16 @@ def spreads_weighed() -> Array:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class JointFit:
-    """Result of the analysis of several records.
+class LawFit:
+    """Result of the analysis of one or several records.
 
     Attributes
     ----------
     alone : tuple of ForceFit, length r
         Each record by itself.
-    records : tuple of MovingRecord, length r
-    along : tuple of LawAlongMotion, length r
-        The law along each motion, in natural units of one frequency.
-    problem : JointProblem
+    fits : tuple of ForceFit, length r
+        Each record under the most probable law and random force.
+    problem : Problem
     posterior : Posterior
         Of the shared coefficients.
     spreads : ndarray, shape (k,)
@@ -75,13 +76,45 @@ class JointFit:
     """
 
     alone: tuple[ForceFit, ...]
-    records: tuple[MovingRecord, ...]
-    along: tuple[LawAlongMotion, ...]
-    problem: JointProblem
+    fits: tuple[ForceFit, ...]
+    problem: Problem
     posterior: Posterior
     spreads: Array
     level: float
     prior: ForcePrior
+
+    @classmethod
+    def of(cls, fit: ForceFit) -> LawFit:
+        """That of one record."""
+        return cls(
+            alone=(fit,),
+            fits=(fit,),
+            problem=fit.posterior.problem,
+            posterior=fit.posterior,
+            spreads=np.zeros(1),
+            level=0.0,
+            prior=fit.prior,
+        )
+
+    @property
+    def one(self) -> bool:
+        """Whether it is of one record."""
+        return len(self.alone) == 1
+
+    @property
+    def law(self) -> LawColumns:
+        """Columns of the first record: those of the others have the same effects."""
+        return self.fits[0].law
+
+    @property
+    def sets(self) -> ColumnSets:
+        """Sets of these that were evaluated."""
+        return self.fits[0].sets
+
+    @property
+    def impossible(self) -> Mask:
+        """Sets beyond what their priors allow, shape (m,); of several records none is sought."""
+        return self.alone[0].impossible if self.one else np.zeros(len(self.sets.effects), np.bool_)
 
     @property
     def spread_of(self) -> Array:
@@ -91,37 +124,25 @@ class JointFit:
     @property
     def worth_it(self) -> Mask:
         """Sets of the records that can be probable along motions near these, shape (m,)."""
-        worth = np.zeros(len(self.along[0].sets.effects), np.bool_)
+        worth = np.zeros(len(self.sets.effects), np.bool_)
         worth[self.problem.number[self.posterior.weight.max(axis=0) > _HOPELESS]] = True
         return worth
 
     @property
     def weight(self) -> Array:
         """Posterior of points and sets of the records, over all spreads, shape (g, m)."""
-        sets = len(self.along[0].sets.effects)
+        sets = len(self.sets.effects)
         return np.array([np.bincount(self.problem.number, point, sets) for point in self.posterior.weight])
 
-    def among(self, cells: Mask) -> JointFit:
+    def among(self, cells: Mask) -> LawFit:
         """The same given that the truth is at some of the points and sets, ``cells`` of shape (g, m)."""
-        return replace(self, posterior=self.posterior.among(cells[:, self.problem.number]))
-
-    @cached_property
-    def fits(self) -> tuple[ForceFit, ...]:
-        """Each record under the most probable law and random force."""
-        best = self.posterior.best
-        row = best.chosen
-        chosen = int(self.problem.number[row])
-        said = self.problem.conditional(best, row)
-        laws = said.laws(self.posterior.best_law()[said.columns][None])[0]
-        return tuple(
-            force_fit(record, found, _alone_at(found, member, best, row, chosen), law, alone.sensor_noise)
-            for record, found, member, law, alone in zip(
-                self.records, self.along, self.problem.members, laws, self.alone, strict=True
-            )
-        )
+        posterior = self.posterior.among(cells[:, self.problem.number])
+        under = _under(self.problem, posterior)
+        fits = tuple(fit.under(*each) for fit, each in zip(self.fits, under, strict=True))
+        return replace(self, posterior=posterior, fits=fits)
 
 
-def fit_together(
+def fit_law(
     segments: Sequence[Segment],
     system: Oscillator,
     allowed: Sequence[str],
@@ -129,8 +150,8 @@ def fit_together(
     varying: bool,
     noise: str,
     progress: Callable[[str], None] | None = None,
-) -> JointFit:
-    """The analysis of several records of one quantity.
+) -> LawFit:
+    """The analysis of one or several records of one quantity.
 
     Parameters
     ----------
@@ -148,7 +169,7 @@ def fit_together(
 
     Returns
     -------
-    JointFit
+    LawFit
 
     Raises
     ------
@@ -163,11 +184,36 @@ def fit_together(
         if fit is None:
             raise too_few_turning_points(segment)
         fits.append(fit)
-    alone = tuple(fits)
+    return LawFit.of(fits[0]) if len(fits) == 1 else _together(tuple(fits), system, allowed, varying=varying)
+
+
+def _together(
+    alone: tuple[ForceFit, ...], system: Oscillator, allowed: Sequence[str], *, varying: bool
+) -> LawFit:
+    """The analysis of several records, in two rounds from that of each."""
+    records = _records(alone, system, allowed)
+    forced = all(fit.forced for fit in alone)
     corrections = [frequency_change(fit.coefficients[fit.regression.stiffness]) for fit in alone]
     w0 = float(np.median([fit.w0 * change for fit, change in zip(alone, corrections, strict=True)]))
     motions = [fit.motion.at_frequency(w0 / fit.w0) for fit in alone]
-    scales = scales_of(segments, system)
+    along = _along(alone, records, motions, w0)
+    spreads = spreads_weighed()
+    first = _weighed(
+        alone, records, along, spreads[::_COARSE], varying=varying, forced=forced, only_mode=True
+    )
+    one = first.fits[0]
+    change = frequency_change(one.coefficients[one.regression.stiffness])
+    motions = [fit.motion.at_frequency(change) for fit in first.fits]
+    about = [fit.law.before(fit.coefficients, fit.fluctuation) for fit in first.fits]
+    along = _along(alone, records, motions, w0 * change, about)
+    return _weighed(alone, records, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
+
+
+def _records(
+    alone: Sequence[ForceFit], system: Oscillator, allowed: Sequence[str]
+) -> tuple[MovingRecord, ...]:
+    """The records with noise, filter and knocks as each has them alone, and sensor effects of one size."""
+    scales = scales_of([fit.segment for fit in alone], system)
     sizes, filters = _shared_sizes(alone), _filters(alone)
     members = []
     for fit, filter_ in zip(alone, filters, strict=True):
@@ -187,18 +233,7 @@ def fit_together(
                 jump=fit.clock.jump[fit.clock.index],
             )
         )
-    records, forced = tuple(members), all(fit.forced for fit in alone)
-    along = _along(alone, records, motions, w0)
-    spreads = spreads_weighed()
-    first = _weighed(
-        alone, records, along, spreads[::_COARSE], varying=varying, forced=forced, only_mode=True
-    )
-    one = first.fits[0]
-    change = frequency_change(one.coefficients[one.regression.stiffness])
-    motions = [fit.motion.at_frequency(change) for fit in first.fits]
-    about = [fit.law.before(fit.coefficients, fit.fluctuation) for fit in first.fits]
-    along = _along(alone, records, motions, w0 * change, about)
-    return _weighed(alone, records, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
+    return tuple(members)
 
 
 def _along(
@@ -230,7 +265,7 @@ def _weighed(
     forced: bool,
     kept: Mask | None = None,
     only_mode: bool = False,
-) -> JointFit:
+) -> LawFit:
     """Analysis of the sets ``kept`` with ``some`` spreads, and without one unless friction varies."""
     friction = _friction_of_loss(alone)
     law, sets = along[0].law, along[0].sets
@@ -241,7 +276,7 @@ def _weighed(
     spreads = some if varying else np.append(0.0, some)
     share = np.full(spreads.size, (1.0 if varying else settings.SETTINGS.nuisance) / some.size)
     share[spreads == 0.0] = 1.0 - settings.SETTINGS.nuisance
-    problem = JointProblem(
+    problem = Problem(
         _members(alone, along),
         np.array([column.own for column in law.columns]),
         Spread(columns=columns, sd=spreads * level / law.scale[law.dry_friction], log_prior=np.log(share)),
@@ -252,10 +287,13 @@ def _weighed(
     if not forced:
         prior = prior.without_force
     posterior = integrate(problem, prior, noise, only_mode=only_mode)
-    return JointFit(
+    fits = tuple(
+        force_fit(record, found, *each, one.sensor_noise)
+        for record, found, each, one in zip(records, along, _under(problem, posterior), alone, strict=True)
+    )
+    return LawFit(
         alone=alone,
-        records=records,
-        along=along,
+        fits=fits,
         problem=problem,
         posterior=posterior,
         spreads=spreads,
@@ -305,14 +343,24 @@ def _members(alone: Sequence[ForceFit], along: Sequence[LawAlongMotion]) -> list
     ]
 
 
-def _alone_at(found: LawAlongMotion, member: Member, point: GridPoint, row: int, chosen: int) -> Posterior:
-    """One set at one point of the grid as the posterior of one record."""
-    size = len(found.sets.effects)
-    log_weight = np.full(size, -np.inf)
-    log_weight[chosen] = 0.0
-    noise2 = np.full(size, float(point.found.noise2[row]) * member.noise**2)
-    weighed = WeighedSets(log_weight, noise2, point.found.full_noise2 * member.noise**2)
-    ratio = member.ratio(point.ratio)
-    return Posterior(
-        found.regression.problem, [GridPoint(ratio=ratio, tau=point.tau, log_volume=0.0, found=weighed)]
-    )
+def _under(problem: Problem, posterior: Posterior) -> Iterator[tuple[Posterior, Array]]:
+    """Posterior and coefficients of each record in the most probable set at the most probable point.
+
+    The coefficients of one record are its own posterior's. Of several, the others determine them too: each
+    has that set at that point alone.
+    """
+    best = posterior.best
+    row = best.chosen
+    said = problem.conditional(best, row)
+    laws = said.laws(posterior.best_law()[said.columns][None])[0]
+    for member, law in zip(problem.members, laws, strict=True):
+        if len(laws) == 1:
+            yield posterior, law
+            continue
+        own = Problem.of(member.regression)
+        log_weight = np.full(len(own.sets), -np.inf)
+        log_weight[problem.number[row]] = 0.0
+        noise2 = np.full(len(own.sets), float(best.found.noise2[row]) * member.noise**2)
+        found = WeighedSets(log_weight, noise2, best.found.full_noise2 * member.noise**2)
+        point = GridPoint(ratio=member.ratio(best.ratio), tau=best.tau, log_volume=0.0, found=found)
+        yield Posterior(own, [point]), law

@@ -1,4 +1,6 @@
-r"""Several records under one law: each one's own coefficients are integrated out, and the rest adds up.
+r"""One or several records under one law: own coefficients are integrated out, and the rest adds up.
+
+All coefficients of one record are shared: nothing is integrated out, and its sums are those of the problem.
 
 Given the random force a record is ``y = S b + O a + e`` with coefficients ``b`` that all records share and
 ``a`` of its own: its start, the effects of its sensor. With the sums ``G`` of ``[O S y]`` and the normal
@@ -19,14 +21,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
-from friction_bayes.statespace.force_grid import GridPoint
+from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.kalman import Whitened
 from friction_bayes.statespace.regression import (
     LawRegression,
@@ -45,7 +47,7 @@ from friction_bayes.statespace.subset_evidence import (
     weigh_bounded,
 )
 
-__all__ = ["Conditional", "JointProblem", "Member", "Spread"]
+__all__ = ["Conditional", "Member", "Problem", "Spread"]
 
 _RIDGE = 1e-10
 """Over a column's own sum of squares: columns may be the same to rounding."""
@@ -53,7 +55,7 @@ _RIDGE = 1e-10
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Member:
-    """One record among several.
+    """One record of a problem.
 
     Attributes
     ----------
@@ -92,9 +94,14 @@ class Spread:
     sd: Array
     log_prior: Array
 
+    @classmethod
+    def none(cls, sets: int) -> Spread:
+        """No column differs in any of so many sets."""
+        return cls(columns=np.full(sets, -1), sd=np.zeros(1), log_prior=np.zeros(1))
 
-class JointProblem:
-    """A regression of several records, integrated over the random force as that of one is.
+
+class Problem:
+    """A regression given the random force, of one record or several.
 
     Its sets contain the shared columns alone, each once for every spread that it may have.
 
@@ -119,19 +126,32 @@ class JointProblem:
         self, members: Sequence[Member], own: Mask, spread: Spread, kept: Mask | None = None
     ) -> None:
         first = members[0].regression
-        self.members, self.own, self.spread = tuple(members), own, spread
+        self.own, self.spread = own, spread
         self.names, self.scale, self.positive = first.names, first.scale, first.positive
         meant = ((spread.sd[:, None] == 0.0) | (spread.columns >= 0)) & (True if kept is None else kept)
         self.spread_number, self.number = np.nonzero(meant)
         self.sets = (first.sets & ~own)[self.number]
         self.log_prior = spread.log_prior[self.spread_number] + first.log_prior[self.number]
-        self._own_sets, own_set = np.unique(first.sets & own, axis=0, return_inverse=True)
+        self._own_sets, own_set = _distinct(first.sets & own)
         self._own_set = own_set[self.number]
         differs = spread.sd[self.spread_number] > 0.0
         self._deviating = np.where(differs, spread.columns[self.number], -1)
-        self._known: dict[tuple[float, float], tuple[Array, float, int]] = {}
-        self.references = self._least_squares()
+        self.members = tuple(members)
+        if len(self.members) > 1:
+            self.references = self._least_squares()
+            self.members = tuple(
+                replace(member, regression=replace(member.regression, near=reference))
+                for member, reference in zip(members, self.references, strict=True)
+            )
+        else:
+            self.references = first.reference[None]
         self._least_noise2 = max((m.regression.least_noise / m.noise) ** 2 for m in self.members)
+
+    @classmethod
+    def of(cls, regression: LawRegression) -> Problem:
+        """That of one record."""
+        own = np.zeros(regression.scale.size, np.bool_)
+        return cls((Member(regression=regression),), own, Spread.none(len(regression.sets)))
 
     def weigh(self, ratio: float, tau: float) -> WeighedSets:
         """Weights of all sets given the common ``q / sigma`` and ``tau``."""
@@ -226,11 +246,18 @@ class JointProblem:
         )
 
     @cached_property
+    def _all_shared(self) -> bool:
+        """Whether no coefficient is a record's own."""
+        return not self.own.any() and bool((self._deviating < 0).all())
+
+    @cached_property
     def _parts(self) -> list[tuple[Integers, Mask, NestedSets]]:
         """The sets in parts: those of the same own columns, and the same column that differs by one spread.
 
         Of each part the places of its sets, their shared columns, and these nested.
         """
+        if self._all_shared:
+            return [(np.arange(len(self.sets)), self.sets, nest(self.sets))]
         same = np.stack([self._own_set, self.spread_number, self._deviating], axis=1)
         _, part = np.unique(same, axis=0, return_inverse=True)
         parts = []
@@ -241,15 +268,10 @@ class JointProblem:
         return parts
 
     def _sums(self, ratio: float, tau: float) -> tuple[Array, float, int]:
-        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1); remembered."""
-        if (ratio, tau) not in self._known:
-            self._known[ratio, tau] = self._whitened(ratio, tau)
-        return self._known[ratio, tau]
-
-    def _whitened(self, ratio: float, tau: float) -> tuple[Array, float, int]:
+        """Sums of each record in units of the common noise, shape (r, p + 1, p + 1)."""
         grams, log_determinant, used = [], 0.0, 0
-        for member, reference in zip(self.members, self.references, strict=True):
-            record = member.regression.whitened(reference, member.ratio(ratio), tau)
+        for member in self.members:
+            record = member.regression.whiten_at(member.ratio(ratio), tau)
             grams.append(record.gram / member.noise**2)
             log_determinant += record.log_determinant + record.used * math.log(member.noise**2)
             used += record.used
@@ -257,6 +279,8 @@ class JointProblem:
 
     def _full_noise2(self, grams: Array, used: int) -> float:
         """Noise variance of least squares with all columns, and deviations where there may be any."""
+        if self._all_shared:
+            return max(full_noise2(Whitened(grams.sum(axis=0), 0.0, used)), self._least_noise2)
         mixing = self._mixing(self.own, np.unique(self._deviating), float(self.spread.sd.max()))
         own = np.zeros((len(grams), mixing.shape[2] - np.count_nonzero(~self.own) - 1))
         left = _eliminate(grams, mixing, own, 0.0)
@@ -264,6 +288,9 @@ class JointProblem:
 
     def _eliminated(self, grams: Array, row: int, lam: float) -> _Eliminated:
         """Integrate out the own columns of a set, deviations among them."""
+        if self._all_shared:
+            none = np.zeros((len(grams), 0, grams.shape[2]))
+            return _Eliminated(grams.sum(axis=0), 0.0, none[:, :, :0], none)
         inside = self.inside(row)
         _, deviation = self.deviation(row)
         mixing = self._mixing(inside, self._deviating[[row]], deviation)
@@ -303,6 +330,14 @@ class JointProblem:
         references[:, ~self.own] = together
         references[:, own] = left.own(together[None])[:, 0]
         return references
+
+
+def _distinct(rows: Any) -> tuple[Any, Integers]:
+    """The different rows of an array, and which of them each row is."""
+    if not rows.any():
+        # sorting is slow where there are very many
+        return rows[:1], np.zeros(len(rows), np.intp)
+    return np.unique(rows, axis=0, return_inverse=True)
 
 
 class _Eliminated(NamedTuple):
@@ -360,7 +395,7 @@ class Conditional:
 
     Attributes
     ----------
-    problem : JointProblem
+    problem : Problem
     mean, covariance : ndarray, shapes (s,), (s, s)
         Of the shared coefficients in the set, natural units, before they are cut at zero.
     columns : ndarray of int, shape (s,)
@@ -379,7 +414,7 @@ class Conditional:
         Reference of the own coefficients.
     """
 
-    problem: JointProblem
+    problem: Problem
     mean: Array
     covariance: Array
     columns: Integers
