@@ -9,8 +9,8 @@ import numpy as np
 from friction_bayes.core.system import Oscillator
 from friction_bayes.loop.data.model import LoopModel, changes_signal
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.data.starting_point import starting_point
 from friction_bayes.loop.noise.likelihood import NoiseModel
+from friction_bayes.loop.simulation.coulomb import starting_point
 from friction_bayes.loop.simulation.fit import LoopFit, fit_growing_record, fit_model, settle
 from friction_bayes.mechanics.effects.outliers import OUTLIERS
 from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING

@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from friction_bayes.core.summary import Summary
-from friction_bayes.loop.infer.draws import DRAWS, shared_out
+from friction_bayes.loop.infer.law_draws import DRAWS, shared_out
 from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
 from friction_bayes.loop.mixture.mixture import mixture_of
-from friction_bayes.loop.mixture.slight_force import SlightForce
+from friction_bayes.loop.mixture.slight_effects import SlightForce
 
 NAMES = ("viscous_damping", "quadratic_drag", "friction_drift", "sensor_offset")
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_bayes.loop.infer.drawn_laws import draw_laws
+from friction_bayes.loop.infer.law_draws import draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit
 from unsteady_decays import ERROR, FRICTION, SYSTEM, correlated_record, fitted
 

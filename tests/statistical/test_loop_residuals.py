@@ -12,9 +12,9 @@ from scipy import stats
 from decays import SYSTEM, long_decay
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.data.starting_point import starting_point
 from friction_bayes.loop.noise.likelihood import NoiseModel
 from friction_bayes.loop.settings import SETTINGS
+from friction_bayes.loop.simulation.coulomb import starting_point
 from friction_bayes.loop.simulation.fit import LoopFit, fit_growing_record
 from friction_bayes.loop.simulation.residual_tests import residual_tests
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from friction_bayes.loop.infer.drawn_laws import draw_laws
+from friction_bayes.loop.infer.law_draws import draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.record_fit import ForceFit
 from unsteady_decays import FRICTION, RELEASE, SYSTEM, faulty_record, fitted

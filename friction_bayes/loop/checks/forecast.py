@@ -14,8 +14,7 @@ from friction_bayes.loop.checks.held_out import Forecast
 from friction_bayes.loop.columns.lines import OF_LINES
 from friction_bayes.loop.data.model import LoopModel, changes_signal
 from friction_bayes.loop.data.parameters import FRICTION, LOG_FREQUENCY_RATIO
-from friction_bayes.loop.infer.drawn_laws import LEAST_PROBABILITY, draw_laws
-from friction_bayes.loop.infer.law_draws import LawDraws
+from friction_bayes.loop.infer.law_draws import LEAST_PROBABILITY, LawDraws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.record_fit import ForceFit, fit_first_part
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect

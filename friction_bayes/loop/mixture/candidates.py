@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -26,15 +25,12 @@ from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import LOG_FREQUENCY_RATIO
 from friction_bayes.loop.data.prepared_record import Segment
-from friction_bayes.loop.infer.cells import Cells
-from friction_bayes.loop.infer.drawn_laws import LEAST_PROBABILITY, DrawnLaws, draw_laws
-from friction_bayes.loop.infer.draws import DRAWS
+from friction_bayes.loop.infer.law_draws import DRAWS, LEAST_PROBABILITY, DrawnLaws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit, fit_law
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
-from friction_bayes.loop.mixture.slight_beside_law import friction_with_slight_effects
-from friction_bayes.loop.mixture.slight_force import slight_force
-from friction_bayes.loop.mixture.unknowable import unknowable
+from friction_bayes.loop.mixture.cells import cells_of
+from friction_bayes.loop.mixture.slight_effects import friction_with_slight_effects, slight_force
 from friction_bayes.loop.noise.likelihood import NoiseModel
 from friction_bayes.loop.report.between_records import friction_between_records
 from friction_bayes.loop.report.contender import drawn_contender
@@ -90,7 +86,7 @@ class Candidates:
         self._tolerance = tolerance
         self._rng_draws, self._rng_forecast, self._rng_reading = rng.spawn(3)
         self.slight_force = slight_force(fit)
-        self.cells = _cells(fit)
+        self.cells = cells_of(fit)
         by_set = {frozenset[str](): 0.0} | self.cells.probabilities
         ranked = sorted(by_set.items(), key=lambda pair: -pair[1])
         self.sets = tuple(names for names, _ in ranked)
@@ -412,22 +408,6 @@ def candidates_of(
     varying, noise = options.varying_friction, options.noise
     fit = fit_law(segments, system, options.allowed, varying=varying, noise=noise, progress=progress)
     return Candidates(coulomb_model(system, segments), fit, options.tolerance, rng)
-
-
-def _cells(fit: LawFit) -> Cells:
-    """All sets that the samples can determine and whose friction resists, under each kind of noise."""
-    nothing = set.intersection(*(unknowable(one) for one in fit.alone))
-    known = np.array([not names & nothing for names in fit.sets.effects]) & ~fit.impossible
-    certain = frozenset({SENSOR_CLIPPING.name} if any(one.segment.clipped for one in fit.alone) else ())
-    noises = {certain: 1.0}
-    for one in fit.alone:
-        # what one sensor has, the records have
-        pairs = list(product(noises.items(), one.sensor_noise.probabilities.items()))
-        noises = dict.fromkeys((names | more for (names, _), (more, _) in pairs), 0.0)
-        for (names, share), (more, probability) in pairs:
-            noises[names | more] += share * probability
-    weights = [probability * known * fit.weight for probability in noises.values()]
-    return Cells(np.array(weights), fit.posterior.ratio > 0.0, fit.sets.effects, list(noises))
 
 
 def _trail(fit: LawFit) -> Iterator[str]:

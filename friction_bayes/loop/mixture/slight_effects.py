@@ -1,4 +1,4 @@
-r"""Damping and drift too slight for a record to show, whose uncertainty friction must include.
+r"""Effects and a random force too slight for a record to show, whose uncertainty friction must include.
 
 A viscous damping of one of its standard deviations cannot be detected, and yet moves friction by several of
 friction's own: over a decay that is cut before it rests, the two act nearly alike. So every candidate that
@@ -14,26 +14,43 @@ cut to its support, and no wider than the effect's own prior; friction follows i
 damping extends a little below zero: a gain of the sensor that rises within the record looks like damping that
 drives the motion, and a nuisance of one sign would bias friction. Nothing else of a candidate changes, nor
 its probability: an effect that a record shows makes a candidate of its own.
+
+A random force hidden by the sensor noise moves friction by several times as much as that noise, since the
+record averages the noise over its samples and the force over far fewer correlation times. So every candidate
+without a random force has one as a nuisance too: present with the same prior probability, of the sizes and
+correlation times under which the law is as probable as without a force to within two nats. Nothing else of a
+candidate changes, nor its probability: a force that a record shows makes a candidate of its own.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
-from scipy.special import expit, logit
+from scipy.special import expit, logit, softmax
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop import settings
+from friction_bayes.loop.infer.law_draws import DrawnLaws
+from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.truncated_normal import log_interval_probability, truncated_draws
 from friction_bayes.mechanics.effects import EFFECTS, ForceEffect
 from friction_bayes.mechanics.effects.friction_drift import FRICTION_DRIFT
 from friction_bayes.mechanics.effects.inclusion import INCLUSION
 from friction_bayes.mechanics.effects.viscous_damping import VISCOUS_DAMPING
 
-__all__ = ["SlightEffect", "slight_beside", "with_slight_effects"]
+__all__ = [
+    "SlightEffect",
+    "SlightForce",
+    "friction_with_slight_effects",
+    "slight_beside",
+    "slight_effects_of",
+    "slight_force",
+    "with_slight_effects",
+]
 
 _SLIGHT_EFFECTS = (VISCOUS_DAMPING.name, FRICTION_DRIFT.name)
 
@@ -120,3 +137,114 @@ def with_slight_effects(friction: Array, slight: Iterable[SlightEffect], rng: np
         moved = friction + acts * coefficient * one.follow
         friction = np.maximum(moved, 0.0)
     return friction
+
+
+def friction_with_slight_effects(laws: DrawnLaws, fit: LawFit, rng: np.random.Generator) -> Array:
+    """Draws of friction [N or N m], shape (k,), with the uncertainty from slight effects included.
+
+    See :mod:`friction_bayes.loop.mixture.slight_effects`.
+
+    Parameters
+    ----------
+    laws : DrawnLaws
+    fit : LawFit
+        From which they were drawn.
+    rng : numpy.random.Generator
+    """
+    friction = laws.friction.copy()
+    kinds, kind = np.unique(np.column_stack([laws.first.point, laws.row]), axis=0, return_inverse=True)
+    for i, (g, row) in enumerate(kinds):
+        mine = kind.ravel() == i
+        friction[mine] = with_slight_effects(friction[mine], slight_effects_of(fit, int(g), int(row)), rng)
+    return friction
+
+
+def slight_effects_of(fit: LawFit, g: int, row: int) -> Iterator[SlightEffect]:
+    """The nuisances in addition to a set of the posterior at a point, except what is each record's own."""
+    problem, law, point = fit.problem, fit.law, fit.posterior.points[g]
+    columns, effects = problem.sets[row], fit.sets.effects[problem.number[row]]
+    prior = point.found.full_noise2 / float(point.found.noise2[row])
+    rubs = columns & np.isin(np.arange(columns.size), law.frictions)
+    if not rubs.any():
+        return
+    for name in slight_beside(effects):
+        for j in chain(*law.alternatives(name)):
+            if problem.own[j]:
+                continue
+            beside = columns.copy()
+            beside[j] = True
+            mean, covariance = problem.shared_posterior(point, row, beside)
+            own, friction = (int(np.count_nonzero(beside[:c])) for c in (j, int(np.flatnonzero(rubs)[0])))
+            variance = float(covariance[own, own])
+            information = 1.0 / variance - prior
+            if information > 0.0:
+                follow = float(covariance[own, friction]) / variance * law.scale[rubs][0] * law.unit_force
+                support = (0.0 if law.positive[j] else -math.inf, math.inf)
+                estimate = float(mean[own]) / (variance * information)
+                yield SlightEffect.of_likelihood(estimate, information, support, follow, effects)
+
+
+@dataclass(frozen=True)
+class SlightForce:
+    """A random force as a nuisance in addition to a candidate without one.
+
+    Attributes
+    ----------
+    probability : float
+        That it acts.
+    shift, sd : float
+        Change of the mean of friction where it acts, and an independent error [N or N m].
+    """
+
+    probability: float
+    shift: float
+    sd: float
+
+    def beside(self, friction: Array, rng: np.random.Generator) -> Array:
+        """Draws of friction without a force, shape (k,), with this one added to some of them.
+
+        A draw that would be negative stays where it is.
+        """
+        acts = rng.random(friction.size) < self.probability
+        moved = friction + acts * (self.shift + self.sd * rng.standard_normal(friction.size))
+        return np.where(moved >= 0.0, moved, friction)
+
+
+def slight_force(fit: LawFit) -> SlightForce | None:
+    """The force that records may hide, in addition to their most probable law without one.
+
+    Returns
+    -------
+    SlightForce or None
+        None where that law has no dry friction, or the records determine every force.
+    """
+    none = next(point for point in fit.posterior.points if point.ratio == 0.0)
+    best = none.chosen
+    rubs = np.flatnonzero(fit.problem.sets[best] & np.isin(np.arange(fit.law.scale.size), fit.law.frictions))
+    if rubs.size == 0:
+        return None
+    j = int(rubs[0])
+    said_at_most = 0.5 * settings.SETTINGS.unseen**2
+    hidden = [
+        point
+        for point in fit.posterior.points
+        if point.ratio > 0.0
+        and abs(point.found.log_weight[best] - none.found.log_weight[best]) <= said_at_most
+    ]
+    if not hidden:
+        return None
+    volume = softmax([point.log_volume for point in hidden])
+    gain = np.exp([point.found.log_weight[best] - none.found.log_weight[best] for point in hidden])
+    bayes_factor = float(volume @ gain)
+    share = volume * gain / bayes_factor
+    marginals = [fit.problem.marginals(point, best) for point in (none, *hidden)]
+    location, scale2 = np.array(marginals)[:, :, j].T
+    mean, variance = location[1:], scale2[1:]
+    middle = float(share @ mean)
+    added = float(share @ (variance + (mean - middle) ** 2)) - float(scale2[0])
+    unit = float(fit.law.scale[j]) * fit.law.unit_force
+    return SlightForce(
+        probability=float(expit(logit(settings.SETTINGS.nuisance) + math.log(bayes_factor))),
+        shift=(middle - float(location[0])) * unit,
+        sd=math.sqrt(max(added, 0.0)) * unit,
+    )

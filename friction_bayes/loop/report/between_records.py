@@ -9,8 +9,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
-from friction_bayes.loop.infer.drawn_laws import DrawnLaws, draw_laws
-from friction_bayes.loop.infer.draws import DRAWS
+from friction_bayes.loop.infer.law_draws import DRAWS, DrawnLaws, draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.infer.record_fit import ForceFit
 

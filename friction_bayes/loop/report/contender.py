@@ -15,7 +15,7 @@ from friction_bayes.loop.data.parameters import (
     VELOCITY,
     Coordinate,
 )
-from friction_bayes.loop.infer.drawn_laws import DrawnLaws
+from friction_bayes.loop.infer.law_draws import DrawnLaws
 from friction_bayes.loop.report.next_experiment import Contender
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.statespace.regression import frequency_change

@@ -15,7 +15,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.summary import Summary
 from friction_bayes.loop.data.parameters import FRICTION
-from friction_bayes.loop.infer.draws import DRAWS
+from friction_bayes.loop.infer.law_draws import DRAWS
 from friction_bayes.loop.infer.truncated_normal import truncated_draws
 from friction_bayes.loop.simulation.fit import LoopFit
 from friction_bayes.loop.simulation.residual_tests import residual_tests

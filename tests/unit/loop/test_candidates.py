@@ -10,10 +10,10 @@ import pytest
 
 from decays import SYSTEM, fluctuating_friction, slow_decay
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.infer.cells import Cells
-from friction_bayes.loop.infer.draws import DRAWS
+from friction_bayes.loop.infer.law_draws import DRAWS
 from friction_bayes.loop.mixture.candidate_draws import CandidateDraws
 from friction_bayes.loop.mixture.candidates import Candidates, candidates_of
+from friction_bayes.loop.mixture.cells import Cells
 from friction_bayes.loop.mixture.mixture import Mixture, mixture_of
 from friction_bayes.loop.report.contender import drawn_contender
 from loop_options import loop_options

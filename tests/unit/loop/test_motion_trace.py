@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_bayes.loop.infer.drawn_laws import draw_laws
+from friction_bayes.loop.infer.law_draws import draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.loop.report.motion_trace import motion_trace
 from friction_bayes.loop.simulation.coulomb import coulomb_model

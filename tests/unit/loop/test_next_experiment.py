@@ -12,7 +12,6 @@ from decays import SYSTEM, long_decay
 from dense_force import dense_covariance
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.data.starting_point import starting_point
 from friction_bayes.loop.noise.likelihood import NoiseModel
 from friction_bayes.loop.report.next_experiment import (
     Contender,
@@ -22,6 +21,7 @@ from friction_bayes.loop.report.next_experiment import (
     proposals,
     rival_prediction,
 )
+from friction_bayes.loop.simulation.coulomb import starting_point
 from friction_bayes.loop.simulation.fit import fit_growing_record
 from friction_bayes.statespace.kalman import Clock, sensor_row
 

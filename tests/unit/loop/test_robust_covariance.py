@@ -8,8 +8,8 @@ import pytest
 import friction_bayes as fb
 from friction_bayes.loop.data.model import LoopModel
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.data.starting_point import starting_point
 from friction_bayes.loop.noise.likelihood import NoiseModel
+from friction_bayes.loop.simulation.coulomb import starting_point
 from friction_bayes.loop.simulation.fit import fit_growing_record
 from friction_bayes.loop.simulation.robust_covariance import robust_covariance
 

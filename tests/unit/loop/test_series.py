@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from friction_bayes.core.arrays import Array
-from friction_bayes.loop.infer.drawn_laws import draw_laws
+from friction_bayes.loop.infer.law_draws import draw_laws
 from friction_bayes.loop.infer.law_fit import LawFit
 from friction_bayes.mechanics.effects import EFFECTS, Extent, Parameter, SensorEffect, register
 from friction_bayes.mechanics.effects.prior import normal

@@ -7,7 +7,7 @@ import pytest
 
 import friction_bayes as fb
 from friction_bayes.loop.infer.law_fit import LawFit
-from friction_bayes.loop.mixture.slight_force import SlightForce, slight_force
+from friction_bayes.loop.mixture.slight_effects import SlightForce, slight_force
 from unsteady_decays import FRICTION, SYSTEM, faulty_record, fitted
 
 EFFECTS = ("random_force", "sensor_offset")

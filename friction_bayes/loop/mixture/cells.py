@@ -9,13 +9,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
+from friction_bayes.loop import settings
+from friction_bayes.loop.infer.law_fit import LawFit
+from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.mechanics.effects.random_force import RANDOM_FORCE
+from friction_bayes.mechanics.effects.sensor_clipping import SENSOR_CLIPPING
 
-__all__ = ["Cells"]
+__all__ = ["Cells", "cells_of"]
 
 Names = frozenset[str]
 
@@ -88,3 +93,35 @@ class Cells:
             ]
         )
         return np.asarray(table[:, self.forced.astype(int)][:, :, which])
+
+
+def _unknowable(fit: ForceFit) -> set[str]:
+    """Effects on which the samples have almost no information, start and friction free.
+
+    A constant force in an acceleration record is one: its probability would stay that of its prior.
+    """
+    always = [*fit.law.always, fit.law.dry_friction]
+    gram = fit.regression.whiten_at(0.0, 1.0).gram[:-1, :-1] / fit.posterior.points[0].found.full_noise2
+    absorbed = np.linalg.solve(gram[np.ix_(always, always)] + np.eye(len(always)), gram[always])
+    left = np.diag(gram) - np.sum(gram[:, always].T * absorbed, axis=0)
+    told = left > settings.SETTINGS.least_information
+    names = {column.effect for column in fit.law.columns if column.kind == "effect"}
+    return {
+        name for name in names if not any(told[j] for columns in fit.law.alternatives(name) for j in columns)
+    }
+
+
+def cells_of(fit: LawFit) -> Cells:
+    """All sets that the samples can determine and whose friction resists, under each kind of noise."""
+    nothing = set.intersection(*(_unknowable(one) for one in fit.alone))
+    known = np.array([not names & nothing for names in fit.sets.effects]) & ~fit.impossible
+    certain = frozenset({SENSOR_CLIPPING.name} if any(one.segment.clipped for one in fit.alone) else ())
+    noises = {certain: 1.0}
+    for one in fit.alone:
+        # what one sensor has, the records have
+        pairs = list(product(noises.items(), one.sensor_noise.probabilities.items()))
+        noises = dict.fromkeys((names | more for (names, _), (more, _) in pairs), 0.0)
+        for (names, share), (more, probability) in pairs:
+            noises[names | more] += share * probability
+    weights = [probability * known * fit.weight for probability in noises.values()]
+    return Cells(np.array(weights), fit.posterior.ratio > 0.0, fit.sets.effects, list(noises))
