@@ -18,7 +18,14 @@ from friction_bayes.core.checks import finite, in_range, non_negative, positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.kernels import INNER_OF_A_FUNCTION, KERNEL
 from friction_bayes.core.system import Oscillator
-from friction_bayes.mechanics.effects import BUILT_IN, ForceEffect, force_effects, force_vector, parse_effects
+from friction_bayes.mechanics.effects import (
+    BUILT_IN,
+    EFFECTS,
+    ForceEffect,
+    force_effects,
+    force_vector,
+    parse_effects,
+)
 from friction_bayes.mechanics.motion import Motion, sample_times
 from friction_bayes.mechanics.trajectory import DONE, trajectory
 
@@ -78,6 +85,7 @@ def _sum(forces: Sequence[Callable[..., float]]) -> Callable[..., float]:
     return both
 
 
+_BUILT_IN = frozenset(effect.name for effect in BUILT_IN)
 _BUILT_IN_FORCES = tuple(effect for effect in BUILT_IN if isinstance(effect, ForceEffect))
 _BUILT_IN_PARAMETERS = sum(len(effect.parameters) for effect in _BUILT_IN_FORCES)
 _built_in_force = _total_force(_BUILT_IN_FORCES)
@@ -208,8 +216,7 @@ def force_along(names: Sequence[str] = ()) -> Callable[..., Any]:
 
 
 def _all_built_in(names: Sequence[str]) -> bool:
-    built_in = {effect.name for effect in BUILT_IN}
-    return all(effect.name in built_in for effect in force_effects() if effect.name in names)
+    return all(name in _BUILT_IN or not isinstance(EFFECTS.get(name), ForceEffect) for name in names)
 
 
 @lru_cache(maxsize=16)
