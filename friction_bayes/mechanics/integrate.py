@@ -18,14 +18,7 @@ from friction_bayes.core.checks import finite, in_range, non_negative, positive
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.kernels import INNER_OF_A_FUNCTION, KERNEL
 from friction_bayes.core.system import Oscillator
-from friction_bayes.mechanics.effects import (
-    BUILT_IN,
-    EFFECTS,
-    ForceEffect,
-    force_effects,
-    force_vector,
-    parse_effects,
-)
+from friction_bayes.mechanics.effects import BUILT_IN, ForceEffect, force_effects, force_vector, parse_effects
 from friction_bayes.mechanics.motion import Motion, sample_times
 from friction_bayes.mechanics.trajectory import DONE, trajectory
 
@@ -216,7 +209,9 @@ def force_along(names: Sequence[str] = ()) -> Callable[..., Any]:
 
 
 def _all_built_in(names: Sequence[str]) -> bool:
-    return all(name in _BUILT_IN or not isinstance(EFFECTS.get(name), ForceEffect) for name in names)
+    return _BUILT_IN.issuperset(names) or not any(
+        effect.name in names and effect.name not in _BUILT_IN for effect in force_effects()
+    )
 
 
 @lru_cache(maxsize=16)
