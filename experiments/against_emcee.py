@@ -147,6 +147,19 @@ def _numbers(found: Mapping[str, Any]) -> dict[str, float]:
     return {name: math.nan if value is None else float(value) for name, value in found.items()}
 
 
+_COLUMNS = (
+    "rhat",
+    "ess_bulk",
+    "ess_tail",
+    "converged",
+    "agrees",
+    "precision_agrees",
+    "shift",
+    "width_ratio",
+)
+"""What :func:`three_columns` looks at: of all that a level has, a few."""
+
+
 def checked_records(dataset: xr.Dataset) -> xr.Dataset:
     """Return what went through emcee, laid out along ``posterior``.
 
@@ -173,7 +186,7 @@ def three_columns(dataset: xr.Dataset) -> dict[str, str]:
     dataset : xarray.Dataset
         Of one level, with the names of :data:`SAMPLED`.
     """
-    mine = checked_records(dataset)
+    mine = checked_records(dataset[list(_COLUMNS)])
     if mine.sizes["posterior"] == 0:
         return dict.fromkeys(("R-hat", "ESS bulk/tail", "emcee against ours"), "")
     return {

@@ -14,6 +14,7 @@ import xarray as xr
 
 from experiments.docs import section
 from experiments.runner import Experiment, tables
+from experiments.sources import stored_result
 from friction_bayes.core.errors import InputError
 from friction_bayes.core.files import write_whole
 
@@ -69,7 +70,5 @@ def section_of(experiment: Experiment, archive: Path) -> str:
             f"no result of {experiment.name}",
             f"it has {', '.join(archived(archive)) or 'none'}; run the experiment with --archive",
         )
-    with xr.open_dataset(stored, engine="h5netcdf") as opened:
-        dataset = opened.load()
-    _, text = tables(experiment, dataset)
+    _, text = tables(experiment, stored_result(experiment.name, archive))
     return section(json.loads(record.read_text(encoding="utf-8")), text)

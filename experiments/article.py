@@ -20,7 +20,7 @@ from experiments.method_tables import with_error
 from experiments.paper_comparison import compare_with_paper, needed_results
 from experiments.paper_numbers import printed
 from experiments.paper_page import CHOSEN, OTHER, by_chance, counted, smaller_errors
-from experiments.sources import why_not_usable
+from experiments.sources import stored_result, why_not_usable
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.friction_samples import PEAKS
 
@@ -62,8 +62,8 @@ def article(results: Path) -> str:
             raise FileNotFoundError(reason)
     rows = {row["id"]: row for row in compare_with_paper(results)["rows"]}
     filled = _of_numbers(rows) | _of_datasets(results) | _of_errors_together(results)
-    filled |= _of_priors(_dataset(results, "prior_sweep"))
-    filled |= _of_random_force(_dataset(results, "random_force_verdict")) | _environment(results)
+    filled |= _of_priors(stored_result("prior_sweep", results))
+    filled |= _of_random_force(stored_result("random_force_verdict", results)) | _environment(results)
     text = TEMPLATE.read_text(encoding="utf-8")
     for name, value in filled.items():
         text = text.replace(f"{{{name}}}", value)
@@ -98,7 +98,7 @@ def _of_numbers(rows: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
 def _of_datasets(results: Path) -> dict[str, str]:
     """What the experiments beside the table of numbers found."""
     names = ("probability_paper", "acceptance_roc", "residuals_traced", "noise_sweep", "gamma_exponential")
-    samples, areas, traced, noise, rate = (_dataset(results, name) for name in names)
+    samples, areas, traced, noise, rate = (stored_result(name, results) for name in names)
     stated = noise.sel(snr_db=21.59, method="nearest")
     rms = {
         method: 100.0 * float(np.sqrt((stated["error"].sel({"method": method}) ** 2).mean()))
@@ -116,7 +116,7 @@ def _of_datasets(results: Path) -> dict[str, str]:
         "whole": f"{rms['waveform']:.2g}",
         "procedure": f"{rms[CHOSEN]:.2g}",
     }
-    sweeps = [noise, *(_dataset(results, name) for name in ("reduced_data_set", "sampling_rate_sweep"))]
+    sweeps = [noise, *(stored_result(name, results) for name in ("reduced_data_set", "sampling_rate_sweep"))]
     verdicts = np.concatenate([_verdicts(sweep, method) for sweep in sweeps for method in (CHOSEN, OTHER)])
     filled["agree"] = f"{int(verdicts.sum())} of {verdicts.size}"
     for criterion in ("precision", "whole-signal width"):
@@ -166,10 +166,6 @@ def _of_errors_together(results: Path) -> dict[str, str]:
         found[what] = " and ".join(ours[f"three errors, {method}: {what}"] for method in (CHOSEN, OTHER))
     line = (f"three errors, straight line, {peaks}: Fisher's combined test" for peaks in PEAKS)
     return found | {"straight line": " and ".join(ours[what] for what in line)}
-
-
-def _dataset(results: Path, name: str) -> xr.Dataset:
-    return xr.load_dataset(results / f"{name}.nc", engine="h5netcdf")
 
 
 def _verdicts(sweep: xr.Dataset, method: str) -> Array:

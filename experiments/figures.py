@@ -8,7 +8,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from experiments.sources import why_not_usable
+from experiments.sources import stored_result, why_not_usable
 
 __all__ = ["figure_parser", "load_results"]
 
@@ -46,4 +46,4 @@ def load_results(parser: argparse.ArgumentParser, results: Path, names: Sequence
     for name in names:
         if reason := why_not_usable(name, results):
             parser.error(reason)
-    return [xr.load_dataset(results / f"{name}.nc", engine="h5netcdf") for name in names]
+    return [stored_result(name, results) for name in names]

@@ -17,7 +17,7 @@ import xarray as xr
 
 from experiments.paper_numbers import PaperNumber, paper_numbers
 from experiments.paper_page import comparison_page
-from experiments.sources import why_not_usable
+from experiments.sources import stored_result, why_not_usable
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.files import manifest, write_json
 
@@ -61,10 +61,7 @@ def compare_with_paper(results: Path) -> dict[str, Any]:
     FileNotFoundError
         If a result is missing.
     """
-    datasets = {}
-    for name in needed_results():
-        with xr.open_dataset(results / f"{name}.nc", engine="h5netcdf") as stored:
-            datasets[name] = stored.load()
+    datasets = {name: stored_result(name, results) for name in needed_results()}
     return {"rows": [_row_of(number, datasets) for number in paper_numbers().values()]}
 
 

@@ -9,7 +9,9 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
-__all__ = ["ARCHIVE", "ROOT", "commit", "sources_digest", "sources_of", "why_not_usable"]
+import xarray as xr
+
+__all__ = ["ARCHIVE", "ROOT", "commit", "sources_digest", "sources_of", "stored_result", "why_not_usable"]
 
 ROOT = Path(__file__).parents[1]
 """Folder of the package and of the experiments."""
@@ -89,6 +91,25 @@ def commit(root: Path = ROOT) -> str | None:
         return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):
         return None
+
+
+def stored_result(name: str, results: Path) -> xr.Dataset:
+    """Return the dataset of an experiment, read once for all pages for as long as it does not change.
+
+    Parameters
+    ----------
+    name : str
+        Of the experiment.
+    results : Path
+        Folder with ``NAME.nc``.
+    """
+    path = results / f"{name}.nc"
+    return _read(path, path.stat().st_mtime_ns).copy()
+
+
+@cache
+def _read(path: Path, changed_ns: int) -> xr.Dataset:
+    return xr.load_dataset(path, engine="h5netcdf")
 
 
 def why_not_usable(name: str, results: Path) -> str | None:

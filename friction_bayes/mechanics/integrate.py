@@ -78,6 +78,7 @@ def _sum(forces: Sequence[Callable[..., float]]) -> Callable[..., float]:
     return both
 
 
+_BUILT_IN = frozenset(effect.name for effect in BUILT_IN)
 _BUILT_IN_FORCES = tuple(effect for effect in BUILT_IN if isinstance(effect, ForceEffect))
 _BUILT_IN_PARAMETERS = sum(len(effect.parameters) for effect in _BUILT_IN_FORCES)
 _built_in_force = _total_force(_BUILT_IN_FORCES)
@@ -208,8 +209,9 @@ def force_along(names: Sequence[str] = ()) -> Callable[..., Any]:
 
 
 def _all_built_in(names: Sequence[str]) -> bool:
-    built_in = {effect.name for effect in BUILT_IN}
-    return all(effect.name in built_in for effect in force_effects() if effect.name in names)
+    return _BUILT_IN.issuperset(names) or not any(
+        effect.name in names and effect.name not in _BUILT_IN for effect in force_effects()
+    )
 
 
 @lru_cache(maxsize=16)

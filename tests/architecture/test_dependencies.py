@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from parsed import nodes
+
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 
@@ -25,7 +27,7 @@ def imported(*folders: str) -> set[str]:
     found = set()
     for folder in folders:
         for path in (ROOT / folder).rglob("*.py"):
-            for node in ast.walk(ast.parse(path.read_text())):
+            for node in nodes(path.read_text()):
                 match node:
                     case ast.Import(names=aliases):
                         found |= {alias.name.partition(".")[0] for alias in aliases}

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
+
+from parsed import parsed
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("friction_bayes", "experiments", "paper_figures", "benchmarks", "tests")
@@ -15,11 +18,14 @@ def module_name(path: Path) -> str:
     return ".".join(path.relative_to(ROOT).with_suffix("").parts)
 
 
-TREES = {
-    module_name(path): ast.parse(path.read_text(encoding="utf-8"))
-    for folder in FOLDERS
-    for path in sorted((ROOT / folder).rglob("*.py"))
-}
+@cache
+def trees() -> dict[str, ast.Module]:
+    """Every module of the repository."""
+    return {
+        module_name(path): parsed(path.read_text(encoding="utf-8"))
+        for folder in FOLDERS
+        for path in sorted((ROOT / folder).rglob("*.py"))
+    }
 
 
 def options(function: ast.FunctionDef) -> set[str]:
@@ -52,7 +58,7 @@ def imported(module: str, tree: ast.Module) -> dict[str, str]:
     return names
 
 
-def uses(module: str, tree: ast.Module, kernels: set[str]) -> Iterator[tuple[str, bool]]:
+def uses(module: str, tree: ast.Module, kernels: frozenset[str]) -> Iterator[tuple[str, bool]]:
     """Each use of a kernel, and whether it is in compiled code; its source, ``py_func``, is none."""
     names, last = imported(module, tree), {kernel.rpartition(".")[2] for kernel in kernels}
 
@@ -74,15 +80,24 @@ def uses(module: str, tree: ast.Module, kernels: set[str]) -> Iterator[tuple[str
     yield from within(tree, False)
 
 
-def all_uses(wanted: set[str]) -> list[tuple[str, str, bool]]:
-    """Kernel, module that uses it, and whether in compiled code, over the repository."""
-    kernels = {name for module, tree in TREES.items() for name in inner_kernels(module, tree, wanted)}
+@cache
+def all_kernels(*wanted: str) -> frozenset[str]:
+    """Full names of the kernels of the repository that have one of some options."""
+    found = (inner_kernels(module, tree, set(wanted)) for module, tree in trees().items())
+    kernels = frozenset().union(*found)
     assert len(kernels) > 3
-    return [
+    return kernels
+
+
+@cache
+def all_uses() -> tuple[tuple[str, str, bool], ...]:
+    """Kernel without a wrapper, module that uses it, and whether in compiled code, over the repository."""
+    kernels = all_kernels(*WITHOUT_WRAPPER)
+    return tuple(
         (kernel, module, compiled)
-        for module, tree in TREES.items()
+        for module, tree in trees().items()
         for kernel, compiled in uses(module, tree, kernels)
-    ]
+    )
 
 
 def test_uses_are_found() -> None:
@@ -90,9 +105,9 @@ def test_uses_are_found() -> None:
         "from a import f\nfrom b import c as d\nimport b.c\n\n@njit(**INNER)\ndef g(x):\n    return f(x)\n\n"
         "def h(x):\n    return f(x) + d.k(x) + b.c.k(x) + g(x) + g.py_func(x)\n"
     )
-    tree = ast.parse(source)
+    tree = parsed(source)
     assert inner_kernels("m", tree, {"INNER"}) == {"m.g"}
-    assert list(uses("m", tree, {"m.g", "a.f", "b.c.k"})) == [
+    assert list(uses("m", tree, frozenset({"m.g", "a.f", "b.c.k"}))) == [
         ("a.f", True),
         ("a.f", False),
         ("b.c.k", False),
@@ -102,9 +117,9 @@ def test_uses_are_found() -> None:
 
 
 def test_inner_kernels_are_called_by_kernels_alone() -> None:
-    assert [use for use in all_uses(WITHOUT_WRAPPER) if not use[2]] == []
+    assert [use for use in all_uses() if not use[2]] == []
 
 
 def test_what_is_written_into_its_caller_has_one() -> None:
-    called = [kernel for kernel, _, _ in all_uses({"INLINED"})]
+    called = [kernel for kernel, _, _ in all_uses() if kernel in all_kernels("INLINED")]
     assert len(called) == len(set(called))

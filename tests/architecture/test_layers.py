@@ -11,10 +11,13 @@ import re
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+
+from parsed import nodes, parsed
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "friction_bayes"
@@ -92,21 +95,20 @@ class Module:
 
     @classmethod
     def parse(cls, name: str, source: str, tree: set[str]) -> Module:
-        syntax = ast.parse(source)
         inside, outside = set(), set()
-        for target in imported(syntax):
+        for target in imported(source):
             top, _, below = target.partition(".")
             if top != "friction_bayes":
                 outside.add(top)
             else:
                 inside.add(below if below in tree else below.rpartition(".")[0])
         inside -= {name}
-        return cls(ast.get_docstring(syntax) or "", frozenset(inside), frozenset(outside))
+        return cls(ast.get_docstring(parsed(source)) or "", frozenset(inside), frozenset(outside))
 
 
-def imported(syntax: ast.Module) -> Iterator[str]:
+def imported(source: str) -> Iterator[str]:
     """Dotted names that a file imports: modules, and names in modules."""
-    for node in ast.walk(syntax):
+    for node in nodes(source):
         match node:
             case ast.ImportFrom(module=str(module), names=names):
                 yield from (f"{module}.{alias.name}" for alias in names)
@@ -228,10 +230,16 @@ def without_docstring(modules: Mapping[str, Module]) -> list[str]:
 
 RULES = (upward_imports, strangers, unused, cycles, without_docstring)
 FILES = {path.relative_to(PACKAGE).as_posix(): path.read_text() for path in sorted(PACKAGE.rglob("*.py"))}
-MODULES = read_tree(FILES)
-for beside in BESIDE:
-    together = "\n".join(path.read_text() for path in sorted((ROOT / beside).rglob("*.py")))
-    MODULES[beside] = Module.parse(beside, together, set(MODULES))
+
+
+@cache
+def house() -> dict[str, Module]:
+    """Modules of the package, and each folder beside it as one."""
+    modules = read_tree(FILES)
+    for beside in BESIDE:
+        together = "\n".join(path.read_text() for path in sorted((ROOT / beside).rglob("*.py")))
+        modules[beside] = Module.parse(beside, together, set(modules))
+    return modules
 
 
 def test_folders_are_the_layers() -> None:
@@ -242,11 +250,11 @@ def test_folders_are_the_layers() -> None:
 
 @pytest.mark.parametrize("rule", RULES)
 def test_every_file_lies_in_its_room(rule) -> None:
-    assert rule(MODULES) == []
+    assert rule(house()) == []
 
 
 def test_modules_lie_where_they_are_used() -> None:
-    found = {fault.partition(" ")[0]: fault for fault in misplaced(MODULES)}
+    found = {fault.partition(" ")[0]: fault for fault in misplaced(house())}
     assert [fault for name, fault in found.items() if name not in AT_HOME] == []
     assert set(AT_HOME) <= set(found), "an exception that is none any more"
 
@@ -307,13 +315,13 @@ def test_a_cycle_of_folders_is_found_where_no_module_is_in_one() -> None:
 def test_contributing_has_each_folders_own_sentence() -> None:
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (\d+) \| `(\w+)` \| (.*) \|$", text, re.MULTILINE)
-    own = {name: MODULES[name].docstring.replace("``", "`") for name in RANK}
+    own = {name: house()[name].docstring.replace("``", "`") for name in RANK}
     assert rows == [(str(rank + 1), name, own[name]) for name, rank in RANK.items()]
 
 
 def test_no_relative_imports_and_no_global_random_state() -> None:
     for path, source in FILES.items():
-        for node in ast.walk(ast.parse(source)):
+        for node in nodes(source):
             if isinstance(node, ast.ImportFrom):
                 assert node.level == 0, path
             if isinstance(node, ast.Attribute) and node.attr in {"seed", "set_state"}:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from parsed import nodes
+
 PACKAGE = Path(__file__).parents[2] / "friction_bayes"
 FOLDERS = ("statespace", "estimators", "loop")
 MOST_LINES = 60
@@ -20,7 +22,7 @@ OF_USERS = {"estimate", "estimate_batch", "close_loop"}
 
 def functions(source: str) -> Iterator[tuple[str, int, int]]:
     """Name, lines without the docstring, and parameters of every function."""
-    for node in ast.walk(ast.parse(source)):
+    for node in nodes(source):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             lines = node.end_lineno - node.lineno + 1
             if ast.get_docstring(node) is not None:

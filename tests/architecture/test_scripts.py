@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from parsed import nodes
+
 ROOT = Path(__file__).parents[2]
 
 # what each folder may import of the others
@@ -20,7 +22,7 @@ MAY_IMPORT = {
 
 def imported_folders(source: str) -> set[str]:
     names = set()
-    for node in ast.walk(ast.parse(source)):
+    for node in nodes(source):
         if isinstance(node, ast.ImportFrom) and node.module:
             names.add(node.module)
         elif isinstance(node, ast.Import):

@@ -48,10 +48,9 @@ def force_sd(fit: ForceFit) -> float:
     return float(posterior.weight.sum(axis=1) @ sizes)
 
 
-@pytest.mark.parametrize(("order", "count", "most"), [(0, 12, 1), (2, 14, 3)])
-def test_none_is_invented(order: int, count: int, most: int, rng: np.random.Generator) -> None:
-    # one in a hundred by chance, and five of an acceleration: more in one run of 160, and of 240
-    assert sum(bool(knock_times(fit_of(rng, order=order))) for _ in range(count)) <= most
+def test_none_is_invented_in_an_acceleration(rng: np.random.Generator) -> None:
+    """Five in a hundred by chance, more in one run of 240; in a displacement see ``test_plain_decays.py``."""
+    assert sum(bool(knock_times(fit_of(rng, order=2))) for _ in range(14)) <= 3
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])

@@ -136,9 +136,16 @@ def _gains(
     beyond = np.empty(n, dtype=np.bool_)
     for i, level in enumerate(levels):
         reach = np.zeros(half_cycles, dtype=np.bool_)
+        flat, used = 0.0, 0
         for k in range(n):
             beyond[k] = (upper and expected[k] > level) or (lower and -expected[k] > level)
             reach[half_cycle[k]] |= beyond[k]
+            if beyond[k]:
+                flat += weight[k] * (abs(away[k]) - level) ** 2
+                used += weight[k] > 0.0
+        if not flat <= _LIKE_NOISE**2 * used:
+            gains[i] = -np.inf
+            continue
         # the deviation from the law in half cycles below the level
         common, total = np.zeros(_BINS), np.zeros(_BINS)
         for k in range(n):
@@ -148,14 +155,11 @@ def _gains(
         for j in range(_BINS):
             common[j] /= total[j] if total[j] > 0.0 else 1.0
         crossed, square = np.zeros(half_cycles), np.zeros(half_cycles)
-        flat, used = 0.0, 0
         for k in range(n):
             if beyond[k]:
                 other = away[k] - np.sign(expected[k]) * common[bins[k]]
                 crossed[half_cycle[k]] += weight[k] * other * expected[k]
                 square[half_cycle[k]] += weight[k] * expected[k] * expected[k]
-                flat += weight[k] * (abs(away[k]) - level) ** 2
-                used += weight[k] > 0.0
         for j in range(half_cycles):
             crossed[j] /= square[j] if square[j] > 0.0 else 1.0
         own = 0.0
@@ -163,5 +167,5 @@ def _gains(
             if beyond[k]:
                 other = away[k] - np.sign(expected[k]) * common[bins[k]]
                 own += weight[k] * (other - crossed[half_cycle[k]] * expected[k]) ** 2
-        gains[i] = 0.5 * (own - flat) if flat <= _LIKE_NOISE**2 * used else -np.inf
+        gains[i] = 0.5 * (own - flat)
     return gains

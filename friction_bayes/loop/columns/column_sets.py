@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import chain, combinations, product
+from itertools import accumulate, chain, combinations, product
 from typing import NamedTuple
 
 import numpy as np
 
-from friction_bayes.core.arrays import Array, Mask
+from friction_bayes.core.arrays import Array, Indices, Mask
 from friction_bayes.loop import settings
 from friction_bayes.loop.columns.law_columns import LawColumns
 from friction_bayes.loop.columns.lines import OF_LINES
@@ -42,7 +42,7 @@ class ColumnSets:
 
 
 class _Structure(NamedTuple):
-    """Inputs of the sets: the columns that each effect may have, and the probabilities of its shapes.
+    """Inputs of the sets: the columns that each effect may have.
 
     Attributes
     ----------
@@ -50,8 +50,6 @@ class _Structure(NamedTuple):
         Those that have a column.
     shapes : tuple of tuple of tuple of int
         The columns of each of their shapes.
-    log_shares : tuple of tuple of float
-        Logarithm of the share of an effect's probability that each shape has.
     always, frictions, of_friction : tuple of int
         Columns that all sets have, those that are a friction, and those that change one.
     dry_friction, columns : int
@@ -60,7 +58,6 @@ class _Structure(NamedTuple):
 
     effects: tuple[str, ...]
     shapes: tuple[tuple[tuple[int, ...], ...], ...]
-    log_shares: tuple[tuple[float, ...], ...]
     always: tuple[int, ...]
     frictions: tuple[int, ...]
     of_friction: tuple[int, ...]
@@ -68,15 +65,34 @@ class _Structure(NamedTuple):
     columns: int
 
 
+class _Sets(NamedTuple):
+    """The sets of a structure, and what their probabilities are made of.
+
+    Attributes
+    ----------
+    effects, columns
+        As of :class:`ColumnSets`.
+    log_act, log_rub : ndarray, shape (m,)
+        Logarithm of the probability that these effects act and no other, and of dry friction or none.
+    shapes : ndarray of int, shape (m, effects at once)
+        Places of the shapes that it has among those of all effects, in order; one beyond the last for none.
+    """
+
+    effects: tuple[frozenset[str], ...]
+    columns: Mask
+    log_act: Array
+    log_rub: Array
+    shapes: Indices
+
+
 def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
     """Every set of some effects, in each of its shapes, with dry friction and without."""
     shapes = {name: tuple(law.alternatives(name)) for name in effects}
     effects = tuple(name for name in effects if shapes[name])
-    return _sets_of(
+    sets = _sets_of(
         _Structure(
             effects=effects,
             shapes=tuple(shapes[name] for name in effects),
-            log_shares=tuple(tuple(_log_shares(law, shapes[name])) for name in effects),
             always=tuple(law.always),
             frictions=tuple(law.frictions),
             of_friction=tuple(j for j, column in enumerate(law.columns) if column.of_friction),
@@ -85,45 +101,67 @@ def column_sets(law: LawColumns, effects: tuple[str, ...]) -> ColumnSets:
         ),
         settings.SETTINGS,
     )
+    shares = np.array([*chain(*(_log_shares(law, shapes[name]) for name in effects)), 0.0])
+    logs = np.zeros(len(sets.effects))
+    for places in sets.shapes.T:
+        logs += shares[places]
+    logs = sets.log_act + logs + sets.log_rub
+    logs -= float(np.log(np.sum(np.exp(logs))))
+    logs.flags.writeable = False
+    return ColumnSets(sets.effects, sets.columns, logs)
 
 
 @lru_cache(maxsize=32)
-def _sets_of(given: _Structure, known: LoopSettings) -> ColumnSets:
+def _sets_of(given: _Structure, known: LoopSettings) -> _Sets:
     """The sets of a structure, which most rounds and most records share."""
-    effects, shapes = given.effects, dict(zip(given.effects, given.shapes, strict=True))
-    log_shares = dict(zip(effects, given.log_shares, strict=True))
+    effects, starts = given.effects, accumulate(map(len, given.shapes), initial=0)
+    shapes = {
+        name: tuple(enumerate(own, start))
+        for name, own, start in zip(effects, given.shapes, starts, strict=False)
+    }
     always, dry_friction, of_friction = given.always, given.dry_friction, set(given.of_friction)
-    bends = {name for name in effects if set(given.frictions) & set(shapes[name][0])}
+    frictions = set(given.frictions)
+    bends = {name for name, own in zip(effects, given.shapes, strict=True) if frictions & set(own[0])}
     rubs, idles = math.log1p(-known.no_dry_friction), math.log(known.no_dry_friction)
     # thousands of sets: lists are filled, and all masks at once
     found: list[frozenset[str]] = []
-    places: list[list[int]] = []
-    log_prior: list[float] = []
+    columns: list[list[int]] = []
+    places: list[tuple[int, ...]] = []
+    log_act: list[float] = []
+    log_rub: list[float] = []
     for names in _named_sets(effects, known.most_at_once):
         bent = bends.intersection(names)
         if len(bent) > 1:
             continue
         together = frozenset(names)
-        log_act = len(names) * math.log(INCLUSION) + (len(effects) - len(names)) * math.log1p(-INCLUSION)
-        shares = product(*(log_shares[name] for name in names))
-        for choice, share in zip(product(*(shapes[name] for name in names)), shares, strict=True):
-            columns, log_share = [*always, *chain(*choice)], log_act + sum(share)
+        act = len(names) * math.log(INCLUSION) + (len(effects) - len(names)) * math.log1p(-INCLUSION)
+        for choice in product(*(shapes[name] for name in names)):
+            used = [*always, *chain.from_iterable(each for _, each in choice)]
             if bent:
-                weighed = [(columns, log_share)]
-            elif of_friction.isdisjoint(columns):
-                weighed = [([*columns, dry_friction], log_share + rubs), (columns, log_share + idles)]
+                weighed = [(used, 0.0)]
+            elif of_friction.isdisjoint(used):
+                weighed = [([*used, dry_friction], rubs), (used, idles)]
             else:
-                weighed = [([*columns, dry_friction], log_share)]
-            for used, log_probability in weighed:
+                weighed = [([*used, dry_friction], 0.0)]
+            for of_set, log_probability in weighed:
                 found.append(together)
-                places.append(used)
-                log_prior.append(log_probability)
-    masks = np.zeros((len(found), given.columns), np.bool_)
-    masks[np.repeat(np.arange(len(found)), [len(used) for used in places]), list(chain(*places))] = True
-    logs = np.array(log_prior)
-    logs -= float(np.log(np.sum(np.exp(logs))))
-    masks.flags.writeable = logs.flags.writeable = False
-    return ColumnSets(tuple(found), masks, logs)
+                columns.append(of_set)
+                places.append(tuple(place for place, _ in choice))
+                log_act.append(act)
+                log_rub.append(log_probability)
+    masks = _filled(np.zeros((len(found), given.columns), np.bool_), columns)
+    none, most = sum(map(len, given.shapes)), max(map(len, places))
+    taken = np.full((len(found), most), none)
+    taken[np.arange(most) < np.array([[len(own)] for own in places])] = list(chain.from_iterable(places))
+    return _Sets(tuple(found), masks, np.array(log_act), np.array(log_rub), taken)
+
+
+def _filled(masks: Mask, columns: Sequence[Sequence[int]]) -> Mask:
+    """Masks with the columns of each set, read-only."""
+    rows = np.repeat(np.arange(len(columns)), [len(used) for used in columns])
+    masks[rows, list(chain.from_iterable(columns))] = True
+    masks.flags.writeable = False
+    return masks
 
 
 def _log_shares(law: LawColumns, shapes: Sequence[tuple[int, ...]]) -> list[float]:

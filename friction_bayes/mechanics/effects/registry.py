@@ -121,9 +121,7 @@ def force_vector(values: Mapping[str, tuple[float, ...]]) -> Array:
     values : mapping
         Values per effect, as from :func:`parse_effects`; sensor and noise effects are left out.
     """
-    offsets = force_offsets()
-    vector = np.zeros(sum(len(effect.parameters) for effect in force_effects()))
-    for name, numbers in values.items():
-        if name in offsets:
-            vector[offsets[name] : offsets[name] + len(numbers)] = numbers
-    return vector
+    vector: list[float] = []
+    for effect in force_effects():
+        vector += values.get(effect.name) or (0.0,) * len(effect.parameters)
+    return np.array(vector)

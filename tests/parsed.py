@@ -1,0 +1,20 @@
+"""Sources parsed once a process, for the tests that read them."""
+
+from __future__ import annotations
+
+import ast
+from functools import cache
+
+__all__ = ["nodes", "parsed"]
+
+
+@cache
+def parsed(source: str) -> ast.Module:
+    """Parse a source, which is not to be changed by whoever asks."""
+    return ast.parse(source)
+
+
+@cache
+def nodes(source: str) -> tuple[ast.AST, ...]:
+    """Every node of a source."""
+    return tuple(ast.walk(parsed(source)))
