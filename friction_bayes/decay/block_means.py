@@ -21,6 +21,7 @@ _KEPT_SAMPLES = 200.0
 """Least number of values a period that averaging leaves."""
 
 
+@njit(**KERNEL)
 def samples_in_block(samples_per_period: float) -> int:
     """How many samples may be averaged into one; 1 where they had better be kept as they are."""
     return max(int(samples_per_period / _KEPT_SAMPLES), 1)

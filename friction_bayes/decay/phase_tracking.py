@@ -9,25 +9,33 @@ freedom than a linear system needs costs no precision in friction.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from friction_bayes.core.arrays import ZERO, Array, Mask
+from friction_bayes.core.arrays import ZERO, Array, Integers, Mask
 from friction_bayes.core.kernels import INNER, KERNEL
-from friction_bayes.decay.block_means import fill_block_means
-from friction_bayes.decay.demodulation import demodulate
+from friction_bayes.decay.block_means import fill_block_means, samples_in_block
+from friction_bayes.decay.demodulation import demodulate, fill_turns
 from friction_bayes.decay.free_decay import FreeDecay
-from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
-from friction_bayes.decay.phase_polynomial import phase_at, rises
-from friction_bayes.decay.releases import samples_averaged
-from friction_bayes.mechanics.coulomb import coulomb_shapes
+from friction_bayes.decay.linear_least_squares import add_sample, restricted, solve_spd
+from friction_bayes.decay.phase_polynomial import phase_at, rises, time_of_phase
 
-__all__ = ["MAX_DEGREE", "coulomb_fit", "nearest_turning_points", "track_phase", "tracked_phase"]
+__all__ = [
+    "MAX_DEGREE",
+    "coulomb_fit",
+    "half_cycle_moments",
+    "nearest_turning_points",
+    "track_phase",
+    "tracked_phase",
+]
 
 MAX_DEGREE = 5
 """Highest degree of the phase polynomial; a pendulum's phase is odd in time to this order at 1 rad."""
 
+_SETTLED = 1e-5
+"""Step [rad] after which Gauss-Newton ends; the next would be a tenth of it at most."""
 _FREQUENCY_SD = 0.05
 _FREQUENCY_WANDER = 0.003
 _PHASE_SD = 0.5
@@ -96,39 +104,117 @@ def _polynomial_through(
     return solve_spd(matrix, right)
 
 
-@njit(**INNER)
-def _refine(
-    values: Array,
-    begin: float,
-    spacing: float,
-    order: int,
-    polynomial: Array,
-    amplitude: float,
-    friction: float,
-    free: int,
-) -> tuple[Array, bool]:
-    """One Gauss-Newton step in (c, a, u) and in ``free`` coefficients of the phase, all of them or none.
+class _HalfCycles(NamedTuple):
+    """Moments of samples over the half cycles of a phase ``chi``: all that a regression needs of them.
+
+    Attributes
+    ----------
+    number : ndarray of int, shape (m,)
+        Of each half cycle, ``floor(theta / pi)`` with the displacement's phase ``theta``.
+    place : ndarray, shape (m,)
+        Position of its middle.
+    matrix, right : ndarray, shapes (m, 4, 4) and (m, 4)
+        Moments of ``1, cos(chi), sin(chi), t sin(chi)`` with each other (lower triangle) and with the
+        samples, ``t`` being the position less that of the middle.
+    """
+
+    number: Integers
+    place: Array
+    matrix: Array
+    right: Array
+
+
+@njit(**INNER, fastmath={"reassoc", "contract"})
+def _add_half_cycle(
+    y: Array, cosine: Array, sine: Array, spacing: float, matrix: Array, right: Array
+) -> None:
+    """Add up the moments of :class:`_HalfCycles`, several samples at a time."""
+    c = s = cc = sc = ts = tsc = tss = tsts = one = yc = ys = yts = 0.0
+    first = -0.5 * (y.size - 1) * spacing
+    for j in range(y.size):
+        value, a, b = y[j], cosine[j], sine[j]
+        d = (first + j * spacing) * b
+        c, s, cc, sc = c + a, s + b, cc + a * a, sc + a * b
+        ts, tsc, tss, tsts = ts + d, tsc + d * a, tss + d * b, tsts + d * d
+        one, yc, ys, yts = one + value, yc + value * a, ys + value * b, yts + value * d
+    n = float(y.size)
+    matrix[0, 0] = n
+    matrix[1, 0], matrix[1, 1] = c, cc
+    matrix[2, 0], matrix[2, 1], matrix[2, 2] = s, sc, n - cc
+    matrix[3, 0], matrix[3, 1], matrix[3, 2], matrix[3, 3] = ts, tsc, tss, tsts
+    right[0], right[1], right[2], right[3] = one, yc, ys, yts
+
+
+@njit(**KERNEL)
+def half_cycle_moments(
+    values: Array, begin: float, spacing: float, order: int, polynomial: Array
+) -> _HalfCycles:
+    """Moments over the half cycles of a phase polynomial, which is a parabola within each.
 
     The positions of the values are ``begin + i spacing``.
     """
-    n = values.size
+    n, shift = values.size, 0.5 * order * math.pi
+    first = math.floor((phase_at(polynomial, begin)[0] - shift) / math.pi)
+    count = math.floor((phase_at(polynomial, begin + (n - 1) * spacing)[0] - shift) / math.pi) - first + 1
+    found = _HalfCycles(
+        first + np.arange(count), np.zeros(count), np.zeros((count, 4, 4)), np.zeros((count, 4))
+    )
+    cosine, sine = np.empty(n), np.empty(n)
+    i = ZERO
+    for k in range(count):
+        end = n
+        if k + 1 < count:
+            turn = time_of_phase(polynomial, (first + k + 1) * math.pi + shift, 2.0) - 1.0
+            end = min(max(math.ceil((turn - begin) / spacing), i), n)
+        size, reach = end - i, 0.5 * (end - i - 1) * spacing
+        place = begin + i * spacing + reach
+        found.place[k] = place
+        if size > 0:
+            before, middle = phase_at(polynomial, place - reach)[0], phase_at(polynomial, place)[0]
+            after = phase_at(polynomial, place + reach)[0]
+            c, s = cosine[:size], sine[:size]
+            fill_turns(before, (after - before) / max(size - 1, 1), c, s)
+            bend = middle - 0.5 * (before + after)
+            for j in range(size if bend != 0.0 else 0):
+                part = (2.0 * j - (size - 1)) / (size - 1)
+                turned = bend * (1.0 - part * part)
+                kept = 1.0 - 0.5 * turned * turned
+                c[j], s[j] = kept * c[j] - turned * s[j], kept * s[j] + turned * c[j]
+            _add_half_cycle(values[i:end], c, s, spacing, found.matrix[k], found.right[k])
+        i = end
+    return found
+
+
+@njit(**INNER)
+def _refine(
+    cycles: _HalfCycles, order: int, amplitude: float, friction: float, free: int
+) -> tuple[Array, bool]:
+    """One Gauss-Newton step in (c, a, u) and in ``free`` coefficients of the phase, all of them or none."""
     columns = 3 + free
-    matrix = np.zeros((columns, columns))
-    right = np.zeros(columns)
-    basis = np.ones(columns)
-    shift = 0.5 * order * math.pi
-    for i in range(n):
-        position = begin + i * spacing
-        chi, _ = phase_at(polynomial, position)
-        basis[1], basis[2], slope, half = coulomb_shapes(chi - shift, order)
-        if free > 0:
-            swing = max(amplitude - (2 * half + 1) * friction, 0.0) * slope
-            before, now = 1.0, position
-            basis[3] = swing
-            for k in range(1, free):
-                basis[3 + k] = swing * now
-                before, now = now, 2.0 * position * now - before
-        add_sample(matrix, right, basis, values[i], 1.0)
+    matrix, right = np.zeros((columns, columns)), np.zeros(columns)
+    share = np.zeros((4, columns))
+    share[0, 0] = share[1, 1] = 1.0
+    for k in range(cycles.number.size):
+        odd, position = 2 * cycles.number[k] + 1, cycles.place[k]
+        if order == 0:
+            share[0, 2] = 1.0 if cycles.number[k] % 2 == 0 else -1.0
+        share[1, 2] = -odd
+        # the Chebyshev polynomials and their slopes at the middle
+        swing = -max(amplitude - odd * friction, 0.0)
+        before, now, slope_before, slope = 1.0, position, 0.0, 1.0
+        for m in range(free):
+            share[2, 3 + m], share[3, 3 + m] = swing * before, swing * slope_before
+            before, now, slope_before, slope = (
+                now,
+                2.0 * position * now - before,
+                slope,
+                2.0 * now + 2.0 * position * slope - slope_before,
+            )
+        own, projected = restricted(cycles.matrix[k], cycles.right[k], share)
+        for a in range(columns):
+            right[a] += projected[a]
+            for b in range(a + 1):
+                matrix[a, b] += own[a, b]
     return solve_spd(matrix, right)
 
 
@@ -136,12 +222,13 @@ def _refine(
 def _settle(values: Array, begin: float, spacing: float, order: int, result: Array, degree: int) -> None:
     """Gauss-Newton of phase, amplitudes and middle, while the phase in ``result`` rises."""
     polynomial = result[: degree + 1].copy()
-    found, ok = _refine(values, begin, spacing, order, polynomial, 0.0, 0.0, ZERO)
-    for _ in range(12):
+    cycles = half_cycle_moments(values, begin, spacing, order, polynomial)
+    found, ok = _refine(cycles, order, 0.0, 0.0, ZERO)
+    for again in range(12):
+        if again > 0:
+            cycles = half_cycle_moments(values, begin, spacing, order, polynomial)
         if ok:
-            found, ok = _refine(
-                values, begin, spacing, order, polynomial, found[1], found[2], polynomial.size
-            )
+            found, ok = _refine(cycles, order, found[1], found[2], polynomial.size)
         if not ok:
             break
         largest = 0.0
@@ -154,15 +241,15 @@ def _settle(values: Array, begin: float, spacing: float, order: int, result: Arr
             break
         for k in range(degree + 1):
             result[k] = polynomial[k]
-        if largest < 1e-7:
+        if largest < _SETTLED:
             break
 
 
 @njit(**KERNEL)
 def coulomb_fit(values: Array, order: int, polynomial: Array) -> tuple[float, float, float]:
     """Least-squares rest position, initial amplitude and friction coefficient at a given phase, or NaN."""
-    spacing = 2.0 / (values.size - 1)
-    found, ok = _refine(values, -1.0, spacing, order, polynomial, 0.0, 0.0, ZERO)
+    cycles = half_cycle_moments(values, -1.0, 2.0 / (values.size - 1), order, polynomial)
+    found, ok = _refine(cycles, order, 0.0, 0.0, ZERO)
     if not ok:
         return np.nan, np.nan, np.nan
     return found[0], found[1], found[2]
@@ -191,8 +278,8 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
 
     Notes
     -----
-    The samples refine what means of a forty-eighth of a period have nearly all of; not those of an
-    acceleration, which jumps within them.
+    Means of a two-hundredth of a period have all that the samples know of the phase, but for about a
+    hundredth of its standard error; not those of an acceleration, which jumps within them.
     """
     n = values.size
     duration = (n - 1) * step
@@ -202,7 +289,7 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
     result[1] = 0.5 * frequency * duration
     if n < 8:
         return result
-    width = samples_averaged(frequency * step) if order < 2 else 1
+    width = samples_in_block(2.0 * math.pi / (frequency * step)) if order < 2 else 1
     means = np.empty(n // width)
     fill_block_means(values, width, 0.0, means)
     middle = 0.5 * (width - 1)
@@ -221,9 +308,7 @@ def track_phase(values: Array, step: float, frequency: float, phase: float, orde
             for k in range(MAX_DEGREE + 1):
                 result[k] = coefficients[k] if k <= trial else 0.0
             break
-    if width > 1:
-        _settle(means, begin, spacing, order, result, degree)
-    _settle(values, -1.0, 2.0 / (n - 1), order, result, degree)
+    _settle(means, begin, spacing, order, result, degree)
     return result
 
 

@@ -357,8 +357,9 @@ def _look_longer(white: Mask, used: Mapping[int, FreeDecay], fits: Fits) -> None
     """Mark those residuals that a longer look finds white; none of a method that leaves no residual."""
     if fits.residual is None:
         return
-    for row, decay in used.items():
-        if fits.found[row] and not white[row] and decay.values.size >= LEAST_SAMPLES:
+    for row in np.flatnonzero(fits.found & ~white).tolist():
+        decay = used.get(row)
+        if decay is not None and decay.values.size >= LEAST_SAMPLES:
             phase = fits.frequency[row] * decay.time
             white[row] = looks_white(fits.residual(row), phase, decay.quantity.order, _COEFFICIENTS)
 

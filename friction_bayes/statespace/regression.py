@@ -260,7 +260,7 @@ def near_least_squares(gram: Array, columns: Mask | None = None) -> Array:
     """
     law = np.zeros(len(gram) - 1)
     mine = np.arange(law.size) if columns is None else np.flatnonzero(columns)
-    own = gram[np.ix_(mine, mine)]
+    own = gram[mine][:, mine]
     law[mine] = solved(own + np.diag(_RIDGE * np.diag(own) + 1e-300), gram[mine, -1])
     return law
 

@@ -25,8 +25,7 @@ from friction_bayes.core.arrays import ZERO, Array, Integers
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.linear_least_squares import add_sample, solve_spd
 from friction_bayes.decay.phase_polynomial import phase_at
-from friction_bayes.decay.phase_tracking import MAX_DEGREE, coulomb_fit, track_phase
-from friction_bayes.mechanics.coulomb import coulomb_shapes
+from friction_bayes.decay.phase_tracking import MAX_DEGREE, coulomb_fit, half_cycle_moments, track_phase
 from friction_bayes.mechanics.pendulum import linear_amplitude, third_harmonic
 
 __all__ = ["EnvelopeStatistics", "envelope_statistics", "half_cycle_rows", "least_squares"]
@@ -125,33 +124,51 @@ def _products(
 
     A block is ``stride`` half cycles long.
     """
-    n = values.size
-    shift = 0.5 * order * math.pi
     with_slope, with_f, with_one = (
         np.zeros((blocks, _FUNCTIONS)),
         np.zeros((blocks, _FUNCTIONS)),
         np.zeros((blocks, _FUNCTIONS)),
     )
-    functions = np.ones(_FUNCTIONS)
-    amplitude, friction, third, previous_half = 0.0, 0.0, 0.0, 0
     if swing_frequency > 0.0:
-        _, amplitude, friction = coulomb_fit(values, order, polynomial)
+        values = _without_third_harmonic(values, polynomial, order, swing_frequency)
+    cycles = half_cycle_moments(values, -1.0, 2.0 / (values.size - 1), order, polynomial)
+    for k in range(cycles.number.size):
+        half, moments, right = cycles.number[k], cycles.matrix[k], cycles.right[k]
+        block = min(max(math.floor(half / stride) - first_block, 0), blocks - 1)
+        sign = 0.0
+        if order == 0:
+            sign = 1.0 if half % 2 == 0 else -1.0
+        # of 1, cos and sin, of which the last is minus the slope
+        for row, turn, products in (
+            (2, -1.0, with_slope[block]),
+            (1, 1.0, with_f[block]),
+            (0, 1.0, with_one[block]),
+        ):
+            one, cosine, sine = moments[row, 0], moments[max(row, 1), min(row, 1)], moments[2, row]
+            products[_SLOPE] -= turn * sine
+            products[_F] += turn * cosine
+            products[_G] += turn * (sign * one - (2 * half + 1) * cosine)
+            products[_ONE] += turn * one
+            products[_SIGNAL] += turn * right[row]
+    return with_slope, with_f, with_one
+
+
+@njit(**INNER)
+def _without_third_harmonic(values: Array, polynomial: Array, order: int, swing_frequency: float) -> Array:
+    """Samples of a pendulum less the third harmonic of its swing."""
+    n, shift = values.size, 0.5 * order * math.pi
+    _, amplitude, friction = coulomb_fit(values, order, polynomial)
+    without = np.empty(n)
+    third, previous_half = 0.0, 0
     for i in range(n):
         chi, _ = phase_at(polynomial, 2.0 * i / (n - 1) - 1.0)
-        f, g, slope, half = coulomb_shapes(chi - shift, order)
-        block = min(max(math.floor(half / stride) - first_block, 0), blocks - 1)
-        functions[_SLOPE], functions[_F], functions[_G], functions[_SIGNAL] = slope, f, g, values[i]
-        if swing_frequency > 0.0:
-            if i == 0 or half != previous_half:
-                swing = amplitude - (2 * half + 1) * friction
-                third = swing * third_harmonic(swing / swing_frequency**order, order)
-                previous_half = half
-            functions[_SIGNAL] -= third * math.cos(3.0 * chi)
-        for b in range(_FUNCTIONS):
-            with_slope[block, b] += slope * functions[b]
-            with_f[block, b] += f * functions[b]
-            with_one[block, b] += functions[b]
-    return with_slope, with_f, with_one
+        half = math.floor((chi - shift) / math.pi)
+        if i == 0 or half != previous_half:
+            swing = amplitude - (2 * half + 1) * friction
+            third = swing * third_harmonic(swing / swing_frequency**order, order)
+            previous_half = half
+        without[i] = values[i] - third * math.cos(3.0 * chi)
+    return without
 
 
 @njit(**INNER)

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.fft import rfft
@@ -148,11 +149,14 @@ class _Spectra:
                 swings * np.sin(phase)[:, None],
             ]
         ).T
-        self._tapers = _tapers(n)
         # estimates that share no taper's main lobe are independent
         stride = int(2 * _BANDWIDTH)
         index = np.arange(stride, n // 2 - stride // 2, stride)
         omega = 2.0 * math.pi * index / n
+        # the transform at multiples of a frequency is that of as many parts of the samples added up
+        parts = math.gcd(n, stride)
+        index //= parts
+        self._tapers = _tapers(n).reshape(_TAPERS, parts, -1)
         above = omega > _ABOVE * angle
         self._index, self._omega = index[above], omega[above]
         phase = self._omega / angle
@@ -198,7 +202,8 @@ class _Spectra:
         return 0.5 * coefficients * math.log(self._n)
 
     def _power(self, left: Array) -> Array:
-        power = np.abs(rfft(self._tapers * left, axis=1)[:, self._index]) ** 2
+        parts = np.einsum("kij,ij->kj", self._tapers, left.reshape(self._tapers.shape[1:]))
+        power = np.abs(rfft(parts)[:, self._index]) ** 2
         return np.asarray(power.mean(axis=0))
 
     def _averaged(self, power: Array, shape: Array) -> float:
@@ -211,6 +216,7 @@ class _Spectra:
         return np.asarray(-_TAPERS * np.sum(np.log(level * shapes) + 1.0, axis=1))
 
 
+@lru_cache(maxsize=1)
 def _tapers(n: int) -> Array:
     """Orthogonal tapers, shape (tapers, n), that leak least beyond the bandwidth (Slepian, 1978)."""
     place = 0.5 * (n - 1) - np.arange(n)

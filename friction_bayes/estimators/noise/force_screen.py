@@ -14,8 +14,7 @@ from numba import njit
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INNER, KERNEL
-from friction_bayes.statespace.kalman import ErrorSteps, filter_gains, whitened_innovations
-from friction_bayes.statespace.transition import ForcedSteps, discretise
+from friction_bayes.statespace.transition import discretise
 
 __all__ = ["ForceTable", "ForcesBeside", "force_table", "probability_of_none"]
 
@@ -55,15 +54,14 @@ class ForceTable(NamedTuple):
     filters : ndarray, shape (n, 7 _LANES)
         Likewise gains of displacement, velocity and force for a whitened innovation, one over the
         innovation's sd, and the columns, whitened.
-    sums : ndarray, shape (n + 1, forces, 7)
-        Over the first samples: products ``aa, ab, bb, ac, bc, cc`` of the whitened columns, and the log
-        determinant.
+    log_determinants : ndarray, shape (n + 1, _LANES)
+        Of the first samples.
     """
 
     step: float
     transitions: Array
     filters: Array
-    sums: Array
+    log_determinants: Array
 
 
 @njit(**KERNEL)
@@ -84,48 +82,76 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ForcesBesid
     """
     count = forces.ratio.size
     assert count <= _LANES
-    transitions, filters, sums = np.zeros(7 * _LANES), np.zeros((n, 7 * _LANES)), np.zeros((n + 1, count, 7))
-    each, columns = np.empty((count, n, 8)), np.ones((n, _COLUMNS))
-    for i in range(n):
-        angle = i * step + 0.5 * math.pi * order
-        columns[i, 0], columns[i, 1] = math.cos(angle), math.sin(angle)
-    index, variance, rows = np.zeros(n - 1, np.int64), np.ones(n), row.reshape(1, 3)
-    error = ErrorSteps(np.zeros(1), np.zeros(1), 0.0)
-    transition, covariance = np.empty((1, 3, 3)), np.empty((1, 3, 3))
+    transitions, forced, covariance = np.zeros(7 * _LANES), np.zeros(6 * _LANES), np.zeros(6 * _LANES)
+    filters, log_determinants = np.empty((n, 7 * _LANES)), np.zeros((n + 1, _LANES))
+    f, q = np.empty((3, 3)), np.empty((3, 3))
     for k in range(count):
         square = forces.ratio[k] ** 2
-        discretise(step, 1.0, forces.tau[k], transition[0], covariance[0])
-        forced = ForcedSteps(index, transition, square * covariance, square)
-        own = filter_gains(forced, error, rows, variance, np.empty((0, 4, 4)))
-        white = whitened_innovations(columns, index, transition, error.decays, rows, own)
-        f = transition[0]
+        discretise(step, 1.0, forces.tau[k], f, q)
         for j, entry in enumerate((f[0, 0], f[0, 1], f[0, 2], f[1, 0], f[1, 1], f[1, 2], f[2, 2])):
             transitions[j * _LANES + k] = entry
-        for i in range(n):
-            each[k, i, 0], each[k, i, 1], each[k, i, 2], each[k, i, 3] = (
-                own[i, 0],
-                own[i, 1],
-                own[i, 2],
-                own[i, 4],
-            )
-            each[k, i, 4], each[k, i, 5], each[k, i, 6] = white[i, 0], white[i, 1], white[i, 2]
-    # sample by sample, as memory has it
+        for j, entry in enumerate((q[0, 0], q[0, 1], q[0, 2], q[1, 1], q[1, 2], q[2, 2])):
+            forced[j * _LANES + k] = square * entry
+        covariance[5 * _LANES + k] = square
+    whitened, innovation = np.zeros((_COLUMNS, 7 * _LANES)), np.empty(_LANES)
     for i in range(n):
-        for k in range(count):
-            for j in range(7):
-                filters[i, j * _LANES + k] = each[k, i, j]
-            scale, a, b, c = each[k, i, 3], each[k, i, 4], each[k, i, 5], each[k, i, 6]
-            products = (a * a, a * b, b * b, a * c, b * c, c * c, -2.0 * math.log(scale))
-            for j in range(7):
-                sums[i + 1, k, j] = sums[i, k, j] + products[j]
-    return ForceTable(step, transitions, filters, sums)
+        angle = i * step + 0.5 * math.pi * order
+        own = filters[i]
+        if i > 0:
+            _predict(transitions, forced, covariance)
+        _learn(row, covariance, own)
+        # what is added up of a column with those that are not known yet is not used
+        for j, value in enumerate((math.cos(angle), math.sin(angle), 1.0)):
+            _advance(value, row, transitions, own, whitened[j], innovation)
+            for k in range(_LANES):
+                own[(4 + j) * _LANES + k] = innovation[k]
+        for k in range(_LANES):
+            log_determinants[i + 1, k] = log_determinants[i, k] - 2.0 * math.log(own[3 * _LANES + k])
+    return ForceTable(step, transitions, filters, log_determinants)
 
 
 @njit(**INNER, fastmath={"contract"})
-def _advance(value: float, row: Array, f: Array, filters: Array, sums: Array) -> None:
+def _predict(f: Array, forced: Array, covariance: Array) -> None:
+    """Covariances of all forces, entries ``xx, xv, xd, vv, vd, dd``, one step later."""
+    for k in range(_LANES):
+        a, b, p = f[k], f[_LANES + k], f[2 * _LANES + k]
+        c, e, r, s = f[3 * _LANES + k], f[4 * _LANES + k], f[5 * _LANES + k], f[6 * _LANES + k]
+        xx, xv, xd = covariance[k], covariance[_LANES + k], covariance[2 * _LANES + k]
+        vv, vd, dd = covariance[3 * _LANES + k], covariance[4 * _LANES + k], covariance[5 * _LANES + k]
+        ax, av, ad = a * xx + b * xv + p * xd, a * xv + b * vv + p * vd, a * xd + b * vd + p * dd
+        cx, cv, cd = c * xx + e * xv + r * xd, c * xv + e * vv + r * vd, c * xd + e * vd + r * dd
+        covariance[k] = ax * a + av * b + ad * p + forced[k]
+        covariance[_LANES + k] = cx * a + cv * b + cd * p + forced[_LANES + k]
+        covariance[2 * _LANES + k] = ad * s + forced[2 * _LANES + k]
+        covariance[3 * _LANES + k] = cx * c + cv * e + cd * r + forced[3 * _LANES + k]
+        covariance[4 * _LANES + k] = cd * s + forced[4 * _LANES + k]
+        covariance[5 * _LANES + k] = s * dd * s + forced[5 * _LANES + k]
+
+
+@njit(**INNER, fastmath={"contract"})
+def _learn(row: Array, covariance: Array, filters: Array) -> None:
+    """Gains for one sample, and the covariances once it is known."""
+    see_x, see_v, see_d = row[0], row[1], row[2]
+    for k in range(_LANES):
+        xx, xv, xd = covariance[k], covariance[_LANES + k], covariance[2 * _LANES + k]
+        vv, vd, dd = covariance[3 * _LANES + k], covariance[4 * _LANES + k], covariance[5 * _LANES + k]
+        x = xx * see_x + xv * see_v + xd * see_d
+        v = xv * see_x + vv * see_v + vd * see_d
+        d = xd * see_x + vd * see_v + dd * see_d
+        scale = 1.0 / math.sqrt(see_x * x + see_v * v + see_d * d + 1.0)
+        x, v, d = x * scale, v * scale, d * scale
+        filters[k], filters[_LANES + k], filters[2 * _LANES + k], filters[3 * _LANES + k] = x, v, d, scale
+        covariance[k], covariance[_LANES + k], covariance[2 * _LANES + k] = xx - x * x, xv - x * v, xd - x * d
+        covariance[3 * _LANES + k], covariance[4 * _LANES + k] = vv - v * v, vd - v * d
+        covariance[5 * _LANES + k] = dd - d * d
+
+
+@njit(**INNER, fastmath={"contract"})
+def _advance(value: float, row: Array, f: Array, filters: Array, sums: Array, innovation: Array) -> None:
     """Update the filters of all forces, side by side, with one sample.
 
-    ``sums`` are the states, and those of the innovations with the columns and themselves.
+    ``sums`` are the states, and those of the innovations with the columns and themselves; ``innovation``
+    receives these.
     """
     see_x, see_v, see_d = row[0], row[1], row[2]
     for k in range(_LANES):
@@ -141,6 +167,20 @@ def _advance(value: float, row: Array, f: Array, filters: Array, sums: Array) ->
         sums[4 * _LANES + k] += filters[5 * _LANES + k] * e
         sums[5 * _LANES + k] += filters[6 * _LANES + k] * e
         sums[6 * _LANES + k] += e * e
+        innovation[k] = e
+
+
+@njit(**INNER, fastmath={"contract"})
+def _add_products(filters: Array, products: Array) -> None:
+    """Add the products ``aa, ab, bb, ac, bc, cc`` of the whitened columns at one sample."""
+    for k in range(_LANES):
+        a, b, c = filters[4 * _LANES + k], filters[5 * _LANES + k], filters[6 * _LANES + k]
+        products[k] += a * a
+        products[_LANES + k] += a * b
+        products[2 * _LANES + k] += b * b
+        products[3 * _LANES + k] += a * c
+        products[4 * _LANES + k] += b * c
+        products[5 * _LANES + k] += c * c
 
 
 @njit(**KERNEL)
@@ -150,14 +190,16 @@ def probability_of_none(residual: Array, row: Array, forces: ForcesBeside, table
     Its free motion, a constant and the noise are integrated out under a flat prior.
     """
     n, count = residual.size, forces.ratio.size
-    sums = np.zeros(7 * _LANES)
+    sums, products, innovation = np.zeros(7 * _LANES), np.zeros(6 * _LANES), np.empty(_LANES)
     for i in range(n):
-        _advance(residual[i], row, table.transitions, table.filters[i], sums)
+        _advance(residual[i], row, table.transitions, table.filters[i], sums, innovation)
+        _add_products(table.filters[i], products)
     moments = sums[3 * _LANES :].reshape(4, _LANES)
     freedom = n - _COLUMNS
     log_weight = np.empty(count)
     for k in range(count):
-        aa, ab, bb, ac, bc, cc, log_determinant = table.sums[n, k]
+        aa, ab, bb = products[k], products[_LANES + k], products[2 * _LANES + k]
+        ac, bc, cc = products[3 * _LANES + k], products[4 * _LANES + k], products[5 * _LANES + k]
         # the Cholesky factor of the products of columns and residual
         a = math.sqrt(aa)
         b, c, r = ab / a, ac / a, moments[0, k] / a
@@ -166,7 +208,7 @@ def probability_of_none(residual: Array, row: Array, forces: ForcesBeside, table
         cc = math.sqrt(cc - c * c - cb * cb)
         rc = (moments[2, k] - r * c - rb * cb) / cc
         rest = moments[3, k] - r * r - rb * rb - rc * rc
-        log_weight[k] = forces.log_prior[k] - 0.5 * (freedom * math.log(rest) + log_determinant)
+        log_weight[k] = forces.log_prior[k] - 0.5 * (freedom * math.log(rest) + table.log_determinants[n, k])
         log_weight[k] -= math.log(a * bb * cc)
     total = 0.0
     for k in range(count):

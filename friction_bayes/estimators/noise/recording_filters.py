@@ -84,8 +84,8 @@ class RecordingFilter:
 
     def without_delay(self, omega: Array) -> Array:
         """Response at frequencies, shape (m,), less the delay that the motion has."""
-        delay = np.angle(self._at_motion) / self.angle
-        return np.asarray(self.response(omega) * np.exp(-1j * omega * delay))
+        response, delay = self.response(omega), np.angle(self._at_motion) / self.angle
+        return response if delay == 0.0 else response * np.exp(-1j * omega * delay)
 
     @property
     def next(self) -> RecordingFilter | None:
@@ -204,11 +204,10 @@ def _polynomials(angle: float, degree: int) -> FilterKind:
         powers = np.polynomial.legendre.legvander(np.arange(-half, half + 1) / half, degree)
         # what each sample adds to the polynomial at the middle
         weights = np.linalg.lstsq(powers.T @ powers, powers[half])[0] @ powers.T
-        middle, later = weights[half], 2.0 * weights[half + 1 :]
-        places = np.arange(1, half + 1)
+        cosines = np.append(weights[half], 2.0 * weights[half + 1 :])
 
         def response(omega: Array) -> Array:
-            return np.asarray(middle + np.cos(np.multiply.outer(omega, places)) @ later)
+            return np.asarray(np.polynomial.chebyshev.chebval(np.cos(omega), cosines))
 
         name = f"a polynomial of degree {degree} or {degree + 1} over {window:.0f} samples (Savitzky-Golay)"
         return RecordingFilter(name, response, angle)

@@ -197,8 +197,7 @@ def _table_for(
     step: float, n: int, row: Array, order: int, forces: ForcesBeside, table: ForceTable
 ) -> ForceTable:
     """The table, or another one where the clock is not that one or the record is longer."""
-    known = table.sums.shape[0] - 1
-    if known >= n and abs(step - table.step) * n <= _SAME_CLOCK:
+    if len(table.filters) >= n and abs(step - table.step) * n <= _SAME_CLOCK:
         return table
     return force_table(step, n, row, order, forces)
 
