@@ -20,9 +20,10 @@ from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array
 from friction_bayes.reference.ensembles import Ensembles
 from friction_bayes.statespace.force_prior import ForcePrior
-from friction_bayes.statespace.force_target import force_target, half_cycle_blocks
 from friction_bayes.statespace.kalman import Clock, sensor_row
+from friction_bayes.statespace.law_target import law_target
 from friction_bayes.statespace.measured_path import MeasuredPath
+from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.replication import drawn_fluctuation
 from friction_bayes.statespace.response import at_sensor, force_response
@@ -74,12 +75,11 @@ def regression_of(signal: Array) -> LawRegression:
 
 def proper_target(regression: LawRegression) -> Target:
     """The sampler's target with a proper prior of the noise."""
-    target = force_target(
-        regression,
+    target = law_target(
+        Problem.of(regression),
         FORCE,
         natural=lambda law, noise, q, tau: {"friction": law[:, 2]},
-        blocks=half_cycle_blocks(regression.clock.phase),
-        signal=regression.target,
+        signals=[regression.target],
         unit=1.0,
     )
 

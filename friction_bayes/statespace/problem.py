@@ -116,6 +116,10 @@ class Problem:
 
     Attributes
     ----------
+    shared : ndarray of int, shape (s,)
+        Columns whose coefficients all records share.
+    least_noise2 : float
+        Least variance of the common noise.
     sets : ndarray of bool, shape (n, p)
         Shared columns in each set.
     number, spread_number : ndarray of int, shape (n,)
@@ -127,6 +131,7 @@ class Problem:
     ) -> None:
         first = members[0].regression
         self.own, self.spread = own, spread
+        self.shared = np.flatnonzero(~own)
         self.names, self.scale, self.positive = first.names, first.scale, first.positive
         meant = ((spread.sd[:, None] == 0.0) | (spread.columns >= 0)) & (True if kept is None else kept)
         self.spread_number, self.number = np.nonzero(meant)
@@ -145,7 +150,7 @@ class Problem:
             )
         else:
             self.references = first.reference[None]
-        self._least_noise2 = max((m.regression.least_noise / m.noise) ** 2 for m in self.members)
+        self.least_noise2 = max((m.regression.least_noise / m.noise) ** 2 for m in self.members)
 
     @classmethod
     def of(cls, regression: LawRegression) -> Problem:
@@ -153,12 +158,66 @@ class Problem:
         own = np.zeros(regression.scale.size, np.bool_)
         return cls((Member(regression=regression),), own, Spread.none(len(regression.sets)))
 
+    def only(self, row: int) -> Problem:
+        """The records on the columns of one set alone."""
+        inside = self.inside(row) | self.sets[row]
+        members = [
+            replace(member, regression=member.regression.of_columns(inside)) for member in self.members
+        ]
+        column, sd = self.deviation(row)
+        place = int(np.count_nonzero(inside[:column])) if column >= 0 else -1
+        spread = Spread(columns=np.array([place]), sd=np.array([sd]), log_prior=np.zeros(1))
+        return Problem(members, self.own[inside], spread)
+
+    def of_either_sign(self) -> Problem:
+        """The same, no coefficient of which has to be positive."""
+        none = np.zeros_like(self.positive)
+        members = [
+            replace(member, regression=replace(member.regression, positive=none)) for member in self.members
+        ]
+        return Problem(members, self.own, self.spread)
+
+    @property
+    def reference(self) -> Array:
+        """Shared coefficients near the records, in units of ``scale``, shape (s,)."""
+        return np.asarray(self.references[0, self.shared])
+
+    @cached_property
+    def used(self) -> int:
+        """Samples of all records that are used."""
+        return sum(
+            int(np.count_nonzero(np.isfinite(member.regression.clock.variance))) for member in self.members
+        )
+
+    @property
+    def log_least_variance(self) -> float:
+        """Logarithm of the least variance of the noise; below every other where there is no least one."""
+        return math.log(max(self.least_noise2, 1e-300))
+
+    @property
+    def noise_before(self) -> float:
+        """First guess of the common noise: that of the motions along which the columns are."""
+        logs = [math.log(member.regression.motion.noise / member.noise) for member in self.members]
+        return math.exp(sum(logs) / len(logs))
+
+    def log_prior_density(self, scaled: Array) -> Array:
+        """Log prior density of shared coefficients (m, s) in units of ``scale``; -inf off their support."""
+        scale, positive = self.scale[self.shared], self.positive[self.shared]
+        normaliser = -0.5 * math.log(2.0 * math.pi) - np.log(scale) + math.log(2.0) * positive
+        inside = np.all((scaled >= 0.0) | ~positive, axis=1)
+        return np.where(inside, (normaliser - 0.5 * scaled**2).sum(axis=1), -np.inf)
+
+    def marginal(self, ratio: float, tau: float) -> Whitened:
+        """Whitened sums of the shared columns, the own ones of the first set integrated out."""
+        grams, log_determinant, used = self._sums(ratio, tau)
+        left = self._eliminated(grams, 0, self._full_noise2(grams, used))
+        return Whitened(left.gram, log_determinant + left.log_determinant, used)
+
     def weigh(self, ratio: float, tau: float) -> WeighedSets:
         """Weights of all sets given the common ``q / sigma`` and ``tau``."""
         grams, log_determinant, used = self._sums(ratio, tau)
         lam = self._full_noise2(grams, used)
-        shared = np.flatnonzero(~self.own)
-        positive, reference = self.positive[shared], self.references[0, shared]
+        positive, reference = self.positive[self.shared], self.reference
         # upper bounds of all sets come first, so that one is evaluated only where it may matter
         parts: list[tuple[Integers, Whitened, Mask, SetBounds]] = []
         for mine, sets, nested in self._parts:
@@ -170,7 +229,7 @@ class Problem:
                 positive,
                 sets,
                 self.log_prior[mine],
-                least_noise2=self._least_noise2,
+                least_noise2=self.least_noise2,
                 lam=lam,
                 nested=nested,
             )
@@ -246,7 +305,7 @@ class Problem:
         )
 
     @cached_property
-    def _all_shared(self) -> bool:
+    def all_shared(self) -> bool:
         """Whether no coefficient is a record's own."""
         return not self.own.any() and bool((self._deviating < 0).all())
 
@@ -256,7 +315,7 @@ class Problem:
 
         Of each part the places of its sets, their shared columns, and these nested.
         """
-        if self._all_shared:
+        if self.all_shared:
             return [(np.arange(len(self.sets)), self.sets, nest(self.sets))]
         same = np.stack([self._own_set, self.spread_number, self._deviating], axis=1)
         _, part = np.unique(same, axis=0, return_inverse=True)
@@ -279,16 +338,16 @@ class Problem:
 
     def _full_noise2(self, grams: Array, used: int) -> float:
         """Noise variance of least squares with all columns, and deviations where there may be any."""
-        if self._all_shared:
-            return max(full_noise2(Whitened(grams.sum(axis=0), 0.0, used)), self._least_noise2)
+        if self.all_shared:
+            return max(full_noise2(Whitened(grams.sum(axis=0), 0.0, used)), self.least_noise2)
         mixing = self._mixing(self.own, np.unique(self._deviating), float(self.spread.sd.max()))
         own = np.zeros((len(grams), mixing.shape[2] - np.count_nonzero(~self.own) - 1))
         left = _eliminate(grams, mixing, own, 0.0)
-        return max(full_noise2(Whitened(left.gram, 0.0, used - own.size)), self._least_noise2)
+        return max(full_noise2(Whitened(left.gram, 0.0, used - own.size)), self.least_noise2)
 
     def _eliminated(self, grams: Array, row: int, lam: float) -> _Eliminated:
         """Integrate out the own columns of a set, deviations among them."""
-        if self._all_shared:
+        if self.all_shared:
             none = np.zeros((len(grams), 0, grams.shape[2]))
             return _Eliminated(grams.sum(axis=0), 0.0, none[:, :, :0], none)
         inside = self.inside(row)

@@ -8,19 +8,18 @@ units of the frequency found.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.statespace.force_prior import GridPoint
 from friction_bayes.statespace.kalman import Clock, Whitened, shown, smooth, whiten
 from friction_bayes.statespace.smoother import Motion
-from friction_bayes.statespace.subset_evidence import full_noise2, solved
+from friction_bayes.statespace.subset_evidence import solved
 
-__all__ = ["LawRegression", "MarginalRegression", "frequency_change", "likely_columns", "near_least_squares"]
+__all__ = ["LawRegression", "frequency_change", "likely_columns", "near_least_squares"]
 
 _LIKELY = 0.25
 """Prior probability of a column above which it is part of the reference law."""
@@ -120,11 +119,6 @@ class LawRegression:
             self._known[ratio, tau] = whiten(self._about_reference, self.clock, self.row, ratio, tau)
         return self._known[ratio, tau]
 
-    @property
-    def log_least_variance(self) -> float:
-        """Logarithm of the least variance of the noise; below every other where there is no least one."""
-        return 2.0 * math.log(max(self.least_noise, 1e-300))
-
     def of_columns(self, chosen: Mask) -> LawRegression:
         """The same record on some of the columns, ``chosen`` of shape (p,), as the one set that there is."""
         mine = np.flatnonzero(chosen)
@@ -140,12 +134,6 @@ class LawRegression:
             near=None,
             stiffness=int(np.searchsorted(mine, self.stiffness)),
         )
-
-    def log_prior_density(self, scaled: Array) -> Array:
-        """Log prior density of laws in units of ``scale``, shape (m, p); minus infinity off its support."""
-        normaliser = -0.5 * math.log(2.0 * math.pi) - np.log(self.scale) + math.log(2.0) * self.positive
-        inside = np.all((scaled >= 0.0) | ~self.positive, axis=1)
-        return np.where(inside, (normaliser - 0.5 * scaled**2).sum(axis=1), -np.inf)
 
     def residual(self, law: Array) -> Array:
         """The record less a law, shape (n,)."""
@@ -199,53 +187,6 @@ class LawRegression:
             force_sd=force.ratio * force.noise,
             tau=force.tau,
         )
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class MarginalRegression(LawRegression):
-    """A regression of which other columns have been integrated out, for a sampler that need not draw them.
-
-    With their prior precision in units of the noise found with all columns, as in the closed form, the
-    integral is a Schur complement of the whitened sums, whatever the noise.
-
-    Attributes
-    ----------
-    nuisance : ndarray, shape (n, q)
-        These columns, times the prior sd of their coefficients.
-    nuisance_law : ndarray, shape (q,)
-        Their coefficients in the part subtracted from ``target``, in units of that sd.
-    """
-
-    nuisance: Array
-    nuisance_law: Array
-
-    @classmethod
-    def without(cls, regression: LawRegression, nuisance: Mask, law: Array) -> MarginalRegression:
-        """The regression with columns, shape (p,), integrated out; ``law`` has their values where needed."""
-        kept = regression.of_columns(~nuisance)
-        own = {each.name: getattr(kept, each.name) for each in fields(LawRegression)}
-        own["target"] = regression.target - regression.columns[:, nuisance] @ law[nuisance]
-        scaled = regression.columns[:, nuisance] * regression.scale[nuisance]
-        return cls(**own, nuisance=scaled, nuisance_law=law[nuisance] / regression.scale[nuisance])
-
-    def whiten_at(self, ratio: float, tau: float) -> Whitened:
-        """Whitened sums about the reference law with the other columns integrated out, remembered."""
-        if (ratio, tau) not in self._known:
-            about = self._about_reference
-            columns = np.column_stack(
-                [self.nuisance, about[:, :-1], about[:, -1] + self.nuisance @ self.nuisance_law]
-            )
-            whole = whiten(columns, self.clock, self.row, ratio, tau)
-            q = self.nuisance.shape[1]
-            lam = max(full_noise2(whole), self.least_noise**2)
-            factor = cho_factor(whole.gram[:q, :q] + lam * np.eye(q))
-            crossed = whole.gram[:q, q:]
-            gram = whole.gram[q:, q:] - crossed.T @ cho_solve(factor, crossed)
-            log_determinant = 2.0 * float(np.sum(np.log(np.diag(factor[0])))) - q * math.log(lam)
-            self._known[ratio, tau] = Whitened(
-                0.5 * (gram + gram.T), whole.log_determinant + log_determinant, whole.used
-            )
-        return self._known[ratio, tau]
 
 
 def likely_columns(sets: Mask, log_prior: Array) -> Mask:

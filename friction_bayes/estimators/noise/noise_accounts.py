@@ -33,14 +33,10 @@ from friction_bayes.estimators.noise.noise_level import SensorNoise, noise_floor
 from friction_bayes.estimators.noise.recording_filters import RecordingFilter
 from friction_bayes.statespace.force_grid import Posterior, integrate
 from friction_bayes.statespace.force_prior import ForcePrior
-from friction_bayes.statespace.force_target import (
-    force_target,
-    half_cycle_blocks,
-    still_target,
-)
 from friction_bayes.statespace.kalman import shown, smooth
-from friction_bayes.statespace.problem import Problem
-from friction_bayes.statespace.regression import MarginalRegression, frequency_change
+from friction_bayes.statespace.law_target import law_target
+from friction_bayes.statespace.problem import Member, Problem, Spread
+from friction_bayes.statespace.regression import frequency_change
 
 __all__ = ["SLIGHT", "NoiseAccount", "noise_accounts"]
 
@@ -328,30 +324,32 @@ def _scaled_log_normal(distribution: Any, factor: float) -> Any:
 def _target(part: _Weighed, prepared: PreparedDecay, unit: float, force_factor: float) -> Target:
     """The posterior of an account for a sampler; ``unit`` is that of its friction in the signal."""
     laid, regression = part.laid, part.laid.regression
+    # a sampler need not draw the coefficients of the corners, which are integrated out
     corners = np.array([name.startswith(CORNER) for name in regression.names])
-    if corners.any():
-        regression = MarginalRegression.without(regression, corners, part.posterior.best_law())
-    friction = regression.names.index("friction")
+    problem = Problem([Member(regression=regression)], corners, Spread.none(len(regression.sets)))
+    names = [regression.names[j] for j in problem.shared]
+    friction, stiffness = names.index("friction"), names.index(regression.names[regression.stiffness])
     noise_unit = laid.unit * math.sqrt(prepared.decay.block)
+    forced = part.has_force
 
-    def still(law: Array, noise: Array) -> dict[str, Array]:
-        change = np.array([frequency_change(kappa) for kappa in law[:, regression.stiffness]])
-        return {
+    def natural(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
+        change = np.array([frequency_change(kappa) for kappa in law[:, stiffness]])
+        found = {
             "friction": force_factor * unit * law[:, friction],
             "frequency": laid.frequency * change,
             "precision": (noise_unit * noise) ** -2.0,
         }
+        if forced:
+            found |= {
+                "random_force_sd": force_factor * unit * q,
+                "correlation_time": tau / laid.frequency,
+            }
+        return found
 
-    def forced(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
-        return still(law, noise) | {
-            "random_force_sd": force_factor * unit * q,
-            "correlation_time": tau / laid.frequency,
-        }
-
-    blocks = half_cycle_blocks(regression.clock.phase)
-    signal = prepared.signal + prepared.decay.rest_position
-    if part.has_force:
-        return force_target(
-            regression, prepared.prior, natural=forced, blocks=blocks, signal=signal, unit=laid.unit
-        )
-    return still_target(regression, natural=still, blocks=blocks, signal=signal, unit=laid.unit)
+    return law_target(
+        problem,
+        prepared.prior if forced else None,
+        natural=natural,
+        signals=[prepared.signal + prepared.decay.rest_position],
+        unit=laid.unit,
+    )

@@ -12,11 +12,10 @@ from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.core.errors import InputError, NotConvergedWarning
 from friction_bayes.core.summary import Summary
-from friction_bayes.loop.checks.joint_target import JointTarget
 from friction_bayes.loop.data.parameters import FRICTION
 from friction_bayes.loop.infer.law_draws import draw_laws, unit_force
 from friction_bayes.loop.infer.law_fit import LawFit
-from friction_bayes.statespace.force_target import force_target, half_cycle_blocks, still_target
+from friction_bayes.statespace.law_target import law_target
 from friction_bayes.validation.agreement import compare
 
 __all__ = ["check_friction", "check_law", "target_of_set"]
@@ -139,10 +138,9 @@ def check_law(
 
 
 def target_of_set(fit: LawFit, row: int, *, forced: bool) -> Target:
-    """Posterior of a set's coefficients, confined to their support, of noise and of any random force.
+    """Posterior of a set's shared coefficients, confined to their support, of noise and of any random force.
 
-    Columns are those along the measured motions and noise that grows is as found: neither is sampled. Of
-    several records each one's own coefficients are integrated out.
+    Columns are those along the measured motions and noise that grows is as found: neither is sampled.
 
     Parameters
     ----------
@@ -152,37 +150,22 @@ def target_of_set(fit: LawFit, row: int, *, forced: bool) -> Target:
     forced : bool
         Whether there is a random force.
     """
-    first, columns = fit.fits[0], fit.problem.sets[row]
+    first, columns = fit.fits[0], np.flatnonzero(fit.problem.sets[row])
+    frictions = np.isin(columns, fit.law.frictions)
+    stiffness = int(np.searchsorted(columns, first.regression.stiffness))
 
-    def force(laws: Array, stiffness: int) -> Array:
+    def natural(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
         # as for the draws of the closed form: the factor to force stays that of the declared system
-        return unit_force(first, np.maximum(laws[:, stiffness], _LEAST_STIFFNESS))
+        force = unit_force(first, np.maximum(law[:, stiffness], _LEAST_STIFFNESS))
+        found = {"friction": law[:, frictions].sum(axis=1) * force, "noise_sd": noise * first.unit}
+        if forced:
+            found |= {"random_force_sd": q * force, "correlation_time": tau / first.w0}
+        return found
 
-    if not fit.one:
-        everywhere = first.regression.stiffness
-        return JointTarget(
-            problem=fit.problem, posterior=fit.posterior, row=row, prior=fit.prior, forced=forced
-        ).target(
-            natural=lambda laws: {
-                "friction": laws[:, fit.law.frictions].sum(axis=1) * force(laws, everywhere)
-            },
-            signals=[each.segment.values[: each.samples] for each in fit.fits],
-            unit=first.unit,
-        )
-    regression = first.regression.of_columns(columns)
-    frictions = np.isin(np.flatnonzero(columns), fit.law.frictions)
-    blocks, signal = half_cycle_blocks(regression.clock.phase), first.segment.values[: first.samples]
-
-    def still(law: Array, noise: Array) -> dict[str, Array]:
-        friction = law[:, frictions].sum(axis=1) * force(law, regression.stiffness)
-        return {"friction": friction, "noise_sd": noise * first.unit}
-
-    def fluctuating(law: Array, noise: Array, q: Array, tau: Array) -> dict[str, Array]:
-        size = q * force(law, regression.stiffness)
-        return still(law, noise) | {"random_force_sd": size, "correlation_time": tau / first.w0}
-
-    if forced:
-        return force_target(
-            regression, fit.prior, natural=fluctuating, blocks=blocks, signal=signal, unit=first.unit
-        )
-    return still_target(regression, natural=still, blocks=blocks, signal=signal, unit=first.unit)
+    return law_target(
+        fit.problem.only(row),
+        fit.prior if forced else None,
+        natural=natural,
+        signals=[each.segment.values[: each.samples] for each in fit.fits],
+        unit=first.unit,
+    )

@@ -282,11 +282,10 @@ def _weighed(
         Spread(columns=columns, sd=spreads * level / law.scale[law.dry_friction], log_prior=np.log(share)),
         kept,
     )
-    noise = math.exp(float(np.mean([math.log(one.regression.motion.noise) for one in along])))
     prior = force_prior(friction)
     if not forced:
         prior = prior.without_force
-    posterior = integrate(problem, prior, noise, only_mode=only_mode)
+    posterior = integrate(problem, prior, problem.noise_before, only_mode=only_mode)
     fits = tuple(
         force_fit(record, found, *each, one.sensor_noise)
         for record, found, each, one in zip(records, along, _under(problem, posterior), alone, strict=True)

@@ -11,7 +11,6 @@ import friction_bayes as fb
 from fluctuating_force import fluctuating_decay
 from friction_bayes.loop.checks.sampler_check import check_law, target_of_set
 from friction_bayes.loop.infer.law_fit import LawFit
-from friction_bayes.statespace.problem import Problem
 from unsteady_decays import fitted
 
 SYSTEM = fb.Oscillator(mass=2.0, stiffness=200.0)
@@ -98,8 +97,7 @@ def test_the_target_without_a_force_is_the_closed_form(fit: LawFit) -> None:
     )
     scaled = theta[:, :-1] / fit.law.scale[fit.sets.columns[chosen]]
     # the noise found with all columns of the set
-    alone = fit.fits[0].regression.of_columns(fit.sets.columns[chosen])
-    log_v = theta[:, -1] - math.log(Problem.of(alone).weigh(0.0, 1.0).full_noise2)
+    log_v = theta[:, -1] - math.log(fit.problem.only(chosen).weigh(0.0, 1.0).full_noise2)
     prior = 0.5 * (scaled.shape[1] * log_v + (scaled**2).sum(axis=1) * np.expm1(-log_v))
     difference = target.log_prob(theta) - target.closed_form(theta) - prior
     inside = np.isfinite(difference)

@@ -13,8 +13,8 @@ from dense_force import dense_covariance
 from friction_bayes.conjugate.likelihood import Target
 from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
-from friction_bayes.statespace.force_target import force_target, half_cycle_blocks
 from friction_bayes.statespace.kalman import Clock, CorrelatedError, sensor_row, whiten
+from friction_bayes.statespace.law_target import half_cycle_blocks, law_target
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
@@ -71,12 +71,11 @@ def problem(order: int, rng: np.random.Generator, samples: int = 250, positive: 
 
 
 def target_of(regression: LawRegression, prior: ForcePrior) -> Target:
-    return force_target(
-        regression,
+    return law_target(
+        Problem.of(regression),
         prior,
         natural=lambda law, noise, q, tau: {"friction": law[:, 2], "force": q, "tau": tau, "noise": noise},
-        blocks=half_cycle_blocks(regression.clock.phase),
-        signal=regression.target,
+        signals=[regression.target],
         unit=1.0,
     )
 
