@@ -164,14 +164,11 @@ def test_a_record_without_one_hardly_notices(seed: int) -> None:
             alone.friction_after["mean"], abs=alone.friction_after["sd"]
         )
         wider.append(averaged.friction_after["sd"] / alone.friction_after["sd"])
-        every = averaged.candidates
-        assert sum(c["probability"] for c in every) == pytest.approx(1.0)
-        # no hypothesis is dropped for being improbable
-        for name in ("random_force", "presliding", "sensor_hysteresis", "timing_jitter"):
-            held = sum(c["probability"] for c in every if name in c["effects"])
-            assert held > 0.0
-            assert held < 0.5 or len(wider) > 1
     assert np.exp(np.mean(np.log(wider))) < 1.3
+    # no hypothesis is dropped for being improbable
+    for name in ("random_force", "presliding", "sensor_hysteresis", "timing_jitter"):
+        assert 0.0 < sum(c["probability"] for c in averaged.candidates if name in c["effects"]) < 0.5
+    assert sum(c["probability"] for c in averaged.candidates) == pytest.approx(1.0)
 
 
 def test_how_long_a_record_rests_does_not_speak_against_a_force() -> None:
