@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -86,7 +87,7 @@ class Autoregression:
         """Number of lags."""
         return int(self.coefficients.size)
 
-    @property
+    @cached_property
     def covariance(self) -> Array:
         """Of ``p`` successive values, shape (p, p), from the Yule-Walker equations."""
         p = self.order

@@ -131,6 +131,8 @@ class MeasuredPath:
                 f"a gap of {np.max(np.diff(phase)) / (2.0 * math.pi):.3g} periods",
                 "give the smoothed states inside it too",
             )
+        # columns of states are strided, for which numba would compile anew
+        x, v = np.ascontiguousarray(x), np.ascontiguousarray(v)
         nodes, turning = _nodes(phase, x, v, 0.5 + _ABSCISSAE, _WEIGHTS)
         stiffness, slope = np.ones(x.size - 1), np.ones(x.size)
         if pendulum:

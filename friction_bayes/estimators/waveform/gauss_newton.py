@@ -6,7 +6,7 @@ Coefficients and ``kappa`` are those of :mod:`friction_bayes.estimators.waveform
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numba import njit
@@ -30,6 +30,8 @@ from friction_bayes.estimators.waveform.normal_equations import (
 
 __all__ = ["Penalty", "fit_waveform", "leave_out_turns", "start_waveform"]
 
+_REPEATEDLY = cast(bool, np.bool_(False))
+"""Of what is not done ``once``: for a literal numba would compile the kernel once more."""
 _LINEAR = ZERO + 3
 """The first coefficients, in which the signal is linear once frequency and phase are given."""
 _ALL = ZERO + COEFFICIENTS
@@ -179,7 +181,7 @@ def _settle_jumps(
                 for a in range(COEFFICIENTS):
                     held[a] = trial.p[a] = at.p[a]
                 held[which] += shift * sample
-                _minimise(signal, squares, trial, held, stop, prior, False)
+                _minimise(signal, squares, trial, held, stop, prior, _REPEATEDLY)
                 trial_misfit = accumulate(signal, trial, trial.p, stop)
                 if trial_misfit < misfit:
                     _keep(at, trial)

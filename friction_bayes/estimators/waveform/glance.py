@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from friction_bayes.core.arrays import Array
+from friction_bayes.core.arrays import ZERO, Array
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.block_means import fill_block_means
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
@@ -34,7 +34,6 @@ from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
     AMPLITUDE,
     COEFFICIENTS,
-    EVENLY,
     FRICTION,
     OFFSET,
     PHASE,
@@ -91,7 +90,7 @@ def _glance_all(
     found: Glance,
 ) -> None:
     work = np.empty(values.shape[1], np.float32)
-    table = force_table(0.5, 2, row, order, forces)
+    table = force_table(0.5, ZERO + 2, row, order, forces)
     for r in range(values.shape[0]):
         n = located.stop[r] - located.start[r]
         if not fits.found[r] or n < LEAST_SAMPLES:
@@ -238,7 +237,8 @@ def _straight(
     The amplitudes of the half cycles by what is left of each, as in the long form. The residual times a scale
     is filled in.
     """
-    samples = Samples(y.size, EVENLY)
+    # an array of the module is read-only here, for which the tables would be compiled once more
+    samples = Samples(y.size, np.empty(0))
     turns = half_cycle_table(samples, p[ADVANCE], p[ADVANCE])
     n, middle = y.size, 0.5 * (y.size - 1)
     half = math.floor((p[PHASE] - p[ADVANCE]) / math.pi)

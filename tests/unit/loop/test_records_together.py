@@ -78,8 +78,13 @@ def test_contradiction_is_said_and_drawn(report: fb.LoopReport) -> None:
     assert labels == ["release-0", "release-1", "mean"]
 
 
+@cache
+def of_one_friction() -> fb.LoopReport:
+    return fb.close_loop(releases(0.07, 0.07), SYSTEM, seed=1, effects=EFFECTS)
+
+
 def test_one_friction_stays_one() -> None:
-    found = fb.close_loop(releases(0.07, 0.07), SYSTEM, seed=1, effects=EFFECTS)
+    found = of_one_friction()
     between = found.friction_between_records
     assert between is not None
     assert between["probability"] < 0.6
@@ -205,11 +210,8 @@ def test_what_is_improbable_is_weighed_in_several_records_too() -> None:
 def test_a_measured_force_is_set_beside_several_records() -> None:
     first, second = releases(0.07, 0.07)
     force = np.full(first.size, 0.07)
-    plain, beside = (
-        fb.close_loop([first, second], SYSTEM, seed=1, effects=EFFECTS, **options)
-        for options in ({}, {"reference_force": force})
-    )
-    assert beside.friction_after == plain.friction_after
+    beside = fb.close_loop([first, second], SYSTEM, seed=1, effects=EFFECTS, reference_force=force)
+    assert beside.friction_after == of_one_friction().friction_after
     assert "force" in beside.residual
     assert beside.traces[0].forces is not None
     assert beside.traces[1].forces is None
