@@ -12,12 +12,12 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
-__all__ = ["EVIDENCE", "demodulate", "fill_turns", "phase_of", "rate_of", "rough_phase"]
+__all__ = ["EVIDENCE", "LEAST_WINDOW", "demodulate", "fill_turns", "phase_of", "rate_of", "rough_phase"]
 
 EVIDENCE = 30.0
 """Fall in chi-square that a description with more freedom must bring; successive windows overlap by half."""
 
-_WINDOW_SAMPLES = 7.0
+LEAST_WINDOW = 7
 """A window of one period is lengthened to hold at least this many samples."""
 
 
@@ -35,7 +35,7 @@ def demodulate(y: Array, omega: float) -> tuple[Array, Array, Array, Array]:
         Standard deviation of either from the residual of the window.
     """
     period = 2.0 * math.pi / omega
-    length = round(max(period, _WINDOW_SAMPLES))
+    length = round(max(period, float(LEAST_WINDOW)))
     windows = int((y.size - length) / (0.5 * period)) + 1 if y.size >= length else 0
     centre, noise = np.zeros(windows), np.zeros(windows)
     inphase, quadrature = np.zeros(windows), np.zeros(windows)

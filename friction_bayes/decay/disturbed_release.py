@@ -17,7 +17,7 @@ from scipy import stats
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INLINED, INNER
-from friction_bayes.decay.demodulation import demodulate
+from friction_bayes.decay.demodulation import LEAST_WINDOW, demodulate
 from friction_bayes.decay.linear_least_squares import add_sample, regression, solve_spd
 
 __all__ = ["disturbed_half_cycles"]
@@ -57,7 +57,9 @@ def disturbed_half_cycles(y: Array, omega: float) -> tuple[int, bool]:
     goes_on : bool
         Whether the last step that is sought is disturbed too, so that more may be.
     """
-    _, inphase, quadrature, _ = demodulate(y, omega)
+    # no steps beyond those compared are needed, each half a period, nor windows, a period each
+    enough = math.ceil((_SOUGHT + _MOST_COMPARED + 4) * math.pi / omega) + LEAST_WINDOW
+    _, inphase, quadrature, _ = demodulate(y[:enough], omega)
     steps = inphase.size - 1
     # the last step may be one into the rest
     sought = min(_SOUGHT, steps // _PART)

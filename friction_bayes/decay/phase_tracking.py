@@ -1,9 +1,9 @@
 """The phase of a free decay as a smooth function of time, from the data; frequency may change with amplitude.
 
 Two steps. A tracker goes through the record period by period, predicting each from the ones before it, so
-that a rough frequency suffices. Gauss-Newton on all samples then refines a polynomial phase together with
-the Coulomb amplitudes. Phase errors are orthogonal to amplitude errors to first order, so a phase with more
-freedom than a linear system needs costs no precision in friction.
+that a rough frequency suffices. Gauss-Newton then refines a polynomial phase together with the Coulomb
+amplitudes, from moments of the samples over half cycles. Phase errors are orthogonal to amplitude errors to
+first order, so a phase with more freedom than a linear system needs costs no precision in friction.
 """
 
 from __future__ import annotations
