@@ -122,7 +122,7 @@ class RandomForce:
 
 
 class Loop:
-    """The loop on one record of 10,000 samples, all sets of effects weighed."""
+    """The loop on one record of 10,000 samples, all sets of effects evaluated."""
 
     timeout = 300
 

@@ -75,7 +75,7 @@ def _tests(tests: dict[str, Any]) -> str:
 
 def _fluctuation(force: dict[str, Any] | None) -> str:
     if force is None:
-        return "not weighed"
+        return "not evaluated"
     share = force["share_of_friction"]
     size = "" if share is None else f", {100.0 * share:.0f} % of friction"
     return (

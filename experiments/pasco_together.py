@@ -39,7 +39,7 @@ TEXTS = ("verdict", "candidates", "failed", "unit", "position_force")
 
 @dataclass(frozen=True)
 class Config:
-    """How many releases of each kind are weighed together, and how many candidates the table has."""
+    """How many releases of each kind are evaluated together, and how many candidates the table has."""
 
     releases: int = 10
     candidates: int = 3
@@ -169,7 +169,7 @@ def _damping(case: xr.Dataset, words: str, sought: bool) -> Row:
 
 
 def details(dataset: xr.Dataset) -> list[dict[str, str]]:
-    """Friction and its spread, what else was weighed and what the tests say, a line a kind."""
+    """Friction and its spread, what else was evaluated and what the tests say, a line a kind."""
     lines = []
     for kind, words in KINDS.items():
         case = dataset.sel(kind=kind)
@@ -194,7 +194,7 @@ def details(dataset: xr.Dataset) -> list[dict[str, str]]:
 
 EXPERIMENT = Experiment(
     name="pasco_together",
-    question="do ten releases weighed together show a damping magnet, and friction as without it?",
+    question="do ten releases evaluated together show a damping magnet, and friction as without it?",
     config=Config(),
     cells=cells,
     run=run,

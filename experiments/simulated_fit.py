@@ -1,4 +1,4 @@
-"""A law fitted by simulating its motion, effects and all, for what is weighed along a motion to meet."""
+"""A law fitted by simulating its motion, effects and all, for what is evaluated along a motion to meet."""
 
 from __future__ import annotations
 

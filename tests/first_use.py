@@ -19,7 +19,7 @@ from friction_bayes.statespace.kalman import Clock, sensor_row, whiten
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.response import at_sensor, force_response
 from friction_bayes.statespace.smoother import first_motion
-from friction_bayes.statespace.subset_evidence import all_sets, weigh_sets
+from friction_bayes.statespace.subset_evidence import all_sets, evaluate_sets
 
 __all__ = ["use_kernels"]
 
@@ -38,7 +38,7 @@ def use_kernels(worker: int, run: str) -> None:
         return
     record = short_decay()
     short_decay(effects={"viscous_damping.damping_ratio": 0.01})
-    _smooth_and_weigh()
+    _smooth_and_evaluate()
     _wait_for("fit", run)
     fb.estimate(short_decay(effects=fluctuating_friction()), SYSTEM)
     fb.estimate(record, SYSTEM)
@@ -61,7 +61,7 @@ def _wait_for(part: str, run: str) -> None:
         time.sleep(0.1)
 
 
-def _smooth_and_weigh() -> None:
+def _smooth_and_evaluate() -> None:
     """Call the filter, the path with its response, and the sets of columns."""
     phase = np.arange(0.0, 20.0, 0.1)
     signal = np.cos(phase) * (1.0 - 0.02 * phase)
@@ -74,4 +74,4 @@ def _smooth_and_weigh() -> None:
     columns = np.column_stack([np.cos(phase), np.sin(phase), friction, signal])
     always, positive = np.array([True, True, False]), np.array([False, False, True])
     sets = all_sets(always)
-    weigh_sets(whiten(columns, clock, row, 0.5, 1.0), np.zeros(3), positive, sets, np.zeros(len(sets)))
+    evaluate_sets(whiten(columns, clock, row, 0.5, 1.0), np.zeros(3), positive, sets, np.zeros(len(sets)))

@@ -91,7 +91,7 @@ def _median(name: str, target: str, values: NDArray[np.float64], eligible: Mask,
 
 
 def reliability(dataset: xr.Dataset, eligible: Mask) -> xr.Dataset:
-    """Stated probabilities against frequencies, over all weighed candidates of the eligible records.
+    """Stated probabilities against frequencies, over all evaluated candidates of the eligible records.
 
     Returns
     -------
@@ -102,8 +102,8 @@ def reliability(dataset: xr.Dataset, eligible: Mask) -> xr.Dataset:
     stated = dataset["probabilities"].values[eligible]
     ranks = dataset["truth_rank"].values[eligible]
     is_truth = np.arange(stated.shape[1]) == ranks[:, None]
-    weighed = np.isfinite(stated)
-    p, hit = stated[weighed], is_truth[weighed]
+    evaluated = np.isfinite(stated)
+    p, hit = stated[evaluated], is_truth[evaluated]
     which = np.clip(np.digitize(p, RELIABILITY_EDGES) - 1, 0, len(RELIABILITY_EDGES) - 2)
     rows = []
     for b in range(len(RELIABILITY_EDGES) - 1):

@@ -1,4 +1,4 @@
-"""Tables of the sealed records with a fluctuating force: each figure with one weighed, and without."""
+"""Tables of the sealed records with a fluctuating force: each figure with one evaluated, and without."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from experiments.blind.identifiable import IDENTIFIABLE_LOSS
 __all__ = ["AFTER", "BEFORE", "Line", "by_kind", "figure_lines", "reliability_lines"]
 
 BEFORE, AFTER = "before", "after"
-"""Prefixes of the columns: noise in the sensor alone, and a random force weighed beside it."""
+"""Prefixes of the columns: noise in the sensor alone, and a random force evaluated beside it."""
 
 _FORCE_SIZES = (0.05, 0.15, 0.3, 0.6)  # of friction
 _GROSS = 1.0  # widths of its 90 % interval that the truth lies from the mean
@@ -31,7 +31,7 @@ Shown = Callable[[xr.Dataset, Mask], str]
 
 @dataclass(frozen=True)
 class Line:
-    """One figure: what, as it is with a random force weighed, what to reach, and what it was without."""
+    """One figure: what, as it is with a random force evaluated, what to reach, and what it was without."""
 
     what: str
     after: str
@@ -143,22 +143,22 @@ def figure_lines(dataset: xr.Dataset) -> list[Line]:
         Line(what, shown(after, eligible), target, shown(before, eligible), int(eligible.sum()))
         for what, target, eligible, shown in _figures(dataset)
     ]
-    weighed = _weighed(dataset)
-    diagrams = [reliability(run, weighed) for run in (after, before)]
+    evaluated = _evaluated(dataset)
+    diagrams = [reliability(run, evaluated) for run in (after, before)]
     worst = [f"{float(np.abs(diagram['z']).max()):.2f}" for diagram in diagrams]
     what = "probabilities of the other effects against frequencies, largest |z| of a bin"
     target = f"<= {reliability_limit(diagrams[0]):.2f}"
-    return [*lines, Line(what, worst[0], target, worst[1], int(weighed.sum()))]
+    return [*lines, Line(what, worst[0], target, worst[1], int(evaluated.sum()))]
 
 
-def _weighed(dataset: xr.Dataset) -> Mask:
+def _evaluated(dataset: xr.Dataset) -> Mask:
     inside: Mask = dataset["fluctuates"].values.astype(bool) & ~dataset["outside"].values.astype(bool)
     return inside
 
 
 def reliability_lines(dataset: xr.Dataset) -> list[tuple[str, str, str, str]]:
-    """Bins of the reliability diagram with a random force weighed: stated, true, mean stated, z, number."""
-    diagram = reliability(columns_of(dataset, AFTER), _weighed(dataset))
+    """Bins of the reliability diagram with a random force evaluated: stated, true, mean stated, z, number."""
+    diagram = reliability(columns_of(dataset, AFTER), _evaluated(dataset))
     return [
         (
             f"stated {entry['low'].item():g} .. {entry['high'].item():g}",
@@ -172,7 +172,7 @@ def reliability_lines(dataset: xr.Dataset) -> list[tuple[str, str, str, str]]:
 
 
 def by_kind(dataset: xr.Dataset) -> list[dict[str, str]]:
-    """Kind by kind: noise in the sensor alone, then with a random force weighed."""
+    """Kind by kind: noise in the sensor alone, then with a random force evaluated."""
     before, after = columns_of(dataset, BEFORE), columns_of(dataset, AFTER)
     force = dataset["fluctuates"].values.astype(bool)
     lines = []

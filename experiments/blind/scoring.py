@@ -75,7 +75,7 @@ def score(visible: Sequence[str], friction: float, report: Mapping[str, Any]) ->
     -------
     dict
         ``verdict``, ``said`` (most probable set), ``said_probability``, ``truth_probability``,
-        ``truth_rank`` (-1 if never weighed), ``right``, ``held`` (truth within the 95 % set),
+        ``truth_rank`` (-1 if never evaluated), ``right``, ``held`` (truth within the 95 % set),
         ``held_sets`` (how many that are), ``error_before`` and ``error_after`` (relative), ``covered``,
         ``relative_width`` of the 90 % interval, ``probabilities`` of the first 40 candidates.
 

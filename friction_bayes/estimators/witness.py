@@ -37,7 +37,7 @@ class Witness:
     bounds: bool
 
     @classmethod
-    def beside(cls, posterior: Any, coefficient: Mixture, *, bounds: bool) -> Witness:
+    def compared(cls, posterior: Any, coefficient: Mixture, *, bounds: bool) -> Witness:
         """Comparison with a posterior; the wider of two nested witnesses is as wide as their difference."""
         spread = max(_spread(posterior), _spread(coefficient))
         middle = posterior.median()

@@ -17,7 +17,7 @@ from friction_bayes.loop.build_report import build_report
 from friction_bayes.loop.data.options import LoopOptions
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import Segment, cut_records
-from friction_bayes.loop.infer.moving_record import why_not_weighed
+from friction_bayes.loop.infer.moving_record import why_not_evaluated
 from friction_bayes.loop.mixture.candidates import candidates_of
 from friction_bayes.loop.report.reference_force import validate_force
 from friction_bayes.loop.report.result import LoopReport
@@ -43,7 +43,7 @@ def run(
     force = None if reference_force is None else validate_force(segments[0], reference_force)
     system = _calibrated(system, segments)
     scales = scales_of(segments, system)
-    barred = {name: why for name in options.allowed if (why := why_not_weighed(name, segments[0], scales))}
+    barred = {name: why for name in options.allowed if (why := why_not_evaluated(name, segments[0], scales))}
     rng, rng_report = np.random.default_rng(options.seed).spawn(2)
     candidates = candidates_of(segments, system, options, rng, progress)
     report = build_report(candidates, rng_report, options=options, started=started, reference_force=force)

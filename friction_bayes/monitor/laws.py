@@ -66,7 +66,7 @@ _KINK_STEP = 2.0
 the fits, and the ends of the 90 % interval would move by 1 % of its width, 6 % at most (of six machines)."""
 
 
-class _Weighed(Protocol):
+class _Evaluated(Protocol):
     """What has an evidence, so that values of a shape parameter can be laid where it is."""
 
     @property
@@ -74,7 +74,7 @@ class _Weighed(Protocol):
         """Log marginal likelihood."""
 
 
-_Fit = TypeVar("_Fit", bound=_Weighed)
+_Fit = TypeVar("_Fit", bound=_Evaluated)
 
 
 @dataclass(frozen=True, eq=False)

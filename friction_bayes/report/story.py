@@ -306,10 +306,10 @@ def loop_grounds(report: Report) -> list[tuple[str, str]]:
     fitted, unit = report["fitted"], report["held_out_error"]["unit"]
     part = fitted_part(fitted["from_s"], fitted["to_s"], fitted["half_cycles"])
     aside = f", {fitted['set_aside']} set aside" if fitted["set_aside"] else ""
-    weighed = report["candidates"]
+    evaluated = report["candidates"]
     rows = [
         ("record", f"{part}, {fitted['samples']} samples{aside}"),
-        ("candidates", f"{len(weighed)} sets of effects, compared on the same samples"),
+        ("candidates", f"{len(evaluated)} sets of effects, compared on the same samples"),
         ("sensor noise", _noise(report["noise"], unit)),
         ("residual", _residual(report, "after")),
     ]

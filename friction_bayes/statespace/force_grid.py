@@ -28,7 +28,7 @@ from friction_bayes.core.errors import InputError
 from friction_bayes.statespace.force_prior import ForcePrior, GridPoint, at_resonance
 from friction_bayes.statespace.positive_orthant import cut_moments
 from friction_bayes.statespace.problem import Problem
-from friction_bayes.statespace.subset_evidence import WeighedSets
+from friction_bayes.statespace.subset_evidence import SetEvidences
 
 __all__ = ["Posterior", "integrate", "valleys"]
 
@@ -209,7 +209,7 @@ def integrate(
         Whether the best mode will do for the part with a force: enough to smooth with, not to average.
     """
     points = [
-        GridPoint(ratio=0.0, tau=1.0, log_volume=math.log(prior.none), found=problem.weigh(0.0, 1.0)),
+        GridPoint(ratio=0.0, tau=1.0, log_volume=math.log(prior.none), found=problem.evaluate(0.0, 1.0)),
     ]
     if prior.none >= 1.0:
         return Posterior(problem, points)
@@ -231,7 +231,7 @@ class _Density:
 
     def __init__(self, problem: Problem, prior: ForcePrior) -> None:
         self.problem, self.prior = problem, prior
-        self.known: dict[tuple[float, ...], tuple[float, float, WeighedSets]] = {}
+        self.known: dict[tuple[float, ...], tuple[float, float, SetEvidences]] = {}
 
     def __call__(self, place: Array) -> float:
         ratio, tau = self.force(place)
@@ -239,7 +239,7 @@ class _Density:
             return -_OUTSIDE
         key = tuple(place)
         if key not in self.known:
-            found = self.problem.weigh(ratio, tau)
+            found = self.problem.evaluate(ratio, tau)
             noise = math.sqrt(found.noise2[np.argmax(found.log_weight)])
             log_prior = self.prior.log_density(ratio * noise, tau)
             self.known[key] = float(np.logaddexp.reduce(found.log_weight)) + log_prior, log_prior, found

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from friction_bayes.core.errors import InputError
-from friction_bayes.statespace.subset_evidence import WeighedSets
+from friction_bayes.statespace.subset_evidence import SetEvidences
 
 __all__ = ["ForcePrior", "GridPoint", "at_resonance"]
 
@@ -76,14 +76,14 @@ class GridPoint:
         ``q / sigma``, zero for no force, and the correlation time as a phase.
     log_volume : float
         Log prior probability of its cell.
-    found : WeighedSets
+    found : SetEvidences
         All sets given these.
     """
 
     ratio: float
     tau: float
     log_volume: float
-    found: WeighedSets
+    found: SetEvidences
 
     @property
     def chosen(self) -> int:

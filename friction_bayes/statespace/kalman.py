@@ -137,9 +137,9 @@ class Clock:
         Noise variances relative to each other; infinite for samples that are not to be used.
     error : CorrelatedError
         Of the sensor.
-    beside : ndarray or None, shape (n - 1, 2, 2)
+    feedback : ndarray or None, shape (n - 1, 2, 2)
         Propagation of a perturbation over each interval by the forces of a law, which depend on the motion,
-        relative to the oscillator alone (:func:`friction_bayes.statespace.response.beside_oscillator`);
+        relative to the oscillator alone (:func:`friction_bayes.statespace.response.feedback_steps`);
         the identity if None.
     autoregression : Autoregression or None
         Coloured noise in place of the white noise and the correlated error, from sample to sample.
@@ -152,7 +152,7 @@ class Clock:
     index: Indices
     variance: Array
     error: CorrelatedError = CorrelatedError()
-    beside: Array | None = None
+    feedback: Array | None = None
     autoregression: Autoregression | None = None
 
     @classmethod
@@ -162,7 +162,7 @@ class Clock:
         variance: Array | None = None,
         stiffness: Array | None = None,
         jump: Array | None = None,
-        beside: Array | None = None,
+        feedback: Array | None = None,
     ) -> Clock:
         """Prepare ``phase``, shape (n,), with relative variances, shape (n,), one where not given.
 
@@ -181,7 +181,7 @@ class Clock:
                 f"shape {variance.shape}, least {np.min(variance, initial=np.inf):g}",
                 "give a positive number for every sample",
             )
-        return cls(phase, *distinct_steps(phase, stiffness, jump), variance, beside=beside)
+        return cls(phase, *distinct_steps(phase, stiffness, jump), variance, feedback=feedback)
 
     @property
     def even(self) -> bool:
@@ -210,18 +210,18 @@ class Clock:
         acts = self._acts
         if acts.size == 0:
             return ForcedSteps(self.index, transitions, added, ratio * ratio)
-        assert self.beside is not None
+        assert self.feedback is not None
         index = self.index.copy()
         index[acts] = self.steps.size + np.arange(acts.size)
-        transitions, added = _with_law(self.beside[acts], self.index[acts], transitions, added)
+        transitions, added = _with_law(self.feedback[acts], self.index[acts], transitions, added)
         return ForcedSteps(index, transitions, added, ratio * ratio)
 
     @cached_property
     def _acts(self) -> Indices:
         """Intervals in which the forces of a law change a perturbation."""
-        if self.beside is None:
+        if self.feedback is None:
             return np.zeros(0, np.intp)
-        return np.flatnonzero(np.max(np.abs(self.beside - np.eye(2)), axis=(1, 2)) > _NO_CHANGE)
+        return np.flatnonzero(np.max(np.abs(self.feedback - np.eye(2)), axis=(1, 2)) > _NO_CHANGE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -369,7 +369,7 @@ def _smoothed(
 
 
 @njit(**KERNEL)
-def _with_law(beside: Array, step: Indices, transitions: Array, added: Array) -> tuple[Array, Array]:
+def _with_law(feedback: Array, step: Indices, transitions: Array, added: Array) -> tuple[Array, Array]:
     """Transitions and covariances of steps, and after them of those that a law takes part in."""
     m = len(transitions)
     all_transitions = np.empty((m + step.size, 3, 3))
@@ -380,7 +380,7 @@ def _with_law(beside: Array, step: Indices, transitions: Array, added: Array) ->
             for b in range(3):
                 all_transitions[i, a, b], all_added[i, a, b] = transitions[i, a, b], added[i, a, b]
     for i in range(step.size):
-        a, b, c, e = beside[i, 0, 0], beside[i, 0, 1], beside[i, 1, 0], beside[i, 1, 1]
+        a, b, c, e = feedback[i, 0, 0], feedback[i, 0, 1], feedback[i, 1, 0], feedback[i, 1, 1]
         f, q = transitions[step[i]], added[step[i]]
         g, s = all_transitions[m + i], all_added[m + i]
         for j in range(3):

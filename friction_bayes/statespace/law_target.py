@@ -32,7 +32,7 @@ from friction_bayes.statespace.interpolated_sums import InterpolatedSums
 from friction_bayes.statespace.kalman import shown
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.replication import drawn_fluctuation, drawn_noise
-from friction_bayes.statespace.subset_evidence import WeighedSets, set_posterior
+from friction_bayes.statespace.subset_evidence import SetEvidences, set_posterior
 
 __all__ = ["half_cycle_blocks", "law_target"]
 
@@ -218,7 +218,7 @@ class _Sampled:
         has it there and is not its average.
         """
         problem, n = self._uncut, self.problem.used
-        found, whitened = problem.weigh(ratio, tau), problem.marginal(ratio, tau)
+        found, whitened = problem.evaluate(ratio, tau), problem.marginal(ratio, tau)
         lam, rest, every = found.full_noise2, n * float(found.noise2[0]), np.ones(scaled.size, np.bool_)
         precision = whitened.gram[:-1, :-1] + lam * np.eye(scaled.size)
         mean, _ = set_posterior(whitened.gram, problem.reference, every, lam, float(found.noise2[0]))
@@ -271,8 +271,8 @@ class _Sampled:
         problem = self.problem
         if problem.all_shared:
             return law[None]
-        lam = problem.weigh(ratio, tau).full_noise2
-        found = WeighedSets(np.zeros(1), np.array([noise**2]), lam)
+        lam = problem.evaluate(ratio, tau).full_noise2
+        found = SetEvidences(np.zeros(1), np.array([noise**2]), lam)
         point = GridPoint(ratio=ratio, tau=tau, log_volume=0.0, found=found)
         return problem.conditional(point, 0).laws(law[None], rng)[0]
 
@@ -311,7 +311,7 @@ def _axes(problem: Problem, prior: ForcePrior) -> tuple[Array, Array]:
     value = np.empty((u.size, tau.size))
     for i, j in np.ndindex(*value.shape):
         force = _force(float(u[i]), math.log(tau[j]))
-        value[i, j] = _log_weight(problem.weigh(*force), prior, *force)
+        value[i, j] = _log_weight(problem.evaluate(*force), prior, *force)
     near = np.argwhere(value > value.max() - _DEPTH)
     low, high = np.maximum(near.min(axis=0) - 1, 0), near.max(axis=0) + 1
     ends = [
@@ -321,7 +321,7 @@ def _axes(problem: Problem, prior: ForcePrior) -> tuple[Array, Array]:
     return first, second
 
 
-def _log_weight(found: WeighedSets, prior: ForcePrior, ratio: float, tau: float) -> float:
+def _log_weight(found: SetEvidences, prior: ForcePrior, ratio: float, tau: float) -> float:
     """Log evidence of a place times the prior there, at the noise found there."""
     q = ratio * math.sqrt(found.noise2[0])
     # the ends of the range of tau belong to it, whichever way they round
@@ -333,7 +333,7 @@ def _log_weight(found: WeighedSets, prior: ForcePrior, ratio: float, tau: float)
 def _moments_without_force(problem: Problem) -> tuple[Array, Array]:
     """Mean and covariance of the closed form in the sampler's coordinates, without a random force."""
     scale, n = problem.scale[problem.shared], problem.used
-    found, whitened = problem.weigh(*_NO_FORCE), problem.marginal(*_NO_FORCE)
+    found, whitened = problem.evaluate(*_NO_FORCE), problem.marginal(*_NO_FORCE)
     noise2, every = float(found.noise2[0]), np.ones(scale.size, np.bool_)
     mean, own = set_posterior(whitened.gram, problem.reference, every, found.full_noise2, noise2)
     covariance = np.zeros((scale.size + 1, scale.size + 1))

@@ -38,13 +38,13 @@ from friction_bayes.statespace.regression import (
 from friction_bayes.statespace.subset_evidence import (
     NestedSets,
     SetBounds,
-    WeighedSets,
+    SetEvidences,
     bound_sets,
+    evaluate_bounded,
     full_noise2,
     nest,
     set_marginals,
     set_posterior,
-    weigh_bounded,
 )
 
 __all__ = ["Conditional", "Member", "Problem", "Spread"]
@@ -213,7 +213,7 @@ class Problem:
         left = self._eliminated(grams, 0, self._full_noise2(grams, used))
         return Whitened(left.gram, log_determinant + left.log_determinant, used)
 
-    def weigh(self, ratio: float, tau: float) -> WeighedSets:
+    def evaluate(self, ratio: float, tau: float) -> SetEvidences:
         """Weights of all sets given the common ``q / sigma`` and ``tau``."""
         grams, log_determinant, used = self._sums(ratio, tau)
         lam = self._full_noise2(grams, used)
@@ -237,10 +237,10 @@ class Problem:
         log_weight, noise2 = np.empty(len(self.sets)), np.empty(len(self.sets))
         best = -math.inf
         for mine, whitened, sets, bounds in sorted(parts, key=lambda part: -part[-1].log_weight.max()):
-            found = weigh_bounded(whitened, reference, positive, sets, bounds, best)
+            found = evaluate_bounded(whitened, reference, positive, sets, bounds, best)
             best = max(best, float(found.log_weight.max()))
             log_weight[mine], noise2[mine] = found.log_weight, found.noise2
-        return WeighedSets(log_weight, noise2, lam)
+        return SetEvidences(log_weight, noise2, lam)
 
     def marginals(self, point: GridPoint, row: int) -> tuple[Array, Array]:
         """Marginals of the shared coefficients in a set at a point of the grid, in units of ``scale``."""

@@ -28,7 +28,7 @@ from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.measured_path import LEEWAY, MeasuredPath
 from friction_bayes.statespace.transition import free_motion
 
-__all__ = ["Feedback", "at_sensor", "beside_oscillator", "force_response", "response_at_sensor"]
+__all__ = ["Feedback", "at_sensor", "feedback_steps", "force_response", "response_at_sensor"]
 
 
 class Feedback(NamedTuple):
@@ -148,7 +148,7 @@ def at_sensor(states: Array, row: Array, forces: Array | None = None) -> Array:
     return out if forces is None else out + row[..., 2:] * forces
 
 
-def beside_oscillator(path: MeasuredPath, feedback: Feedback) -> Array:
+def feedback_steps(path: MeasuredPath, feedback: Feedback) -> Array:
     """Propagation of a perturbation by a force that depends on the motion, relative to the oscillator's.
 
     Over each interval, from the state that the oscillator alone would lead to, shape (n - 1, 2, 2).

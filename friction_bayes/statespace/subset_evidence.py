@@ -33,16 +33,16 @@ from friction_bayes.statespace.positive_orthant import confine
 __all__ = [
     "NestedSets",
     "SetBounds",
-    "WeighedSets",
+    "SetEvidences",
     "all_sets",
     "bound_sets",
+    "evaluate_bounded",
+    "evaluate_sets",
     "full_noise2",
     "nest",
     "set_marginals",
     "set_posterior",
     "solved",
-    "weigh_bounded",
-    "weigh_sets",
 ]
 
 _NEGLIGIBLE = 12.0
@@ -74,8 +74,8 @@ class SetBounds(NamedTuple):
     full_noise2: float
 
 
-class WeighedSets(NamedTuple):
-    """Evidences and noise variances of sets, from :func:`weigh_sets`.
+class SetEvidences(NamedTuple):
+    """Evidences and noise variances of sets, from :func:`evaluate_sets`.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ def _read_only(array: _Values) -> _Values:
 
 
 def full_noise2(whitened: Whitened) -> float:
-    """Noise variance of least squares with all columns, of sums as :func:`weigh_sets` takes them."""
+    """Noise variance of least squares with all columns, of sums as :func:`evaluate_sets` takes them."""
     p = len(whitened.gram) - 1
     return float(_full_noise(whitened.gram, whitened.used, np.empty((p, p)), np.empty(p)))
 
@@ -162,7 +162,7 @@ def set_posterior(
     Parameters
     ----------
     gram : ndarray, shape (p + 1, p + 1)
-        Sums as :func:`weigh_sets` takes them.
+        Sums as :func:`evaluate_sets` takes them.
     reference : ndarray, shape (p,)
     columns : ndarray of bool, shape (p,)
         The set.
@@ -255,7 +255,7 @@ def bound_sets(
     return SetBounds(log_weight, noise2, full)
 
 
-def weigh_sets(
+def evaluate_sets(
     whitened: Whitened,
     reference: Array,
     positive: Mask,
@@ -264,22 +264,22 @@ def weigh_sets(
     *,
     least_noise2: float = 0.0,
     nested: NestedSets | None = None,
-) -> WeighedSets:
+) -> SetEvidences:
     """Evidences of all sets; parameters as of :func:`bound_sets`."""
     bounds = bound_sets(
         whitened, reference, positive, sets, log_prior, least_noise2=least_noise2, nested=nested
     )
-    return weigh_bounded(whitened, reference, positive, sets, bounds)
+    return evaluate_bounded(whitened, reference, positive, sets, bounds)
 
 
-def weigh_bounded(
+def evaluate_bounded(
     whitened: Whitened,
     reference: Array,
     positive: Mask,
     sets: Mask,
     bounds: SetBounds,
     best: float = -math.inf,
-) -> WeighedSets:
+) -> SetEvidences:
     """Evidences of the sets that may matter, given upper bounds of all weights.
 
     Parameters
@@ -293,8 +293,8 @@ def weigh_bounded(
     """
     order = np.argsort(-bounds.log_weight)
     regression = _Regression(whitened.gram, whitened.log_determinant, whitened.used, reference, positive)
-    log_weight = _weigh_sets(regression, _read_only(sets), order, bounds, best)
-    return WeighedSets(log_weight, bounds.noise2, bounds.full_noise2)
+    log_weight = _evaluate_sets(regression, _read_only(sets), order, bounds, best)
+    return SetEvidences(log_weight, bounds.noise2, bounds.full_noise2)
 
 
 @njit(**KERNEL)
@@ -418,7 +418,9 @@ def _penalised(
 
 
 @njit(**KERNEL)
-def _weigh_sets(regression: _Regression, sets: Mask, order: Indices, bounds: SetBounds, best: float) -> Array:
+def _evaluate_sets(
+    regression: _Regression, sets: Mask, order: Indices, bounds: SetBounds, best: float
+) -> Array:
     """Log weights: bounds and the mass of positive coefficients. ``order`` is that of falling bounds."""
     gram, reference, positive = regression.gram, regression.reference, regression.positive
     bound, noise2, lam = bounds

@@ -132,7 +132,7 @@ def test_demo_compares_and_closes_the_loop_with_the_further_release(
     )
     monkeypatch.setattr(demonstration, "_cases", lambda seed: (case,))
     monkeypatch.setattr(demonstration, "METHODS", ("waveform", "normal-gamma"))
-    # with a few effects: that all of them are weighed is tested where the loop is
+    # with a few effects: that all of them are evaluated is tested where the loop is
     few = ("viscous_damping", "friction_drift", "sensor_offset", "random_force")
     monkeypatch.setattr(demonstration.fb, "close_loop", partial(fb.close_loop, effects=few))
     # in one format: that figures are written in both is tested where they are

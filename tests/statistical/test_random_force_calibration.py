@@ -18,7 +18,7 @@ from friction_bayes import testing
 from friction_bayes.statespace.kalman import Clock, sensor_row, whiten
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.response import at_sensor, force_response
-from friction_bayes.statespace.subset_evidence import set_marginals, set_posterior, weigh_sets
+from friction_bayes.statespace.subset_evidence import evaluate_sets, set_marginals, set_posterior
 from friction_bayes.statespace.transition import initial_response
 
 RARE = 1e-4
@@ -88,7 +88,7 @@ def calibrated(
         for k in range(size, size + len(group)):
             mine = [*range(size), k]
             own = replace(whitened, gram=whitened.gram[np.ix_(mine, mine)])
-            found = weigh_sets(own, np.zeros(size), confined, every[None], np.zeros(1))
+            found = evaluate_sets(own, np.zeros(size), confined, every[None], np.zeros(1))
             posterior = set_posterior(
                 own.gram, np.zeros(size), every, found.full_noise2, float(found.noise2[0])
             )

@@ -16,7 +16,7 @@ from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import INNER, KERNEL
 from friction_bayes.statespace.transition import discretise
 
-__all__ = ["ForceTable", "ForcesBeside", "force_table", "probability_of_none"]
+__all__ = ["ComparedForces", "ForceTable", "force_table", "probability_of_none"]
 
 _LANES = 32
 """Forces side by side, of which the last may be none at all: so many compilers take several at a time."""
@@ -24,7 +24,7 @@ _COLUMNS = 3
 """Free motion from either state at the first sample, and a constant."""
 
 
-class ForcesBeside(NamedTuple):
+class ComparedForces(NamedTuple):
     """Forces to be compared with none, shape (forces,) each; the first of them is none.
 
     Attributes
@@ -65,7 +65,7 @@ class ForceTable(NamedTuple):
 
 
 @njit(**KERNEL)
-def force_table(step: float, n: int, row: Array, order: int, forces: ForcesBeside) -> ForceTable:
+def force_table(step: float, n: int, row: Array, order: int, forces: ComparedForces) -> ForceTable:
     """Prepare the filters of ``n`` samples.
 
     Parameters
@@ -78,7 +78,7 @@ def force_table(step: float, n: int, row: Array, order: int, forces: ForcesBesid
         From :func:`friction_bayes.statespace.kalman.sensor_row`.
     order : int
         Order of the derivative measured.
-    forces : ForcesBeside
+    forces : ComparedForces
     """
     count = forces.ratio.size
     assert count <= _LANES
@@ -184,7 +184,7 @@ def _add_products(filters: Array, products: Array) -> None:
 
 
 @njit(**KERNEL)
-def probability_of_none(residual: Array, row: Array, forces: ForcesBeside, table: ForceTable) -> float:
+def probability_of_none(residual: Array, row: Array, forces: ComparedForces, table: ForceTable) -> float:
     """Probability that no force acts, from a residual, shape (m,), of at most the table's samples.
 
     Its free motion, a constant and the noise are integrated out under a flat prior.

@@ -126,35 +126,35 @@ def noise_accounts(decay: PlainDecay) -> tuple[NoiseAccount, ...]:
     if prepared.signal.size < LEAST_SAMPLES:
         return ()
     along = [prepared.along_fit()]
-    weighed = _weigh(prepared, _shapes(prepared, along))
-    if sum(share for each, share in weighed if each.posterior.probability > 0.0) > _SHIFTS_PATH:
-        along.append(prepared.along_smoothed(weighed[0][0].laid.regression.least_noise))
+    evaluated = _evaluate(prepared, _shapes(prepared, along))
+    if sum(share for each, share in evaluated if each.posterior.probability > 0.0) > _SHIFTS_PATH:
+        along.append(prepared.along_smoothed(evaluated[0][0].laid.regression.least_noise))
         # evidences compare where they are of the same samples
         variance = np.maximum(*(each.regression.clock.variance for each in along))
         along = [each.with_variance(variance) for each in along]
-        weighed = _weigh(prepared, _shapes(prepared, along))
-    if not _white_noise_explains(weighed):
+        evaluated = _evaluate(prepared, _shapes(prepared, along))
+    if not _white_noise_explains(evaluated):
         filters, probability = prepared.filters_along(along[0])
         if filters and probability > SLIGHT:
             # noise and corners identify a filter; the evidences of accounts, without the noise far above
             # the motion, are compared among those behind filters
             shares, behind = zip(*prepared.behind(filters[0][1], along[0]), strict=True)
-            filtered = _weigh(prepared, [[laid] for laid in behind], np.log(shares))
+            filtered = _evaluate(prepared, [[laid] for laid in behind], np.log(shares))
             # spectra behind filters include no force, and cannot identify a filter with one behind it
             still = [(part, share * probability) for part, share in filtered if not part.has_force]
-            weighed = [
-                (part, share * (1.0 - sum(own for _, own in still))) for part, share in weighed
+            evaluated = [
+                (part, share * (1.0 - sum(own for _, own in still))) for part, share in evaluated
             ] + still
-    return tuple(_account(part, share, prepared) for part, share in weighed)
+    return tuple(_account(part, share, prepared) for part, share in evaluated)
 
 
-def _white_noise_explains(weighed: Sequence[tuple[_Weighed, float]]) -> bool:
+def _white_noise_explains(evaluated: Sequence[tuple[_Evaluated, float]]) -> bool:
     """Whether white noise, alone or with a force, explains a record, and corners as dry friction makes them.
 
     Then no filter is evaluated: it would have coloured the noise or removed the corners.
     """
     law, any_shape, forced = (
-        sum(share for part, share in weighed if part.of_white_noise and part.kind == kind)
+        sum(share for part, share in evaluated if part.of_white_noise and part.kind == kind)
         for kind in ((False, False), (True, False), (False, True))
     )
     return max(law + any_shape if law >= any_shape else law, forced) >= 1.0 - SLIGHT
@@ -166,9 +166,9 @@ def _shapes(prepared: PreparedDecay, along: Sequence[Laid]) -> list[Sequence[Lai
     return [along, free] if free[0].has_free_corners else [along]
 
 
-def _weigh(
+def _evaluate(
     prepared: PreparedDecay, shapes: Sequence[Sequence[Laid]], log_shape: Sequence[float] | Array = ()
-) -> list[tuple[_Weighed, float]]:
+) -> list[tuple[_Evaluated, float]]:
     """All accounts and their probabilities; without a force along the fit, with one along any path.
 
     Evidences compare under one floor of the noise: the least that any shape leaves. ``log_shape`` are the log
@@ -176,7 +176,7 @@ def _weigh(
     """
     prior, log_none = prepared.prior.without_force, math.log(prepared.prior.none)
     log_shape = log_shape if len(log_shape) else np.zeros(len(shapes))
-    rough = [_weighed(paths[0], prior) for paths in shapes]
+    rough = [_evaluated(paths[0], prior) for paths in shapes]
     floor = min(each.noise_floor for each in rough)
     stills = [_still(each, prior, log_none + own, floor) for each, own in zip(rough, log_shape, strict=True)]
     best = max(part.log_evidence for parts in stills for part in parts)
@@ -188,30 +188,31 @@ def _weigh(
     return list(zip(parts, np.exp(log_evidence - logsumexp(log_evidence)).tolist(), strict=True))
 
 
-def _still(rough: _Weighed, prior: ForcePrior, log_prior: float, floor: float) -> list[_Weighed]:
+def _still(rough: _Evaluated, prior: ForcePrior, log_prior: float, floor: float) -> list[_Evaluated]:
     """Accounts without a random force; that of white noise first."""
     noise = rough.noise(floor)
-    parts = [_weighed(rough.laid.with_noise(floor), prior, log_prior, noise.weaker_above)]
+    parts = [_evaluated(rough.laid.with_noise(floor), prior, log_prior, noise.weaker_above)]
     if noise.colour is not None:
-        parts.append(_weighed(rough.laid.with_noise(noise.coloured_floor, noise.colour), prior, log_prior))
+        parts.append(_evaluated(rough.laid.with_noise(noise.coloured_floor, noise.colour), prior, log_prior))
     return parts
 
 
-def _forced(prepared: PreparedDecay, paths: Sequence[Laid], floor: float) -> list[_Weighed]:
+def _forced(prepared: PreparedDecay, paths: Sequence[Laid], floor: float) -> list[_Evaluated]:
     """Accounts with a random force; that of white noise first."""
-    white = _best([_weighed(laid.with_noise(floor), prepared.prior).forced for laid in paths])
+    white = _best([_evaluated(laid.with_noise(floor), prepared.prior).forced for laid in paths])
     noise = white.noise(floor)
     white = replace(white, weaker_above=noise.weaker_above)
     if noise.colour is None:
         return [white]
     coloured = [
-        _weighed(laid.with_noise(noise.coloured_floor, noise.colour), prepared.prior).forced for laid in paths
+        _evaluated(laid.with_noise(noise.coloured_floor, noise.colour), prepared.prior).forced
+        for laid in paths
     ]
     return [white, _best(coloured)]
 
 
 @dataclass(frozen=True, eq=False)
-class _Weighed:
+class _Evaluated:
     """A regression along a path with its posterior, or the part of that with a force, or without."""
 
     laid: Laid
@@ -229,7 +230,7 @@ class _Weighed:
         return value if colour is None else value - colour.penalty
 
     @property
-    def forced(self) -> _Weighed:
+    def forced(self) -> _Evaluated:
         """Given that there is a random force."""
         return replace(self, posterior=self.posterior.among((self.posterior.ratio > 0.0)[:, None]))
 
@@ -275,18 +276,20 @@ class _Weighed:
         return np.interp(index, index[used], left[used])
 
 
-def _weighed(laid: Laid, prior: ForcePrior, log_prior: float = 0.0, weaker_above: bool = False) -> _Weighed:
+def _evaluated(
+    laid: Laid, prior: ForcePrior, log_prior: float = 0.0, weaker_above: bool = False
+) -> _Evaluated:
     regression = laid.regression
     posterior = integrate(Problem.of(regression), prior, regression.motion.noise)
-    return _Weighed(laid, posterior, log_prior, weaker_above)
+    return _Evaluated(laid, posterior, log_prior, weaker_above)
 
 
-def _best(parts: Sequence[_Weighed]) -> _Weighed:
+def _best(parts: Sequence[_Evaluated]) -> _Evaluated:
     """Of several linearisations of one account the one that explains the record best."""
     return max(parts, key=lambda part: part.log_evidence)
 
 
-def _account(part: _Weighed, probability: float, prepared: PreparedDecay) -> NoiseAccount:
+def _account(part: _Evaluated, probability: float, prepared: PreparedDecay) -> NoiseAccount:
     """The account in units of the signal."""
     laid, posterior, decay = part.laid, part.posterior, prepared.decay
     regression, frequency = laid.regression, laid.frequency
@@ -321,7 +324,7 @@ def _scaled_log_normal(distribution: Any, factor: float) -> Any:
     return stats.lognorm(*distribution.args, scale=distribution.kwds["scale"] * factor)
 
 
-def _target(part: _Weighed, prepared: PreparedDecay, unit: float, force_factor: float) -> Target:
+def _target(part: _Evaluated, prepared: PreparedDecay, unit: float, force_factor: float) -> Target:
     """The posterior of an account for a sampler; ``unit`` is that of its friction in the signal."""
     laid, regression = part.laid, part.laid.regression
     # a sampler need not draw the coefficients of the corners, which are integrated out

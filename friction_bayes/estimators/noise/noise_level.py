@@ -29,7 +29,7 @@ from scipy.special import logsumexp
 from friction_bayes.core.arrays import Array
 from friction_bayes.core.kernels import KERNEL
 from friction_bayes.decay.block_means import block_means
-from friction_bayes.estimators.noise.force_screen import ForcesBeside
+from friction_bayes.estimators.noise.force_screen import ComparedForces
 from friction_bayes.statespace.coloured_noise import Autoregression, burg
 from friction_bayes.statespace.force_prior import at_resonance
 from friction_bayes.statespace.kalman import Clock, sensor_row, shown, smooth, whiten
@@ -39,7 +39,7 @@ from friction_bayes.statespace.transition import initial_response
 __all__ = [
     "PRIOR_NONE",
     "SensorNoise",
-    "forces_beside",
+    "compared_forces",
     "looks_white",
     "noise_floor",
     "samples_in_mean",
@@ -82,13 +82,13 @@ class SensorNoise:
 
 
 @cache
-def forces_beside() -> ForcesBeside:
+def compared_forces() -> ComparedForces:
     """The forces that the level is averaged over, none first."""
     forces = [(0.0, 1.0), *((size / float(at_resonance(tau)), tau) for size in _SIZES for tau in _TIMES)]
     ratio, tau = np.array(forces).T
     each = (1.0 - PRIOR_NONE) / (len(forces) - 1)
     log_prior = np.log(np.where(ratio > 0.0, each, PRIOR_NONE))
-    return ForcesBeside(np.ascontiguousarray(ratio), np.ascontiguousarray(tau), log_prior)
+    return ComparedForces(np.ascontiguousarray(ratio), np.ascontiguousarray(tau), log_prior)
 
 
 def noise_floor(residual: Array, phase: Array, order: int, fitted: int) -> float:
@@ -157,10 +157,10 @@ def looks_white(residual: Array, phase: Array, order: int, fitted: int) -> bool:
     if burg(residual, fitted)[0].order or burg(thinned, fitted / block)[0].order:
         return False
     clock = Clock.of(block_means(phase, block))
-    return _beside_a_force(thinned, clock, sensor_row(order)).none >= PRIOR_NONE
+    return _with_forces(thinned, clock, sensor_row(order)).none >= PRIOR_NONE
 
 
-class _Beside(NamedTuple):
+class _WithForces(NamedTuple):
     """By a grid of forces on a residual: mean variance of the white noise, what is left, P(no force)."""
 
     variance: float
@@ -171,20 +171,20 @@ class _Beside(NamedTuple):
 def _level(residual: Array, phase: Array, order: int, fitted: float) -> float:
     """Variance of the white noise that is as strong as the sensor's near the motion's frequency."""
     octave = _OCTAVE * float(phase[-1] - phase[0]) / (phase.size - 1)
-    beside = _beside_a_force(residual, Clock.of(phase), sensor_row(order))
-    levels = [beside.variance]
-    for each in (residual, beside.left):
+    found = _with_forces(residual, Clock.of(phase), sensor_row(order))
+    levels = [found.variance]
+    for each in (residual, found.left):
         colour, variance = burg(each, fitted)
         levels.append(variance * colour.level(octave))
     return float(np.median(levels))
 
 
-def _beside_a_force(residual: Array, clock: Clock, row: Array) -> _Beside:
+def _with_forces(residual: Array, clock: Clock, row: Array) -> _WithForces:
     """Average over a grid of forces, no force included."""
     start = at_sensor(initial_response(clock.phase), row)
     columns = np.column_stack([start, np.ones(residual.size), residual])
     freedom = residual.size - columns.shape[1] + 1
-    forces = forces_beside()
+    forces = compared_forces()
     laws, variances, log_weights = [], [], []
     for ratio, tau, log_prior in zip(*(each.tolist() for each in forces), strict=True):
         whitened = whiten(columns, clock, row, ratio, tau)
@@ -197,8 +197,8 @@ def _beside_a_force(residual: Array, clock: Clock, row: Array) -> _Beside:
         log_weights.append(log_weight + log_prior)
     weight = np.exp(log_weights - logsumexp(log_weights))
     best = int(np.argmax(weight))
-    beside = residual - columns[:, :-1] @ laws[best]
+    left = residual - columns[:, :-1] @ laws[best]
     if best > 0:
-        states, _ = smooth(beside[:, None], clock, row, float(forces.ratio[best]), float(forces.tau[best]))
-        beside = beside - shown(states[:, :3, 0], row)
-    return _Beside(float(weight @ variances), beside, float(weight[0]))
+        states, _ = smooth(left[:, None], clock, row, float(forces.ratio[best]), float(forces.tau[best]))
+        left = left - shown(states[:, :3, 0], row)
+    return _WithForces(float(weight @ variances), left, float(weight[0]))

@@ -142,7 +142,7 @@ def _witness_of(decay: FreeDecay, coefficient: Any, accounts: Sequence[NoiseAcco
         lost = Mixture.of([lost.scaled(1.0 / each.gain) for each in accounts], shares)
     known = sum(each.probability for each in accounts if each.of_known_noise)
     told_apart = bool(accounts) and (decay.quantity.order < 2 or known > 0.5)
-    return Witness.beside(coefficient, lost, bounds=not told_apart)
+    return Witness.compared(coefficient, lost, bounds=not told_apart)
 
 
 def averaged_over_accounts(decay: FreeDecay, fit: Fit) -> Fit:

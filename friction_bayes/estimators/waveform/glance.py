@@ -23,12 +23,12 @@ from friction_bayes.estimators.base import Glance
 from friction_bayes.estimators.envelope.loss_of_amplitude import SURELY_FASTER
 from friction_bayes.estimators.noise.coulomb_regression import LEAST_SAMPLES
 from friction_bayes.estimators.noise.force_screen import (
-    ForcesBeside,
+    ComparedForces,
     ForceTable,
     force_table,
     probability_of_none,
 )
-from friction_bayes.estimators.noise.noise_level import forces_beside, samples_in_mean
+from friction_bayes.estimators.noise.noise_level import compared_forces, samples_in_mean
 from friction_bayes.estimators.waveform.least_squares import WaveformFits
 from friction_bayes.estimators.waveform.normal_equations import (
     ADVANCE,
@@ -75,7 +75,7 @@ def glance(values: Array, located: Located, order: int, fits: WaveformFits) -> G
     fits : WaveformFits
     """
     found = Glance(np.zeros(len(values), np.bool_), np.zeros(len(values), np.bool_))
-    _glance_all(values, located, order, fits, sensor_row(order), forces_beside(), found)
+    _glance_all(values, located, order, fits, sensor_row(order), compared_forces(), found)
     return found
 
 
@@ -86,7 +86,7 @@ def _glance_all(
     order: int,
     fits: WaveformFits,
     row: Array,
-    forces: ForcesBeside,
+    forces: ComparedForces,
     found: Glance,
 ) -> None:
     work = np.empty(values.shape[1], np.float32)
@@ -193,7 +193,7 @@ def _order_zero(means: Array) -> bool:
 
 @njit(**INNER)
 def _table_for(
-    step: float, n: int, row: Array, order: int, forces: ForcesBeside, table: ForceTable
+    step: float, n: int, row: Array, order: int, forces: ComparedForces, table: ForceTable
 ) -> ForceTable:
     """The table, or another one where the clock is not that one or the record is longer."""
     if len(table.filters) >= n and abs(step - table.step) * n <= _SAME_CLOCK:

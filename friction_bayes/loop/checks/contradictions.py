@@ -116,8 +116,8 @@ def _by_themselves(fit: LawFit) -> tuple[Array, Array, Integers]:
         motion, regression = alone.motion, one.regression
         ratio, tau = motion.force_sd / motion.noise, motion.tau
         whitened = regression.whiten_at(ratio, tau)
-        found.append((regression.reference, whitened, Problem.of(regression).weigh(ratio, tau)))
-    likelihood = sum(weighed.log_weight - sets.log_prior for _, _, weighed in found)
+        found.append((regression.reference, whitened, Problem.of(regression).evaluate(ratio, tau)))
+    likelihood = sum(evaluated.log_weight - sets.log_prior for _, _, evaluated in found)
     best = int(np.argmax(likelihood + sets.log_prior))
     inside = sets.columns[best]
     said = [
@@ -125,10 +125,10 @@ def _by_themselves(fit: LawFit) -> tuple[Array, Array, Integers]:
             whitened.gram,
             reference,
             inside,
-            _PRIOR * weighed.full_noise2,
-            float(weighed.noise2[best]),
+            _PRIOR * evaluated.full_noise2,
+            float(evaluated.noise2[best]),
         )
-        for reference, whitened, weighed in found
+        for reference, whitened, evaluated in found
     ]
     mean, covariance = (np.array(values) for values in zip(*said, strict=True))
     return mean, covariance, np.flatnonzero(inside)

@@ -9,7 +9,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.beside_law import beside_law
+from friction_bayes.loop.checks.added_forces import added_forces
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.statespace.measured_path import MeasuredPath
 
@@ -52,13 +52,13 @@ def best_shape(fit: ForceFit, binned: Array) -> Shape | None:
     """
     names, columns = zip(*_shapes(fit.path), strict=True)
     bins = slice(0, binned.shape[1])
-    beside = beside_law(fit, np.column_stack([binned, *columns]))
-    whole = beside.test(bins)
+    added = added_forces(fit, np.column_stack([binned, *columns]))
+    whole = added.test(bins)
     # with a single bin that fails, all of them together may pass
     excess = max(whole.statistic - whole.degrees, whole.degrees)
     found = []
     for j, name in enumerate(names, start=binned.shape[1]):
-        taken = beside.with_law(j)
+        taken = added.with_law(j)
         if taken is None:
             continue
         drop = whole.statistic - taken.test(bins).statistic

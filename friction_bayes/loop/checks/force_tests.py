@@ -18,7 +18,7 @@ from scipy import stats
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop import settings
-from friction_bayes.loop.checks.beside_law import ScoreTest, beside_law
+from friction_bayes.loop.checks.added_forces import ScoreTest, added_forces
 from friction_bayes.loop.checks.force_shapes import Shape, best_shape, stops
 from friction_bayes.loop.infer.knocks import jump_tails
 from friction_bayes.loop.infer.record_fit import ForceFit
@@ -184,7 +184,7 @@ def _indicator(values: Array, bins: int) -> Array:
 
 
 def _dependence(fit: ForceFit, on: str, forces: Array) -> Dependence:
-    found = beside_law(fit, forces).test(slice(None))
+    found = added_forces(fit, forces).test(slice(None))
     statistic, degrees = found.statistic, found.degrees
     channel = Channel(f"force_by_{on}", statistic, degrees, float(stats.chi2.sf(statistic, max(degrees, 1))))
     return _of_force(fit, on, channel, forces, found)
@@ -192,9 +192,9 @@ def _dependence(fit: ForceFit, on: str, forces: Array) -> Dependence:
 
 def _one_of(fit: ForceFit, name: str, forces: Array) -> Dependence:
     """The force of several with the largest test statistic: a joint test would hide it."""
-    beside = beside_law(fit, forces)
+    added = added_forces(fit, forces)
     count = forces.shape[1]
-    tests = [beside.test(slice(j, j + 1)) for j in range(count)]
+    tests = [added.test(slice(j, j + 1)) for j in range(count)]
     j = max(range(count), key=lambda k: tests[k].statistic)
     found = tests[j]
     # the largest of as many

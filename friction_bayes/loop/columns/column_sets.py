@@ -138,12 +138,12 @@ def _sets_of(given: _Structure, known: LoopSettings) -> _Sets:
         for choice in product(*(shapes[name] for name in names)):
             used = [*always, *chain.from_iterable(each for _, each in choice)]
             if bent:
-                weighed = [(used, 0.0)]
+                evaluated = [(used, 0.0)]
             elif of_friction.isdisjoint(used):
-                weighed = [([*used, dry_friction], rubs), (used, idles)]
+                evaluated = [([*used, dry_friction], rubs), (used, idles)]
             else:
-                weighed = [([*used, dry_friction], 0.0)]
-            for of_set, log_probability in weighed:
+                evaluated = [([*used, dry_friction], 0.0)]
+            for of_set, log_probability in evaluated:
                 found.append(together)
                 columns.append(of_set)
                 places.append(tuple(place for place, _ in choice))

@@ -112,12 +112,12 @@ class LawColumns:
         """
         forces = self.with_sizes(coefficients)
         kept = tuple(pair for pair in forces if pair[1].column.kind != "stiffness")
-        sizes = coefficients[self.of_faults].tolist()
+        sizes = coefficients[self.of_sensor_effects].tolist()
         faults = tuple(pair for pair in zip(sizes, self.wrong, strict=True) if pair[0] != 0.0)
         return LawBefore(kept, faults, fluctuation)
 
     @property
-    def of_faults(self) -> slice:
+    def of_sensor_effects(self) -> slice:
         """Columns of sensor effects, except lines."""
         first = _OF_START + len(self.acting)
         return slice(first, first + len(self.wrong))
@@ -152,7 +152,7 @@ class LawColumns:
         """Columns of friction and of forces that resist as it does."""
         return [j for j, c in enumerate(self.columns) if j not in self.always and not _of_a_spring(c.effect)]
 
-    def fault_sizes(self, coefficients: Array) -> dict[str, float]:
+    def sensor_sizes(self, coefficients: Array) -> dict[str, float]:
         """Size in a law of each sensor effect whose size shapes it, by effect."""
         sizes: dict[str, float] = {}
         for column, size in zip(self.columns, coefficients.tolist(), strict=True):

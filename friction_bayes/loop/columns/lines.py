@@ -22,7 +22,7 @@ from friction_bayes.loop.data.prepared_record import Segment
 from friction_bayes.mechanics.effects.periodic_interference import PERIODIC_INTERFERENCE
 from friction_bayes.mechanics.effects.second_mode import SECOND_MODE
 
-__all__ = ["LOG_DECAY_TIME", "OF_LINES", "Line", "decaying_lines", "lines_beside_motion", "steady_lines"]
+__all__ = ["LOG_DECAY_TIME", "OF_LINES", "Line", "decaying_lines", "lines_in_residual", "steady_lines"]
 
 OF_LINES = (PERIODIC_INTERFERENCE.name, SECOND_MODE.name)
 """Effects that are lines."""
@@ -163,7 +163,7 @@ class _Spectrum:
         return at, _decaying_top(self.signal, self.step, at)
 
 
-def lines_beside_motion(
+def lines_in_residual(
     innovations: Array, force: Array, segment: Segment, known: Sequence[Line], effects: Collection[str]
 ) -> tuple[Line, ...]:
     """Lines of these effects that exceed their surroundings in a spectrum, except the motion's.
@@ -189,13 +189,13 @@ def lines_beside_motion(
 
 
 def steady_lines(signals: Sequence[Array], segment: Segment, known: Sequence[Line] = ()) -> tuple[Line, ...]:
-    """Lines that last (see :func:`lines_beside_motion`)."""
+    """Lines that last (see :func:`lines_in_residual`)."""
     window = np.hanning(signals[0].size)
     return _found([_Spectrum.of(signal, window, math.inf, segment) for signal in signals], segment, known)
 
 
 def decaying_lines(innovations: Array, segment: Segment, known: Sequence[Line] = ()) -> tuple[Line, ...]:
-    """Lines that die out within the record (see :func:`lines_beside_motion`).
+    """Lines that die out within the record (see :func:`lines_in_residual`).
 
     Not in the random force: its spectrum falls so steeply that windows which begin at once make tops in it.
     """
@@ -235,8 +235,8 @@ def _of_motion(frequency: ArrayLike, decay_time: float, segment: Segment) -> Mas
     width = 1.0 / (math.pi * decay_time)
     least = max(settings.SETTINGS.line_repeats / segment.duration, 1.0 / decay_time)
     band = max(settings.SETTINGS.harmonic_band * motion, width)
-    beside = np.abs(line - np.rint(line / motion) * motion) >= band
-    return np.asarray(~beside | (line < least))
+    off = np.abs(line - np.rint(line / motion) * motion) >= band
+    return np.asarray(~off | (line < least))
 
 
 def _top(signal: Array, ordinate: int) -> float:

@@ -44,7 +44,7 @@ def integrate_possible(
             # sets that are then the best there are removed at once: integrating again is costly
             found, best = found.without(better), posterior.best
             problem = Problem.of(found.regression)
-            again = replace(best, found=problem.weigh(best.ratio, best.tau))
+            again = replace(best, found=problem.evaluate(best.ratio, best.tau))
             better = better_but_impossible(found, Posterior(problem, [again]))
         posterior = integrated(found)
     return found, posterior
@@ -116,7 +116,7 @@ class _Sensor:
     """Whether the effects of a sensor take away, or add, half of the signal."""
 
     def __init__(self, law: LawColumns) -> None:
-        self.faults = law.of_faults
+        self.faults = law.of_sensor_effects
         signal = law.read.values
         signal = signal - signal.mean()
         self.shares = signal @ law.sensor[:, self.faults] / float(signal @ signal)

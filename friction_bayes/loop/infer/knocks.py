@@ -54,7 +54,7 @@ def next_knock(regression: LawRegression, law: Array, best: GridPoint, friction:
     if _lasts(motion.states[:, 2], clock.phase, spans_of(known)):
         return np.zeros_like(known)
     scores = _scores(regression, law, best)
-    place = int(np.argmax(np.where(_beside_turns(regression, motion), 0.0, np.abs(scores))))
+    place = int(np.argmax(np.where(_near_turns(regression, motion), 0.0, np.abs(scores))))
     if scores.size * 2.0 * float(stats.norm.sf(abs(scores[place]))) > settings.SETTINGS.false_alarm_rate:
         return None
     same = scores / scores[place] > settings.SETTINGS.knock_part
@@ -120,9 +120,9 @@ def jump_tails(regression: LawRegression, law: Array, best: GridPoint) -> tuple[
     """
     if best.ratio == 0.0:
         return 3.0, 0.0, 1.0
-    beside = _beside_turns(regression, regression.smoothed(law, best))
+    near_turns = _near_turns(regression, regression.smoothed(law, best))
     scores = _scores(regression, law, best)
-    scores = scores[(scores != 0.0) & ~beside]
+    scores = scores[(scores != 0.0) & ~near_turns]
     power = np.abs(np.fft.rfft(scores - scores.mean(), 2 * scores.size)) ** 2
     alike = np.fft.irfft(power)[: scores.size]
     n = scores.size / (1.0 + 2.0 * float(np.sum((alike[1:] / alike[0]) ** 4)))
@@ -146,7 +146,7 @@ def _scores(regression: LawRegression, law: Array, best: GridPoint) -> Array:
     return scores
 
 
-def _beside_turns(regression: LawRegression, motion: Motion) -> Mask:
+def _near_turns(regression: LawRegression, motion: Motion) -> Mask:
     """Samples at which friction may have either direction and the sensor shows the force, shape (n,).
 
     There an accelerometer shows a jump that is not of the random force.

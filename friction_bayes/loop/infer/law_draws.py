@@ -12,7 +12,7 @@ import numpy as np
 
 from friction_bayes.core.arrays import Array, Integers, Mask
 from friction_bayes.loop.columns.lines import Line
-from friction_bayes.loop.infer.law_fit import LawFit, spreads_weighed
+from friction_bayes.loop.infer.law_fit import LawFit, spreads_evaluated
 from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.loop.infer.truncated_normal import truncated_draws
 from friction_bayes.mechanics.effects import EFFECTS, GrowingNoiseEffect
@@ -292,7 +292,7 @@ def draw_laws(fit: LawFit, rng: np.random.Generator, draws: int, weight: Array |
     spread = fit.level * fit.spread_of[row]
     if not fit.one:
         # a spread represents its part of the prior
-        least, second = spreads_weighed()[:2]
+        least, second = spreads_evaluated()[:2]
         spread = spread * (second / least) ** rng.uniform(-0.5, 0.5, draws)
     friction = mean[:, frictions].sum(axis=1) * force
     return DrawnLaws(records=records, row=row, friction=friction, spread=spread * force)

@@ -37,9 +37,9 @@ from friction_bayes.statespace.force_prior import ForcePrior, GridPoint
 from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import frequency_change
 from friction_bayes.statespace.smoother import Motion
-from friction_bayes.statespace.subset_evidence import WeighedSets
+from friction_bayes.statespace.subset_evidence import SetEvidences
 
-__all__ = ["LawFit", "fit_law", "spreads_weighed"]
+__all__ = ["LawFit", "fit_law", "spreads_evaluated"]
 
 _SPREADS = 13
 _COARSE = 3
@@ -48,7 +48,7 @@ _HOPELESS = 1e-13
 """Probability of a set in the first round below which the second does without it."""
 
 
-def spreads_weighed() -> Array:
+def spreads_evaluated() -> Array:
     """Spreads of friction between records that are evaluated, over friction; all are equally probable."""
     least, largest = settings.SETTINGS.spreads
     return np.geomspace(least, largest, _SPREADS)
@@ -197,8 +197,8 @@ def _together(
     w0 = float(np.median([fit.w0 * change for fit, change in zip(alone, corrections, strict=True)]))
     motions = [fit.motion.at_frequency(w0 / fit.w0) for fit in alone]
     along = _along(alone, records, motions, w0)
-    spreads = spreads_weighed()
-    first = _weighed(
+    spreads = spreads_evaluated()
+    first = _evaluated(
         alone, records, along, spreads[::_COARSE], varying=varying, forced=forced, only_mode=True
     )
     one = first.fits[0]
@@ -206,7 +206,7 @@ def _together(
     motions = [fit.motion.at_frequency(change) for fit in first.fits]
     about = [fit.law.before(fit.coefficients, fit.fluctuation) for fit in first.fits]
     along = _along(alone, records, motions, w0 * change, about)
-    return _weighed(alone, records, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
+    return _evaluated(alone, records, along, spreads, varying=varying, forced=forced, kept=first.worth_it)
 
 
 def _records(
@@ -255,7 +255,7 @@ def _along(
     return tuple(found)
 
 
-def _weighed(
+def _evaluated(
     alone: tuple[ForceFit, ...],
     records: tuple[MovingRecord, ...],
     along: tuple[LawAlongMotion, ...],
@@ -303,7 +303,7 @@ def _weighed(
 
 def _shared_sizes(alone: Sequence[ForceFit]) -> dict[str, float]:
     """Median size of each sensor effect over the records that have it."""
-    own = [fit.law.fault_sizes(fit.coefficients) for fit in alone]
+    own = [fit.law.sensor_sizes(fit.coefficients) for fit in alone]
     found = {fault for sizes in own for fault in sizes}
     return {fault: float(np.median([sizes[fault] for sizes in own if fault in sizes])) for fault in found}
 
@@ -360,6 +360,6 @@ def _under(problem: Problem, posterior: Posterior) -> Iterator[tuple[Posterior, 
         log_weight = np.full(len(own.sets), -np.inf)
         log_weight[problem.number[row]] = 0.0
         noise2 = np.full(len(own.sets), float(best.found.noise2[row]) * member.noise**2)
-        found = WeighedSets(log_weight, noise2, best.found.full_noise2 * member.noise**2)
+        found = SetEvidences(log_weight, noise2, best.found.full_noise2 * member.noise**2)
         point = GridPoint(ratio=member.ratio(best.ratio), tau=best.tau, log_volume=0.0, found=found)
         yield Posterior(own, [point]), law

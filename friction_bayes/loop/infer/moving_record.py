@@ -31,10 +31,17 @@ from friction_bayes.statespace.force_prior import ForcePrior
 from friction_bayes.statespace.kalman import Clock, sensor_row
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import LawRegression
-from friction_bayes.statespace.response import Feedback, beside_oscillator
+from friction_bayes.statespace.response import Feedback, feedback_steps
 from friction_bayes.statespace.smoother import LEAST_NOISE, Motion, first_motion
 
-__all__ = ["LEAST_TURNS", "LawAlongMotion", "MovingRecord", "along_motion", "force_prior", "why_not_weighed"]
+__all__ = [
+    "LEAST_TURNS",
+    "LawAlongMotion",
+    "MovingRecord",
+    "along_motion",
+    "force_prior",
+    "why_not_evaluated",
+]
 
 
 LEAST_TURNS = 2
@@ -154,7 +161,7 @@ class MovingRecord:
             for name in EFFECTS
             if name in allowed
             and along_motion(EFFECTS[name], scales)
-            and not why_not_weighed(name, segment, scales)
+            and not why_not_evaluated(name, segment, scales)
         )
         n = _moving(segment) if samples is None else samples
         variance = np.where(segment.free[:n], 1.0, np.inf)
@@ -196,8 +203,8 @@ class MovingRecord:
 
     def clock_along(self, path: MeasuredPath, feedback: Feedback, w0: float) -> Clock:
         """Their time stamps and noise, and the propagation of a perturbation by oscillator and law."""
-        beside = beside_oscillator(path, feedback) if self.forced else None
-        return self.error.of(Clock.of(path.phase, self.variance, path.stiffness, self.jump, beside), w0)
+        steps = feedback_steps(path, feedback) if self.forced else None
+        return self.error.of(Clock.of(path.phase, self.variance, path.stiffness, self.jump, steps), w0)
 
     def first_motion(self) -> tuple[float, Motion]:
         """The frequency of small swings [rad/s] and the motion, in its units, before any law is known.
@@ -287,7 +294,7 @@ def force_prior(friction: float) -> ForcePrior:
     return ForcePrior(centre=settings.SETTINGS.force_share * friction)
 
 
-def why_not_weighed(name: str, segment: Segment, scales: Scales) -> str:
+def why_not_evaluated(name: str, segment: Segment, scales: Scales) -> str:
     """Why an effect is not evaluated along the motion of a record; empty where it is."""
     effect = EFFECTS[name]
     by_swing = effect.least_swing > 0.0

@@ -27,7 +27,7 @@ from friction_bayes.loop.infer.impossible import better_but_impossible, impossib
 from friction_bayes.loop.infer.knocks import spans_of
 from friction_bayes.loop.infer.moving_record import LEAST_TURNS, LawAlongMotion, MovingRecord
 from friction_bayes.loop.infer.rounds import Round
-from friction_bayes.loop.infer.sensor_noise import SensorNoise, weigh_sensor_noise
+from friction_bayes.loop.infer.sensor_noise import SensorNoise, evaluate_sensor_noise
 from friction_bayes.loop.infer.settle import settle
 from friction_bayes.loop.noise.colour import Colour
 from friction_bayes.loop.noise.correlated_error import SensorError
@@ -137,9 +137,9 @@ class ForceFit:
     def smoothed_signal(self) -> Array:
         """The smoothed motion as read by the sensor, natural units, shape (n,)."""
         law = self.law.states @ self.coefficients + self.law.known_states
-        beside = np.column_stack([self.motion.states[:, :2] - law, self.fluctuation])
+        away = np.column_stack([self.motion.states[:, :2] - law, self.fluctuation])
         of_law = self.law.known + self.law.sensor @ self.coefficients
-        return of_law + shown(beside, self.row)
+        return of_law + shown(away, self.row)
 
     @property
     def fluctuation(self) -> Array:
@@ -263,7 +263,7 @@ def _fit_of(last: Round | None, allowed: Sequence[str]) -> ForceFit | None:
         return None
     record, found = last.whole.setting_aside(last.ceiling), last.found
     while True:
-        regression, posterior, sensor_noise = weigh_sensor_noise(record, found, last.outliers, allowed)
+        regression, posterior, sensor_noise = evaluate_sensor_noise(record, found, last.outliers, allowed)
         best = found._replace(regression=regression)
         better = better_but_impossible(best, posterior)
         if not better.any():

@@ -17,7 +17,7 @@ import numpy as np
 from friction_bayes.core.arrays import Array, Mask
 from friction_bayes.decay.whiteness import whiteness
 from friction_bayes.loop.columns.law_before import LawBefore
-from friction_bayes.loop.columns.lines import Line, lines_beside_motion
+from friction_bayes.loop.columns.lines import Line, lines_in_residual
 from friction_bayes.loop.data.friction import friction_along
 from friction_bayes.loop.infer.behind_filter import filter_of
 from friction_bayes.loop.infer.coulomb_motion import CoulombMotion
@@ -193,7 +193,7 @@ class Round:
         regression, segment, whole = found.regression, self.whole.segment, self.whole
         white = regression.innovations(law, best.ratio, best.tau) / best.noise
         smoothed = regression.smoothed(law, best)
-        more = lines_beside_motion(white, smoothed.states[:, 2], segment, self.lines, whole.effects)
+        more = lines_in_residual(white, smoothed.states[:, 2], segment, self.lines, whole.effects)
         showing = lines_that_show(self.lines, found, law, best)
         lines = (*finer_lines(showing, found, law, best), *more)
         error = self._next_error
@@ -201,7 +201,7 @@ class Round:
             whole = replace(whole, error=error)
         whole = replace(
             whole,
-            sizes=whole.sizes | found.law.fault_sizes(law),
+            sizes=whole.sizes | found.law.sensor_sizes(law),
             scores=finer_shapes(found, law, best),
         )
         ceiling, outliers = self._set_aside(smoothed, allowed)

@@ -28,7 +28,7 @@ from friction_bayes.statespace.force_grid import Posterior, integrate
 from friction_bayes.statespace.problem import Problem
 from friction_bayes.statespace.regression import LawRegression
 
-__all__ = ["NoiseHypothesis", "SensorNoise", "log_convention", "weigh_sensor_noise"]
+__all__ = ["NoiseHypothesis", "SensorNoise", "evaluate_sensor_noise", "log_convention"]
 
 
 class NoiseHypothesis(NamedTuple):
@@ -103,7 +103,7 @@ def log_convention(used: int, unit: float) -> float:
     return -0.5 * used * (math.log(4.0 * math.pi / used) + 1.0) - used * math.log(unit)
 
 
-def weigh_sensor_noise(
+def evaluate_sensor_noise(
     record: MovingRecord, along: LawAlongMotion, outliers: Mask, allowed: Sequence[str]
 ) -> tuple[LawRegression, Posterior, SensorNoise]:
     """Evidence of each kind of noise, and the posterior over the random force under the most probable.
@@ -126,25 +126,25 @@ def weigh_sensor_noise(
     posterior : Posterior
     noise : SensorNoise
     """
-    weighed = _given_samples(record, along, allowed, contaminated=False)
+    evaluated = _given_samples(record, along, allowed, contaminated=False)
     if outliers.any():
         cleaned = record.setting_aside(outliers)
-        weighed += _given_samples(cleaned, along, allowed, contaminated=True)
-    chosen = max(range(len(weighed)), key=lambda k: weighed[k].log_weight)
-    best, white = weighed[chosen], weighed[0].log_weight
+        evaluated += _given_samples(cleaned, along, allowed, contaminated=True)
+    chosen = max(range(len(evaluated)), key=lambda k: evaluated[k].log_weight)
+    best, white = evaluated[chosen], evaluated[0].log_weight
     posterior = best.posterior
     if best.growth is not None and best.growth.found:
         posterior = integrate(Problem.of(best.regression), along.prior, posterior.best.noise)
     noise = SensorNoise(
-        hypotheses=tuple(NoiseHypothesis(w.effects, w.log_weight - white) for w in weighed),
+        hypotheses=tuple(NoiseHypothesis(w.effects, w.log_weight - white) for w in evaluated),
         chosen=chosen,
         growth=best.growth,
-        outliers=weighed[-1].noise if OUTLIERS.name in weighed[-1].effects else None,
+        outliers=evaluated[-1].noise if OUTLIERS.name in evaluated[-1].effects else None,
     )
     return best.regression, posterior, noise
 
 
-class _Weighed(NamedTuple):
+class _Evaluated(NamedTuple):
     """One kind of noise, its evidence, and the law and force at which it was evaluated."""
 
     effects: frozenset[str]
@@ -157,7 +157,7 @@ class _Weighed(NamedTuple):
 
 def _given_samples(
     record: MovingRecord, along: LawAlongMotion, allowed: Sequence[str], *, contaminated: bool
-) -> list[_Weighed]:
+) -> list[_Evaluated]:
     """Noise of one size and noise that grows on the samples that a record uses."""
     clock = record.clock_along(along.path, along.law.feedback, along.w0)
     along = along._replace(regression=replace(along.regression, clock=clock))
@@ -171,7 +171,7 @@ def _given_samples(
     convention = log_convention(int(used.sum()), along.w0**record.segment.order)
     log_factor += record.error.log_volume + (0.0 if record.jump is None else log_odds_of_knocks(record.jump))
     growth = _noise_growth(record, along, posterior, allowed)
-    one_size = _Weighed(
+    one_size = _Evaluated(
         effects=frozenset({OUTLIERS.name} if contaminated else ()),
         log_weight=posterior.log_evidence + convention + log_factor,
         regression=regression,

@@ -17,7 +17,7 @@ import numpy as np
 from friction_bayes.loop.infer.coulomb_motion import CoulombMotion, coulomb_motion
 from friction_bayes.loop.infer.moving_record import MovingRecord
 from friction_bayes.loop.infer.rounds import Round
-from friction_bayes.loop.infer.sensor_noise import weigh_sensor_noise
+from friction_bayes.loop.infer.sensor_noise import evaluate_sensor_noise
 from friction_bayes.loop.noise.colour import is_coloured
 
 __all__ = ["settle"]
@@ -121,7 +121,7 @@ def _holds_against(one: Round, other: Round, allowed: Sequence[str]) -> bool:
     mine, its = _on_common_samples(one, other)
     if mine is None or its is None or its.log_evidence <= mine.log_evidence:
         return True
-    noise = weigh_sensor_noise(mine.record, mine.found, np.zeros_like(mine.aside), allowed)[2]
+    noise = evaluate_sensor_noise(mine.record, mine.found, np.zeros_like(mine.aside), allowed)[2]
     return its.log_evidence <= mine.log_evidence + noise.log_total
 
 

@@ -100,7 +100,7 @@ def mixture_of(candidates: Candidates, rng: np.random.Generator) -> Mixture:
     draws = replace(draws, candidate=place[draws.candidate])
     if candidates.slight_force is not None:
         still = draws.random_force == 0.0
-        friction = np.where(still, candidates.slight_force.beside(draws.friction, rng), draws.friction)
+        friction = np.where(still, candidates.slight_force.added_to(draws.friction, rng), draws.friction)
         draws = replace(draws, friction=friction)
     return Mixture(
         sets=tuple(candidates.sets[c] for c in listed),

@@ -46,7 +46,7 @@ __all__ = [
     "SlightEffect",
     "SlightForce",
     "friction_with_slight_effects",
-    "slight_beside",
+    "slight_effects_lacking",
     "slight_effects_of",
     "slight_force",
     "with_slight_effects",
@@ -85,7 +85,7 @@ class SlightEffect:
         information: float,
         support: tuple[float, float],
         follow: float,
-        beside: Iterable[str],
+        effects: Iterable[str],
     ) -> SlightEffect:
         """From the normal likelihood of the coefficient, the candidate's own parameters integrated.
 
@@ -97,7 +97,7 @@ class SlightEffect:
             Of the effect's coefficient; that of the nuisance goes below zero.
         follow : float
             Change of friction a unit of it [N or N m].
-        beside : iterable of str
+        effects : iterable of str
             Effects of the candidate.
         """
         low, high = min(support[0], -settings.SETTINGS.gain_rise), support[1]
@@ -107,13 +107,13 @@ class SlightEffect:
         ends = np.array([[low - mean, high - mean], [low, high]]) / np.array([[sd], [scale]])
         inside = log_interval_probability(ends[:, 0], ends[:, 1])
         log_bayes_factor = math.log(sd / scale) + 0.5 * (mean / sd) ** 2 + float(inside[0] - inside[1])
-        bent = any(isinstance(EFFECTS[name], ForceEffect) for name in beside)
+        bent = any(isinstance(EFFECTS[name], ForceEffect) for name in effects)
         prior = INCLUSION if bent else settings.SETTINGS.nuisance
         probability = float(expit(logit(prior) + log_bayes_factor))
         return cls(probability, mean, sd, low, high, follow)
 
 
-def slight_beside(effects: Iterable[str]) -> list[str]:
+def slight_effects_lacking(effects: Iterable[str]) -> list[str]:
     """Names of the nuisances in addition to a candidate with these effects."""
     present = set(effects)
     return [name for name in _SLIGHT_EFFECTS if not present & {name, *EFFECTS[name].excludes}]
@@ -167,14 +167,14 @@ def slight_effects_of(fit: LawFit, g: int, row: int) -> Iterator[SlightEffect]:
     rubs = columns & np.isin(np.arange(columns.size), law.frictions)
     if not rubs.any():
         return
-    for name in slight_beside(effects):
+    for name in slight_effects_lacking(effects):
         for j in chain(*law.alternatives(name)):
             if problem.own[j]:
                 continue
-            beside = columns.copy()
-            beside[j] = True
-            mean, covariance = problem.shared_posterior(point, row, beside)
-            own, friction = (int(np.count_nonzero(beside[:c])) for c in (j, int(np.flatnonzero(rubs)[0])))
+            wider = columns.copy()
+            wider[j] = True
+            mean, covariance = problem.shared_posterior(point, row, wider)
+            own, friction = (int(np.count_nonzero(wider[:c])) for c in (j, int(np.flatnonzero(rubs)[0])))
             variance = float(covariance[own, own])
             information = 1.0 / variance - prior
             if information > 0.0:
@@ -200,7 +200,7 @@ class SlightForce:
     shift: float
     sd: float
 
-    def beside(self, friction: Array, rng: np.random.Generator) -> Array:
+    def added_to(self, friction: Array, rng: np.random.Generator) -> Array:
         """Draws of friction without a force, shape (k,), with this one added to some of them.
 
         A draw that would be negative stays where it is.

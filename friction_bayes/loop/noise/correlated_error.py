@@ -28,7 +28,7 @@ from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.force_prior import ForcePrior, at_resonance
 from friction_bayes.statespace.kalman import Clock, CorrelatedError, whiten
 from friction_bayes.statespace.regression import LawRegression
-from friction_bayes.statespace.subset_evidence import weigh_sets
+from friction_bayes.statespace.subset_evidence import evaluate_sets
 
 __all__ = ["NO_ERROR", "SensorError", "find_sensor_error"]
 
@@ -186,7 +186,7 @@ class _Density:
         of_sensor = (
             CorrelatedError() if error is None else CorrelatedError(*(math.exp(each) for each in error))
         )
-        found = weigh_sets(
+        found = evaluate_sets(
             whiten(
                 self.block, replace(self.regression.clock, error=of_sensor), self.regression.row, ratio, tau
             ),

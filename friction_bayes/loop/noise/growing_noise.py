@@ -21,7 +21,7 @@ from friction_bayes.statespace.force_grid import Posterior
 from friction_bayes.statespace.kalman import Clock, whiten
 from friction_bayes.statespace.measured_path import MeasuredPath
 from friction_bayes.statespace.regression import LawRegression
-from friction_bayes.statespace.subset_evidence import weigh_sets
+from friction_bayes.statespace.subset_evidence import evaluate_sets
 
 __all__ = ["NoiseGrowth", "find_noise_growth"]
 
@@ -113,7 +113,7 @@ def find_noise_growth(
         return replace(clock, variance=clock.variance * (1.0 + (ratio * growth) ** 2))
 
     def log_weight(clock: Clock, spread: float) -> tuple[float, float]:
-        found = weigh_sets(
+        found = evaluate_sets(
             whiten(block, clock, regression.row, best.ratio * spread, best.tau),
             reference,
             regression.positive[chosen],

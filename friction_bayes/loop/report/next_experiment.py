@@ -80,7 +80,7 @@ class Contender:
         ratio = math.exp(float(self.model.value(self.z, LOG_FREQUENCY_RATIO)))
         return self.model.system.natural_frequency * ratio
 
-    def force_beside(self, noise: float) -> tuple[float, float]:
+    def force_over_noise(self, noise: float) -> tuple[float, float]:
         """Random force over a noise in natural units, and its correlation time as a phase."""
         frequency = self.frequency
         _, stiffness = self.model.mass_and_stiffness(frequency / self.model.system.natural_frequency)
@@ -182,7 +182,7 @@ def _score(truth: Contender, rival: Contender, option: Proposal) -> float:
         return 0.0
     time, difference, jacobian = time[:moving], difference[:moving], jacobian[:moving]
     clock, row = Clock.of(truth.frequency * time), sensor_row(option.order)
-    forces = [c.force_beside(sd / truth.frequency**option.order) for c in (truth, rival)]
+    forces = [c.force_over_noise(sd / truth.frequency**option.order) for c in (truth, rival)]
     block = np.column_stack([difference, jacobian]) / sd
     whitened = kalman.whiten(block, clock, row, *forces[1], keep=True).columns
     assert whitened is not None

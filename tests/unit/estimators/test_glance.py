@@ -11,7 +11,7 @@ from friction_bayes.decay.location import locate_free_decays
 from friction_bayes.estimators.base import FreeDecays
 from friction_bayes.estimators.estimate import surely_faster_loss
 from friction_bayes.estimators.noise.force_screen import force_table, probability_of_none
-from friction_bayes.estimators.noise.noise_level import forces_beside, looks_white
+from friction_bayes.estimators.noise.noise_level import compared_forces, looks_white
 from friction_bayes.estimators.registry import estimator_named
 from friction_bayes.statespace.kalman import Clock, sensor_row, whiten
 from friction_bayes.statespace.response import at_sensor
@@ -23,7 +23,7 @@ RATE = 60.0
 @pytest.mark.parametrize("order", [0, 1, 2])
 def test_filters_of_a_table_are_those_of_every_record(order: int, rng: np.random.Generator) -> None:
     """Of fewer samples than the table has, too."""
-    step, row, forces = 0.9, sensor_row(order), forces_beside()
+    step, row, forces = 0.9, sensor_row(order), compared_forces()
     residual = rng.standard_normal(70) + 0.5 * np.sin(step * np.arange(70) + 1.0)
     phase = step * np.arange(70)
     columns = np.column_stack([at_sensor(initial_response(phase), row), np.ones(70), residual])

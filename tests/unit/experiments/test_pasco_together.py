@@ -1,4 +1,4 @@
-"""The table of releases weighed together."""
+"""The table of releases evaluated together."""
 
 from __future__ import annotations
 

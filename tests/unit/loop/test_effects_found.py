@@ -1,4 +1,4 @@
-"""What a user may count on: each effect is weighed, those that act are found, alone and together."""
+"""What a user may count on: each effect is evaluated, those that act are found, alone and together."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ OFFERED = (
 DISSIPATION = frozenset({"viscous_damping", "quadratic_drag", "friction_drift", "stribeck_friction"})
 
 
-def weighed(record: xr.DataArray) -> Candidates:
+def evaluated(record: xr.DataArray) -> Candidates:
     (segment,) = cut_records([record], SYSTEM)
     return candidates_of((segment,), SYSTEM, loop_options(OFFERED), np.random.default_rng(1))
 
@@ -46,7 +46,7 @@ def test_strong_damping_of_a_record_that_comes_to_rest_is_found() -> None:
 
 
 def test_every_single_effect_is_weighed(seed: int) -> None:
-    found = weighed(long_decay(seed=seed))
+    found = evaluated(long_decay(seed=seed))
     # a line, outliers and clipped samples are there only where the record shows some
     for name in OFFERED[:7]:
         assert frozenset({name}) in found.sets, name
@@ -70,7 +70,7 @@ def test_every_single_effect_is_weighed(seed: int) -> None:
     ],
 )
 def test_combinations_are_found(settings: dict[str, float], seed: int) -> None:
-    found = weighed(long_decay(seed=seed, effects=settings))
+    found = evaluated(long_decay(seed=seed, effects=settings))
     names, best = frozenset(key.partition(".")[0] for key in settings), found.sets[0]
     # one law of dissipation may stand for another, but none may be missing
     assert bool(best & DISSIPATION) >= bool(names & DISSIPATION)
@@ -81,7 +81,7 @@ def test_combinations_are_found(settings: dict[str, float], seed: int) -> None:
 
 
 def test_flat_samples_are_censored(seed: int) -> None:
-    found = weighed(long_decay(seed=seed, effects={"sensor_clipping.level": 0.03}))
+    found = evaluated(long_decay(seed=seed, effects={"sensor_clipping.level": 0.03}))
     assert found.sets[0] == {"sensor_clipping"}
     assert float(np.mean(found.draws.friction)) == pytest.approx(0.25, rel=0.03)
     assert math.isclose(found.parameters("sensor_clipping")["level"]["mean"], 0.03, rel_tol=0.01)

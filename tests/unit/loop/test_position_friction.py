@@ -8,7 +8,7 @@ import pytest
 import friction_bayes as fb
 from friction_bayes.loop.data.parameters import scales_of
 from friction_bayes.loop.data.prepared_record import cut_records
-from friction_bayes.loop.infer.moving_record import why_not_weighed
+from friction_bayes.loop.infer.moving_record import why_not_evaluated
 from unsteady_decays import FRICTION, RELEASE, SYSTEM, WHEEL, fitted, probability_of, rubbed_record
 
 OFFERED = ("viscous_damping", "quadratic_drag", "cubic_stiffness", "sensor_offset", "position_friction")
@@ -47,4 +47,4 @@ def test_of_what_turns_it_asks_for_a_calibrated_sensor(
     t = np.arange(0.0, 10.0, 0.01)
     record = fb.make_record(t, 0.2 * (1.0 - 0.05 * t) * np.cos(10.0 * t), quantity, unit="V")
     (segment,) = cut_records([record], system)
-    assert why_not_weighed("position_friction", segment, scales_of((segment,), system)) == said
+    assert why_not_evaluated("position_friction", segment, scales_of((segment,), system)) == said

@@ -97,7 +97,7 @@ def test_the_target_without_a_force_is_the_closed_form(fit: LawFit) -> None:
     )
     scaled = theta[:, :-1] / fit.law.scale[fit.sets.columns[chosen]]
     # the noise found with all columns of the set
-    log_v = theta[:, -1] - math.log(fit.problem.only(chosen).weigh(0.0, 1.0).full_noise2)
+    log_v = theta[:, -1] - math.log(fit.problem.only(chosen).evaluate(0.0, 1.0).full_noise2)
     prior = 0.5 * (scaled.shape[1] * log_v + (scaled**2).sum(axis=1) * np.expm1(-log_v))
     difference = target.log_prob(theta) - target.closed_form(theta) - prior
     inside = np.isfinite(difference)

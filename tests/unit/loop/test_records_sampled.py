@@ -50,12 +50,12 @@ def densely(fit: LawFit, row: int, theta: np.ndarray, r: int, *, forced: bool) -
     if forced:
         phase = regression.clock.phase
         ratio, tau = math.exp(theta[s + 1]) / math.sqrt(variance), math.exp(theta[s + 2])
-        stiffness, added = np.ones(phase.size - 1), regression.clock.beside
+        stiffness, added = np.ones(phase.size - 1), regression.clock.feedback
         states = dense_covariance(phase, stiffness, tau, added)
         shows = np.kron(np.eye(phase.size), regression.row)
         covariance += (member.force * math.exp(theta[s + 1])) ** 2 * shows @ states @ shows.T
     # their prior is in units of the noise
-    scale2 = variance / problem.weigh(ratio, tau).full_noise2
+    scale2 = variance / problem.evaluate(ratio, tau).full_noise2
     columns = regression.columns * problem.scale
     covariance += scale2 * columns[:, problem.own] @ columns[:, problem.own].T
     column, sd = problem.deviation(0)

@@ -1,4 +1,4 @@
-"""Several records weighed together along their motions: what they share, and friction that differs."""
+"""Several records evaluated together along their motions: what they share, and friction that differs."""
 
 from __future__ import annotations
 
@@ -173,7 +173,7 @@ def unspoilt(unsteady: bool) -> tuple[list[xr.DataArray], fb.LoopReport]:
 @pytest.mark.parametrize("fault", ["outliers", "sensor_clipping"])
 @pytest.mark.parametrize("unsteady", [False, True])
 def test_one_spoilt_record_spoils_no_other(fault: str, unsteady: bool) -> None:
-    """Spikes and clipped samples are set aside in their record; all are weighed together as without them."""
+    """Spikes and clipped samples are set aside in their record; together all say what they said without."""
     records, whole = unspoilt(unsteady)
     rng, fitted = np.random.default_rng(1), list[str]()
     spoilt = records[1].copy(deep=True)

@@ -15,7 +15,7 @@ SYSTEM = fb.Oscillator(mass=10.0, stiffness=1000.0)
 
 
 def fitted(effects: dict[str, float], seed: int) -> ForceFit:
-    """A record with effects that are not weighed."""
+    """A record with effects that are not evaluated."""
     record = fb.simulate(
         SYSTEM,
         friction=0.3,

@@ -49,7 +49,7 @@ def test_no_random_force_leaves_friction_to_the_noise(rng: np.random.Generator) 
 
 
 def test_draws_that_would_be_negative_stay(rng: np.random.Generator) -> None:
-    moved = SlightForce(1.0, 0.0, 10.0).beside(np.full(1000, 0.1), rng)
+    moved = SlightForce(1.0, 0.0, 10.0).added_to(np.full(1000, 0.1), rng)
     assert np.all(moved >= 0.0)
     assert np.mean(moved == 0.1) == pytest.approx(0.5, abs=0.1)
-    np.testing.assert_array_equal(SlightForce(0.0, 1.0, 1.0).beside(moved, rng), moved)
+    np.testing.assert_array_equal(SlightForce(0.0, 1.0, 1.0).added_to(moved, rng), moved)

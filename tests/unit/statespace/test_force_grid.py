@@ -9,7 +9,7 @@ import pytest
 
 from friction_bayes.statespace.force_grid import integrate
 from friction_bayes.statespace.force_prior import ForcePrior, at_resonance
-from friction_bayes.statespace.subset_evidence import WeighedSets
+from friction_bayes.statespace.subset_evidence import SetEvidences
 
 PRIOR = ForcePrior(centre=0.3, none=0.5)
 
@@ -52,18 +52,18 @@ class Landscape:
     def __init__(self, height):
         self.height = height
 
-    def weigh(self, ratio, tau):
+    def evaluate(self, ratio, tau):
         if ratio == 0.0:
-            return self._weighed(0.0)
-        return self._weighed(float(self.height(math.log(ratio * at_resonance(tau)), math.log(tau))))
+            return self._evaluated(0.0)
+        return self._evaluated(float(self.height(math.log(ratio * at_resonance(tau)), math.log(tau))))
 
     def marginals(self, point, chosen):
         del chosen
         return np.array([math.log(point.tau)]), np.ones(1)
 
     @staticmethod
-    def _weighed(log_weight):
-        return WeighedSets(log_weight=np.array([log_weight]), noise2=np.ones(1), full_noise2=1.0)
+    def _evaluated(log_weight):
+        return SetEvidences(log_weight=np.array([log_weight]), noise2=np.ones(1), full_noise2=1.0)
 
 
 def dense(height):

@@ -34,12 +34,12 @@ from friction_bayes.statespace.regression import LawRegression, frequency_change
 from friction_bayes.statespace.response import at_sensor, force_response
 from friction_bayes.statespace.smoother import Motion, first_motion
 from friction_bayes.statespace.subset_evidence import (
-    WeighedSets,
+    SetEvidences,
     all_sets,
+    evaluate_sets,
     nest,
     set_marginals,
     set_posterior,
-    weigh_sets,
 )
 from friction_bayes.statespace.transition import initial_response
 
@@ -402,9 +402,9 @@ def test_what_rounding_leaves_without_an_answer_is_impossible(correlation) -> No
 
 
 def marginals(
-    whitened: Whitened, reference: Array, columns: Mask, positive: Mask, found: WeighedSets, k: int
+    whitened: Whitened, reference: Array, columns: Mask, positive: Mask, found: SetEvidences, k: int
 ) -> tuple[Array, Array]:
-    """Of set ``k`` of those that have been weighed."""
+    """Of set ``k`` of those that have been evaluated."""
     posterior = set_posterior(whitened.gram, reference, columns, found.full_noise2, float(found.noise2[k]))
     return set_marginals(*posterior, columns, positive)
 
@@ -421,7 +421,7 @@ def test_sets_are_weighed_as_one_by_one(rng) -> None:
     sets = all_sets(np.array([True, False, False, False]))
     assert sets.shape == (8, 4)
     none = np.zeros(4, np.bool_)
-    free = weigh_sets(whitened, reference, none, sets, np.zeros(8))
+    free = evaluate_sets(whitened, reference, none, sets, np.zeros(8))
     for k, columns_in in enumerate(sets):
         x = columns[:, columns_in]
         penalised = x.T @ x + free.full_noise2 * np.eye(x.shape[1])
@@ -437,7 +437,7 @@ def test_sets_are_weighed_as_one_by_one(rng) -> None:
         )
         assert np.all(np.isnan(location[~columns_in]))
     positive = np.array([False, False, False, True])
-    cut = weigh_sets(whitened, reference, positive, sets, np.zeros(8))
+    cut = evaluate_sets(whitened, reference, positive, sets, np.zeros(8))
     k = 4
     location, scale2 = marginals(whitened, reference, sets[k], none, free, k)
     mass = log_normal_mass(float(location[3] / np.sqrt(scale2[3])))
@@ -459,11 +459,11 @@ def test_sets_weigh_the_same_in_any_order(rng) -> None:
     shared = (in_turn[1:] == in_turn[:-1]).cumprod(axis=1).sum(axis=1)
     assert shared.mean() > 6.5
     positive, none = np.arange(9) > 6, np.zeros(len(sets))
-    nested = weigh_sets(whitened, reference, positive, sets, none, nested=nest(sets))
-    for name, expected in weigh_sets(whitened, reference, positive, sets, none)._asdict().items():
+    nested = evaluate_sets(whitened, reference, positive, sets, none, nested=nest(sets))
+    for name, expected in evaluate_sets(whitened, reference, positive, sets, none)._asdict().items():
         np.testing.assert_allclose(getattr(nested, name), expected, rtol=1e-9, atol=1e-12)
     for k in range(0, len(sets), 50):
-        alone = weigh_sets(whitened, reference, positive, sets[[k]], none[:1])
+        alone = evaluate_sets(whitened, reference, positive, sets[[k]], none[:1])
         assert nested.noise2[k] == pytest.approx(alone.noise2[0], rel=1e-9)
         if nested.log_weight[k] > nested.log_weight.max() - 12.0:
             assert nested.log_weight[k] == pytest.approx(alone.log_weight[0], abs=1e-8)
@@ -475,12 +475,12 @@ def test_noise_is_not_taken_below_its_least(rng) -> None:
     whitened = whiten(np.column_stack([columns, record]), Clock.of(np.arange(300.0)), sensor_row(0), 0.0, 1.0)
     sets = all_sets(np.array([True, False]))
 
-    def weighed(least: float):  # type: ignore[no-untyped-def]
+    def evaluated(least: float):  # type: ignore[no-untyped-def]
         none = np.zeros(2)
-        return weigh_sets(whitened, none, np.zeros(2, np.bool_), sets, none, least_noise2=least)
+        return evaluate_sets(whitened, none, np.zeros(2, np.bool_), sets, none, least_noise2=least)
 
-    np.testing.assert_array_equal(weighed(0.5).log_weight, weighed(0.0).log_weight)
-    bound = weighed(4.0)
+    np.testing.assert_array_equal(evaluated(0.5).log_weight, evaluated(0.0).log_weight)
+    bound = evaluated(4.0)
     np.testing.assert_array_equal(bound.noise2, 4.0)
     for k, inside in enumerate(sets):
         x = columns[:, inside]
@@ -544,7 +544,7 @@ def test_average_over_the_force(rng) -> None:
     value, weight = [], []
     for ratio in np.exp(np.linspace(np.log(0.8), np.log(12.0), 28)):
         for tau in np.exp(np.linspace(np.log(prior.tau_low), np.log(prior.tau_high), 28)):
-            found = problem.weigh(ratio, tau)
+            found = problem.evaluate(ratio, tau)
             q = ratio * math.sqrt(found.noise2[0])
             weight.append(found.log_weight[0] + prior.log_density(q, 0.999 * tau + 0.001))
             point = GridPoint(ratio=ratio, tau=tau, log_volume=0.0, found=found)
@@ -665,9 +665,9 @@ class Bump:
         across = np.log(ratio * at_resonance(tau)) - self.slope * (np.log(tau) - self.log_tau)
         return -0.5 * ((across / self.sd[0]) ** 2 + ((np.log(tau) - self.log_tau) / self.sd[1]) ** 2)
 
-    def weigh(self, ratio: float, tau: float) -> WeighedSets:
+    def evaluate(self, ratio: float, tau: float) -> SetEvidences:
         value = float(self.log_likelihood(np.array(ratio), np.array(tau))) if ratio > 0.0 else 0.0
-        return WeighedSets(np.array([value]), np.ones(1), 1.0)
+        return SetEvidences(np.array([value]), np.ones(1), 1.0)
 
 
 @pytest.mark.parametrize("slope", [0.0, 0.4])

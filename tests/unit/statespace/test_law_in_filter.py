@@ -7,7 +7,7 @@ import pytest
 
 from friction_bayes.statespace.kalman import Clock, sensor_row, whiten
 from friction_bayes.statespace.measured_path import MeasuredPath
-from friction_bayes.statespace.response import Feedback, beside_oscillator, force_response
+from friction_bayes.statespace.response import Feedback, feedback_steps, force_response
 
 N = 60
 
@@ -35,7 +35,7 @@ def test_whitening_with_a_law_is_dense_algebra(order: int, rng: np.random.Genera
     beside = np.tile(np.eye(2), (N - 1, 1, 1))
     beside[10] = [[1.0, 0.0], [0.0, 0.6]]
     beside[30] = [[1.01, 0.02], [-0.1, 0.8]]
-    clock, row = Clock.of(0.2 * np.arange(N), beside=beside), sensor_row(order)
+    clock, row = Clock.of(0.2 * np.arange(N), feedback=beside), sensor_row(order)
     block = rng.standard_normal((N, 2))
     found = whiten(block, clock, row, 3.0, 0.7)
     covariance = dense_covariance(clock, row, 3.0, 0.7)
@@ -51,7 +51,7 @@ def test_intervals_one_after_another_make_the_whole_answer(rng: np.random.Genera
     slopes = 0.1 * rng.standard_normal((path.node_phase.size, 2))
     feedback = Feedback(slopes, np.zeros((N, 2)), rng.uniform(0.3, 0.9, path.turning.size))
     whole = force_response(path, np.zeros((path.node_phase.size, 2)), np.eye(2), feedback)
-    clock = Clock.of(phase, beside=beside_oscillator(path, feedback))
+    clock = Clock.of(phase, feedback=feedback_steps(path, feedback))
     steps = clock.forced_steps(0.0, 1.0)
     state = np.eye(2)
     for i in range(N - 1):

@@ -119,7 +119,7 @@ def test_closed_form_and_sampler_differ_by_one_constant(order, positive, rng) ->
     honest, at_noise_found = np.empty(len(theta)), np.empty(len(theta))
     for i, row in enumerate(theta):
         ratio, tau = math.exp(row[-2] - 0.5 * row[-3]), math.exp(row[-1])
-        found = Problem.of(regression).weigh(ratio, tau)
+        found = Problem.of(regression).evaluate(ratio, tau)
         # as the closed form has it where coefficients need not be positive
         whitened = regression.whiten_at(ratio, tau)
         away = np.linalg.solve(
@@ -150,7 +150,7 @@ def test_centre_and_covariance_are_those_of_a_fine_grid(least_noise: float, rng)
     weight, mean, variance, log_tau = [], [], [], []
     for ratio in np.exp(np.linspace(-1.5, 3.0, 60)):
         for tau in np.exp(np.linspace(low + 1e-9, high - 1e-9, 40)):
-            found = Problem.of(regression).weigh(ratio, tau)
+            found = Problem.of(regression).evaluate(ratio, tau)
             weight.append(found.log_weight[0] + prior.log_density(ratio * math.sqrt(found.noise2[0]), tau))
             point = GridPoint(ratio=ratio, tau=tau, log_volume=0.0, found=found)
             location, scale2 = Problem.of(regression).marginals(point, 0)

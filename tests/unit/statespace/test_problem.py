@@ -11,11 +11,11 @@ from friction_bayes.statespace.problem import Member, Problem, Spread
 from friction_bayes.statespace.regression import LawRegression
 from friction_bayes.statespace.smoother import Motion
 from friction_bayes.statespace.subset_evidence import (
-    WeighedSets,
+    SetEvidences,
     bound_sets,
+    evaluate_bounded,
     set_marginals,
     set_posterior,
-    weigh_bounded,
 )
 
 OWN = np.array([True, True, False, False, False, True])
@@ -36,7 +36,7 @@ SOME = Spread(columns=FRICTION, sd=np.array([0.0, 0.03, 0.3]), log_prior=np.log(
 RATIO, TAU = 0.7, 1.3
 
 
-def point(found: WeighedSets) -> GridPoint:
+def point(found: SetEvidences) -> GridPoint:
     return GridPoint(ratio=RATIO, tau=TAU, log_volume=0.0, found=found)
 
 
@@ -104,13 +104,13 @@ def dense(members: tuple[Member, ...], spread: Spread) -> tuple[Whitened, np.nda
 def test_own_columns_integrated_out_are_all_columns_at_once(members, sd: float) -> None:
     spread = Spread(columns=FRICTION, sd=np.array([sd]), log_prior=np.zeros(1))
     joint = Problem(members, OWN, spread)
-    found = joint.weigh(RATIO, TAU)
+    found = joint.evaluate(RATIO, TAU)
     whitened, sets, together = dense(members, spread)
     positive = np.zeros(sets.shape[1], bool)
     positive[together] = POSITIVE[~OWN]
-    weighed = whitened, np.zeros(sets.shape[1]), positive, sets
-    expected = weigh_bounded(*weighed, bound_sets(*weighed, LOG_PRIOR, lam=found.full_noise2))
-    # sets far behind are not weighed to the end, and own columns are weighed apart
+    evaluated = whitened, np.zeros(sets.shape[1]), positive, sets
+    expected = evaluate_bounded(*evaluated, bound_sets(*evaluated, LOG_PRIOR, lam=found.full_noise2))
+    # sets far behind are not evaluated to the end, and own columns are evaluated apart
     near = expected.log_weight > expected.log_weight.max() - 12.0
     assert near.sum() >= 2
     np.testing.assert_allclose(found.log_weight[near], expected.log_weight[near], rtol=1e-7)
@@ -118,7 +118,7 @@ def test_own_columns_integrated_out_are_all_columns_at_once(members, sd: float) 
     for k in np.flatnonzero(near):
         mine = joint.marginals(point(found), k)
         noise2 = float(expected.noise2[k])
-        posterior = set_posterior(whitened.gram, weighed[1], sets[k], expected.full_noise2, noise2)
+        posterior = set_posterior(whitened.gram, evaluated[1], sets[k], expected.full_noise2, noise2)
         theirs = set_marginals(*posterior, sets[k], positive)
         for my, their in zip(mine, theirs, strict=True):
             np.testing.assert_allclose(my[~OWN], their[together], rtol=1e-5)
@@ -126,7 +126,7 @@ def test_own_columns_integrated_out_are_all_columns_at_once(members, sd: float) 
 
 def test_the_noise_of_all_columns_counts_each_once(members) -> None:
     joint = Problem(members, OWN, NONE)
-    found = joint.weigh(RATIO, TAU)
+    found = joint.evaluate(RATIO, TAU)
     gram = dense(members, NONE)[0].gram
     used = np.flatnonzero(np.diag(gram)[:-1])
     law = np.linalg.solve(gram[np.ix_(used, used)], gram[used, -1])
@@ -138,7 +138,7 @@ def test_the_noise_of_all_columns_counts_each_once(members) -> None:
 def test_one_record_is_what_it_is_alone(members) -> None:
     alone = members[0].regression
     problem = Problem([Member(regression=alone)], OWN, NONE)
-    joint, found = problem.weigh(RATIO, TAU), Problem.of(alone).weigh(RATIO, TAU)
+    joint, found = problem.evaluate(RATIO, TAU), Problem.of(alone).evaluate(RATIO, TAU)
     np.testing.assert_allclose(joint.log_weight, found.log_weight, rtol=1e-9)
     for k in range(len(SETS)):
         together, by_itself = problem.marginals(point(joint), k), Problem.of(alone).marginals(point(found), k)
@@ -148,7 +148,7 @@ def test_one_record_is_what_it_is_alone(members) -> None:
 def test_copies_of_a_record_say_the_same_and_are_surer(members) -> None:
     alone = members[0].regression
     problems = [Problem([Member(regression=alone)] * copies, OWN, NONE) for copies in (1, 4)]
-    one, four = (problem.marginals(point(problem.weigh(RATIO, TAU)), 0) for problem in problems)
+    one, four = (problem.marginals(point(problem.evaluate(RATIO, TAU)), 0) for problem in problems)
     np.testing.assert_allclose(four[0][2], one[0][2], rtol=1e-3)
     assert four[1][2] == pytest.approx(one[1][2] / 4.0, rel=0.05)
 
@@ -156,7 +156,7 @@ def test_copies_of_a_record_say_the_same_and_are_surer(members) -> None:
 def test_records_laws_are_the_coefficients_of_all_columns_at_once(members) -> None:
     spread = Spread(columns=FRICTION, sd=np.array([0.03]), log_prior=np.zeros(1))
     joint = Problem(members, OWN, spread)
-    found = joint.weigh(RATIO, TAU)
+    found = joint.evaluate(RATIO, TAU)
     point = GridPoint(ratio=RATIO, tau=TAU, log_volume=0.0, found=found)
     row = 3
     said = joint.conditional(point, row)
@@ -176,7 +176,7 @@ def test_records_laws_are_the_coefficients_of_all_columns_at_once(members) -> No
 
 def test_a_spread_that_is_there_is_seen_and_weighed(members) -> None:
     joint = Problem(members, OWN, SOME)
-    found = joint.weigh(RATIO, TAU)
+    found = joint.evaluate(RATIO, TAU)
     by_spread = np.logaddexp.reduce(found.log_weight.reshape(3, -1), axis=1)
     assert by_spread[1:].max() > by_spread[0] + 1.0
     assert joint.sets.shape == (12, 6)
@@ -187,13 +187,13 @@ def test_a_set_without_the_column_does_not_deviate(members) -> None:
     joint = Problem(members, OWN, spread)
     assert joint.spread_number[joint.number == 0].tolist() == [0]
     assert joint.spread_number[joint.number == 1].tolist() == [0, 1, 2]
-    assert np.isfinite(joint.weigh(RATIO, TAU).log_weight).all()
+    assert np.isfinite(joint.evaluate(RATIO, TAU).log_weight).all()
 
 
 def test_a_deviation_is_in_the_column_of_the_set(members) -> None:
     spread = Spread(columns=np.array([2, 3, 2, 3]), sd=np.array([0.3]), log_prior=np.zeros(1))
     joint = Problem(members, OWN, spread)
-    point = GridPoint(ratio=RATIO, tau=TAU, log_volume=0.0, found=joint.weigh(RATIO, TAU))
+    point = GridPoint(ratio=RATIO, tau=TAU, log_volume=0.0, found=joint.evaluate(RATIO, TAU))
     for row, column in enumerate(spread.columns):
         said = joint.conditional(point, row)
         laws = said.laws(said.mean[None])[0]
@@ -207,7 +207,7 @@ def test_sets_that_are_kept_weigh_what_they_weigh_among_all(members) -> None:
         Problem(members, OWN, SOME, EVERY & [True, False, True, True]),
     )
     assert set(few.number) == {0, 2, 3}
-    found, among = few.weigh(RATIO, TAU), every.weigh(RATIO, TAU)
+    found, among = few.evaluate(RATIO, TAU), every.evaluate(RATIO, TAU)
     near = found.log_weight > among.log_weight.max() - 12.0
     assert near.any()
     rows = np.flatnonzero(every.number != 1)

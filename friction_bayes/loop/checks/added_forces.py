@@ -12,7 +12,7 @@ from friction_bayes.loop.infer.record_fit import ForceFit
 from friction_bayes.statespace.kalman import whiten
 from friction_bayes.statespace.response import response_at_sensor
 
-__all__ = ["BesideLaw", "ScoreTest", "beside_law"]
+__all__ = ["AddedForces", "ScoreTest", "added_forces"]
 
 
 class ScoreTest(NamedTuple):
@@ -34,7 +34,7 @@ class ScoreTest(NamedTuple):
     covariance: Array
 
 
-class BesideLaw(NamedTuple):
+class AddedForces(NamedTuple):
     """Whitened products of forces and the residual, in standard deviations of the noise.
 
     Attributes
@@ -65,18 +65,18 @@ class BesideLaw(NamedTuple):
             covariance=basis @ np.diag(1.0 / values[kept]) @ basis.T,
         )
 
-    def with_law(self, j: int) -> BesideLaw | None:
+    def with_law(self, j: int) -> AddedForces | None:
         """The same with force ``j`` as part of the law; None where the law explains it already."""
         own = self.gram[j, j]
         if own <= settings.SETTINGS.minor_share * self.norm[j] ** 2:
             return None
         share = self.gram[j] / own
-        return BesideLaw(
+        return AddedForces(
             self.norm, self.gram - np.outer(share, self.gram[j]), self.score - share * self.score[j]
         )
 
 
-def beside_law(fit: ForceFit, forces: Array) -> BesideLaw:
+def added_forces(fit: ForceFit, forces: Array) -> AddedForces:
     """Whitened forces, shape (nodes, f), with the best law projected out."""
     best = fit.posterior.best
     law = np.flatnonzero(fit.sets.columns[fit.chosen])
@@ -93,4 +93,4 @@ def beside_law(fit: ForceFit, forces: Array) -> BesideLaw:
     known = gram[:p, :p] + np.eye(p)
     rest = gram[p:, p:] - gram[:p, p:].T @ np.linalg.solve(known, gram[:p, p:])
     norm = np.sqrt(np.maximum(np.diag(gram)[p:-1], 1e-300))
-    return BesideLaw(norm, rest[:-1, :-1], rest[:-1, -1])
+    return AddedForces(norm, rest[:-1, :-1], rest[:-1, -1])
