@@ -157,10 +157,11 @@ def first_runs() -> dict[str, Callable[[], float]]:
 def compare() -> list[str]:
     """The table of the page, and the two fastest once more on a long record."""
     lines = samplers.compared(posterior(), "whole_signal")
+    few, many = (density(rate).observed.size for rate in (RATE, FAST))
     ours, peer = (samplers.pace(posterior(FAST), name) for name in ("emcee", "nutpie"))
     return [
         *lines,
         "",
-        f"{density().observed.size} samples. Of {density(FAST).observed.size}, at {FAST:g} Hz, one warm run each: "
+        f"{few} samples. Of {many}, at {FAST:g} Hz, one warm run each: "
         f"emcee {ours:.0f} effective draws a second, nutpie {bold(f'{peer:.0f}', peer > ours)}.",
     ]
