@@ -11,11 +11,11 @@ import json
 from importlib import import_module
 from pathlib import Path
 
-from benchmarks.accuracy import written_between
-from benchmarks.peers.measuring import missing, versions
+from benchmarks.peers.measuring import first_run, missing, versions
 
 SECTIONS = ("friction_samples", "whole_signal", "plain_decay", "missing_term", "linear_filter")
-"""Modules with ``PACKAGES``, ``compare()`` and, where cold times are taken, ``first_runs()``."""
+"""Modules with ``PACKAGES``, ``compare()`` and, where cold times are taken, what
+:func:`benchmarks.peers.measuring.first_run` needs."""
 
 
 def section(name: str) -> list[str]:
@@ -45,12 +45,15 @@ def main(arguments: list[str] | None = None) -> None:
         parser.error(f"no section {', '.join(sorted(unknown))}; there are {', '.join(SECTIONS)}")
     if options.first is not None:
         (name,) = options.sections
-        print(json.dumps(import_module(f"benchmarks.peers.{name}").first_runs()[options.first]()))
+        print(json.dumps(first_run(import_module(f"benchmarks.peers.{name}"), options.first)))
         return
     for name in options.sections or SECTIONS:
         lines = section(name)
         print("\n".join(lines), end="\n\n", flush=True)
         if options.page is not None:
+            # experiments behind it would count in cold times
+            from benchmarks.accuracy import written_between
+
             written_between(options.page, f"peers {name}", lines)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from friction_bayes.conjugate.normal_gamma import NormalGamma
 from friction_bayes.conjugate.targets import normal_gamma_target
 from friction_bayes.reference.sampling import sample_target
 
-PACKAGES = samplers.PACKAGES
+OURS, PACKAGES, summary = samplers.OURS, samplers.PACKAGES, samplers.effective
 PRIOR = NormalGamma(mu=0.0, lam=0.01, alpha=2.0, beta=0.01)
 SAMPLES = 0.07 + 0.01 * np.random.default_rng(1).standard_normal(100)
 """Friction samples of the paper's size [N]."""
@@ -51,9 +52,9 @@ POSTERIOR = samplers.Posterior(
 )
 
 
-def first_runs() -> dict[str, Callable[[], float]]:
-    """By contestant, what its first run gives."""
-    return samplers.first_runs(POSTERIOR)
+def prepared(name: str) -> Callable[[], samplers.Draws]:
+    """The first run of a sampler."""
+    return partial(samplers.SAMPLERS[name], POSTERIOR, 0)
 
 
 def compare() -> list[str]:

@@ -14,10 +14,11 @@ import xarray as xr
 from benchmarks.peers.measuring import bold, cold, over, table, timed
 from friction_bayes.core.arrays import Array
 
-__all__ = ["DRAWS", "ESS", "PACKAGES", "SAMPLERS", "Posterior", "compared", "effective", "first_runs", "pace"]
+__all__ = ["ESS", "OURS", "PACKAGES", "SAMPLERS", "Draws", "Posterior", "compared", "effective", "pace"]
 
 CHAINS, TUNING, DRAWS = 4, 1000, 2000
-ROUNDS = 5
+ROUNDS = 3
+OURS = "emcee"
 ESS = 5000.0
 """Effective draws, by the package's own count, until which its reference goes on."""
 PACKAGES = ("emcee", "pymc", "nutpie", "numpyro", "jax", "pytensor", "numpy")
@@ -110,7 +111,7 @@ def _numpyro(posterior: Posterior, seed: int) -> Draws:
 
 
 SAMPLERS: dict[str, Callable[[Posterior, int], Draws]] = {
-    "emcee": _ours,
+    OURS: _ours,
     "pymc": _pymc,
     "nutpie": _nutpie,
     "numpyro": _numpyro,
@@ -124,11 +125,6 @@ def effective(draws: Draws) -> float:
     return min(
         float(array_stats.ess(each, chain_axis=0, draw_axis=1, method="bulk")) for each in draws.values()
     )
-
-
-def first_runs(posterior: Posterior) -> dict[str, Callable[[], float]]:
-    """Effective draws of each sampler's first run."""
-    return {name: lambda run=run: effective(run(posterior, 0)) for name, run in SAMPLERS.items()}
 
 
 def pace(posterior: Posterior, name: str) -> float:
@@ -155,19 +151,19 @@ def compared(posterior: Posterior, section: str) -> list[str]:
     rates = {name: count / spent for name, (spent, count) in first.items()}
     rows = []
     for name in SAMPLERS:
-        ratio = over(paces[name], paces["emcee"])
+        ratio = over(paces[name], paces[OURS])
         drawn = np.concatenate([each.ravel() for each in frictions[name]])
         rows.append(
             [
                 name,
-                bold(f"{rates[name]:.0f}", rates[name] > rates["emcee"]),
+                bold(f"{rates[name]:.0f}", rates[name] > rates[OURS]),
                 bold(f"{median(paces[name]):.0f}", ratio > 1.0),
                 bold(f"{ratio:.2f}", ratio > 1.0),
                 f"{(drawn.mean() - exact.mean()) / exact.std():+.3f}",
                 f"{drawn.std() / exact.std():.3f}",
             ]
         )
-    needed = ESS / median(paces["emcee"])
+    needed = ESS / median(paces[OURS])
     headings = ["sampler", "effective draws a second, cold", "warm", "warm, over ours"]
     headings += ["mean less the closed form's [sd]", "sd over its sd"]
     return [

@@ -24,7 +24,7 @@ from friction_bayes.decay.free_decay import find_free_decay
 from friction_bayes.estimators.waveform.least_squares import fit_waveforms
 from friction_bayes.mechanics.testbed import PAPER_FRICTION, PAPER_RELEASE, PAPER_SYSTEM
 
-PACKAGES = samplers.PACKAGES
+OURS, PACKAGES, summary = samplers.OURS, samplers.PACKAGES, samplers.effective
 DURATION, NOISE = 30.0, 5e-4
 """The paper's example, cut before it comes to rest [s, m]."""
 RATE, FAST = 50.0, 1000.0
@@ -149,16 +149,18 @@ def posterior(rate: float = RATE) -> samplers.Posterior:
     )
 
 
-def first_runs() -> dict[str, Callable[[], float]]:
-    """By contestant, what its first run gives."""
-    return samplers.first_runs(posterior())
+def prepared(name: str) -> Callable[[], samplers.Draws]:
+    """The first run of a sampler, that of a peer with its coordinates ready."""
+    if name != OURS:
+        density()
+    return partial(samplers.SAMPLERS[name], posterior(), 0)
 
 
 def compare() -> list[str]:
     """The table of the page, and the two fastest once more on a long record."""
     lines = samplers.compared(posterior(), "whole_signal")
     few, many = (density(rate).observed.size for rate in (RATE, FAST))
-    ours, peer = (samplers.pace(posterior(FAST), name) for name in ("emcee", "nutpie"))
+    ours, peer = (samplers.pace(posterior(FAST), name) for name in (OURS, "nutpie"))
     return [
         *lines,
         "",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ import pytest
 from benchmarks.peers import linear_filter, missing_term, plain_decay, samplers, whole_signal
 from benchmarks.peers.__main__ import SECTIONS, main
 from benchmarks.peers.errors import ERRORS, TIMES, errors_and_times
-from benchmarks.peers.measuring import table
+from benchmarks.peers.measuring import first_run, table
 from benchmarks.peers.weak_form import LAW, WeakForm, weak_form
 from friction_bayes.core.arrays import Array
 from friction_bayes.decay.free_decay import find_free_decay
@@ -128,6 +129,15 @@ def test_effective_draws_are_those_of_the_worst_parameter() -> None:
 def test_filters_give_one_likelihood(name, package) -> None:
     pytest.importorskip(package)
     assert linear_filter.FILTERS[name]() == pytest.approx(linear_filter.ours(), rel=1e-9)
+
+
+def test_a_first_run_of_a_peer_is_timed_from_its_data_on_and_ours_from_the_start() -> None:
+    ours, found = first_run(linear_filter, linear_filter.OURS)
+    assert found == linear_filter.ours()
+    peer = SimpleNamespace(OURS="ours", summary=float, prepared=lambda name: lambda: 3.0)
+    spent, found = first_run(peer, "peer")
+    assert found == 3.0
+    assert 0.0 <= spent < ours
 
 
 def test_our_filter_is_given_the_model_of_the_others() -> None:
