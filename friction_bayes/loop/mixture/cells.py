@@ -104,10 +104,12 @@ def _unknowable(fit: ForceFit) -> set[str]:
     gram = fit.regression.whiten_at(0.0, 1.0).gram[:-1, :-1] / fit.posterior.points[0].found.full_noise2
     absorbed = np.linalg.solve(gram[np.ix_(always, always)] + np.eye(len(always)), gram[always])
     left = np.diag(gram) - np.sum(gram[:, always].T * absorbed, axis=0)
-    told = left > settings.SETTINGS.least_information
+    informed = left > settings.SETTINGS.least_information
     names = {column.effect for column in fit.law.columns if column.kind == "effect"}
     return {
-        name for name in names if not any(told[j] for columns in fit.law.alternatives(name) for j in columns)
+        name
+        for name in names
+        if not any(informed[j] for columns in fit.law.alternatives(name) for j in columns)
     }
 
 
