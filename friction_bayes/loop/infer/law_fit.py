@@ -175,7 +175,7 @@ def fit_law(
     Raises
     ------
     InputError
-        If a record holds too few turning points.
+        If a record has too few turning points.
     """
     fits = []
     for segment in segments:
@@ -350,8 +350,8 @@ def _under(posterior: Posterior) -> Iterator[tuple[Posterior, Array]]:
     """
     problem, best = posterior.problem, posterior.best
     row = best.chosen
-    said = problem.conditional(best, row)
-    laws = said.laws(posterior.best_law()[said.columns][None])[0]
+    given = problem.conditional(best, row)
+    laws = given.laws(posterior.best_law()[given.columns][None])[0]
     for member, law in zip(problem.members, laws, strict=True):
         if len(laws) == 1:
             yield posterior, law

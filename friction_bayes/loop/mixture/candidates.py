@@ -403,7 +403,7 @@ def candidates_of(
     Raises
     ------
     InputError
-        If a record holds too few turning points, or no Coulomb decay can be fitted.
+        If a record has too few turning points, or no Coulomb decay can be fitted.
     """
     varying, noise = options.varying_friction, options.noise
     fit = fit_law(segments, system, options.allowed, varying=varying, noise=noise, progress=progress)

@@ -224,12 +224,11 @@ def slight_force(fit: LawFit) -> SlightForce | None:
     if rubs.size == 0:
         return None
     j = int(rubs[0])
-    said_at_most = 0.5 * settings.SETTINGS.unseen**2
+    unseen = 0.5 * settings.SETTINGS.unseen**2
     hidden = [
         point
         for point in fit.posterior.points
-        if point.ratio > 0.0
-        and abs(point.found.log_weight[best] - none.found.log_weight[best]) <= said_at_most
+        if point.ratio > 0.0 and abs(point.found.log_weight[best] - none.found.log_weight[best]) <= unseen
     ]
     if not hidden:
         return None
