@@ -120,8 +120,10 @@ def cells_of(fit: LawFit) -> Cells:
     certain = frozenset({SENSOR_CLIPPING.name} if any(one.segment.clipped for one in fit.alone) else ())
     noises = {certain: 1.0}
     for one in fit.alone:
-        # what one sensor has, the records have
-        pairs = list(product(noises.items(), one.sensor_noise.probabilities.items()))
+        # what one record's sensor has, the records have
+        pairs = list(
+            product(noises.items(), one.sensor_noise.probabilities_in_one_of(len(fit.alone)).items())
+        )
         noises = dict.fromkeys((names | more for (names, _), (more, _) in pairs), 0.0)
         for (names, share), (more, probability) in pairs:
             noises[names | more] += share * probability

@@ -52,6 +52,20 @@ def test_of_several_records_each_that_has_it_has_a_size_of_its_own(rng: np.rando
     assert (report.posterior["posterior"]["timing_jitter.sd[1]"] > 0.0).all()
 
 
+def test_many_records_without_it_do_not_add_up_to_it(rng: np.random.Generator) -> None:
+    """Each leaves it a few per cent."""
+    records = [jittered_record(rng, 0.0, NOISE) for _ in range(6)]
+    found = [
+        sum(c["probability"] for c in report.candidates if "timing_jitter" in c["effects"])
+        for report in (
+            fb.close_loop(some, SYSTEM, seed=1, effects=["viscous_damping", "timing_jitter"])
+            for some in (*([each] for each in records), records)
+        )
+    ]
+    assert min(found[:-1]) > 0.0
+    assert found[-1] < 1.5 * np.mean(found[:-1])
+
+
 def test_where_it_may_not_act_it_is_not_evaluated(rng: np.random.Generator) -> None:
     record = jittered_record(rng, 0.1 * STEP, NOISE)
     assert fitted(record, ("viscous_damping",)).growth is None
